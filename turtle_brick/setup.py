@@ -1,0 +1,62 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Install turtle_brick: its modules, its executables and the data that they read."""
+
+from glob import glob
+
+from setuptools import find_packages
+from setuptools import setup
+
+package_name = 'turtle_brick'
+
+
+def shared(directory: str) -> tuple:
+    """
+    Install the files of a source directory into the share subdirectory of its name.
+
+    Args:
+        directory: The source directory, relative to this file.
+
+    Returns:
+        An entry of setuptools' data_files: the destination and its files.
+    """
+    return (f'share/{package_name}/{directory}', sorted(glob(f'{directory}/*.*')))
+
+
+setup(
+    name=package_name,
+    version='1.0.0',
+    packages=find_packages(include=[package_name, f'{package_name}.*']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
+        (f'share/{package_name}', ['package.xml']),
+        shared('config'),
+        shared('launch'),
+        shared('urdf'),
+    ],
+    install_requires=['setuptools'],
+    extras_require={'test': ['pytest']},
+    zip_safe=True,
+    maintainer='the turtle_brick developers',
+    maintainer_email='maintainers@turtle-brick.example',
+    description='A turtlesim robot that catches a brick dropped from the sky',
+    license='Apache-2.0',
+    entry_points={
+        'console_scripts': [
+            f'{name} = {package_name}.{name}:main'
+            for name in ('arena', 'benchmark', 'catcher', 'demo', 'sweep', 'turtle_robot',
+                         'viewer')
+        ],
+    },
+)
