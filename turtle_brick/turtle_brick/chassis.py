@@ -1,0 +1,156 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Dimensions of the robot that follow from its four configured ones.
+
+Pure geometry in metres, without ROS. The robot stands on z = 0; from the ground up:
+
+- the wheel touches the ground;
+- the stem, a neck above the wheel, turns about the vertical axis and holds the wheel in a fork;
+- the cube of base_link;
+- the post, fixed on the cube;
+- the platform, hinged on the post's top at the centre of its base.
+
+The platform may turn over fully: every point of it stays within `Chassis.reach` of the hinge, and
+the cube, with all that is beneath it, stays below that sphere. urdf/turtle.urdf.xacro derives the
+same dimensions by the same rules.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from turtle_brick.parameters import Parameters
+
+MIN_ROOM = 0.05
+"""Least height (m) between the wheel's top and the turning platform: neck, cube and clearance."""
+
+
+@dataclass(frozen=True)
+class Chassis:
+    """
+    The robot's dimensions in metres; heights are above the ground, in base_link.
+
+    Attributes:
+        platform_height: The level platform's top.
+        platform_radius: The platform's radius.
+        platform_thickness: The platform's thickness.
+        wheel_radius: The wheel's radius, hence also the height of its axle.
+        wheel_width: The wheel's extent along its axle.
+        wheel_top: The wheel's highest point.
+        hinge_height: The platform's hinge, at the centre of its base and on the post's top.
+        reach: The distance from the hinge of the platform's farthest point.
+        room: The height between the wheel's top and the lowest point of the turning platform.
+        cube_side: The side of base_link's cube.
+        cube_bottom: The cube's underside, where the stem begins.
+        cube_top: The cube's upper side, where the post begins.
+        stem_length: The length of the stem's cylinder, from the wheel's top to the cube.
+        stem_radius: The radius of the stem's cylinder.
+        post_length: The length of the post.
+        post_radius: The radius of the post.
+
+    """
+
+    platform_height: float
+    platform_radius: float
+    platform_thickness: float
+    wheel_radius: float
+    wheel_width: float
+    wheel_top: float
+    hinge_height: float
+    reach: float
+    room: float
+    cube_side: float
+    cube_bottom: float
+    cube_top: float
+    stem_length: float
+    stem_radius: float
+    post_length: float
+    post_radius: float
+
+    @classmethod
+    def of(cls, parameters: Parameters) -> Chassis:
+        """
+        Derive the dimensions from the parameters.
+
+        Args:
+            parameters: The configured values.
+
+        Returns:
+            The dimensions of the robot that is configured so.
+
+        """
+        return cls.from_dimensions(
+            parameters.platform_height, parameters.platform_radius,
+            parameters.platform_thickness, parameters.wheel_radius)
+
+    @classmethod
+    def from_dimensions(
+        cls,
+        platform_height: float,
+        platform_radius: float,
+        platform_thickness: float,
+        wheel_radius: float,
+    ) -> Chassis:
+        """
+        Derive the dimensions from the four configured ones.
+
+        Args:
+            platform_height: The level platform's top above the ground, in metres.
+            platform_radius: The platform's radius, in metres.
+            platform_thickness: The platform's thickness, in metres.
+            wheel_radius: The wheel's radius, in metres.
+
+        Returns:
+            The dimensions of that robot.
+
+        Raises:
+            ValueError: The platform would hit base_link when it turns over.
+
+        """
+        hinge_height = platform_height - platform_thickness
+        reach = math.hypot(platform_radius, platform_thickness)
+        wheel_top = 2 * wheel_radius
+        room = hinge_height - reach - wheel_top
+        if room < MIN_ROOM:
+            raise ValueError(
+                f'platform_height {platform_height:g} m is too low for a platform that turns over '
+                f'freely: with platform_radius {platform_radius:g} m, platform_thickness '
+                f'{platform_thickness:g} m and wheel_radius {wheel_radius:g} m it must be at '
+                f'least {wheel_top + reach + platform_thickness + MIN_ROOM:g} m')
+        cube_side = min(0.55 * room, 1.8 * wheel_radius, 1.5 * platform_radius)
+        stem_length = 0.4 * cube_side
+        cube_bottom = wheel_top + stem_length
+        cube_top = cube_bottom + cube_side
+        return cls(
+            platform_height=platform_height,
+            platform_radius=platform_radius,
+            platform_thickness=platform_thickness,
+            wheel_radius=wheel_radius,
+            wheel_width=0.3 * wheel_radius,
+            wheel_top=wheel_top,
+            hinge_height=hinge_height,
+            reach=reach,
+            room=room,
+            cube_side=cube_side,
+            cube_bottom=cube_bottom,
+            cube_top=cube_top,
+            stem_length=stem_length,
+            stem_radius=0.12 * cube_side,
+            post_length=hinge_height - cube_top,
+            post_radius=0.1 * cube_side)

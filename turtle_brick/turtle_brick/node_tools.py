@@ -1,0 +1,152 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What every node of the package shares: its parameters and the body of its main()."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from collections.abc import Sequence
+from dataclasses import fields
+import re
+import signal
+import sys
+from types import FrameType
+
+from rcl_interfaces.msg import FloatingPointRange
+from rcl_interfaces.msg import ParameterDescriptor
+import rclpy
+from rclpy._rclpy_pybind11 import RCLError
+from rclpy._rclpy_pybind11 import UnknownROSArgsError
+from rclpy.exceptions import InvalidHandle
+from rclpy.exceptions import NotInitializedException
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from turtle_brick.parameters import default_path
+from turtle_brick.parameters import from_mapping
+from turtle_brick.parameters import meaning
+from turtle_brick.parameters import MissingParameterError
+from turtle_brick.parameters import ParameterError
+from turtle_brick.parameters import Parameters
+
+
+def declare_parameters(node: Node) -> Parameters:
+    """
+    Declare the package's parameters on a node, read-only, and return their values.
+
+    The values come from the node's parameter overrides (a parameter file, `-p name:=value`); there
+    are no defaults. Integers are as good as floating-point numbers.
+
+    Args:
+        node: The node, on which none of them is declared yet.
+
+    Returns:
+        The values.
+
+    Raises:
+        ParameterError: A value is missing or inadmissible.
+
+    """
+    given = {}
+    for entry in fields(Parameters):
+        # Untyped at first, so that an inadmissible value meets our rules and not rclpy's.
+        untyped = node.declare_parameter(
+            entry.name, None, ParameterDescriptor(dynamic_typing=True))
+        if untyped.value is not None:
+            given[entry.name] = untyped.value
+        node.undeclare_parameter(entry.name)
+    try:
+        parameters = from_mapping(given)
+    except MissingParameterError as error:
+        raise MissingParameterError(
+            f'{error}: add --ros-args --params-file {default_path()}') from None
+    for entry in fields(Parameters):
+        rule = meaning(entry)
+        descriptor = ParameterDescriptor(
+            description=rule.description,
+            additional_constraints=f'{entry.name} must be {rule.expectation()}',
+            read_only=True)
+        if rule.length == 1:
+            descriptor.floating_point_range = [
+                FloatingPointRange(from_value=rule.lower, to_value=rule.upper, step=0.0)]
+        node.declare_parameter(
+            entry.name, getattr(parameters, entry.name), descriptor, ignore_override=True)
+    return parameters
+
+
+class _Interrupts:
+    """
+    SIGINT and SIGTERM while rclpy starts, runs and ends.
+
+    Until rclpy's own handlers are in place a signal raises KeyboardInterrupt. From then on they
+    shut the context down, which ends spin(), and nothing is raised here: not in the middle of a
+    callback, and not when a second signal comes during the clean-up.
+    """
+
+    def __init__(self) -> None:
+        self.handled_by_rclpy = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._on_signal)
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        if not self.handled_by_rclpy:
+            raise KeyboardInterrupt
+
+
+def run(node_type: Callable[[], Node], args: Sequence[str] | None = None) -> int:
+    """
+    Run a node in a process of its own until Ctrl-C, SIGTERM or a shutdown: the body of a main().
+
+    Args:
+        node_type: Makes the node.
+        args: The command line, with the program's name first; sys.argv if None.
+
+    Returns:
+        The exit status: 0, or 1 if the parameters or other arguments are inadmissible, which one
+        sentence on standard error then explains.
+
+    """
+    interrupts = _Interrupts()
+    node = None
+    try:
+        try:
+            rclpy.init(args=args)
+        except RCLError as error:
+            # Chiefly a parameter file that cannot be read, then the place in rcl's source.
+            return _complain(node_type, re.sub(r', at [^,]*:\d+', '', str(error)))
+        except UnknownROSArgsError as error:
+            return _complain(node_type, f'unknown ROS arguments {error}')
+        interrupts.handled_by_rclpy = True
+        node = node_type()
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except ParameterError as error:
+        return _complain(node_type, str(error))
+    except (RCLError, InvalidHandle, NotInitializedException):
+        # Whatever was under way when a signal shut the context down fails for that reason.
+        if rclpy.ok():
+            raise
+    finally:
+        interrupts.handled_by_rclpy = True
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+def _complain(node_type: Callable[[], Node], sentence: str) -> int:
+    name = node_type.__module__.rpartition('.')[2]
+    print(f'{name}: {" ".join(sentence.split())}', file=sys.stderr)
+    return 1

@@ -1,0 +1,246 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The configuration of the robot, the brick and the arena: one frozen dataclass.
+
+Each value's description, unit and range stand with its field. `load` reads the ROS parameter file
+config/turtle.yaml without ROS; a node gets the same values through
+`turtle_brick.node_tools.declare_parameters`. However they arrive, the same rules admit or refuse
+them, with a `ParameterError` whose one sentence names the parameter, its value and what is
+admissible.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from dataclasses import Field
+from dataclasses import field
+from dataclasses import fields
+from numbers import Real
+from pathlib import Path
+from typing import Any
+
+from turtle_brick.chassis import Chassis
+import yaml
+
+Triple = tuple[float, float, float]
+
+
+class ParameterError(ValueError):
+    """A parameter is missing, unknown or inadmissible."""
+
+
+class MissingParameterError(ParameterError):
+    """A parameter has no value."""
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """
+    What a parameter says and which values it admits.
+
+    Attributes:
+        description: What it is, without the unit.
+        unit: Its SI unit.
+        lower: The least admissible value, for a vector of each component.
+        upper: The greatest admissible value, for a vector of each component.
+        length: 3 for a vector, 1 for a number.
+
+    """
+
+    description: str
+    unit: str
+    lower: float
+    upper: float
+    length: int
+
+    def expectation(self) -> str:
+        """Say what is admissible, to follow the words 'must be'."""
+        kind = 'a number' if self.length == 1 else f'{self.length} numbers'
+        return f'{kind} from {self.lower:g} to {self.upper:g} {self.unit}'
+
+
+def _number(description: str, unit: str, lower: float, upper: float) -> Any:
+    return field(metadata={'meaning': Meaning(description, unit, lower, upper, 1)})
+
+
+def _vector(description: str, unit: str, lower: float, upper: float) -> Any:
+    return field(metadata={'meaning': Meaning(description, unit, lower, upper, 3)})
+
+
+@dataclass(frozen=True, slots=True)
+class Parameters:
+    """
+    The configured values: SI units, angles in radians.
+
+    No inadmissible Parameters exist: building one from inadmissible values, also with
+    `dataclasses.replace`, raises ParameterError.
+    """
+
+    platform_height: float = _number(
+        "Height of the level platform's top above the ground", 'm', 0.01, 100.0)
+    platform_radius: float = _number('Radius of the platform', 'm', 0.01, 10.0)
+    platform_thickness: float = _number('Thickness of the platform', 'm', 0.001, 10.0)
+    wheel_radius: float = _number('Radius of the wheel', 'm', 0.01, 10.0)
+    max_velocity: float = _number(
+        'Greatest translational speed of the robot', 'm/s', 0.01, 10.0)
+    gravity_accel: float = _number('Acceleration due to gravity, downward', 'm/s^2', 0.01, 100.0)
+    brick_size: Triple = _vector(
+        'Size of the brick along its own x, y and z', 'm', 0.001, 10.0)
+    brick_start: Triple = _vector(
+        'Centre of the brick in world before it is placed anywhere else', 'm', -1000.0, 1000.0)
+    wall_height: float = _number("Height of the arena's walls", 'm', 0.001, 100.0)
+    tilt_angle: float = _number(
+        'Tilt of the platform with which a brick is tipped off', 'rad', 0.05, 1.5)
+
+    def __post_init__(self) -> None:
+        """Admit the values, integers as floats, or raise ParameterError."""
+        for entry in fields(self):
+            value = _admitted(entry, getattr(self, entry.name))
+            object.__setattr__(self, entry.name, value)
+        half_height = self.brick_size[2] / 2
+        if self.brick_start[2] < half_height:
+            raise ParameterError(
+                f'brick_start {list(self.brick_start)} m is below the ground for a brick of '
+                f'brick_size {list(self.brick_size)} m: its z must be at least {half_height:g} m')
+        try:
+            Chassis.of(self)
+        except ValueError as error:
+            raise ParameterError(str(error)) from None
+
+
+def meaning(entry: Field[Any]) -> Meaning:
+    """
+    Tell what a field of Parameters means.
+
+    Args:
+        entry: One of `dataclasses.fields(Parameters)`.
+
+    Returns:
+        Its description, unit and range.
+
+    """
+    return entry.metadata['meaning']
+
+
+def _admitted(entry: Field[Any], value: object) -> float | Triple:
+    rule = meaning(entry)
+    numbers = [value] if rule.length == 1 else value
+    # An array of ROS parameters is an array.array: any sequence will do, but not a string.
+    if isinstance(numbers, (str, bytes, Mapping)) or not hasattr(numbers, '__len__'):
+        raise _refusal(entry, value)
+    numbers = list(numbers)
+    if len(numbers) != rule.length:
+        raise _refusal(entry, value)
+    for number in numbers:
+        if isinstance(number, bool) or not isinstance(number, Real):
+            raise _refusal(entry, value)
+        if not rule.lower <= number <= rule.upper:
+            raise _refusal(entry, value)
+    admitted = tuple(float(number) for number in numbers)
+    return admitted[0] if rule.length == 1 else admitted
+
+
+def _refusal(entry: Field[Any], value: object) -> ParameterError:
+    shown = list(value) if hasattr(value, '__iter__') and not isinstance(value, str) else value
+    return ParameterError(
+        f'{entry.name} is {shown!r}, but must be {meaning(entry).expectation()}')
+
+
+def from_mapping(mapping: Mapping[str, object]) -> Parameters:
+    """
+    Make Parameters of a mapping from names to values.
+
+    Args:
+        mapping: A value for each field of Parameters: a number (integers are as good as floats)
+            or a sequence of three.
+
+    Returns:
+        The values.
+
+    Raises:
+        MissingParameterError: A value is missing.
+        ParameterError: A value is unknown, of the wrong type or out of range, or the robot that
+            they describe cannot be.
+
+    """
+    names = [entry.name for entry in fields(Parameters)]
+    missing = [name for name in names if name not in mapping]
+    if missing:
+        raise MissingParameterError(f'missing {_parameters(missing)}')
+    unknown = [str(name) for name in mapping if name not in names]
+    if unknown:
+        raise ParameterError(f'unknown {_parameters(unknown)}')
+    return Parameters(**mapping)
+
+
+def _parameters(names: list[str]) -> str:
+    return f'parameter{"s" if len(names) > 1 else ""} {", ".join(names)}'
+
+
+def default_path() -> Path:
+    """
+    Find config/turtle.yaml.
+
+    Returns:
+        The installed file in the package's share directory, or, where the package is not
+        installed, the one in the source tree.
+
+    """
+    try:
+        from ament_index_python.packages import get_package_share_path
+        share = get_package_share_path('turtle_brick')
+    except (ImportError, LookupError, OSError):
+        # No ament here, this package unknown to it, or no AMENT_PREFIX_PATH at all.
+        share = Path(__file__).resolve().parents[1]
+    return share / 'config' / 'turtle.yaml'
+
+
+def load(path: str | Path | None = None) -> Parameters:
+    """
+    Read a ROS parameter file without ROS.
+
+    Of the file's sections only `/**: ros__parameters:` is read, the one that holds for every node.
+
+    Args:
+        path: The file; config/turtle.yaml if None.
+
+    Returns:
+        The values in it.
+
+    Raises:
+        ParameterError: The file cannot be read, is no parameter file, or holds values that
+            `from_mapping` refuses. The sentence begins with the path.
+
+    """
+    path = default_path() if path is None else Path(path)
+    try:
+        content = yaml.safe_load(path.read_text(encoding='utf-8'))
+    except OSError as error:
+        raise ParameterError(f'{path}: {error.strerror}') from error
+    except (UnicodeDecodeError, yaml.YAMLError) as error:
+        reason = ' '.join(str(error).split())
+        raise ParameterError(f'{path}: this is not YAML: {reason}') from error
+    section = content
+    for key in ('/**', 'ros__parameters'):
+        section = section.get(key) if isinstance(section, dict) else None
+    if not isinstance(section, dict):
+        raise ParameterError(f"{path}: there are no parameters under '/**: ros__parameters:'")
+    try:
+        # use_sim_time is a parameter of every node, and none of the physical numbers.
+        return from_mapping({k: v for k, v in section.items() if k != 'use_sim_time'})
+    except ParameterError as error:
+        raise type(error)(f'{path}: {error}') from None
