@@ -1,0 +1,394 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+The kinematics of turtlesim, tick for tick and bit for bit, without ROS.
+
+What turtlesim 1.8 does every 16 ms, in its order: each turtle takes at most one velocity command
+from its queue of seven, carries out the teleports that are waiting, stops if the last command is
+more than a second old, turns, moves along the new heading, is clamped to the arena, and publishes
+its pose. The time step is the constant 0.016 s, however late a tick may come.
+
+Positions are kept as turtlesim keeps them: x to the right and y downward from the upper left
+corner, in double precision. What goes in and out has y upward and, as in turtlesim's messages,
+the precision of float32.
+"""
+
+from collections import deque
+import math
+import struct
+from typing import Deque
+from typing import Dict
+from typing import List
+from typing import NamedTuple
+from typing import Optional
+from typing import Tuple
+
+_FLOAT = struct.Struct('f')
+_POSE = struct.Struct('5f')
+
+
+def float32(value: float) -> float:
+    """
+    Round a number to single precision, as a float32 field of a message does.
+
+    Args:
+        value: Any float.
+
+    Returns:
+        The nearest float32; infinity beyond float32's range.
+    """
+    try:
+        return _FLOAT.unpack(_FLOAT.pack(value))[0]
+    except OverflowError:
+        return math.copysign(math.inf, value)
+
+
+#: The time step of a tick and the period of the ticks, in s.
+TICK = 0.001 * 16
+#: How many unread velocity commands a turtle keeps; the oldest is dropped for an eighth.
+QUEUE_DEPTH = 7
+#: How long a turtle follows its last velocity command, in s.
+COMMAND_TIMEOUT = 1.0
+#: Width and height of the arena in m: 499 pixels of 1/45 m, in single precision.
+ARENA_SIZE = float32(499 / 45)
+#: x and y of the arena's centre in m, where the first turtle starts.
+ARENA_CENTER = float32(ARENA_SIZE / 2)
+
+# turtlesim's own pi is shorter than math.pi; the last bits of every heading depend on it.
+_PI = 3.14159265
+_TWO_PI = 2.0 * _PI
+
+
+class Pose(NamedTuple):
+    """
+    What turtlesim publishes about a turtle; every number is a float32.
+
+    Attributes:
+        x: Distance from the left wall in m.
+        y: Distance from the lower wall in m.
+        theta: Heading in rad, counter-clockwise from +x, in [-pi, pi).
+        linear_velocity: Commanded speed in m/s, never negative, also when driving backward.
+        angular_velocity: Commanded turn rate in rad/s, counter-clockwise.
+    """
+
+    x: float
+    y: float
+    theta: float
+    linear_velocity: float
+    angular_velocity: float
+
+
+def _normalize(angle: float) -> float:
+    """
+    Bring an angle into [-pi, pi) with turtlesim's pi.
+
+    Args:
+        angle: Any angle in rad.
+
+    Returns:
+        The same angle plus a whole number of turns; NaN if the angle is not finite.
+    """
+    try:
+        return angle - _TWO_PI * math.floor((angle + _PI) / _TWO_PI)
+    except (OverflowError, ValueError):
+        return math.nan
+
+
+class Turtle:
+    """
+    One turtle of turtlesim.
+
+    Attributes:
+        holonomic: Whether velocity commands may have a sideways part. A turtle that is not
+            holonomic leaves its sideways velocity as it was, which is zero from the start.
+        pose: The pose that the last tick gave, or the one that the turtle was made with.
+        clamped: Where a wall stopped the turtle in the last tick: the (x, y) in m, y downward,
+            that it would have reached; None if no wall did.
+    """
+
+    __slots__ = ('holonomic', 'pose', 'clamped', '_queue', '_teleports', '_x', '_y_down',
+                 '_theta', '_linear_x', '_linear_y', '_angular', '_commanded_at', '_resting')
+
+    def __init__(self, x: float = ARENA_CENTER, y: float = ARENA_CENTER, theta: float = 0.0,
+                 holonomic: bool = False, now: float = 0.0) -> None:
+        """
+        Put a turtle at rest into the arena.
+
+        Args:
+            x: Distance from the left wall in m; outside the arena, the first tick clamps it.
+            y: Distance from the lower wall in m; likewise.
+            theta: Heading in rad.
+            holonomic: Whether velocity commands may have a sideways part.
+            now: The time in s, on the clock that tick() is given.
+        """
+        self._x = float32(x)
+        self._y_down = float32(ARENA_SIZE - float32(y))
+        self._theta = float32(theta)
+        self._linear_x = 0.0
+        self._linear_y = 0.0
+        self._angular = 0.0
+        self._commanded_at = now
+        self._queue: Deque[Tuple[float, float, float]] = deque(maxlen=QUEUE_DEPTH)
+        self._teleports: List[Tuple[bool, float, float, float]] = []
+        # Whether the last tick left the turtle exactly as it found it.
+        self._resting = False
+        self.holonomic = holonomic
+        self.clamped: Optional[Tuple[float, float]] = None
+        self.pose = self._rounded_pose()
+
+    def command(self, linear_x: float, linear_y: float, angular_z: float) -> None:
+        """
+        Append a velocity command to the queue; a full queue loses its oldest.
+
+        Args:
+            linear_x: Velocity along the heading in m/s.
+            linear_y: Velocity to the left of it in m/s; ignored unless the turtle is holonomic
+                when it takes the command.
+            angular_z: Turn rate in rad/s, counter-clockwise.
+        """
+        self._queue.append((linear_x, linear_y, angular_z))
+
+    def teleport_absolute(self, x: float, y: float, theta: float) -> None:
+        """
+        Ask for a jump to a pose, which the next tick makes; the velocity stays.
+
+        Args:
+            x: Distance from the left wall in m.
+            y: Distance from the lower wall in m; beyond the upper wall it counts as at it.
+            theta: Heading in rad.
+        """
+        self._teleports.append((False, float32(x), float32(y), float32(theta)))
+
+    def teleport_relative(self, linear: float, angular: float) -> None:
+        """
+        Ask for a turn and then a jump along the new heading, which the next tick makes.
+
+        Args:
+            linear: Distance in m.
+            angular: Turn in rad, counter-clockwise.
+        """
+        self._teleports.append((True, float32(linear), 0.0, float32(angular)))
+
+    def take_command(self, now: float) -> None:
+        """
+        Take the oldest command of the queue, if there is one: the first half of a tick.
+
+        Args:
+            now: The time in s.
+        """
+        if self._queue:
+            self._linear_x, linear_y, self._angular = self._queue.popleft()
+            if self.holonomic:
+                self._linear_y = linear_y
+            self._commanded_at = now
+            self._resting = False
+
+    def update(self, now: float) -> Pose:
+        """
+        Move by one time step: the second half of a tick.
+
+        Args:
+            now: The time in s; only the age of the last command depends on it.
+
+        Returns:
+            The new pose.
+        """
+        if self._teleports:
+            self._teleport()
+        elif self._resting:
+            return self.pose
+
+        if now - self._commanded_at > COMMAND_TIMEOUT:
+            self._linear_x = self._linear_y = self._angular = 0.0
+        linear_x = self._linear_x
+        linear_y = self._linear_y
+        angular = self._angular
+
+        # Turning first, then moving along the new heading, is what turtlesim does.
+        theta = _normalize(self._theta + angular * TICK)
+        cos = math.cos(theta)
+        sin = math.sin(theta)
+        x = self._x + (cos * linear_x * TICK - sin * linear_y * TICK)
+        y_down = self._y_down - (cos * linear_y * TICK + sin * linear_x * TICK)
+
+        # A NaN passes, as it does in turtlesim.
+        if x < 0.0 or x > ARENA_SIZE or y_down < 0.0 or y_down > ARENA_SIZE:
+            self.clamped = (x, y_down)
+            x = 0.0 if x < 0.0 else ARENA_SIZE if x > ARENA_SIZE else x
+            y_down = 0.0 if y_down < 0.0 else ARENA_SIZE if y_down > ARENA_SIZE else y_down
+        else:
+            self.clamped = None
+            self._resting = (linear_x == linear_y == angular == 0.0 and theta == self._theta
+                             and x == self._x and y_down == self._y_down)
+        self._x = x
+        self._y_down = y_down
+        self._theta = theta
+        self.pose = self._rounded_pose()
+        return self.pose
+
+    def tick(self, now: float) -> Pose:
+        """
+        Do what one 16 ms tick of turtlesim does to a turtle.
+
+        Args:
+            now: The time in s; only the age of the last command depends on it.
+
+        Returns:
+            The pose that this tick publishes.
+        """
+        if self._queue:
+            self.take_command(now)
+        return self.update(now)
+
+    def _teleport(self) -> None:
+        """Carry out the teleports that are waiting, in order."""
+        for relative, x_or_linear, y, theta in self._teleports:
+            if relative:
+                self._theta += theta
+                # Only a finite angle has a cosine in Python, every one has in C++.
+                heading = self._theta if math.isfinite(self._theta) else math.nan
+                self._x += math.cos(heading) * x_or_linear
+                self._y_down += -math.sin(heading) * x_or_linear
+            else:
+                self._x = x_or_linear
+                self._y_down = max(0.0, ARENA_SIZE - y)
+                self._theta = theta
+        self._teleports.clear()
+        self._resting = False
+
+    def _rounded_pose(self) -> Pose:
+        """
+        Say where the turtle is.
+
+        Returns:
+            The pose, rounded to what a message can carry.
+        """
+        linear_x = self._linear_x
+        linear_y = self._linear_y
+        values = (self._x, ARENA_SIZE - self._y_down, self._theta,
+                  math.sqrt(linear_x * linear_x + linear_y * linear_y), self._angular)
+        try:
+            return tuple.__new__(Pose, _POSE.unpack(_POSE.pack(*values)))
+        except OverflowError:
+            return Pose(*map(float32, values))
+
+
+class TurtleSim:
+    """
+    All turtles of one turtlesim, by name; a new one holds turtle1 in the arena's centre.
+
+    Attributes:
+        turtles: The turtles by name, in the order in which a tick updates them.
+    """
+
+    def __init__(self, holonomic: bool = False, now: float = 0.0) -> None:
+        """
+        Start a simulator.
+
+        Args:
+            holonomic: Whether velocity commands may have a sideways part.
+            now: The time in s, on the clock that tick() is given.
+        """
+        self.turtles: Dict[str, Turtle] = {}
+        self._holonomic = holonomic
+        self._names = 0
+        self._started = False
+        self.reset(now)
+
+    @property
+    def holonomic(self) -> bool:
+        """
+        Tell whether velocity commands may have a sideways part.
+
+        Returns:
+            Whether they may, for all turtles; it can be set at any time.
+        """
+        return self._holonomic
+
+    @holonomic.setter
+    def holonomic(self, holonomic: bool) -> None:
+        """
+        Set whether velocity commands may have a sideways part.
+
+        Args:
+            holonomic: Whether they may, from the next command that is taken.
+        """
+        self._holonomic = holonomic
+        for turtle in self.turtles.values():
+            turtle.holonomic = holonomic
+
+    def spawn(self, x: float, y: float, theta: float, name: str = '', now: float = 0.0) -> str:
+        """
+        Add a turtle.
+
+        Args:
+            x: Distance from the left wall in m.
+            y: Distance from the lower wall in m.
+            theta: Heading in rad.
+            name: Its name; if empty, the next free one of turtle1, turtle2, and so on.
+            now: The time in s, on the clock that tick() is given.
+
+        Returns:
+            The turtle's name, or an empty string if the name was taken.
+        """
+        if name in self.turtles:
+            return ''
+        while not name:
+            self._names += 1
+            candidate = f'turtle{self._names}'
+            name = '' if candidate in self.turtles else candidate
+        self.turtles[name] = Turtle(x, y, theta, self._holonomic, now)
+        self.turtles = dict(sorted(self.turtles.items()))
+        return name
+
+    def kill(self, name: str) -> bool:
+        """
+        Remove a turtle.
+
+        Args:
+            name: Its name.
+
+        Returns:
+            Whether there was one of that name.
+        """
+        return self.turtles.pop(name, None) is not None
+
+    def reset(self, now: float = 0.0) -> None:
+        """
+        Remove all turtles and start again with turtle1 in the centre, at rest.
+
+        Args:
+            now: The time in s, on the clock that tick() is given.
+        """
+        self.turtles = {}
+        self._names = 0
+        self.spawn(ARENA_CENTER, ARENA_CENTER, 0.0, now=now)
+
+    def tick(self, now: float) -> Dict[str, Pose]:
+        """
+        Do what one 16 ms tick of turtlesim does.
+
+        Args:
+            now: The time in s; only the ages of the last commands depend on it.
+
+        Returns:
+            The pose of each turtle. The very first tick takes commands, but only starts
+            turtlesim's clock: nothing moves, and there are no poses.
+        """
+        if not self._started:
+            self._started = True
+            for turtle in self.turtles.values():
+                turtle.take_command(now)
+            return {}
+        return {name: turtle.tick(now) for name, turtle in self.turtles.items()}
