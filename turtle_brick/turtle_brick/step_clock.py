@@ -1,0 +1,66 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A clock of equal steps that late callbacks can't make drift."""
+
+from typing import List
+from typing import Optional
+
+
+class StepClock:
+    """
+    Count the steps of a fixed period that have become due.
+
+    Step k belongs to the instant t0 + k * period, in integer nanoseconds, so that rounding
+    never adds up; t0 is the first instant asked about. Timers that call late or lose a period
+    only make steps come late: the next call returns every one that is due.
+    """
+
+    def __init__(self, period: int, longest_gap: int = 1_000_000_000) -> None:
+        """
+        Wait for the first call of `due`, which sets t0.
+
+        Args:
+            period: time between two steps (ns)
+            longest_gap: a larger gap between two calls (ns), or a jump backward, sets t0 anew
+        """
+        self.period = period
+        self.longest_gap = longest_gap
+        self.last: Optional[int] = None
+        self.restarts = 0
+
+    def due(self, now: int) -> List[int]:
+        """
+        Return the instants (ns) of the steps that have become due since the last call.
+
+        Args:
+            now: the present instant (ns)
+
+        Returns:
+            The instants in order, the last at most one period old. A gap longer than
+            `longest_gap`, or a jump backward by more than a period, counts in `restarts`
+            and gives just [now], the new t0.
+        """
+        if self.last is None:
+            self.last = now
+            return [now]
+        elapsed = now - self.last
+        if elapsed > self.longest_gap or elapsed < -self.period:
+            self.restarts += 1
+            self.last = now
+            return [now]
+        instants = list(range(self.last + self.period, now + 1, self.period))
+        if instants:
+            self.last = instants[-1]
+        return instants
