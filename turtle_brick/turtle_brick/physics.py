@@ -1,0 +1,281 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The physics of the arena: a brick that hovers, falls, rides on a platform, slides off and floats.
+
+Everything is exact for the step it is given. A fall is the closed form
+z = z0 - g t^2 / 2 of the whole time since the release, not a sum of small steps; a slide is
+the closed form of constant acceleration g sin(angle) along the platform over each step.
+
+The brick is a box; its location is its centre. It is inclined like the platform at all times,
+and flat where no platform is known or the ground carries it. Contact is asked of its bottom,
+half its height below the centre.
+"""
+
+from enum import Enum
+from math import atan2
+from math import hypot
+from math import isfinite
+from typing import Optional
+from typing import Tuple
+
+from turtle_brick.geometry import axes
+from turtle_brick.geometry import distance_to_rectangle
+from turtle_brick.geometry import from_yaw
+from turtle_brick.geometry import IDENTITY
+from turtle_brick.geometry import multiply
+from turtle_brick.geometry import Pose
+from turtle_brick.geometry import Quaternion
+from turtle_brick.geometry import Vector
+
+CONTACT_TOLERANCE = 1e-9
+"""How far (m) below a platform's top the brick's bottom may be and still count as above it."""
+
+LEVEL_TOLERANCE = 1e-3
+"""The largest angle (rad) of a platform that counts as level, so that a brick can land on it."""
+
+VERTICAL = 1e-9
+"""Upward part of a platform's normal at and below which the platform is tilted by 90 degrees."""
+
+
+class Phase(Enum):
+    """What the brick does."""
+
+    HOVERING = 'hovering'
+    FALLING = 'falling'
+    RIDING = 'on the platform'
+    FLOATING = 'floating'
+    GROUNDED = 'on the ground'
+
+
+class World:
+    """Keep track of the physics of the world."""
+
+    def __init__(self, brick, gravity, radius, dt):
+        """
+        Initialize the world.
+
+        Args:
+        ----
+        brick - The (x,y,z) location of the brick
+        gravity - the acceleration due to gravity in m/s^2
+        radius - the radius of the platform
+        dt - timestep in seconds of the physics simulation
+
+        """
+        self._gravity = gravity
+        self._radius = radius
+        self._dt = dt
+        self._size: Vector = (0.0, 0.0, 0.0)
+        self._thickness = 0.0
+        self._platform: Optional[Pose] = None
+        self.brick = brick
+
+    @property
+    def brick(self):
+        """
+        Get the brick's location.
+
+        Return: (x,y,z) location of the brick
+        """
+        return self._brick
+
+    @brick.setter
+    def brick(self, location):
+        """
+        Set the brick's location.
+
+        Args:
+        ----
+        location - the (x,y,z) location of the brick
+
+        """
+        x, y, z = (float(value) for value in location)
+        if not (isfinite(x) and isfinite(y) and isfinite(z)):
+            raise ValueError(f'the location ({x:g}, {y:g}, {z:g}) is not finite')
+        if z < self._size[2] / 2.0:
+            raise ValueError(
+                f'at z = {z:g} m the bottom of the brick, {self._size[2] / 2.0:g} m below its '
+                'centre, would be under the ground')
+        self._brick: Vector = (x, y, z)
+        self._phase = Phase.HOVERING
+        self._yaw = 0.0
+
+    def drop(self):
+        """Update the brick's location by having it fall in gravity for one timestep."""
+        if self._phase in (Phase.HOVERING, Phase.FLOATING):
+            self.release()
+        if self._phase is Phase.FALLING:
+            self._fall()
+
+    @property
+    def size(self) -> Vector:
+        """Length, width and height (m) of the brick; a point unless set."""
+        return self._size
+
+    @size.setter
+    def size(self, size: Vector) -> None:
+        length, width, height = size
+        self._size = (float(length), float(width), float(height))
+
+    @property
+    def thickness(self) -> float:
+        """Distance (m) from the platform's frame to its top, where bricks land; 0 unless set."""
+        return self._thickness
+
+    @thickness.setter
+    def thickness(self, thickness: float) -> None:
+        self._thickness = float(thickness)
+
+    @property
+    def platform(self) -> Optional[Pose]:
+        """Pose of the platform's frame, the centre of its base, in the world; None: unknown."""
+        return self._platform
+
+    @platform.setter
+    def platform(self, pose: Optional[Pose]) -> None:
+        if pose == self._platform:
+            return
+        self._platform = pose
+        if pose is not None:
+            self._axes = axes(pose.orientation)
+            hinge = self._axes[1]
+            # The turn about z that leads to the hinge: it stays defined when the platform is
+            # turned over, where the heading of its x axis is not.
+            self._hinge_yaw = atan2(-hinge[0], hinge[1])
+
+    @property
+    def phase(self) -> Phase:
+        """What the brick does."""
+        return self._phase
+
+    @property
+    def orientation(self) -> Quaternion:
+        """
+        Orientation of the brick in the world.
+
+        Its inclination is the platform's at all times; its heading about its own upright is its
+        own, and turns with the platform while the brick is on it.
+        """
+        if self._platform is None or self._phase is Phase.GROUNDED:
+            return from_yaw(self._yaw) if self._yaw else IDENTITY
+        return multiply(self._platform.orientation, from_yaw(self._yaw - self._hinge_yaw))
+
+    def release(self) -> None:
+        """
+        Let the brick go: from the next step on it falls.
+
+        Raises:
+            ValueError: it is neither hovering nor floating; the text says what it does instead
+
+        """
+        if self._phase is Phase.FALLING:
+            raise ValueError('the brick is already falling')
+        if self._phase in (Phase.RIDING, Phase.GROUNDED):
+            raise ValueError(f'the brick is {self._phase.value}')
+        self._phase = Phase.FALLING
+        self._release_height = self._brick[2]
+        self._steps_fallen = 0
+
+    def step(self) -> None:
+        """Advance by one timestep, whatever the brick does."""
+        if self._phase is Phase.FALLING:
+            self._fall()
+        elif self._phase is Phase.RIDING and self._platform is not None:
+            self._ride()
+
+    def _fall(self) -> None:
+        """Fall for one timestep, onto the platform or the ground if they are in the way."""
+        x, y, previous = self._brick
+        self._steps_fallen += 1
+        time = self._steps_fallen * self._dt
+        z = self._release_height - 0.5 * self._gravity * time * time
+        half_height = self._size[2] / 2.0
+        if self._platform is not None and self._axes[2][2] > 1.0 - LEVEL_TOLERANCE ** 2 / 2.0:
+            top = self._top()
+            rest = top[2] + half_height
+            if (previous >= rest - CONTACT_TOLERANCE and z < rest
+                    and hypot(x - top[0], y - top[1]) <= self._radius):
+                self._land(top)
+                return
+        if z <= half_height:
+            z = half_height
+            self._phase = Phase.GROUNDED
+        self._brick = (x, y, z)
+
+    def _top(self) -> Vector:
+        """Return the centre of the platform's top in the world."""
+        px, py, pz = self._platform.position
+        nx, ny, nz = self._axes[2]
+        d = self._thickness
+        return (px + d * nx, py + d * ny, pz + d * nz)
+
+    def _land(self, top: Vector) -> None:
+        """Come to rest on the platform: from here on the place on it is what counts."""
+        ex, ey, _ = self._axes
+        dx, dy = self._brick[0] - top[0], self._brick[1] - top[1]
+        self._place = (dx * ex[0] + dy * ex[1], dx * ey[0] + dy * ey[1])
+        self._speed = (0.0, 0.0)
+        self._relative_yaw = self._yaw - self._hinge_yaw
+        self._phase = Phase.RIDING
+        self._carry(top)
+
+    def _ride(self) -> None:
+        """Slide along the platform for one timestep and go where it goes."""
+        ex, ey, normal = self._axes
+        u, v = self._place
+        speed_u, speed_v = self._speed
+        # Gravity along the plane: its part along each of the platform's axes, g sin(angle) in all.
+        pull_u = -self._gravity * ex[2]
+        pull_v = -self._gravity * ey[2]
+        dt = self._dt
+        self._place = (u + speed_u * dt + 0.5 * pull_u * dt * dt,
+                       v + speed_v * dt + 0.5 * pull_v * dt * dt)
+        self._speed = (speed_u + pull_u * dt, speed_v + pull_v * dt)
+        self._carry(self._top())
+        if normal[2] <= VERTICAL or self._is_clear():
+            self._phase = Phase.FLOATING
+
+    def _carry(self, top: Vector) -> None:
+        """Set the brick's location and heading in the world from its place on the platform."""
+        ex, ey, normal = self._axes
+        u, v = self._place
+        lift = self._size[2] / 2.0
+        self._brick = tuple(
+            top[i] + u * ex[i] + v * ey[i] + lift * normal[i] for i in range(3))
+        self._yaw = self._hinge_yaw + self._relative_yaw
+
+    def _is_clear(self) -> bool:
+        """Tell whether no point of the brick's bottom is within the platform's radius."""
+        return is_clear(self._place, self._relative_yaw, self._size, self._radius)
+
+
+def is_clear(place: Tuple[float, float], yaw: float, size: Vector, radius: float) -> bool:
+    """
+    Tell whether a brick's trailing edge has cleared a round platform.
+
+    Args:
+        place: centre of the brick in the platform's plane (m), from the platform's axis
+        yaw: heading of the brick relative to the platform (rad)
+        size: length, width, height of the brick (m)
+        radius: radius of the platform (m)
+
+    Returns:
+        Whether no point of the brick's bottom is within `radius` of the axis.
+    """
+    # Far cheaper than the rectangle, and true until the very end of a slide.
+    if hypot(*place) <= radius:
+        return False
+    return distance_to_rectangle(*place, yaw, size[0], size[1]) > radius
