@@ -1,0 +1,527 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Decide what to do about a brick, from nothing but where it is and where the robot is.
+
+`FallDetector` tells a fall from everything else that a brick may do and knows its course;
+`reach` computes whether the robot can be under it in time; `transition` is the state machine;
+`Catcher` holds them together and says what to publish. No clock is read here and nothing is
+known of how the brick is moved: instants come with the observations, in integer nanoseconds of
+one clock.
+"""
+
+from collections import deque
+from dataclasses import dataclass
+from enum import Enum
+from math import atan2
+from math import cos
+from math import hypot
+from math import inf
+from math import pi
+from math import sqrt
+from typing import Deque
+from typing import List
+from typing import NamedTuple
+from typing import Optional
+from typing import Tuple
+from typing import Union
+
+from turtle_brick.driving import PERIOD
+from turtle_brick.driving import TRANSPORT
+from turtle_brick.driving import travel_time
+from turtle_brick.geometry import axes
+from turtle_brick.geometry import dot
+from turtle_brick.geometry import Pose
+from turtle_brick.geometry import Vector
+from turtle_brick.parameters import Parameters
+from turtle_brick.physics import is_clear
+from turtle_brick.physics import LEVEL_TOLERANCE
+from turtle_brick.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.turtlesim_kinematics import QUEUE_DEPTH
+from turtle_brick.turtlesim_kinematics import TICK
+
+NANO = 1e-9
+
+CENTRE = (ARENA_SIZE / 2.0, ARENA_SIZE / 2.0)
+"""Centre of the arena in the world (m), where the brick is carried to."""
+
+QUEUE_LATENCY = QUEUE_DEPTH * PERIOD + TICK - PERIOD + TRANSPORT
+"""The longest time (s) from publishing a command to the pose that shows it: its turn comes when
+six newer ones wait behind it, and if a tick has just gone by then, with the next (0.0764 s)."""
+
+COMMAND_LATENCY = 3 * TRANSPORT + PERIOD + QUEUE_LATENCY + PERIOD + 0.010
+"""The longest time (s) from the decision to the platform's first motion as the arena sees it:
+the goal reaches the robot, waits for its next cycle, the command goes through turtlesim's queue,
+the pose waits for the robot's next cycle to become a transform, and that reaches the arena (4 ms
+until its next step, the rest for what an operating system does in between)."""
+
+LEVEL_LATENCY = 3 * TRANSPORT + PERIOD + 0.015
+"""The longest time (s) from publishing a tilt to the arena seeing the platform like that."""
+
+CARRY_ON = QUEUE_LATENCY + 2 * PERIOD + TICK
+"""How long (s) a moving robot may go on from where it is seen: what is seen is up to a tick and
+a cycle old, and the commands on their way are obeyed whatever is decided."""
+
+RAMP = 0.5
+"""Time (s) in which the platform is tilted and levelled."""
+
+PATIENCE = 10.0
+"""Time (s) for which the robot tries to get rid of a brick that does not slide."""
+
+SETTLED = 0.05
+"""Time (s) after which a brick that has not moved is at rest."""
+
+AT_CENTRE = 0.02
+"""Distance (m) from the centre at which the robot, at rest, may tilt."""
+
+ON_PLATFORM = 0.01
+"""How far (m) from its resting height a brick may be and still count as lying there."""
+
+
+class Fall(NamedTuple):
+    """A recognised fall: where and how fast the brick was at an instant of it."""
+
+    stamp: int
+    x: float
+    y: float
+    z: float
+    speed: float
+    """Downward (m/s)."""
+
+    @property
+    def position(self) -> Vector:
+        """Position of the brick at `stamp` in the world (m)."""
+        return (self.x, self.y, self.z)
+
+    def height(self, stamp: int, gravity: float) -> float:
+        """Return the brick's height (m) at an instant (ns) if nothing stops it."""
+        time = (stamp - self.stamp) * NANO
+        return self.z - self.speed * time - 0.5 * gravity * time * time
+
+    def time_to(self, height: float, gravity: float) -> float:
+        """Return the time (s) from `stamp` until the brick is down at a height; -inf: it is."""
+        way = self.z - height
+        if way < 0.0:
+            return -inf
+        return (sqrt(self.speed * self.speed + 2.0 * gravity * way) - self.speed) / gravity
+
+
+class FallDetector:
+    """
+    Recognise free fall in a sequence of positions.
+
+    Three samples at any spacing that went straight down, and whose second difference is the
+    acceleration due to gravity, are a fall; being placed, carried or slid is not. At 250 Hz a
+    fall is known 8 ms after the release.
+    """
+
+    TOLERANCE = 0.1
+    """Largest deviation of the acceleration, as a part of gravity."""
+
+    SIDEWAYS = 1e-4
+    """Largest sideways motion (m) between two samples of a fall."""
+
+    DEVIATION = 0.01
+    """Distance (m) from the recognised course at which the fall is over."""
+
+    def __init__(self, gravity: float) -> None:
+        """
+        Know no position yet.
+
+        Args:
+            gravity: the acceleration due to gravity (m/s^2)
+
+        """
+        self.gravity = gravity
+        self.fall: Optional[Fall] = None
+        self._samples: Deque[Tuple[int, float, float, float]] = deque(maxlen=3)
+
+    def observe(self, stamp: int, x: float, y: float, z: float) -> bool:
+        """
+        Take note of a position.
+
+        Args:
+            stamp: instant at which the brick was there (ns)
+            x: its position in the world (m)
+            y: its position in the world (m)
+            z: its position in the world (m)
+
+        Returns:
+            Whether a fall has been recognised that was not known before. `fall` holds it until
+            the brick no longer follows its course.
+        """
+        samples = self._samples
+        if samples and stamp <= samples[-1][0]:
+            if stamp < samples[-1][0]:
+                samples.clear()
+                samples.append((stamp, x, y, z))
+                self.fall = None
+            return False
+        if samples and abs(x - samples[-1][1]) + abs(y - samples[-1][2]) > self.SIDEWAYS:
+            samples.clear()
+            self.fall = None
+        samples.append((stamp, x, y, z))
+        if self.fall is not None:
+            if abs(self.fall.height(stamp, self.gravity) - z) > self.DEVIATION:
+                self.fall = None
+                samples.clear()
+                samples.append((stamp, x, y, z))
+            return False
+        if len(samples) < 3:
+            return False
+        (t0, _, _, z0), (t1, _, _, z1), (t2, _, _, z2) = samples
+        if not z0 > z1 > z2:
+            return False
+        first, second = (t1 - t0) * NANO, (t2 - t1) * NANO
+        speed_before, speed_after = (z0 - z1) / first, (z1 - z2) / second
+        acceleration = (speed_after - speed_before) / (0.5 * (first + second))
+        if abs(acceleration - self.gravity) > self.TOLERANCE * self.gravity:
+            return False
+        self.fall = Fall(t2, x, y, z2, speed_after + 0.5 * self.gravity * second)
+        return True
+
+
+class Decision(NamedTuple):
+    """What `reach` found about a fall; every length in m, every time in s."""
+
+    reachable: bool
+    fall: Fall
+    contact: int
+    """Instant (ns) at which the brick's bottom is at the height of the platform's top."""
+    available: float
+    """Time from the decision to the contact."""
+    needed: float
+    """Time from the decision until the platform can be under the brick."""
+    distance: float
+    reason: str
+    """Why the brick can't be caught; empty if it can."""
+
+    @property
+    def margin(self) -> float:
+        """Time (s) to spare."""
+        return self.available - self.needed
+
+
+class Robot(NamedTuple):
+    """Where the robot is, and where commands on their way may take it, in the world (m)."""
+
+    x: float
+    y: float
+    bound_for: Tuple[Tuple[float, float], ...] = ()
+    level: bool = True
+    """Whether its platform is level, and will be seen so by everyone."""
+
+
+def resting_height(parameters: Parameters) -> float:
+    """Return the height (m) of the centre of a brick that lies on the level platform."""
+    return parameters.platform_height + parameters.brick_size[2] / 2.0
+
+
+def reach(fall: Fall, now: int, robot: Optional[Robot], parameters: Parameters) -> Decision:
+    """
+    Compute whether the robot can be under a falling brick when it comes down.
+
+    Args:
+        fall: the fall
+        now: the present instant (ns)
+        robot: the robot, None where it is not known
+        parameters: max_velocity, platform_height, platform_radius, gravity_accel, brick_size
+
+    Returns:
+        The decision. The brick is reachable if it comes down inside the arena and the time to
+        travel (distance - platform_radius) at max_velocity plus the latency of the command path
+        is within the time until the contact. The distance of a moving robot is the largest that
+        the commands on their way may make of it.
+    """
+    height = resting_height(parameters)
+    time = fall.time_to(height, parameters.gravity_accel)
+    contact = fall.stamp + round(max(time, 0.0) / NANO)
+    available = (contact - now) * NANO
+    if robot is None:
+        return Decision(False, fall, contact, available, inf, inf,
+                        'the position of the robot is not known')
+    distance = hypot(fall.x - robot.x, fall.y - robot.y)
+    farthest = max([distance] + [hypot(fall.x - x, fall.y - y) for x, y in robot.bound_for])
+    needed = 0.0
+    if farthest > parameters.platform_radius:
+        needed = COMMAND_LATENCY + travel_time(
+            farthest, parameters.platform_radius, parameters.max_velocity)
+    if not robot.level:
+        needed = max(needed, LEVEL_LATENCY)
+    reason = ''
+    if time < 0.0:
+        reason = (f'it falls from {fall.z:.2f} m, below the {height:.2f} m at which it would '
+                  'lie on the platform')
+    elif not (0.0 <= fall.x <= ARENA_SIZE and 0.0 <= fall.y <= ARENA_SIZE):
+        reason = f'({fall.x:.2f}, {fall.y:.2f}) is outside the arena'
+    elif needed > available:
+        reason = (f'the robot, {distance:.2f} m away, needs {needed:.3f} s and the brick is down '
+                  f'in {available:.3f} s, {needed - available:.3f} s too early')
+    return Decision(not reason, fall, contact, available, needed, distance, reason)
+
+
+class State(Enum):
+    """What the catcher is doing."""
+
+    WAITING = 'waiting for a brick to fall'
+    APPROACHING = 'driving under the brick'
+    CARRYING = 'carrying the brick to the centre'
+    TILTING = 'tilting the brick off'
+    LEVELLING = 'levelling the platform'
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What matters for the next state."""
+
+    decision: Optional[bool] = None
+    """Whether a brick that has just begun to fall can be caught; None: none has."""
+    falling: bool = False
+    on_platform: bool = False
+    at_centre: bool = False
+    off_platform: bool = False
+    """The brick is clear of the platform and at rest, or no longer anywhere near it."""
+    out_of_patience: bool = False
+    level: bool = True
+
+
+def transition(state: State, seen: Observation) -> State:
+    """
+    Return the state that follows.
+
+    Args:
+        state: the present state
+        seen: what is seen in it
+
+    Returns:
+        The next state, often the same.
+    """
+    if seen.decision:
+        return State.APPROACHING
+    if state is State.APPROACHING:
+        if seen.on_platform:
+            return State.CARRYING
+        if not seen.falling:
+            return State.LEVELLING
+    elif state is State.CARRYING:
+        if not seen.on_platform:
+            return State.LEVELLING
+        if seen.at_centre:
+            return State.TILTING
+    elif state is State.TILTING:
+        if seen.off_platform or seen.out_of_patience:
+            return State.LEVELLING
+    elif state is State.LEVELLING:
+        if seen.level:
+            return State.WAITING
+    return state
+
+
+class Drive(NamedTuple):
+    """Drive to a point of the world (m)."""
+
+    x: float
+    y: float
+
+
+class Tilt(NamedTuple):
+    """Set the platform's angle (rad)."""
+
+    angle: float
+
+
+class Unreachable(NamedTuple):
+    """Say, at the brick, that it can't be caught."""
+
+    position: Vector
+
+
+Action = Union[Drive, Tilt, Unreachable]
+
+
+class Catcher:
+    """Catch every brick that can be caught, carry it to the centre and tip it off."""
+
+    MEMORY = 0.07
+    """Span (s) of robot positions from which its velocity is taken: four ticks of turtlesim."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        """
+        Wait for a brick to fall.
+
+        Args:
+            parameters: the physical numbers of robot, brick and world
+
+        """
+        self.parameters = parameters
+        self.state = State.WAITING
+        self.decision: Optional[Decision] = None
+        self._detector = FallDetector(parameters.gravity_accel)
+        self._undecided: Optional[Fall] = None
+        self._brick: Optional[Pose] = None
+        self._brick_moved = 0
+        self._track: Deque[Tuple[int, float, float]] = deque()
+        self._goal: Optional[Tuple[int, Drive]] = None
+        self._since = 0
+        self._angle = 0.0
+        self._angle_before = 0.0
+        self._angle_set = 0
+
+    def see_brick(self, stamp: int, brick: Pose) -> bool:
+        """
+        Take note of where the brick is.
+
+        Args:
+            stamp: instant at which it was there (ns)
+            brick: its pose in the world
+
+        Returns:
+            Whether it has just begun to fall: then `update` should be called at once.
+        """
+        if self._brick is None or brick.position != self._brick.position:
+            self._brick_moved = stamp
+        self._brick = brick
+        if self._detector.observe(stamp, *brick.position):
+            self._undecided = self._detector.fall
+            return True
+        return False
+
+    def update(self, now: int, platform: Optional[Pose]) -> List[Action]:
+        """
+        Decide what is to be done now; to be called 50 times per second or more.
+
+        Args:
+            now: the present instant (ns)
+            platform: pose of the platform's frame in the world, None where it is not known
+
+        Returns:
+            What is to be published, in order.
+        """
+        robot = self._robot(now, platform)
+        actions: List[Action] = []
+        fall, self._undecided = self._undecided, None
+        reachable = None
+        if fall is not None:
+            self.decision = reach(fall, now, robot, self.parameters)
+            reachable = self.decision.reachable
+            if not reachable:
+                actions.append(Unreachable(fall.position))
+        state = transition(self.state, Observation(
+            decision=reachable,
+            falling=self._is_falling(),
+            on_platform=self._on_platform(robot),
+            at_centre=robot is not None and not robot.bound_for
+            and hypot(robot.x - CENTRE[0], robot.y - CENTRE[1]) <= AT_CENTRE,
+            off_platform=self._off_platform(now, platform),
+            out_of_patience=(now - self._since) * NANO > PATIENCE,
+            level=self._angle == 0.0))
+        if state is not self.state or reachable:
+            self._since = now
+            self._angle_before = self._angle
+            actions += self._enter(state, now, robot)
+            self.state = state
+        actions += self._move_platform(now)
+        return actions
+
+    def _enter(self, state: State, now: int, robot: Optional[Robot]) -> List[Action]:
+        """Return what is to be done once, on entering a state."""
+        actions: List[Action] = []
+        if state is State.APPROACHING:
+            # Level at once, whoever has tilted the platform.
+            self._angle, self._angle_set = 0.0, now
+            actions = [Drive(self.decision.fall.x, self.decision.fall.y), Tilt(0.0)]
+        elif state is State.CARRYING:
+            actions = [Drive(*CENTRE)]
+        elif (state is State.LEVELLING and robot is not None
+              and self.state in (State.APPROACHING, State.CARRYING)):
+            # What was to be caught or carried is gone: stop where the commands on their way
+            # will have led.
+            actions = [Drive(*(robot.bound_for or ((robot.x, robot.y),))[0])]
+        if actions:
+            self._goal = (now, actions[0])
+        return actions
+
+    def _move_platform(self, now: int) -> List[Action]:
+        """Return the platform's next angle, if it is to change."""
+        wanted = self.parameters.tilt_angle if self.state is State.TILTING else 0.0
+        if self._angle == wanted:
+            return []
+        part = min((now - self._since) * NANO / RAMP, 1.0)
+        smooth = 0.5 - 0.5 * cos(pi * part)
+        self._angle = wanted if part == 1.0 else (
+            self._angle_before + smooth * (wanted - self._angle_before))
+        self._angle_set = now
+        return [Tilt(self._angle)]
+
+    def _is_falling(self) -> bool:
+        """Tell whether the brick falls, and has not passed the platform yet."""
+        return (self._detector.fall is not None
+                and self._brick.position[2] > resting_height(self.parameters) - ON_PLATFORM)
+
+    def _on_platform(self, robot: Optional[Robot]) -> bool:
+        """Tell whether the brick lies on the level platform."""
+        if robot is None or self._brick is None or self._detector.fall is not None:
+            return False
+        x, y, z = self._brick.position
+        # The robot moves on while the transforms of the two are some ms apart.
+        near = self.parameters.platform_radius + self.parameters.max_velocity * 0.1
+        return (abs(z - resting_height(self.parameters)) <= ON_PLATFORM
+                and hypot(x - robot.x, y - robot.y) <= near)
+
+    def _off_platform(self, now: int, platform: Optional[Pose]) -> bool:
+        """Tell whether the brick does not move, and is clear of the platform or off its plane."""
+        if self._brick is None or platform is None:
+            return True
+        if (now - self._brick_moved) * NANO < SETTLED:
+            return False
+        offset = tuple(b - p for b, p in zip(self._brick.position, platform.position))
+        ex, ey, normal = axes(platform.orientation)
+        rest = self.parameters.platform_thickness + self.parameters.brick_size[2] / 2.0
+        if abs(dot(offset, normal) - rest) > ON_PLATFORM:
+            return True
+        forward, _, _ = axes(self._brick.orientation)
+        yaw = atan2(dot(forward, ey), dot(forward, ex))
+        return is_clear((dot(offset, ex), dot(offset, ey)), yaw, self.parameters.brick_size,
+                        self.parameters.platform_radius - 1e-3)
+
+    def _robot(self, now: int, platform: Optional[Pose]) -> Optional[Robot]:
+        """Return the robot, with all that what is seen and was ordered may make of it."""
+        track = self._track
+        if platform is None:
+            track.clear()
+            return None
+        x, y, _ = platform.position
+        track.append((now, x, y))
+        while (now - track[0][0]) * NANO > self.MEMORY:
+            track.popleft()
+        then, x_then, y_then = track[0]
+        limit = self.parameters.max_velocity
+        bound_for = []
+        moved = hypot(x - x_then, y - y_then)
+        if moved > 0.0:
+            # Ticks come in lumps of 16 ms: the span may hold one more than it has time for.
+            span = max((now - then) * NANO - TICK - PERIOD, TICK)
+            way = min(moved / span, limit) * CARRY_ON / moved
+            bound_for.append((x + way * (x - x_then), y + way * (y - y_then)))
+        if self._goal is not None and (now - self._goal[0]) * NANO < COMMAND_LATENCY:
+            # It may be about to obey an order that shows no effect yet.
+            _, goal = self._goal
+            distance = hypot(goal.x - x, goal.y - y)
+            if distance > 0.0:
+                way = min(limit * CARRY_ON / distance, 1.0)
+                bound_for.append((x + way * (goal.x - x), y + way * (goal.y - y)))
+        level = (axes(platform.orientation)[2][2] > 1.0 - LEVEL_TOLERANCE ** 2 / 2.0
+                 and self._angle == 0.0 and (now - self._angle_set) * NANO > LEVEL_LATENCY)
+        return Robot(x, y, tuple(bound_for), level)
