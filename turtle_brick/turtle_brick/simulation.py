@@ -1,0 +1,308 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The whole closed loop without ROS: brick, robot, turtlesim and catcher at their real rates.
+
+It is made of the very modules that the nodes use: `physics.World` at 250 Hz, `driving.Driver` at
+100 Hz, `turtlesim_kinematics.Turtle` every 16 ms with its queue of commands, `catching.Catcher`
+at every position of the brick and 50 times per second. Between them lie the delays of the live
+graph. Time jumps from event to event, so that an hour takes seconds; everything random comes
+from a seed, so that every run can be repeated.
+"""
+
+from collections import deque
+from dataclasses import dataclass
+from math import inf
+from random import Random
+from typing import Callable
+from typing import Deque
+from typing import List
+from typing import NamedTuple
+from typing import Optional
+from typing import Tuple
+
+from turtle_brick.catching import Catcher
+from turtle_brick.catching import Decision
+from turtle_brick.catching import Drive
+from turtle_brick.catching import State
+from turtle_brick.catching import Tilt
+from turtle_brick.catching import Unreachable
+from turtle_brick.driving import Driver
+from turtle_brick.driving import within_arena
+from turtle_brick.geometry import from_pitch
+from turtle_brick.geometry import from_yaw
+from turtle_brick.geometry import multiply
+from turtle_brick.geometry import Pose
+from turtle_brick.geometry import Vector
+from turtle_brick.parameters import Parameters
+from turtle_brick.physics import Phase
+from turtle_brick.physics import World
+from turtle_brick.turtlesim_kinematics import ARENA_CENTER
+from turtle_brick.turtlesim_kinematics import Turtle
+
+PHYSICS_PERIOD = 4_000_000
+ROBOT_PERIOD = 10_000_000
+TICK_PERIOD = 16_000_000
+CATCHER_PERIOD = 20_000_000
+NANO = 1e-9
+
+
+@dataclass(frozen=True)
+class Delays:
+    """What the live graph adds to the ideal loop; times in s."""
+
+    transport: float = 0.0004
+    """From publishing a message to its arrival in another node."""
+    transforms: float = 0.0010
+    """From the robot's cycle to the platform's transform (by way of robot_state_publisher)."""
+    tick_jitter: float = 0.0
+    """Standard deviation of turtlesim's ticks about their grid."""
+    robot_jitter: float = 0.0
+    """Standard deviation of the robot's cycles about theirs."""
+
+
+class Result(NamedTuple):
+    """What became of a drop; lengths in m, times in s."""
+
+    brick: Vector
+    """Where it was released."""
+    robot: Tuple[float, float]
+    """Where the robot was then."""
+    decision: Optional[Decision]
+    caught: bool
+    fall_time: float
+    """From release to contact with the platform or the ground."""
+    decision_time: float
+    """From release to decision."""
+    carried_to: Optional[Tuple[float, float]]
+    """Where the robot tilted."""
+    slide_time: float
+    """From the first tilt to the brick's floating."""
+    finished: bool
+    """Whether the catcher was waiting again in the end."""
+
+
+class Simulation:
+    """One arena with its robot, from start to whenever."""
+
+    def __init__(self, parameters: Parameters, seed: int = 0, delays: Delays = Delays(),
+                 start: Tuple[float, float, float] = (ARENA_CENTER, ARENA_CENTER, 0.0)) -> None:
+        """
+        Set up robot and brick at rest.
+
+        Args:
+            parameters: the physical numbers
+            seed: of the phases of all timers, and of the jitter
+            delays: the delays between the parts
+            start: x, y (m) and theta (rad) of the turtle in the world
+
+        """
+        self.parameters = parameters
+        self.random = Random(seed)
+        self.delays = delays
+        self.world = World(parameters.brick_start, parameters.gravity_accel,
+                           parameters.platform_radius, PHYSICS_PERIOD * NANO)
+        self.world.size = parameters.brick_size
+        self.world.thickness = parameters.platform_thickness
+        self.driver = Driver(parameters.max_velocity)
+        self.turtle = Turtle(*start, holonomic=True)
+        self.catcher = Catcher(parameters)
+        self.now = 0
+        self.on_physics: Optional[Callable[[], None]] = None
+        """Called after each step of the physics, to watch or to record."""
+        self.on_decision: Optional[Callable[[Decision], None]] = None
+        self.unreachable = 0
+        self._hinge = parameters.platform_height - parameters.platform_thickness
+        self._tilt = 0.0
+        self._platform: Optional[Pose] = None
+        self._platform_key: Optional[Tuple[float, float, float, float]] = None
+        # What is on its way: (time of arrival, content), in order.
+        self._to_turtle: Deque[Tuple[int, float, float]] = deque()
+        self._to_driver: Deque[Tuple[int, object]] = deque()
+        self._orders: Deque[Tuple[int, object]] = deque()
+        self._transforms: Deque[Tuple[int, Pose]] = deque()
+        self._transport = round(delays.transport / NANO)
+        self._transform_delay = round(delays.transforms / NANO)
+        uniform = self.random.randrange
+        self._physics_at = uniform(PHYSICS_PERIOD)
+        self._robot_grid = uniform(ROBOT_PERIOD)
+        self._robot_at = self._robot_grid
+        self._tick_grid = uniform(TICK_PERIOD)
+        self._tick_at = self._tick_grid
+        self._catcher_at = uniform(CATCHER_PERIOD)
+
+    def drive_to(self, x: float, y: float) -> None:
+        """Order the robot to a point of the world (m), as a goal_pose does."""
+        self._orders.append((self.now + self._transport, Drive(x, y)))
+
+    def run(self, until: Callable[[], bool], limit: float = inf) -> bool:
+        """
+        Let time pass until a condition holds.
+
+        Args:
+            until: the condition, asked after each step of the physics
+            limit: the longest time (s) that may pass
+
+        Returns:
+            Whether the condition came to hold.
+        """
+        end = self.now + limit / NANO
+        while True:
+            self.now = now = min(
+                self._physics_at, self._robot_at, self._tick_at, self._catcher_at)
+            if now > end:
+                return False
+            if now == self._tick_at:
+                self._tick(now)
+            elif now == self._robot_at:
+                self._cycle(now)
+            elif now == self._physics_at:
+                self._step(now)
+                if until():
+                    return True
+            else:
+                self._catcher_at += CATCHER_PERIOD
+                self._decide(now)
+
+    def rest(self, seconds: float) -> None:
+        """Let a time (s) pass."""
+        self.run(lambda: False, seconds)
+
+    def drop(self, brick: Vector) -> Result:
+        """
+        Place the brick, drop it, and see what becomes of it.
+
+        Args:
+            brick: where it is released, in the world (m)
+
+        Returns:
+            What happened until the catcher waits again, or the brick lies on the ground.
+        """
+        world, catcher = self.world, self.catcher
+        world.brick = brick
+        self.rest(0.1)
+        world.release()
+        released = self._physics_at - PHYSICS_PERIOD
+        robot = (self.turtle.pose.x, self.turtle.pose.y)
+        catcher.decision = None
+        decided = inf
+
+        def landed() -> bool:
+            nonlocal decided
+            if decided == inf and catcher.decision is not None:
+                decided = (self.now - released) * NANO
+            return world.phase is not Phase.FALLING
+
+        self.run(landed)
+        fall_time = (self.now - released) * NANO
+        caught = world.phase is Phase.RIDING
+        carried_to, slide_time = None, 0.0
+        finished = True
+        if caught:
+            # 30 s cover the longest way at the slowest speed worth waiting for, and the slide.
+            longest = 30.0 + 16.0 / self.parameters.max_velocity
+            finished = self.run(lambda: catcher.state is State.TILTING, longest)
+            carried_to = (self.turtle.pose.x, self.turtle.pose.y)
+            tilted = self.now
+            finished = finished and self.run(lambda: world.phase is Phase.FLOATING, 30.0)
+            slide_time = (self.now - tilted) * NANO
+        finished = finished and self.run(lambda: catcher.state is State.WAITING, 10.0)
+        return Result(brick, robot, catcher.decision, caught, fall_time, decided, carried_to,
+                      slide_time, finished)
+
+    def _tick(self, now: int) -> None:
+        """Do what turtlesim does every 16 ms."""
+        self._tick_grid += TICK_PERIOD
+        self._tick_at = max(self._jittered(self._tick_grid, self.delays.tick_jitter), now + 1)
+        inbox = self._to_turtle
+        while inbox and inbox[0][0] <= now:
+            _, linear_x, linear_y = inbox.popleft()
+            self.turtle.command(linear_x, linear_y, 0.0)
+        pose = self.turtle.tick(now * NANO)
+        self._to_driver.append((now + self._transport, pose))
+
+    def _cycle(self, now: int) -> None:
+        """Do what the robot does 100 times per second."""
+        self._robot_grid += ROBOT_PERIOD
+        self._robot_at = max(self._jittered(self._robot_grid, self.delays.robot_jitter), now + 1)
+        inbox, driver = self._to_driver, self.driver
+        while inbox and inbox[0][0] <= now:
+            arrival, pose = inbox.popleft()
+            driver.observe(arrival * NANO, pose)
+        while self._orders and self._orders[0][0] <= now:
+            _, order = self._orders.popleft()
+            if isinstance(order, Tilt):
+                self._tilt = order.angle
+            else:
+                driver.drive_to(*within_arena(order.x, order.y))
+        self._to_turtle.append((now + self._transport, *driver.command(now * NANO)))
+        pose = driver.pose
+        if pose is None:
+            return
+        key = (pose.x, pose.y, pose.theta, self._tilt)
+        if key != self._platform_key:
+            self._platform_key = key
+            self._transforms.append((now + self._transform_delay, Pose(
+                (pose.x, pose.y, self._hinge),
+                multiply(from_yaw(pose.theta), from_pitch(self._tilt)))))
+
+    def _step(self, now: int) -> None:
+        """Do what the arena does 250 times per second; the catcher sees the outcome."""
+        self._physics_at += PHYSICS_PERIOD
+        world = self.world
+        while self._transforms and self._transforms[0][0] <= now:
+            world.platform = self._transforms.popleft()[1]
+        world.step()
+        if self.catcher.see_brick(now, Pose(world.brick, world.orientation)):
+            self._decide(now + self._transport)
+        if self.on_physics is not None:
+            self.on_physics()
+
+    def _decide(self, now: int) -> None:
+        """Let the catcher decide what is to be done, and do it."""
+        catcher = self.catcher
+        before = catcher.decision
+        for action in catcher.update(now, self.world.platform):
+            if isinstance(action, Unreachable):
+                self.unreachable += 1
+            else:
+                self._orders.append((now + self._transport, action))
+        if self.on_decision is not None and catcher.decision is not before:
+            self.on_decision(catcher.decision)
+
+    def _jittered(self, instant: int, deviation: float) -> int:
+        """Return an instant (ns) about the given one."""
+        if deviation == 0.0:
+            return instant
+        return instant + round(self.random.gauss(0.0, deviation) / NANO)
+
+
+def drops(parameters: Parameters, bricks: List[Vector], seed: int = 0,
+          delays: Delays = Delays()) -> List[Result]:
+    """
+    Drop bricks one after another into one arena.
+
+    Args:
+        parameters: the physical numbers
+        bricks: where they are released, in the world (m)
+        seed: of the simulation
+        delays: the delays between its parts
+
+    Returns:
+        What became of each.
+    """
+    simulation = Simulation(parameters, seed, delays)
+    simulation.rest(0.3)
+    return [simulation.drop(brick) for brick in bricks]
