@@ -56,10 +56,11 @@ class Chassis:
         hinge_height: The platform's hinge, at the centre of its base and on the post's top.
         reach: The distance from the hinge of the platform's farthest point.
         room: The height between the wheel's top and the lowest point of the turning platform.
+        neck: The height between the wheel's top and the cube.
         cube_side: The side of base_link's cube.
         cube_bottom: The cube's underside, where the stem begins.
         cube_top: The cube's upper side, where the post begins.
-        stem_length: The length of the stem's cylinder, from the wheel's top to the cube.
+        stem_length: The length of the stem's cylinder, which ends a little above the wheel.
         stem_radius: The radius of the stem's cylinder.
         post_length: The length of the post.
         post_radius: The radius of the post.
@@ -75,6 +76,7 @@ class Chassis:
     hinge_height: float
     reach: float
     room: float
+    neck: float
     cube_side: float
     cube_bottom: float
     cube_top: float
@@ -133,9 +135,9 @@ class Chassis:
                 f'freely: with platform_radius {platform_radius:g} m, platform_thickness '
                 f'{platform_thickness:g} m and wheel_radius {wheel_radius:g} m it must be at '
                 f'least {wheel_top + reach + platform_thickness + MIN_ROOM:g} m')
-        cube_side = min(0.55 * room, 1.8 * wheel_radius, 1.5 * platform_radius)
-        stem_length = 0.4 * cube_side
-        cube_bottom = wheel_top + stem_length
+        cube_side = min(0.52 * room, 1.8 * wheel_radius, 1.5 * platform_radius)
+        neck = 0.5 * cube_side
+        cube_bottom = wheel_top + neck
         cube_top = cube_bottom + cube_side
         return cls(
             platform_height=platform_height,
@@ -147,10 +149,11 @@ class Chassis:
             hinge_height=hinge_height,
             reach=reach,
             room=room,
+            neck=neck,
             cube_side=cube_side,
             cube_bottom=cube_bottom,
             cube_top=cube_top,
-            stem_length=stem_length,
-            stem_radius=0.12 * cube_side,
+            stem_length=0.8 * neck,
+            stem_radius=0.16 * cube_side,
             post_length=hinge_height - cube_top,
             post_radius=0.1 * cube_side)
