@@ -306,7 +306,7 @@ def test_a_teleported_turtle_drives_on() -> None:
 
 
 def test_only_the_upper_wall_is_silent_in_a_teleport() -> None:
-    """turtlesim itself limits a teleport at the upper wall, and clamps it at the others."""
+    """The upper wall limits a teleport itself; at the others the next tick clamps the turtle."""
     turtle = Turtle()
     turtle.teleport_absolute(5.0, 20.0, 0.0)
     assert turtle.tick(0.0)[:2] == (5.0, ARENA_SIZE)
