@@ -1,0 +1,231 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+arena: the walls, and a brick that can be placed and dropped.
+
+Broadcasts:
+    world -> brick, the brick's centre, once per step of the physics, 250 times per second
+
+Publishes:
+    walls (visualization_msgs/MarkerArray, latched): the boundary of the arena
+    brick_marker (visualization_msgs/Marker, latched): the brick, in its own frame; its colour
+        tells what it does
+
+Services:
+    place (turtle_brick_interfaces/Place): put the brick somewhere, where it hovers
+    drop (std_srvs/Trigger): let a hovering or floating brick fall
+
+Subscribes:
+    /tf, /tf_static: where the platform is, whatever robot it belongs to
+
+Parameters: those of config/turtle.yaml, read-only; it uses gravity_accel, platform_radius,
+platform_thickness, brick_size, brick_start and wall_height.
+"""
+
+from typing import Any
+from typing import List
+from typing import Optional
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy
+from rclpy.qos import QoSProfile
+from std_srvs.srv import Trigger
+from tf2_ros import Buffer
+from tf2_ros import TransformBroadcaster
+from tf2_ros import TransformListener
+from turtle_brick.frames import between
+from turtle_brick.frames import BRICK
+from turtle_brick.frames import PLATFORM
+from turtle_brick.frames import recent
+from turtle_brick.frames import set_stamp
+from turtle_brick.frames import set_transform
+from turtle_brick.frames import WORLD
+from turtle_brick.geometry import Pose
+from turtle_brick.node_tools import declare_parameters
+from turtle_brick.node_tools import run
+from turtle_brick.physics import Phase
+from turtle_brick.physics import World
+from turtle_brick.step_clock import StepClock
+from turtle_brick.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick_interfaces.srv import Place
+from visualization_msgs.msg import Marker
+from visualization_msgs.msg import MarkerArray
+
+STEP = 4_000_000
+"""Time (ns) of one step of the physics: 250 Hz."""
+
+WALL_THICKNESS = 0.1
+"""Of the walls (m), which stand outside the arena."""
+
+WALL_COLOR = (0.55, 0.62, 0.72, 1.0)
+
+BRICK_COLORS = {
+    Phase.HOVERING: (0.80, 0.25, 0.15, 1.0),
+    Phase.FALLING: (1.00, 0.50, 0.00, 1.0),
+    Phase.RIDING: (0.20, 0.70, 0.25, 1.0),
+    Phase.FLOATING: (0.25, 0.50, 0.95, 1.0),
+    Phase.GROUNDED: (0.45, 0.30, 0.25, 1.0),
+}
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""For what does not change by the second and late joiners need."""
+
+
+class Arena(Node):
+    """Simulate the environment of the robot."""
+
+    def __init__(self, **node_options: Any) -> None:
+        """
+        Let the brick hover at its start.
+
+        Args:
+            node_options: passed on to rclpy.node.Node
+
+        Raises:
+            ParameterError: a parameter is missing or inadmissible
+
+        """
+        super().__init__('arena', **node_options)
+        parameters = declare_parameters(self)
+        self.world = World(parameters.brick_start, parameters.gravity_accel,
+                           parameters.platform_radius, STEP * 1e-9)
+        self.world.size = parameters.brick_size
+        self.world.thickness = parameters.platform_thickness
+        self.clock_of_steps = StepClock(STEP)
+        self.restarts = 0
+        self.shown: Optional[Phase] = None
+
+        self.tf_buffer = Buffer(node=self)
+        self.tf_listener = TransformListener(self.tf_buffer, self)
+        self.tf_broadcaster = TransformBroadcaster(self)
+        self.transforms: List[TransformStamped] = []
+
+        self.walls_publisher = self.create_publisher(MarkerArray, 'walls', LATCHED)
+        self.walls_publisher.publish(walls(ARENA_SIZE, parameters.wall_height))
+        self.marker = box(BRICK, 'brick', 0, Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)),
+                          parameters.brick_size)
+        self.marker.frame_locked = True
+        self.marker_publisher = self.create_publisher(Marker, 'brick_marker', LATCHED)
+
+        place = self.create_service(Place, 'place', self.on_place)
+        drop = self.create_service(Trigger, 'drop', self.on_drop)
+        x, y, z = parameters.brick_start
+        self.get_logger().info(
+            'To place the brick and to drop it:\n'
+            f'  ros2 service call {place.service_name} turtle_brick_interfaces/srv/Place '
+            f'"{{location: {{x: {x:g}, y: {y:g}, z: {z:g}}}}}"\n'
+            f'  ros2 service call {drop.service_name} std_srvs/srv/Trigger')
+        self.create_timer(STEP * 1e-9, self.on_timer)
+
+    def on_place(self, request: Place.Request, response: Place.Response) -> Place.Response:
+        """Put the brick somewhere, unless that can't be."""
+        location = (request.location.x, request.location.y, request.location.z)
+        try:
+            self.world.brick = location
+        except ValueError as error:
+            response.success, response.message = False, str(error)
+        else:
+            response.success = True
+            response.message = 'the brick hovers at ({:g}, {:g}, {:g})'.format(*location)
+        return response
+
+    def on_drop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Let the brick fall from the next step on, unless it can't."""
+        try:
+            self.world.release()
+        except ValueError as error:
+            response.success, response.message = False, str(error)
+        else:
+            response.success = True
+            response.message = 'the brick falls from ({:g}, {:g}, {:g})'.format(*self.world.brick)
+        return response
+
+    def on_timer(self) -> None:
+        """Take every step that is due, and say where the brick was at each of them."""
+        now = self.get_clock().now().nanoseconds
+        if now == 0:
+            return  # Simulated time that has not begun.
+        instants = self.clock_of_steps.due(now)
+        if self.clock_of_steps.restarts != self.restarts:
+            self.restarts = self.clock_of_steps.restarts
+            self.get_logger().warning('The clock has jumped: the physics goes on from now')
+        if not instants:
+            return
+        self.world.platform = recent(self.tf_buffer, PLATFORM, now)
+        while len(self.transforms) < len(instants):
+            self.transforms.append(between(WORLD, BRICK))
+        for instant, message in zip(instants, self.transforms):
+            self.world.step()
+            set_stamp(message.header.stamp, instant)
+            set_transform(message.transform, Pose(self.world.brick, self.world.orientation))
+        self.tf_broadcaster.sendTransform(self.transforms[:len(instants)])
+        if self.world.phase is not self.shown:
+            self.show(self.world.phase)
+
+    def show(self, phase: Phase) -> None:
+        """Give the brick the colour of what it does."""
+        if self.shown is not None:
+            self.get_logger().info(
+                'The brick is {} at ({:.3f}, {:.3f}, {:.3f})'.format(
+                    phase.value, *self.world.brick))
+        self.shown = phase
+        set_color(self.marker, BRICK_COLORS[phase])
+        self.marker_publisher.publish(self.marker)
+
+
+def set_color(marker: Marker, color: tuple) -> None:
+    """Give a marker a colour: red, green, blue, alpha in [0, 1]."""
+    marker.color.r, marker.color.g, marker.color.b, marker.color.a = color
+
+
+def box(frame: str, namespace: str, number: int, pose: Pose, size: tuple) -> Marker:
+    """Return the marker of a box with its centre at a pose of a frame; no stamp: at any time."""
+    marker = Marker()
+    marker.header.frame_id = frame
+    marker.ns = namespace
+    marker.id = number
+    marker.type = Marker.CUBE
+    marker.action = Marker.ADD
+    position, orientation = marker.pose.position, marker.pose.orientation
+    position.x, position.y, position.z = pose.position
+    orientation.x, orientation.y, orientation.z, orientation.w = pose.orientation
+    marker.scale.x, marker.scale.y, marker.scale.z = size
+    return marker
+
+
+def walls(size: float, height: float) -> MarkerArray:
+    """Return the walls around the square from (0, 0) to (size, size) of the world (m)."""
+    middle, outside = size / 2.0, WALL_THICKNESS / 2.0
+    long_side = size + 2.0 * WALL_THICKNESS
+    along_x, along_y = (long_side, WALL_THICKNESS, height), (WALL_THICKNESS, size, height)
+    markers = MarkerArray()
+    for number, (x, y, scale) in enumerate((
+            (middle, -outside, along_x), (middle, size + outside, along_x),
+            (-outside, middle, along_y), (size + outside, middle, along_y))):
+        wall = box(WORLD, 'walls', number,
+                   Pose((x, y, height / 2.0), (0.0, 0.0, 0.0, 1.0)), scale)
+        set_color(wall, WALL_COLOR)
+        markers.markers.append(wall)
+    return markers
+
+
+def main(args: Optional[List[str]] = None) -> int:
+    """Run the node until it is told to stop."""
+    return run(Arena, args)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,92 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Odometry of a robot on one wheel, from the poses of turtlesim's turtle.
+
+The wheel rolls without slipping along the path that the turtle really travelled: not when a
+wall holds it, whatever its commanded speed, and not when it is teleported.
+"""
+
+from math import atan2
+from math import hypot
+from math import pi
+from typing import Optional
+
+from turtle_brick.geometry import Pose2D
+from turtle_brick.turtlesim_kinematics import Pose
+from turtle_brick.turtlesim_kinematics import TICK
+
+RESOLUTION = 1e-5
+"""Motion (m) below which a float32 coordinate does not tell a direction."""
+
+
+class Odometer:
+    """Keep the pose in the odom frame, the wheel's angle and the stem's direction."""
+
+    def __init__(self, wheel_radius: float) -> None:
+        """
+        Know nothing before the first pose, which the odom frame will be placed at.
+
+        Args:
+            wheel_radius: radius of the wheel (m)
+
+        """
+        self.wheel_radius = wheel_radius
+        self.origin: Optional[Pose2D] = None
+        """Pose of the odom frame in the world; never changes once it is known."""
+        self.pose: Optional[Pose2D] = None
+        """Pose of base_link in the odom frame."""
+        self.wheel_angle = 0.0
+        """How far the wheel has rolled forward (rad), counting every turn."""
+        self.stem_angle = 0.0
+        """Direction of the last motion relative to base_link (rad), in [-pi, pi)."""
+        self._last: Optional[Pose] = None
+        self._last_time = 0.0
+        self._world_to_odom: Optional[Pose2D] = None
+
+    def observe(self, now: float, pose: Pose) -> None:
+        """
+        Take note of where turtlesim says that the turtle is.
+
+        Args:
+            now: time of arrival of the pose (s, steady clock)
+            pose: the pose in the world (m, rad), with the commanded speed (m/s)
+
+        """
+        here = Pose2D(pose.x, pose.y, pose.theta)
+        if self.origin is None:
+            self.origin = here
+            self._world_to_odom = here.inverse()
+        else:
+            self._roll(now, pose)
+        self.pose = self._world_to_odom.compose(here)
+        self._last, self._last_time = pose, now
+
+    def _roll(self, now: float, pose: Pose) -> None:
+        """Turn wheel and stem by the motion since the last pose, if the robot drove it."""
+        last = self._last
+        dx, dy = pose.x - last.x, pose.y - last.y
+        path = hypot(dx, dy)
+        if path < RESOLUTION:
+            return
+        # No turtle drives farther than its speed allows, with half a tick for poses that came
+        # late: anything else is a teleport or another turtlesim.
+        ticks = max(1.0, (now - self._last_time) / TICK + 0.5)
+        speed = max(last.linear_velocity, pose.linear_velocity)
+        if path > ticks * TICK * speed + RESOLUTION:
+            return
+        self.wheel_angle += path / self.wheel_radius
+        angle = atan2(dy, dx) - pose.theta
+        self.stem_angle = (angle + pi) % (2.0 * pi) - pi

@@ -1,0 +1,230 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+turtle_robot: makes turtlesim's turtle a robot with odometry, joints and a goal to drive to.
+
+Publishes, each 100 times per second, whether the robot moves or not:
+    cmd_vel (geometry_msgs/Twist): velocity in the robot's own frame, zero when it is to stand;
+        from the first moment on, whether there is a turtle yet or not
+    odom (nav_msgs/Odometry): pose of base_link in odom, twist as commanded; once there is a pose
+    joint_states (sensor_msgs/JointState): stem_joint, wheel_joint, platform_joint
+
+Broadcasts:
+    odom -> base_link, 100 times per second, equal to the odometry; base_link is on the ground
+    world -> odom, static: the first pose of the turtle, heading included, once and for all
+
+Subscribes:
+    turtle1/pose (turtlesim/Pose): where the turtle is
+    goal_pose (geometry_msgs/PoseStamped): where to drive, in any frame that TF connects with the
+        world; the robot is omnidirectional and ignores the goal's orientation
+    tilt (turtle_brick_interfaces/Tilt): angle of the platform
+    /tf, /tf_static: for goals in other frames
+
+Parameters: those of config/turtle.yaml, read-only; it uses max_velocity and wheel_radius.
+"""
+
+from array import array
+from math import isfinite
+from time import monotonic
+from typing import Any
+from typing import List
+from typing import Optional
+from typing import Tuple
+
+from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rclpy.clock import Clock
+from rclpy.clock import ClockType
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from tf2_ros import Buffer
+from tf2_ros import StaticTransformBroadcaster
+from tf2_ros import TransformBroadcaster
+from tf2_ros import TransformException
+from tf2_ros import TransformListener
+from turtle_brick.driving import Driver
+from turtle_brick.driving import PERIOD
+from turtle_brick.driving import within_arena
+from turtle_brick.frames import BASE_LINK
+from turtle_brick.frames import between
+from turtle_brick.frames import LATEST
+from turtle_brick.frames import ODOM
+from turtle_brick.frames import pose_of
+from turtle_brick.frames import set_transform
+from turtle_brick.frames import WORLD
+from turtle_brick.geometry import from_yaw
+from turtle_brick.geometry import Pose
+from turtle_brick.geometry import Pose2D
+from turtle_brick.geometry import rotate
+from turtle_brick.node_tools import declare_parameters
+from turtle_brick.node_tools import run
+from turtle_brick.odometry import Odometer
+from turtle_brick.step_clock import StepClock
+from turtle_brick.turtlesim_kinematics import Pose as TurtlePose
+from turtle_brick_interfaces.msg import Tilt
+from turtlesim.msg import Pose as TurtlePoseMessage
+
+NANOSECONDS = 1_000_000_000
+
+
+class TurtleRobot(Node):
+    """Bridge between turtlesim and the interfaces of a robot."""
+
+    def __init__(self, **node_options: Any) -> None:
+        """
+        Start at rest, with a level platform.
+
+        Args:
+            node_options: passed on to rclpy.node.Node
+
+        Raises:
+            ParameterError: a parameter is missing or inadmissible
+
+        """
+        super().__init__('turtle_robot', **node_options)
+        parameters = declare_parameters(self)
+        self.driver = Driver(parameters.max_velocity)
+        self.odometer = Odometer(parameters.wheel_radius)
+        self.tilt_angle = 0.0
+
+        self.tf_buffer = Buffer(node=self)
+        self.tf_listener = TransformListener(self.tf_buffer, self)
+        self.tf_broadcaster = TransformBroadcaster(self)
+        self.static_broadcaster = StaticTransformBroadcaster(self)
+
+        # Every message is made once; publishing copies it.
+        self.twist = Twist()
+        self.odometry = Odometry()
+        self.odometry.header.frame_id = ODOM
+        self.odometry.child_frame_id = BASE_LINK
+        self.odometry.twist.twist = self.twist
+        self.transform = between(ODOM, BASE_LINK)
+        self.joints = JointState()
+        self.joints.name = ['stem_joint', 'wheel_joint', 'platform_joint']
+
+        self.cmd_vel_publisher = self.create_publisher(Twist, 'cmd_vel', 10)
+        self.odom_publisher = self.create_publisher(Odometry, 'odom', 10)
+        self.joint_publisher = self.create_publisher(JointState, 'joint_states', 10)
+        self.create_subscription(TurtlePoseMessage, 'turtle1/pose', self.on_pose, 10)
+        self.create_subscription(PoseStamped, 'goal_pose', self.on_goal, 10)
+        self.create_subscription(Tilt, 'tilt', self.on_tilt, 10)
+
+        # turtlesim ticks by the wall, whatever /clock says, and so does what steers it. A gap is
+        # made up for: turtlesim's queue is full again at once and as predictable as before.
+        self.cycles = StepClock(round(PERIOD * NANOSECONDS), NANOSECONDS // 10)
+        self.create_timer(PERIOD, self.on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def on_pose(self, message: TurtlePoseMessage) -> None:
+        """Take note of where the turtle is; the first pose places the odom frame."""
+        pose = TurtlePose(message.x, message.y, message.theta,
+                          message.linear_velocity, message.angular_velocity)
+        if not all(isfinite(value) for value in pose):
+            self.get_logger().warning(f'Ignored a pose that is not finite: {pose}')
+            return
+        now = monotonic()
+        first = self.odometer.origin is None
+        self.driver.observe(now, pose)
+        self.odometer.observe(now, pose)
+        if first:
+            world_to_odom = between(WORLD, ODOM)
+            world_to_odom.header.stamp = self.get_clock().now().to_msg()
+            set_transform(world_to_odom.transform, upright(self.odometer.origin))
+            self.static_broadcaster.sendTransform(world_to_odom)
+            self.get_logger().info(f'The turtle is at ({pose.x:.3f}, {pose.y:.3f}), '
+                                   f'heading {pose.theta:.3f} rad: this is where odom is')
+
+    def on_goal(self, message: PoseStamped) -> None:
+        """Drive to a goal, unless it makes no sense."""
+        goal = self.in_world(message)
+        if goal is None:
+            return
+        x, y = within_arena(*goal)
+        if (x, y) != goal:
+            self.get_logger().warning(
+                f'The goal ({goal[0]:.3f}, {goal[1]:.3f}) is outside the arena: '
+                f'driving to ({x:.3f}, {y:.3f})')
+        self.get_logger().debug(f'Driving to ({x:.3f}, {y:.3f})')
+        self.driver.drive_to(x, y)
+
+    def on_tilt(self, message: Tilt) -> None:
+        """Set the platform's angle, unless it makes no sense."""
+        if not isfinite(message.angle):
+            self.get_logger().warning(f'Ignored a tilt of {message.angle} rad')
+            return
+        self.tilt_angle = message.angle
+
+    def on_timer(self) -> None:
+        """Go through every cycle that is due."""
+        for _ in self.cycles.due(round(monotonic() * NANOSECONDS)):
+            self.cycle()
+
+    def cycle(self) -> None:
+        """Steer, and say where everything is."""
+        stamp = self.get_clock().now().to_msg()
+        linear = self.twist.linear
+        linear.x, linear.y = self.driver.command(monotonic())
+        self.cmd_vel_publisher.publish(self.twist)
+
+        self.joints.header.stamp = stamp
+        self.joints.position = array('d', (
+            self.odometer.stem_angle, self.odometer.wheel_angle, self.tilt_angle))
+        self.joint_publisher.publish(self.joints)
+
+        if self.odometer.pose is None:
+            return
+        base_link = upright(self.odometer.pose)
+        self.transform.header.stamp = stamp
+        set_transform(self.transform.transform, base_link)
+        self.tf_broadcaster.sendTransform(self.transform)
+
+        self.odometry.header.stamp = stamp
+        pose = self.odometry.pose.pose
+        pose.position.x, pose.position.y, pose.position.z = base_link.position
+        pose.orientation = self.transform.transform.rotation
+        self.odom_publisher.publish(self.odometry)
+
+    def in_world(self, message: PoseStamped) -> Optional[Tuple[float, float]]:
+        """Return x and y (m) of a goal in the world; None, with a warning, if it has none."""
+        position = message.pose.position
+        point = (position.x, position.y, position.z)
+        frame = message.header.frame_id
+        if not all(isfinite(value) for value in point):
+            self.get_logger().warning(f'Ignored the goal {point}: it is not finite')
+            return None
+        if frame != WORLD:
+            try:
+                transform = self.tf_buffer.lookup_transform(WORLD, frame, LATEST)
+            except TransformException as error:
+                self.get_logger().warning(f'Ignored a goal in the frame "{frame}": {error}')
+                return None
+            pose = pose_of(transform.transform)
+            point = tuple(
+                a + b for a, b in zip(pose.position, rotate(pose.orientation, point)))
+        return point[0], point[1]
+
+
+def upright(pose: Pose2D) -> Pose:
+    """Return a pose in the plane as a pose in space."""
+    return Pose((pose.x, pose.y, 0.0), from_yaw(pose.yaw))
+
+
+def main(args: Optional[List[str]] = None) -> int:
+    """Run the node until it is told to stop."""
+    return run(TurtleRobot, args)
+
+
+if __name__ == '__main__':
+    main()
