@@ -1,0 +1,84 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Show the turtle robot alone: its description, its joints and a view of it."""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.conditions import IfCondition
+from launch.substitutions import Command
+from launch.substitutions import EqualsSubstitution
+from launch.substitutions import LaunchConfiguration
+from launch.substitutions import PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import FindPackageShare
+
+
+def generate_launch_description():
+    """Describe robot_state_publisher, a source of joint states and a view, each by argument."""
+    return LaunchDescription([
+        DeclareLaunchArgument(
+            'use_jsp',
+            default_value='gui',
+            choices=['gui', 'jsp', 'none'],
+            description='What publishes joint_states: joint_state_publisher_gui (gui), '
+                        'joint_state_publisher (jsp) or nothing that is started here (none).'),
+        DeclareLaunchArgument(
+            'rviz_config',
+            default_value='config/show_turtle.rviz',
+            description='The configuration of rviz2, relative to the share directory of '
+                        'turtle_brick.'),
+        DeclareLaunchArgument(
+            'view',
+            default_value='rviz',
+            choices=['rviz', 'web', 'none'],
+            description='What shows the robot: rviz2 (rviz), a page in the browser (web) or '
+                        'nothing, for a machine without a display (none).'),
+        Node(
+            package='robot_state_publisher',
+            executable='robot_state_publisher',
+            parameters=[{
+                'robot_description': ParameterValue(
+                    Command([
+                        'xacro "',
+                        PathJoinSubstitution(
+                            [FindPackageShare('turtle_brick'), 'urdf', 'turtle.urdf.xacro']),
+                        '"',
+                    ]),
+                    value_type=str),
+                # Its default of 20 Hz lets the platform's transform grow 50 ms old.
+                'publish_frequency': 1000.0,
+            }]),
+        Node(
+            package='joint_state_publisher_gui',
+            executable='joint_state_publisher_gui',
+            condition=IfCondition(EqualsSubstitution(LaunchConfiguration('use_jsp'), 'gui'))),
+        Node(
+            package='joint_state_publisher',
+            executable='joint_state_publisher',
+            condition=IfCondition(EqualsSubstitution(LaunchConfiguration('use_jsp'), 'jsp'))),
+        Node(
+            package='rviz2',
+            executable='rviz2',
+            arguments=[
+                '-d',
+                PathJoinSubstitution(
+                    [FindPackageShare('turtle_brick'), LaunchConfiguration('rviz_config')]),
+            ],
+            condition=IfCondition(EqualsSubstitution(LaunchConfiguration('view'), 'rviz'))),
+        Node(
+            package='turtle_brick',
+            executable='viewer',
+            condition=IfCondition(EqualsSubstitution(LaunchConfiguration('view'), 'web'))),
+    ])
