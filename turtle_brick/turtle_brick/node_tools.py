@@ -91,13 +91,19 @@ class _Interrupts:
 
     Until rclpy's own handlers are in place a signal raises KeyboardInterrupt. From then on they
     shut the context down, which ends spin(), and nothing is raised here: not in the middle of a
-    callback, and not when a second signal comes during the clean-up.
+    callback, and not when a second signal comes during the clean-up. A terminal's Ctrl-C under
+    `ros2 launch` is such a pair: one signal from the terminal and one from launch.
     """
 
     def __init__(self) -> None:
         self.handled_by_rclpy = False
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, self._on_signal)
+
+    def ignore(self) -> None:
+        """Let no signal disturb the rest of the process, the interpreter's own end included."""
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
         if not self.handled_by_rclpy:
@@ -143,6 +149,7 @@ def run(node_type: Callable[[], Node], args: Sequence[str] | None = None) -> int
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
+        interrupts.ignore()
     return 0
 
 
