@@ -1,0 +1,306 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+A node that stands in for turtlesim_node of turtlesim 1.8.2, for machines that lack it.
+
+Its motion is turtle_brick.turtlesim_kinematics, which is held to recordings of the real node.
+
+Publishes, for each turtle, every 16 ms:
+    <turtle>/pose (turtlesim/msg/Pose): where it is and how it has been told to move
+
+Subscribes, for each turtle:
+    <turtle>/cmd_vel (geometry_msgs/msg/Twist): velocity; one message is taken per 16 ms, from a
+        queue that keeps the last seven
+
+Serves, for each turtle:
+    <turtle>/teleport_absolute (turtlesim/srv/TeleportAbsolute): jump to a pose
+    <turtle>/teleport_relative (turtlesim/srv/TeleportRelative): turn, then jump ahead
+
+Serves:
+    spawn (turtlesim/srv/Spawn): add a turtle
+    kill (turtlesim/srv/Kill): remove a turtle
+    reset (std_srvs/srv/Empty): begin again with turtle1 in the centre
+
+Parameters:
+    holonomic (bool, false): whether turtles obey sideways velocities; may change at any time
+
+There is no window and no canvas. Left out are therefore color_sensor, set_pen, clear and the
+parameters background_r, background_g and background_b; and the action rotate_absolute.
+"""
+
+from typing import Any
+from typing import Dict
+from typing import List
+from typing import Optional
+
+from geometry_msgs.msg import Twist
+from rcl_interfaces.msg import ParameterDescriptor
+import rclpy
+from rclpy.clock import Clock
+from rclpy.clock import ClockType
+from rclpy.exceptions import InvalidTopicNameException
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
+from rclpy.validate_topic_name import validate_topic_name
+from std_srvs.srv import Empty
+from turtle_brick.turtlesim_kinematics import Pose
+from turtle_brick.turtlesim_kinematics import QUEUE_DEPTH
+from turtle_brick.turtlesim_kinematics import TICK
+from turtle_brick.turtlesim_kinematics import Turtle
+from turtle_brick.turtlesim_kinematics import TurtleSim
+from turtlesim.msg import Pose as PoseMsg
+from turtlesim.srv import Kill
+from turtlesim.srv import Spawn
+from turtlesim.srv import TeleportAbsolute
+from turtlesim.srv import TeleportRelative
+
+
+class TurtleTopics:
+    """The topics and services of one turtle."""
+
+    def __init__(self, node: Node, name: str, turtle: Turtle) -> None:
+        """
+        Open them.
+
+        Args:
+            node: The node that they belong to.
+            name: The turtle's name, with which theirs begin.
+            turtle: The turtle that they read and move.
+        """
+        self._node = node
+        self._turtle = turtle
+        self._message = PoseMsg()
+        self._pose: Optional[Pose] = None
+        # As in turtlesim. A tick takes one command, so the commands that wait here wait there.
+        qos = QoSProfile(depth=QUEUE_DEPTH)
+        self._publisher = node.create_publisher(PoseMsg, f'{name}/pose', qos)
+        self._subscription = node.create_subscription(
+            Twist, f'{name}/cmd_vel', self._command, qos)
+        self._services = [
+            node.create_service(
+                TeleportAbsolute, f'{name}/teleport_absolute', self._teleport_absolute),
+            node.create_service(
+                TeleportRelative, f'{name}/teleport_relative', self._teleport_relative),
+        ]
+
+    def publish(self, pose: Pose) -> None:
+        """
+        Publish a pose.
+
+        Args:
+            pose: The pose.
+        """
+        message = self._message
+        # A resting turtle has the very same pose again.
+        if pose is not self._pose:
+            self._pose = pose
+            (message.x, message.y, message.theta,
+             message.linear_velocity, message.angular_velocity) = pose
+        self._publisher.publish(message)
+
+    def close(self) -> None:
+        """Close them; the turtle is gone."""
+        self._node.destroy_publisher(self._publisher)
+        self._node.destroy_subscription(self._subscription)
+        for service in self._services:
+            self._node.destroy_service(service)
+
+    def _command(self, twist: Twist) -> None:
+        """
+        Queue a velocity command.
+
+        Args:
+            twist: The command.
+        """
+        self._turtle.command(twist.linear.x, twist.linear.y, twist.angular.z)
+
+    def _teleport_absolute(self, request: TeleportAbsolute.Request,
+                           response: TeleportAbsolute.Response) -> TeleportAbsolute.Response:
+        """
+        Have the turtle jump to a pose at the next tick.
+
+        Args:
+            request: The pose.
+            response: Nothing.
+
+        Returns:
+            The response.
+        """
+        self._turtle.teleport_absolute(request.x, request.y, request.theta)
+        return response
+
+    def _teleport_relative(self, request: TeleportRelative.Request,
+                           response: TeleportRelative.Response) -> TeleportRelative.Response:
+        """
+        Have the turtle turn and jump ahead at the next tick.
+
+        Args:
+            request: How far.
+            response: Nothing.
+
+        Returns:
+            The response.
+        """
+        self._turtle.teleport_relative(request.linear, request.angular)
+        return response
+
+
+class TurtleSimNode(Node):
+    """Turtlesim without its window; the module's documentation lists its interface."""
+
+    def __init__(self, **node_arguments: Any) -> None:
+        """
+        Start with turtle1 in the arena's centre.
+
+        Args:
+            node_arguments: Further arguments of rclpy's Node, such as a namespace.
+        """
+        super().__init__('turtlesim', **node_arguments)
+        self.declare_parameter('holonomic', False, ParameterDescriptor(
+            description='If true, then turtles will be holonomic'))
+        self._sim = TurtleSim(self.get_parameter('holonomic').value, self._now())
+        self._topics: Dict[str, TurtleTopics] = {}
+        self.add_post_set_parameters_callback(self._parameters_changed)
+        self.get_logger().info(
+            f'Starting turtlesim with node name {self.get_fully_qualified_name()}')
+        self._open('turtle1')
+        self.create_service(Empty, 'reset', self._reset)
+        self.create_service(Spawn, 'spawn', self._spawn)
+        self.create_service(Kill, 'kill', self._kill)
+        # turtlesim ticks by Qt's timer, which knows nothing of simulated time.
+        self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _now(self) -> float:
+        """
+        Read the node's clock.
+
+        Returns:
+            The time in s.
+        """
+        return self.get_clock().now().nanoseconds * 1e-9
+
+    def _tick(self) -> None:
+        """Move every turtle by one time step and publish where it is."""
+        for name, pose in self._sim.tick(self._now()).items():
+            clamped = self._sim.turtles[name].clamped
+            if clamped:
+                self.get_logger().warning('Oh no! I hit the wall! '
+                                          '(Clamping from [x=%f, y=%f])' % clamped)
+            self._topics[name].publish(pose)
+
+    def _parameters_changed(self, parameters: List[Parameter]) -> None:
+        """
+        Apply parameters that have been set.
+
+        Args:
+            parameters: Some of the node's parameters.
+        """
+        for parameter in parameters:
+            if parameter.name == 'holonomic':
+                self._sim.holonomic = parameter.value
+
+    def _open(self, name: str) -> None:
+        """
+        Announce a new turtle and open its topics.
+
+        Args:
+            name: Its name.
+        """
+        turtle = self._sim.turtles[name]
+        self._topics[name] = TurtleTopics(self, name, turtle)
+        self.get_logger().info('Spawning turtle [%s] at x=[%f], y=[%f], theta=[%f]'
+                               % (name, *turtle.pose[:3]))
+
+    def _spawn(self, request: Spawn.Request, response: Spawn.Response) -> Spawn.Response:
+        """
+        Add a turtle.
+
+        Args:
+            request: Its pose and its name.
+            response: The name that it got.
+
+        Returns:
+            The response.
+        """
+        try:
+            validate_topic_name(f'{request.name or "turtle"}/pose')
+        except InvalidTopicNameException as error:
+            self.get_logger().error(f'A turtle cannot be named [{request.name}]: {error}')
+            return response
+        response.name = self._sim.spawn(
+            request.x, request.y, request.theta, request.name, self._now())
+        if response.name:
+            self._open(response.name)
+        else:
+            self.get_logger().error(f'A turtle named [{request.name}] already exists')
+        return response
+
+    def _kill(self, request: Kill.Request, response: Kill.Response) -> Kill.Response:
+        """
+        Remove a turtle.
+
+        Args:
+            request: Its name.
+            response: Nothing.
+
+        Returns:
+            The response.
+        """
+        if self._sim.kill(request.name):
+            self._topics.pop(request.name).close()
+        else:
+            self.get_logger().error(
+                f'Tried to kill turtle [{request.name}], which does not exist')
+        return response
+
+    def _reset(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
+        """
+        Begin again with turtle1 in the arena's centre.
+
+        Args:
+            request: Nothing.
+            response: Nothing.
+
+        Returns:
+            The response.
+        """
+        self.get_logger().info('Resetting turtlesim.')
+        self._sim.reset(self._now())
+        for topics in self._topics.values():
+            topics.close()
+        self._topics.clear()
+        self._open('turtle1')
+        return response
+
+
+def main(args: Optional[List[str]] = None) -> None:
+    """
+    Run the node until it is told to end.
+
+    Args:
+        args: The command line; the process's own if None.
+    """
+    node = None
+    try:
+        rclpy.init(args=args)
+        node = TurtleSimNode()
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
