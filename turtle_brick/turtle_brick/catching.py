@@ -67,6 +67,10 @@ the goal reaches the robot, waits for its next cycle, the command goes through t
 the pose waits for the robot's next cycle to become a transform, and that reaches the arena (4 ms
 until its next step, the rest for what an operating system does in between)."""
 
+GUARANTEED_LATENCY = 0.13
+"""Time (s) from the release of a brick that is promised to be enough to see it fall, to decide
+and to set the robot going: COMMAND_LATENCY and three samples of the brick."""
+
 LEVEL_LATENCY = 3 * TRANSPORT + PERIOD + 0.015
 """The longest time (s) from publishing a tilt to the arena seeing the platform like that."""
 
@@ -227,6 +231,24 @@ class Robot(NamedTuple):
 def resting_height(parameters: Parameters) -> float:
     """Return the height (m) of the centre of a brick that lies on the level platform."""
     return parameters.platform_height + parameters.brick_size[2] / 2.0
+
+
+def guaranteed_distance(height: float, parameters: Parameters) -> float:
+    """
+    Return how far from a robot at rest a brick is sure to be caught inside the arena.
+
+    Args:
+        height: of the brick's centre when it is released (m)
+        parameters: the physical numbers
+
+    Returns:
+        The distance (m); negative where nothing is promised.
+    """
+    fall = height - resting_height(parameters)
+    if fall < 0.0:
+        return -inf
+    time = sqrt(2.0 * fall / parameters.gravity_accel)
+    return parameters.max_velocity * (time - GUARANTEED_LATENCY) + parameters.platform_radius
 
 
 def reach(fall: Fall, now: int, robot: Optional[Robot], parameters: Parameters) -> Decision:

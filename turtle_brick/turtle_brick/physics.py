@@ -81,6 +81,7 @@ class World:
         self._size: Vector = (0.0, 0.0, 0.0)
         self._thickness = 0.0
         self._platform: Optional[Pose] = None
+        self._steps_fallen = 0
         self.brick = brick
 
     @property
@@ -172,6 +173,11 @@ class World:
         if self._platform is None or self._phase is Phase.GROUNDED:
             return from_yaw(self._yaw) if self._yaw else IDENTITY
         return multiply(self._platform.orientation, from_yaw(self._yaw - self._hinge_yaw))
+
+    @property
+    def fall_time(self) -> float:
+        """Duration (s) of the present fall so far, or of the last one."""
+        return self._steps_fallen * self._dt
 
     def release(self) -> None:
         """

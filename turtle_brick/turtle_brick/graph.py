@@ -1,0 +1,254 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The whole graph in one process: the very node classes, one executor, real DDS.
+
+Where turtlesim and robot_state_publisher are stand-ins, they are composed too; where the real
+ones are installed, they run beside as child processes.
+"""
+
+import importlib
+from importlib.util import find_spec
+import os
+from pathlib import Path
+import signal
+import subprocess
+from tempfile import TemporaryDirectory
+from time import monotonic
+from typing import Any
+from typing import Callable
+from typing import Dict
+from typing import List
+from typing import Optional
+from typing import Sequence
+from typing import Type
+from typing import TypeVar
+
+from ament_index_python.packages import get_package_prefix
+from ament_index_python.packages import get_package_share_path
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from turtle_brick.parameters import default_path
+import xacro
+import yaml
+
+END_TIME = 5.0
+"""How long (s) a child process may take to end when it is asked to."""
+
+AnyNode = TypeVar('AnyNode', bound=Node)
+
+
+class Child:
+    """A ROS executable in a process of its own."""
+
+    def __init__(self, package: str, executable: str, arguments: Sequence[str],
+                 environment: Dict[str, str]) -> None:
+        """
+        Start it.
+
+        Args:
+            package: the package it belongs to
+            executable: its name
+            arguments: its command line
+            environment: variables to set for it, besides those of this process
+
+        """
+        path = Path(get_package_prefix(package), 'lib', package, executable)
+        self._process = subprocess.Popen(
+            [str(path), *arguments], env={**os.environ, **environment},
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+            # A Ctrl-C is for the process that started it, which then ends this one in order.
+            start_new_session=True)
+
+    def end(self) -> None:
+        """Ask it to end, as Ctrl-C does, and see that it has."""
+        self._process.send_signal(signal.SIGINT)
+        try:
+            self._process.wait(END_TIME)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+
+class Graph:
+    """Nodes in one process that see each other, and whoever else is in their ROS domain."""
+
+    def __init__(self, domain_id: Optional[int] = None, namespace: str = '',
+                 params_file: Optional[Path] = None,
+                 overrides: Optional[Dict[str, Any]] = None, quiet: bool = False) -> None:
+        """
+        Start with no nodes.
+
+        Args:
+            domain_id: the ROS domain; that of the environment if None
+            namespace: the namespace of all nodes
+            params_file: the parameter file; that of the package if None
+            overrides: parameters that differ from it
+            quiet: whether the nodes log warnings and errors only
+
+        """
+        self.namespace = namespace
+        self._files = TemporaryDirectory()
+        self.params_file = params_file or default_path()
+        if overrides:
+            given = yaml.safe_load(self.params_file.read_text(encoding='utf-8'))
+            self.params_file = self._parameter_file(
+                {**given['/**']['ros__parameters'], **overrides})
+        self.domain_id = domain_id
+        self.context = Context()
+        self._log_level = ['--log-level', 'warn'] if quiet else []
+        rclpy.init(args=['--ros-args', *self._log_level], context=self.context, domain_id=domain_id,
+                   signal_handler_options=SignalHandlerOptions.NO)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.nodes: List[Node] = []
+        self._children: List[Child] = []
+
+    def __enter__(self) -> 'Graph':
+        """Return the graph itself; on leaving it, everything ends."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End everything."""
+        self.close()
+
+    def add(self, node_type: Type[AnyNode], *ros_arguments: str, parameters: bool = True,
+            **options: Any) -> AnyNode:
+        """
+        Add a node.
+
+        Args:
+            node_type: its class
+            ros_arguments: what stands behind --ros-args, as '-r', 'cmd_vel:=turtle1/cmd_vel'
+            parameters: whether to give it the parameter file and its overrides
+            options: passed on to the node's class
+
+        Returns:
+            The node.
+        """
+        arguments = ['--ros-args', *ros_arguments]
+        if parameters:
+            arguments += ['--params-file', str(self.params_file)]
+        node = node_type(context=self.context, cli_args=arguments, use_global_arguments=False,
+                         namespace=self.namespace, **options)
+        self.nodes.append(node)
+        self.executor.add_node(node)
+        return node
+
+    def remove(self, node: Node) -> None:
+        """Take a node out of the graph and destroy it."""
+        self.nodes.remove(node)
+        self.executor.remove_node(node)
+        node.destroy_node()
+
+    def add_turtlesim(self) -> Optional[Node]:
+        """Add turtlesim, holonomic; return its node, None if it is the real one."""
+        return self._add_foreign('turtlesim', 'turtlesim_node', 'turtlesim_standin.node',
+                                 'TurtleSimNode', {'holonomic': True})
+
+    def add_robot_state_publisher(self) -> Optional[Node]:
+        """Add robot_state_publisher with our robot; return its node, None if it is real."""
+        return self._add_foreign(
+            'robot_state_publisher', 'robot_state_publisher', 'robot_state_publisher.node',
+            'RobotStatePublisher',
+            {'robot_description': self.robot_description(), 'publish_frequency': 1000.0})
+
+    def robot_description(self) -> str:
+        """Return the URDF of the robot that the parameters describe."""
+        path = get_package_share_path('turtle_brick') / 'urdf' / 'turtle.urdf.xacro'
+        return xacro.process_file(
+            str(path), mappings={'params_file': str(self.params_file)}).toxml()
+
+    def add_robot(self) -> Node:
+        """Add turtle_robot, connected to turtlesim as the launch files do it."""
+        # Here and below: nodes are imported where they are needed, since a graph may do without.
+        from turtle_brick.turtle_robot import TurtleRobot
+        return self.add(TurtleRobot, '-r', 'cmd_vel:=turtle1/cmd_vel')
+
+    def add_arena(self) -> Node:
+        """Add the arena."""
+        from turtle_brick.arena import Arena
+        return self.add(Arena)
+
+    def add_catcher(self) -> Node:
+        """Add the catcher."""
+        from turtle_brick.catcher import CatcherNode
+        return self.add(CatcherNode)
+
+    def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
+        """
+        Let the nodes work until a condition holds.
+
+        Args:
+            condition: asked after each piece of work
+            timeout: longest time (s) that it may take
+            what: the condition in words, for the error
+
+        Raises:
+            TimeoutError: the condition has not come to hold
+
+        """
+        deadline = monotonic() + timeout
+        while not condition():
+            left = deadline - monotonic()
+            if left <= 0.0:
+                raise TimeoutError(f'{what}: not within {timeout:g} s')
+            self.executor.spin_once(timeout_sec=min(left, 0.1))
+
+    def spin_for(self, seconds: float) -> None:
+        """Let the nodes work for a time (s)."""
+        end = monotonic() + seconds
+        while (left := end - monotonic()) > 0.0:
+            self.executor.spin_once(timeout_sec=left)
+
+    def close(self) -> None:
+        """End every node and child process."""
+        for child in self._children:
+            child.end()
+        self._children.clear()
+        for node in self.nodes:
+            self.executor.remove_node(node)
+            node.destroy_node()
+        self.nodes.clear()
+        self.executor.shutdown()
+        self.context.try_shutdown()
+        self._files.cleanup()
+
+    def _parameter_file(self, parameters: Dict[str, Any]) -> Path:
+        """Write parameters to a file for any node, that lives as long as the graph."""
+        path = Path(self._files.name) / f'{len(os.listdir(self._files.name))}.yaml'
+        path.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}),
+                        encoding='utf-8')
+        return path
+
+    def _add_foreign(self, package: str, executable: str, module: str, node_type: str,
+                     parameters: Dict[str, Any]) -> Optional[Node]:
+        """Compose a stand-in where there is one, else start the real executable."""
+        # A file, since no command line takes a URDF as the value of a parameter.
+        arguments = ['--params-file', str(self._parameter_file(parameters))]
+        if find_spec(module.partition('.')[0]) is not None:
+            return self.add(getattr(importlib.import_module(module), node_type), *arguments,
+                            parameters=False)
+        environment = {}
+        if not os.environ.get('DISPLAY'):
+            environment['QT_QPA_PLATFORM'] = 'offscreen'
+        if self.domain_id is not None:
+            environment['ROS_DOMAIN_ID'] = str(self.domain_id)
+        remap = ['-r', f'__ns:={self.namespace}'] if self.namespace else []
+        self._children.append(Child(
+            package, executable, ['--ros-args', *remap, *arguments, *self._log_level], environment))
+        return None
