@@ -1,0 +1,707 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Make the workspace's home, or bring it up to date: `make_home.py native|pypi`.
+
+env.bash runs this program, and then sources what it leaves in `.ros/`, next to the two packages:
+
+- `venv` (home `pypi` only): a virtual environment with the real rclpy, DDS, rosidl and messages
+  of Jazzy, which is at the same time a ROS prefix; its `local_setup.bash` sets its variables.
+- `build`, `install`, `log`: colcon's, for the two packages and for those stand-ins whose real
+  package is in no prefix underneath.
+- `made.json`: a fingerprint of all that each of these was made from, written after it was made
+  and deleted before it is made anew. What an interruption leaves behind has no fingerprint, so
+  that nothing half-made is ever taken for good.
+
+It needs nothing but the standard library and says what it does on standard error. Status 0 means
+that the home is ready; otherwise one sentence has said what is missing and how to get it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import functools
+import hashlib
+import json
+import os
+from pathlib import Path
+import platform
+import re
+import shlex
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import sysconfig
+import tempfile
+import time
+from typing import Iterable
+from typing import Iterator
+from xml.etree import ElementTree
+
+TOP = Path(__file__).resolve().parents[2]
+HOME = TOP / '.ros'
+VENV = HOME / 'venv'
+REQUIREMENTS = Path(__file__).resolve().with_name('requirements.txt')
+
+# All that this program ever makes; anything else that is in .ros is somebody else's.
+PARTS = ('made.json', 'made.new', 'venv', 'build', 'install', 'log')
+
+GLIBC = (2, 28)
+
+# What the machine that built the wheels wrote into the CMake files that they export: the headers
+# of its Python, and of the numpy in its site-packages.
+FOREIGN_INCLUDE = re.compile(r'/opt/python/cp\w+-cp\w+/include/python3\.\d+t?')
+FOREIGN_PACKAGES = re.compile(r'/opt/python/cp\w+-cp\w+/lib/python3\.\d+t?/site-packages')
+
+# What is in a package's folder and of no weight for its build.
+NOT_BUILT = {'turtle_brick': ('scripts', 'standins', 'test')}
+
+# A stand-in is named for what a user imports or runs; the real package may have another name.
+REAL_NAMES = {'tf2_ros': 'tf2_ros_py'}
+
+PATH_VARIABLES = ('AMENT_PREFIX_PATH', 'CMAKE_PREFIX_PATH', 'COLCON_PREFIX_PATH',
+                  'LD_LIBRARY_PATH', 'PATH', 'PYTHONPATH', 'PKG_CONFIG_PATH')
+
+UNREACHABLE = re.compile(
+    r'Temporary failure in name resolution|Name or service not known|nodename nor servname'
+    r'|No address associated|Network is unreachable|No route to host|Connection refused'
+    r'|Failed to establish a new connection|NewConnectionError|NameResolutionError'
+    r'|ConnectTimeoutError|timed out|ProxyError|Connection broken|SSLError')
+
+
+class HomeError(Exception):
+    """Something is missing, or went wrong: the message is one sentence for the user."""
+
+
+# ------------------------------------------------------------------ what is said, what is run
+
+def say(text: str, end: str = '\n') -> None:
+    """Tell the user what is being done, on standard error."""
+    print(text, end=end, file=sys.stderr, flush=True)
+
+
+@contextlib.contextmanager
+def step(what: str) -> Iterator[None]:
+    """
+    Say what is done while it is done, and how long it took.
+
+    Args:
+        what: The step, in a few words.
+    """
+    say(f'  {what} ...', end='')
+    start = time.monotonic()
+    try:
+        yield
+    except BaseException:
+        say('')
+        raise
+    say(f' {time.monotonic() - start:.0f} s')
+
+
+def run(command: list[str], env: dict[str, str]) -> tuple[int, str]:
+    """
+    Run a command in a process group of its own, which does not outlive this process.
+
+    Args:
+        command: The program and its arguments.
+        env: Its environment.
+
+    Returns:
+        Its status and what it wrote to standard output and standard error.
+    """
+    with subprocess.Popen(command, cwd=TOP, env=env, stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          errors='replace', start_new_session=True) as process:
+        try:
+            output, _ = process.communicate()
+        except BaseException:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            raise
+    return process.returncode, output
+
+
+def last_line(output: str, pattern: str = r'\S') -> str:
+    """Return the last line of an output that matches a pattern, or an empty string."""
+    lines = [line.strip() for line in output.splitlines() if re.search(pattern, line)]
+    return lines[-1] if lines else ''
+
+
+def clean_environment() -> dict[str, str]:
+    """Return this process's environment without what belongs to the home that is made."""
+    env = dict(os.environ)
+    for name in PATH_VARIABLES:
+        if name in env:
+            env[name] = os.pathsep.join(
+                entry for entry in env[name].split(os.pathsep)
+                if not entry.startswith(f'{HOME}{os.sep}'))
+            if not env[name]:
+                del env[name]
+    return env
+
+
+# --------------------------------------------------------------------------- what is made of what
+
+def fingerprint(*parts: object) -> str:
+    """Return a hash of some values, by their printed form."""
+    return hashlib.sha256('\0'.join(map(str, parts)).encode()).hexdigest()
+
+
+def folder_fingerprint(folder: Path, without: Iterable[str] = ()) -> str:
+    """
+    Return a hash of the names, modes and contents of a folder's files.
+
+    Args:
+        folder: The folder.
+        without: Names at its top that do not count. Hidden files and bytecode never do.
+    """
+    skipped = {folder / name for name in without}
+    digest = hashlib.sha256()
+    for root, folders, files in os.walk(folder):
+        folders[:] = sorted(
+            name for name in folders
+            if Path(root, name) not in skipped
+            and not name.startswith(('.', '__pycache__')) and not name.endswith('.egg-info'))
+        for name in sorted(files):
+            if not name.startswith('.') and not name.endswith('.pyc'):
+                path = Path(root, name)
+                content = path.read_bytes()
+                digest.update(f'{path.relative_to(folder)}\0{os.access(path, os.X_OK)}'
+                              f'\0{len(content)}\0'.encode())
+                digest.update(content)
+    return digest.hexdigest()
+
+
+class Record:
+    """The fingerprints of what has been made, kept in a file."""
+
+    def __init__(self, path: Path) -> None:
+        """
+        Read the record.
+
+        Args:
+            path: Its file. One that is not there, or not readable, says that nothing is made.
+        """
+        self._path = path
+        try:
+            made = json.loads(path.read_text())
+        except (OSError, ValueError):
+            made = {}
+        self._made: dict[str, str] = made if isinstance(made, dict) else {}
+
+    def __contains__(self, item: tuple[str, str]) -> bool:
+        """Return whether a part, given with its fingerprint, is made and up to date."""
+        part, mark = item
+        return self._made.get(part) == mark
+
+    def parts(self) -> set[str]:
+        """Return the names of all parts that are made."""
+        return set(self._made)
+
+    def forget(self, part: str) -> None:
+        """Note, before it is touched, that a part is not good any more."""
+        if self._made.pop(part, None) is not None:
+            self._write()
+
+    def add(self, part: str, mark: str) -> None:
+        """Note, after it was made, that a part is good."""
+        self._made[part] = mark
+        self._write()
+
+    def _write(self) -> None:
+        new = self._path.with_suffix('.new')
+        new.write_text(json.dumps(self._made, indent=1, sort_keys=True) + '\n')
+        os.replace(new, self._path)
+
+
+@contextlib.contextmanager
+def alone() -> Iterator[None]:
+    """Hold off every other process that would make the same home at the same time."""
+    folder = os.open(TOP, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            say('turtle_brick: another process is making this home; waiting for it')
+            fcntl.flock(folder, fcntl.LOCK_EX)
+        except OSError:
+            pass  # a file system that cannot lock a folder (NFS): go on without
+        yield
+    finally:
+        os.close(folder)
+
+
+# -------------------------------------------------------------------------- what the machine has
+
+def check_platform() -> None:
+    """
+    Check that the wheels of Jazzy can run on this machine.
+
+    Raises:
+        HomeError: It is no x86-64 Linux with glibc.
+    """
+    otherwise = ('on this machine, install ROS 2 Jazzy itself (or use its container) and source '
+                 'it first')
+    if platform.system() != 'Linux' or platform.machine().lower() not in ('x86_64', 'amd64') \
+            or struct.calcsize('P') != 8:
+        raise HomeError(
+            f'The wheels of ROS 2 Jazzy are for 64-bit Linux on x86-64, and this Python runs on '
+            f'{platform.system()} on {platform.machine()}: {otherwise}.')
+    name, version = platform.libc_ver()
+    if name != 'glibc' or tuple(map(int, version.split('.')[:2])) < GLIBC:
+        raise HomeError(
+            f'The wheels of ROS 2 Jazzy need glibc {GLIBC[0]}.{GLIBC[1]} or newer, and this '
+            f'machine has {name or "another C library"} {version}'.rstrip() + f': {otherwise}.')
+
+
+def find_compiler(language: str, variable: str, names: Iterable[str]) -> list[str]:
+    """
+    Find a compiler as CMake does: the one that the environment names, else a usual one.
+
+    Args:
+        language: Its language, for the message.
+        variable: The environment variable that may name it.
+        names: The usual names of its program.
+
+    Returns:
+        The program's path, and arguments that the variable gives.
+
+    Raises:
+        HomeError: There is none.
+    """
+    named = shlex.split(os.environ.get(variable, ''))
+    for candidate in [named] if named else [[name] for name in names]:
+        program = shutil.which(candidate[0])
+        if program:
+            return [program, *candidate[1:]]
+    looked_for = f'{variable}={named[0]}' if named else ', '.join(names)
+    raise HomeError(f'There is no {language} compiler (looked for {looked_for}): install one, '
+                    'for example with "sudo apt install build-essential".')
+
+
+@functools.lru_cache(maxsize=None)
+def check_compilers() -> None:
+    """
+    Check that C and C++ programs can be built.
+
+    Raises:
+        HomeError: A compiler is missing or does not work.
+    """
+    compilers = (
+        ('C', '.c', '#include <stdlib.h>',
+         find_compiler('C', 'CC', ('cc', 'gcc', 'clang'))),
+        ('C++', '.cpp', '#include <vector>',
+         find_compiler('C++', 'CXX', ('c++', 'g++', 'clang++'))))
+    for language, suffix, include, command in compilers:
+        with tempfile.TemporaryDirectory() as folder:
+            source = Path(folder, f'program{suffix}')
+            source.write_text(f'{include}\nint main(void) {{ return 0; }}\n'
+                              if language == 'C' else f'{include}\nint main() {{ return 0; }}\n')
+            status, output = run([*command, str(source), '-o', str(source.with_suffix(''))],
+                                 dict(os.environ))
+        if status:
+            raise HomeError(
+                f'The {language} compiler {command[0]} cannot build a program '
+                f'({last_line(output, "error") or last_line(output)}): install a whole one, '
+                'for example with "sudo apt install build-essential".')
+
+
+def check_python() -> None:
+    """
+    Check that this Python can make a virtual environment and be compiled against.
+
+    Raises:
+        HomeError: Its venv module or its C headers are missing.
+    """
+    version = '{}.{}'.format(*sys.version_info[:2])
+    try:
+        import ensurepip  # noqa: F401
+        import venv  # noqa: F401
+    except ImportError as error:
+        raise HomeError(
+            f'Python {version} at {sys.executable} cannot make virtual environments ({error}): '
+            'install the missing part, for example with '
+            f'"sudo apt install python{version}-venv".') from None
+    header = Path(sysconfig.get_path('include'), 'Python.h')
+    if not header.is_file():
+        raise HomeError(
+            f"The C headers of Python {version} are missing ({header} is not there): install "
+            f'them, for example with "sudo apt install python{version}-dev".')
+
+
+def check_colcon() -> None:
+    """
+    Check that the ROS home which is sourced has what builds packages.
+
+    Raises:
+        HomeError: colcon or CMake is missing.
+    """
+    for program, package in (('colcon', 'python3-colcon-common-extensions'), ('cmake', 'cmake')):
+        if not shutil.which(program):
+            raise HomeError(f'There is no {program} on the PATH: install it, for example with '
+                            f'"sudo apt install {package}".')
+
+
+# ----------------------------------------------------------------------- the virtual environment
+
+def venv_fingerprint() -> str:
+    """Return the fingerprint of the virtual environment that this Python would make."""
+    return fingerprint(VENV, sys.base_prefix, sys.version_info[:2], REQUIREMENTS.read_bytes(),
+                       Path(__file__).read_bytes())
+
+
+def point_to_this_machine(text: str, include: str, packages: str) -> str:
+    """
+    Replace the paths of the machine that built the wheels in an exported CMake file.
+
+    Args:
+        text: The CMake file.
+        include: The folder of this Python's headers.
+        packages: The site-packages folder of the virtual environment.
+
+    Returns:
+        The file with this machine's paths.
+    """
+    text = FOREIGN_INCLUDE.sub(lambda _: include, text)
+    return FOREIGN_PACKAGES.sub(lambda _: packages, text)
+
+
+def local_setup(venv: Path, packages: Path) -> str:
+    """
+    Write the script that makes a shell use a virtual environment as its ROS prefix.
+
+    Args:
+        venv: The virtual environment.
+        packages: Its site-packages folder.
+
+    Returns:
+        The text of a bash script.
+    """
+    libraries = [venv / 'lib', *sorted(packages.glob('ros_*.libs'))]
+    quoted = {name: shlex.quote(str(value)) for name, value in (
+        ('venv', venv), ('bin', venv / 'bin'), ('libraries', ':'.join(map(str, libraries))))}
+    return f'''# Made by make_home.py: this virtual environment as the ROS prefix of a shell.
+
+# This home holds all that it needs. Packages of another Python would be taken before its own,
+# and no other middleware is in it.
+unset PYTHONHOME PYTHONPATH RMW_IMPLEMENTATION
+export PYTHONNOUSERSITE=1
+
+export VIRTUAL_ENV={quoted['venv']}
+export AMENT_PREFIX_PATH={quoted['venv']}
+export ROS_DISTRO=jazzy ROS_VERSION=2 ROS_PYTHON_VERSION=3
+
+# The wheels' bootstrapper would start every Python process twice to set LD_LIBRARY_PATH.
+export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1
+
+# first in each of these, and there only once
+_turtle_brick_first() {{
+  local rest=":${{!1-}}:"
+  rest=${{rest//":$2:"/:}} rest=${{rest#:}} rest=${{rest%:}}
+  export "$1=$2${{rest:+:$rest}}"
+}}
+_turtle_brick_first PATH {quoted['bin']}
+_turtle_brick_first CMAKE_PREFIX_PATH {quoted['venv']}
+_turtle_brick_first LD_LIBRARY_PATH {quoted['libraries']}
+unset -f _turtle_brick_first
+hash -r
+'''
+
+
+def pip_sentence(output: str) -> str:
+    """
+    Say in one sentence why pip failed.
+
+    Args:
+        output: All that it printed.
+
+    Returns:
+        The sentence.
+    """
+    cause = UNREACHABLE.search(output)
+    missing = re.search(r'No matching distribution found for (\S+)', output)
+    if cause:
+        return (f'The Python package index cannot be reached ({cause.group()}): connect this '
+                "machine to the network, or set pip's proxy or index, and try again.")
+    if missing:
+        return (f'The package index that pip uses has no {missing.group(1)} for Python '
+                f'{platform.python_version()} on {platform.machine()}: point pip to one that '
+                'mirrors the whole of PyPI.')
+    error = last_line(output, '^ *(ERROR|error)').replace('ERROR: ', '') or last_line(output)
+    return f'pip could not install the packages of {REQUIREMENTS.name}: {error.rstrip(".")}.'
+
+
+def make_venv() -> None:
+    """
+    Make the virtual environment, from nothing.
+
+    Raises:
+        HomeError: It cannot be made.
+    """
+    env = clean_environment()
+    for name in ('PYTHONPATH', 'PYTHONHOME', 'PIP_TARGET', 'PIP_PREFIX', 'PIP_ROOT',
+                 'VIRTUAL_ENV', '__PYVENV_LAUNCHER__'):
+        env.pop(name, None)
+    env.update(PYTHONNOUSERSITE='1', PIP_USER='0', PIP_NO_INPUT='1',
+               PIP_DISABLE_PIP_VERSION_CHECK='1', _ROS_WHEELS_BOOTSTRAP_COMPLETE='1')
+    python = str(VENV / 'bin' / 'python')
+
+    with step(f'a virtual environment of Python {platform.python_version()}'):
+        # the interpreter itself, since this process may run in the environment that is replaced
+        base = os.path.realpath(getattr(sys, '_base_executable', sys.executable))
+        status, output = run([base, '-m', 'venv', str(VENV)], env)
+        if status:
+            raise HomeError(f'{base} could not make a virtual environment: {last_line(output)}')
+
+    pip = [python, '-m', 'pip', 'install', '--no-deps', '--no-build-isolation', '--use-pep517']
+    setuptools = next(line.split()[0] for line in REQUIREMENTS.read_text().splitlines()
+                      if line.startswith('setuptools=='))
+    with step('the packages of ROS 2 Jazzy, colcon, pytest and their like from the package index'):
+        # three small ones are published as sources: setuptools must be there to build them
+        for what in ([setuptools], ['-r', str(REQUIREMENTS)]):
+            status, output = run([*pip, *what], env)
+            if status:
+                raise HomeError(pip_sentence(output))
+
+    packages = VENV / 'lib' / 'python{}.{}'.format(*sys.version_info[:2]) / 'site-packages'
+    for path in (VENV / 'share').rglob('*.cmake'):
+        text = path.read_text()
+        new = point_to_this_machine(text, sysconfig.get_path('include'), str(packages))
+        if new != text:
+            path.write_text(new)
+    (VENV / 'local_setup.bash').write_text(local_setup(VENV, packages))
+
+    with step('a first start of rclpy'):
+        env['ROS_LOG_DIR'] = str(HOME / 'log')
+        status, output = run([*in_venv(), 'python', '-c', 'import rclpy; rclpy.init()'], env)
+        if status:
+            raise HomeError(f'The rclpy that was installed does not start: {last_line(output)}')
+
+
+def in_venv() -> list[str]:
+    """Return the beginning of a command that is to run in the virtual environment."""
+    return ['bash', '-c', 'source "$0" && exec "$@"', str(VENV / 'local_setup.bash')]
+
+
+# ------------------------------------------------------------------------------------ the packages
+
+def find_prefix(package: str, prefixes: Iterable[str]) -> str | None:
+    """
+    Find a package in the ament index.
+
+    Args:
+        package: Its name.
+        prefixes: The prefixes to look in, the first one first.
+
+    Returns:
+        The prefix that has it, or None.
+    """
+    for prefix in prefixes:
+        if Path(prefix, 'share/ament_index/resource_index/packages', package).is_file():
+            return prefix
+    return None
+
+
+def packages_to_build(prefixes: list[str]) -> dict[str, Path]:
+    """
+    Tell which packages the workspace is to hold.
+
+    Args:
+        prefixes: The prefixes of the home underneath.
+
+    Returns:
+        The folder of each package, by its name: the stand-ins of what is in no prefix, then the
+        two packages themselves.
+    """
+    folders = {}
+    for manifest in sorted(TOP.glob('turtle_brick/standins/*/package.xml')):
+        name = ElementTree.parse(manifest).findtext('name')
+        if not find_prefix(REAL_NAMES.get(name, name), prefixes):
+            folders[name] = manifest.parent
+    for name in ('turtle_brick_interfaces', 'turtle_brick'):
+        folders[name] = TOP / name
+    return folders
+
+
+def underlay_fingerprint(prefixes: list[str], python: str) -> str:
+    """
+    Return a fingerprint of the home underneath, as far as packages are built against it.
+
+    Args:
+        prefixes: Its prefixes.
+        python: What tells its Python from another.
+    """
+    return fingerprint(HOME, python, *(
+        find_prefix(name, prefixes)
+        for name in ('rclpy', 'geometry_msgs', 'rosidl_default_generators')))
+
+
+def build(folders: dict[str, Path], underlay: str, record: Record, launcher: list[str],
+          env: dict[str, str]) -> None:
+    """
+    Build the packages that changed, and delete those that are no longer wanted.
+
+    Args:
+        folders: The folder of each package that the workspace is to hold, by its name.
+        underlay: The fingerprint of the home underneath.
+        record: What is made so far.
+        launcher: The beginning of a command that is to run in the home underneath.
+        env: The environment of colcon.
+
+    Raises:
+        HomeError: Something that builds need is missing, or a package could not be built;
+            colcon's output has then been shown.
+    """
+    marks = {name: fingerprint(underlay, folder_fingerprint(folder, NOT_BUILT.get(name, ())))
+             for name, folder in folders.items()}
+    changed = [name for name, mark in marks.items()
+               if (name, mark) not in record or not (HOME / 'install' / name).is_dir()]
+    dropped = record.parts() - set(marks) - {'venv'}
+    if changed and not launcher:
+        check_colcon()
+    if any((folders[name] / 'CMakeLists.txt').is_file() for name in changed):
+        check_compilers()
+    HOME.mkdir(exist_ok=True)
+    for name in [*changed, *dropped]:
+        record.forget(name)
+        # colcon keeps what a package has stopped to install
+        for base in ('build', 'install'):
+            shutil.rmtree(HOME / base / name, ignore_errors=True)
+    if not changed:
+        return
+    command = [
+        *launcher, 'colcon', '--log-base', str(HOME / 'log'), 'build',
+        '--base-paths', *map(str, folders.values()), '--packages-select', *changed,
+        '--build-base', str(HOME / 'build'), '--install-base', str(HOME / 'install')]
+    if launcher:
+        command += ['--cmake-args', f'-DPython3_EXECUTABLE={VENV}/bin/python3']
+    with step(f'colcon build: {", ".join(changed)}'):
+        status, output = run(command, env)
+    if status:
+        say(output.rstrip())
+        raise HomeError(f'colcon could not build {", ".join(changed)}: its output is above and '
+                        'in .ros/log/latest_build.')
+    for name in changed:
+        record.add(name, marks[name])
+
+
+# --------------------------------------------------------------------------------------- the homes
+
+def remove_home() -> None:
+    """Delete all that this program has made, the record of it first."""
+    for name in PARTS:
+        path = HOME / name
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            with contextlib.suppress(FileNotFoundError):
+                path.unlink()
+    with contextlib.suppress(OSError):
+        HOME.rmdir()
+
+
+def make_native_home(record: Record) -> None:
+    """
+    Build the packages on the ROS home that the environment has sourced.
+
+    Args:
+        record: What is made so far.
+
+    Raises:
+        HomeError: Something is missing, or a build failed.
+    """
+    env = clean_environment()
+    env['COLCON_DEFAULTS_FILE'] = os.devnull  # a user's own layout is not this one
+    prefixes = [prefix for prefix in env.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if prefix]
+    python = f'{sys.prefix} {sys.version_info[:2]}'
+    build(packages_to_build(prefixes), underlay_fingerprint(prefixes, python), record, [], env)
+
+
+def make_pypi_home(record: Record) -> None:
+    """
+    Make the virtual environment, unless it is there and good, and build the packages on it.
+
+    Args:
+        record: What is made so far.
+
+    Raises:
+        HomeError: Something is missing, or a build failed. If it was the virtual environment
+            that could not be made, nothing is left behind.
+    """
+    mark = venv_fingerprint()
+    if ('venv', mark) not in record or not VENV.is_dir():
+        check_platform()
+        check_compilers()
+        check_python()
+        if re.search(r'[:;\s]', str(HOME)):
+            raise HomeError(f'The folder {str(TOP)!r} has a blank, colon or semicolon in its '
+                            'name, which CMake and search paths cannot take: move it.')
+        say('turtle_brick: no ROS 2 Jazzy is at hand, so its wheels go into .ros '
+            '(once: a minute or two, 600 MB)')
+        try:
+            remove_home()
+            HOME.mkdir(exist_ok=True)
+            make_venv()
+            record = Record(HOME / 'made.json')
+            record.add('venv', mark)
+        except BaseException:
+            # an interruption must not interrupt the tidying
+            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+                signal.signal(number, signal.SIG_IGN)
+            remove_home()
+            raise
+    env = clean_environment()
+    # of another environment that is active, which CMake would search as well
+    for name in ('CONDA_PREFIX', 'CMAKE_PREFIX_PATH'):
+        env.pop(name, None)
+    env.update(CMAKE_GENERATOR='Ninja', COLCON_DEFAULTS_FILE=os.devnull)
+    prefixes = [str(VENV)]
+    build(packages_to_build(prefixes), underlay_fingerprint(prefixes, mark), record, in_venv(),
+          env)
+
+
+def main() -> int:
+    """
+    Make the home that the command line names.
+
+    Returns:
+        The status of the process: 0 if the home is ready.
+    """
+    homes = {'native': make_native_home, 'pypi': make_pypi_home}
+    if len(sys.argv) != 2 or sys.argv[1] not in homes:
+        say('usage: make_home.py native|pypi')
+        return 2
+
+    def interrupt(*_: object) -> None:
+        raise SystemExit('turtle_brick: Interrupted: the home is not ready.')
+
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, interrupt)
+    try:
+        with alone():
+            homes[sys.argv[1]](Record(HOME / 'made.json'))
+    except HomeError as error:
+        say(f'turtle_brick: {error}')
+        return 1
+    except OSError as error:
+        say(f'turtle_brick: The home cannot be made: {error}.')
+        return 1
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
