@@ -155,7 +155,10 @@ def _admitted(entry: Field[Any], value: object) -> float | Triple:
 
 
 def _refusal(entry: Field[Any], value: object) -> ParameterError:
-    shown = list(value) if hasattr(value, '__iter__') and not isinstance(value, str) else value
+    if isinstance(value, tuple):
+        shown = list(value)
+    else:
+        shown = value.tolist() if hasattr(value, 'tolist') else value
     return ParameterError(
         f'{entry.name} is {shown!r}, but must be {meaning(entry).expectation()}')
 
@@ -178,17 +181,13 @@ def from_mapping(mapping: Mapping[str, object]) -> Parameters:
 
     """
     names = [entry.name for entry in fields(Parameters)]
-    missing = [name for name in names if name not in mapping]
+    missing = sorted(name for name in names if name not in mapping)
     if missing:
-        raise MissingParameterError(f'missing {_parameters(missing)}')
-    unknown = [str(name) for name in mapping if name not in names]
+        raise MissingParameterError(f'missing parameters: {", ".join(missing)}')
+    unknown = sorted(str(name) for name in mapping if name not in names)
     if unknown:
-        raise ParameterError(f'unknown {_parameters(unknown)}')
+        raise ParameterError(f'unknown parameters: {", ".join(unknown)}')
     return Parameters(**mapping)
-
-
-def _parameters(names: list[str]) -> str:
-    return f'parameter{"s" if len(names) > 1 else ""} {", ".join(names)}'
 
 
 def default_path() -> Path:
