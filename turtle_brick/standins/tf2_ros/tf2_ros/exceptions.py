@@ -1,0 +1,38 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""What can go wrong with a transform."""
+
+
+class TransformException(Exception):
+    """Any of the below."""
+
+
+class ConnectivityException(TransformException):
+    """Two frames are not part of one tree."""
+
+
+class LookupException(TransformException):
+    """A frame does not exist, or the frames form a loop."""
+
+
+class ExtrapolationException(TransformException):
+    """The time is outside what the buffer holds."""
+
+
+class InvalidArgumentException(TransformException):
+    """The name of a frame is empty or begins with a slash."""
+
+
+class TimeoutException(TransformException):
+    """A transform did not come in time."""
