@@ -70,7 +70,7 @@ def declare_parameters(node: Node) -> Parameters:
         parameters = from_mapping(given)
     except MissingParameterError as error:
         raise MissingParameterError(
-            f'{error}: add --ros-args --params-file {default_path()}') from None
+            f'{error}; add --ros-args --params-file {default_path()}') from None
     for entry in fields(Parameters):
         rule = meaning(entry)
         descriptor = ParameterDescriptor(

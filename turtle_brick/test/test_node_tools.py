@@ -1,0 +1,266 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""What every node shares: declared parameters, and a main() that begins and ends well."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict
+from dataclasses import fields
+import math
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+from rcl_interfaces.msg import ParameterType
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from turtle_brick.node_tools import declare_parameters
+from turtle_brick.parameters import default_path
+from turtle_brick.parameters import from_mapping
+from turtle_brick.parameters import load
+from turtle_brick.parameters import meaning
+from turtle_brick.parameters import MissingParameterError
+from turtle_brick.parameters import ParameterError
+from turtle_brick.parameters import Parameters
+
+DEFAULTS = {name: list(value) if isinstance(value, tuple) else value
+            for name, value in asdict(load()).items()}
+
+
+@pytest.fixture
+def context(domain_id) -> Iterator[Context]:
+    """Return a ROS context of the test's own."""
+    context = Context()
+    rclpy.init(args=[], context=context, domain_id=domain_id)
+    yield context
+    rclpy.try_shutdown(context=context)
+
+
+def node_with(context: Context, values: dict) -> Node:
+    """Make a node to which these parameters are given."""
+    return Node('probe', context=context, parameter_overrides=[
+        Parameter(name, value=value) for name, value in values.items()])
+
+
+def test_values_arrive(context):
+    node = node_with(context, DEFAULTS)
+    assert declare_parameters(node) == load()
+    for name, value in DEFAULTS.items():
+        held = node.get_parameter(name).value
+        assert (list(held) if isinstance(value, list) else held) == value
+    node.destroy_node()
+
+
+def test_values_are_declared_in_full_and_read_only(context):
+    node = node_with(context, DEFAULTS)
+    declare_parameters(node)
+    for entry in fields(Parameters):
+        rule, descriptor = meaning(entry), node.describe_parameter(entry.name)
+        assert descriptor.description == rule.description
+        assert rule.unit in descriptor.additional_constraints
+        assert descriptor.read_only and not descriptor.dynamic_typing
+        if rule.length == 1:
+            assert descriptor.type == ParameterType.PARAMETER_DOUBLE
+            (limits,) = descriptor.floating_point_range
+            assert (limits.from_value, limits.to_value) == (rule.lower, rule.upper)
+        else:
+            assert descriptor.type == ParameterType.PARAMETER_DOUBLE_ARRAY
+        held = node.get_parameter(entry.name).value
+        (result,) = node.set_parameters([Parameter(entry.name, value=held)])
+        assert not result.successful
+        assert 'read-only' in result.reason
+    node.destroy_node()
+
+
+def test_integers_are_as_good_as_floats(context):
+    node = node_with(context, {**DEFAULTS, 'max_velocity': 3, 'brick_start': [7, 6, 5]})
+    parameters = declare_parameters(node)
+    assert parameters == from_mapping(
+        {**DEFAULTS, 'max_velocity': 3.0, 'brick_start': (7.0, 6.0, 5.0)})
+    assert node.get_parameter('max_velocity').type_ == Parameter.Type.DOUBLE
+    node.destroy_node()
+
+
+@pytest.mark.parametrize('change', [
+    {'max_velocity': 'fast'}, {'max_velocity': True}, {'max_velocity': -3},
+    {'max_velocity': math.nan}, {'max_velocity': [3.0]}, {'wheel_radius': 0.0},
+    {'brick_size': [0.4, 0.2]}, {'brick_size': 0.4}, {'brick_size': ['a', 'b', 'c']},
+    {'brick_start': [7.5, 7.0, -8.0]}, {'platform_height': 0.5}, {'platform_height': 200.0}])
+def test_node_refuses_in_the_same_words_as_the_file(context, change):
+    node = node_with(context, {**DEFAULTS, **change})
+    with pytest.raises(ParameterError) as from_node:
+        declare_parameters(node)
+    with pytest.raises(ParameterError) as from_values:
+        from_mapping({**DEFAULTS, **change})
+    assert str(from_node.value) == str(from_values.value)
+    node.destroy_node()
+
+
+def test_missing_parameter_names_itself_and_the_file(context):
+    some = {name: value for name, value in DEFAULTS.items() if name != 'wheel_radius'}
+    node = node_with(context, some)
+    with pytest.raises(MissingParameterError) as caught:
+        declare_parameters(node)
+    assert str(caught.value) == (
+        f'missing parameters: wheel_radius; add --ros-args --params-file {default_path()}')
+    assert default_path().is_file()
+    node.destroy_node()
+
+
+# A process, as `ros2 run` starts it. The node says when it is up, and spins.
+PROGRAM = """
+import os, signal, sys
+import rclpy
+from rclpy.node import Node
+from turtle_brick.node_tools import declare_parameters, run
+{before}
+
+class Probe(Node):
+    def __init__(self):
+        super().__init__('probe')
+        {construct}
+        self.timer = self.create_timer(0.01, self.tick)
+        self.ticks = 0
+
+    def tick(self):
+        self.ticks += 1
+        if self.ticks == 1:
+            print('up', flush=True)
+        {tick}
+
+Probe.__module__ = 'turtle_brick.probe'
+sys.exit(run(Probe))
+"""
+
+
+class Process:
+    """The program above, with its own lines in it, in a process."""
+
+    def __init__(self, domain_id: int, *args: str, before: str = '', construct: str = 'pass',
+                 tick: str = 'pass') -> None:
+        code = PROGRAM.format(before=before, construct=construct, tick=tick)
+        self.process = subprocess.Popen(
+            [sys.executable, '-c', code, *args], text=True,
+            env={**os.environ, 'ROS_DOMAIN_ID': str(domain_id)},
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+    def wait_until_up(self) -> None:
+        """Wait for the first line."""
+        assert self.process.stdout.readline() == 'up\n'
+
+    def end(self) -> tuple[int, list[str]]:
+        """Return the exit status and the lines on standard error, rcl's log left out."""
+        _, errors = self.process.communicate(timeout=30)
+        return self.process.returncode, [
+            line for line in errors.splitlines() if not line.startswith('[ERROR]')]
+
+
+@pytest.fixture
+def start(domain_id) -> Iterator[object]:
+    """Return a function that starts the program; whatever it started ends with the test."""
+    started = []
+
+    def start(*args: str, **lines: str) -> Process:
+        started.append(Process(domain_id, *args, **lines))
+        return started[-1]
+
+    yield start
+    for program in started:
+        program.process.kill()
+        program.process.communicate()
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('times', [1, 3])
+def test_signals_end_it_quietly(start, number, times):
+    program = start()
+    program.wait_until_up()
+    for _ in range(times):
+        program.process.send_signal(number)
+    assert program.end() == (0, [])
+
+
+@pytest.mark.parametrize('number', ['SIGINT', 'SIGTERM'])
+def test_signal_while_it_is_made_ends_it_quietly(start, number):
+    # The context goes down in another thread; whatever is made after that fails, quietly.
+    construct = (f'os.kill(os.getpid(), signal.{number})\n'
+                 '        while rclpy.ok(): pass\n'
+                 '        self.create_timer(1.0, print)')
+    assert start(construct=construct).end() == (0, [])
+
+
+@pytest.mark.parametrize('number', ['SIGINT', 'SIGTERM'])
+def test_signal_before_rclpy_is_up_ends_it_quietly(start, number):
+    before = ('init = rclpy.init\n'
+              f'rclpy.init = lambda **k: (os.kill(os.getpid(), signal.{number}), init(**k))')
+    assert start(before=before).end() == (0, [])
+
+
+def test_shutdown_from_within_ends_it_quietly(start):
+    assert start(tick='rclpy.shutdown()').end() == (0, [])
+
+
+def test_a_defect_is_not_hidden(start):
+    status, errors = start(tick='1 / 0').end()
+    assert status == 1
+    assert errors[-1] == 'ZeroDivisionError: division by zero'
+
+
+def test_missing_parameters_end_it_with_a_sentence(start):
+    status, errors = start(construct='declare_parameters(self)').end()
+    assert status == 1
+    (sentence,) = errors
+    assert sentence.startswith('probe: missing parameters: ')
+    assert sentence.endswith(f'add --ros-args --params-file {default_path()}')
+
+
+def test_the_file_that_the_sentence_names_is_enough(start):
+    program = start('--ros-args', '--params-file', str(default_path()),
+                    construct='declare_parameters(self)')
+    program.wait_until_up()
+    program.process.send_signal(signal.SIGTERM)
+    assert program.end() == (0, [])
+
+
+@pytest.mark.parametrize('args, reason', [
+    (['-p', 'max_velocity:=-3'], 'probe: max_velocity is -3, but must be a number from'),
+    (['-p', 'platform_height:=0.5'], 'probe: platform_height 0.5 m is too low for a platform'),
+    (['-p', 'brick_size:=[0.1, 1, 0.1]'], 'Sequence should be of same type'),
+    (['--params-file', '/absent.yaml'], '/absent.yaml'),
+    (['--no-such-argument'], "probe: unknown ROS arguments ['--no-such-argument']"),
+])
+def test_arguments_that_cannot_be_end_it_with_a_sentence(start, args, reason):
+    status, errors = start('--ros-args', '--params-file', str(default_path()), *args,
+                           construct='declare_parameters(self)').end()
+    assert status == 1
+    (sentence,) = errors
+    assert sentence.startswith('probe: ')
+    assert reason in sentence
+
+
+def test_file_that_is_no_parameter_file_ends_it_with_a_sentence(start, tmp_path):
+    path = tmp_path / 'wrong.yaml'
+    path.write_text('a: [b', encoding='utf-8')
+    status, errors = start('--ros-args', '--params-file', str(path),
+                           construct='declare_parameters(self)').end()
+    assert status == 1
+    (sentence,) = errors
+    assert sentence.startswith('probe: ')
+    assert str(path) in sentence
+    assert path.read_text('utf-8') == 'a: [b'
