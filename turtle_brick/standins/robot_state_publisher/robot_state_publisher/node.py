@@ -1,0 +1,325 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+A node that stands in for robot_state_publisher 3.3.3, for machines that lack it.
+
+Publishes:
+    /tf (tf2_msgs/msg/TFMessage): the links that joints move, after joint states
+    /tf_static (tf2_msgs/msg/TFMessage): the links of fixed joints, latched
+    robot_description (std_msgs/msg/String): the parameter of that name, latched
+
+Subscribes:
+    joint_states (sensor_msgs/msg/JointState): the joints' positions
+
+Parameters:
+    robot_description (string): the robot's URDF; required
+    publish_frequency (double, 20.0): the highest rate of /tf in Hz, at most 1000; zero sets no
+        limit. It goes by the stamps of joint_states.
+    ignore_timestamp (bool, false): whether to publish after every message, whatever its stamp
+    frame_prefix (string, empty): what to put before the names of frames
+"""
+
+import sys
+from typing import Any
+from typing import Dict
+from typing import List
+from typing import NamedTuple
+from typing import Optional
+from typing import Tuple
+
+from geometry_msgs.msg import TransformStamped
+from rcl_interfaces.msg import SetParametersResult
+import rclpy
+from rclpy.exceptions import InvalidParameterTypeException
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy
+from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos import QoSProfile
+from robot_state_publisher.description import DescriptionError
+from robot_state_publisher.description import Joint
+from robot_state_publisher.description import parse
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+
+# How many sets of joint names to keep a plan for; senders have one each.
+_PLANS = 32
+
+
+class Step(NamedTuple):
+    """
+    What to do with one position of a message.
+
+    Attributes:
+        index: Where the position stands.
+        multiplier: By how much to multiply it, for a joint that mimics another.
+        offset: What to add then.
+        joint: The joint that it moves.
+        transform: The transform to fill in.
+    """
+
+    index: int
+    multiplier: float
+    offset: float
+    joint: Joint
+    transform: TransformStamped
+
+
+class RobotStatePublisher(Node):
+    """Publishes where a robot's links are; the module's documentation lists its interface."""
+
+    def __init__(self, **node_arguments: Any) -> None:
+        """
+        Publish what does not move, and wait for joint states.
+
+        Args:
+            node_arguments: Further arguments of rclpy's Node, such as a namespace.
+
+        Raises:
+            DescriptionError: A parameter makes no sense.
+        """
+        super().__init__('robot_state_publisher', **node_arguments)
+        description = self.declare_parameter('robot_description', '').value
+        if not description:
+            raise DescriptionError('robot_description parameter must not be empty')
+        self._frequency = self.declare_parameter('publish_frequency', 20.0).value
+        if not 0.0 <= self._frequency <= 1000.0:
+            raise DescriptionError(
+                f'publish_frequency must be between 0 and 1000, but is {self._frequency}')
+        self._prefix = self.declare_parameter('frame_prefix', '').value
+        self._ignore_stamp = self.declare_parameter('ignore_timestamp', False).value
+
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._tf_publisher = self.create_publisher(TFMessage, '/tf', QoSProfile(depth=100))
+        self._static_publisher = self.create_publisher(TFMessage, '/tf_static', latched)
+        self._description_publisher = self.create_publisher(String, 'robot_description', latched)
+
+        self._joints: Dict[str, Joint] = {}
+        self._plans: Dict[Tuple[str, ...], List[Step]] = {}
+        self._static: Dict[str, TransformStamped] = {}
+        # When each joint was last published, by the stamps of joint_states, in ns.
+        self._published: Dict[str, int] = {}
+        self._last_call = 0
+        self._set_up(description)
+
+        self.create_subscription(
+            JointState, 'joint_states', self.joint_states_callback, qos_profile_sensor_data)
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._apply_parameters)
+
+    def joint_states_callback(self, state: JointState) -> None:
+        """
+        Publish where the links are, unless that was done a short time ago.
+
+        Args:
+            state: The joints' positions.
+        """
+        names = tuple(state.name)
+        positions = state.position
+        if len(names) != len(positions):
+            if positions:
+                self.get_logger().error(
+                    'Robot state publisher ignored an invalid JointState message')
+            else:
+                self.get_logger().warning(
+                    'Robot state publisher ignored a JointState message about joint(s) '
+                    f'"{names[0]}"(,...) whose position member was empty.')
+            return
+        if not self._is_due(names, state):
+            return
+        try:
+            plan = self._plans[names]
+        except KeyError:
+            plan = self._plan(names)
+        stamp = state.header.stamp
+        transforms = []
+        for index, multiplier, offset, joint, stamped in plan:
+            (x, y, z), (qx, qy, qz, qw) = joint.pose(multiplier * positions[index] + offset)
+            stamped.header.stamp = stamp
+            translation = stamped.transform.translation
+            translation.x = x
+            translation.y = y
+            translation.z = z
+            rotation = stamped.transform.rotation
+            rotation.x = qx
+            rotation.y = qy
+            rotation.z = qz
+            rotation.w = qw
+            transforms.append(stamped)
+        self._tf_publisher.publish(TFMessage(transforms=transforms))
+
+    def _is_due(self, names: Tuple[str, ...], state: JointState) -> bool:
+        """
+        Tell whether a message comes late enough after the last one, and if so, remember it.
+
+        Args:
+            names: The names of its joints.
+            state: The message.
+
+        Returns:
+            Whether to publish.
+        """
+        now = self.get_clock().now().nanoseconds
+        published = self._published
+        if now < self._last_call:
+            self.get_logger().warning(
+                'Moved backwards in time, re-publishing joint transforms!')
+            published.clear()
+        self._last_call = now
+        stamp = state.header.stamp.sec * 1_000_000_000 + state.header.stamp.nanosec
+        # The interval is a whole number of milliseconds, as in the real node.
+        interval = int(1000.0 / self._frequency) * 1_000_000 if self._frequency else 0
+        last = min([published.get(name, 0) for name in names], default=now)
+        if stamp < min(now, last) + interval and not self._ignore_stamp:
+            return False
+        for name in names:
+            published[name] = stamp
+        return True
+
+    def _plan(self, names: Tuple[str, ...]) -> List[Step]:
+        """
+        Work out which links move when these joints do.
+
+        Args:
+            names: The names of joints, in the order of their positions.
+
+        Returns:
+            A step for each of the robot's joints among them, and for each that mimics one of
+            them, in the order of the joints' names.
+        """
+        sources: Dict[str, Tuple[int, float, float]] = {}
+        for index, name in enumerate(names):
+            sources.setdefault(name, (index, 1.0, 0.0))
+        for joint in self._joints.values():
+            mimic = joint.mimic
+            if mimic is not None and mimic.joint in sources:
+                index, multiplier, offset = sources[mimic.joint]
+                sources.setdefault(joint.name, (
+                    index, multiplier * mimic.multiplier,
+                    offset * mimic.multiplier + mimic.offset))
+        plan = [Step(*source, self._joints[name], self._transform(self._joints[name]))
+                for name, source in sorted(sources.items())
+                if name in self._joints and self._joints[name].moves]
+        if len(self._plans) >= _PLANS:
+            self._plans.clear()
+        self._plans[names] = plan
+        return plan
+
+    def _transform(self, joint: Joint) -> TransformStamped:
+        """
+        Make the transform of a joint, to be filled in.
+
+        Args:
+            joint: The joint.
+
+        Returns:
+            A transform from its parent to its child.
+        """
+        stamped = TransformStamped()
+        stamped.header.frame_id = self._prefix + joint.parent
+        stamped.child_frame_id = self._prefix + joint.child
+        return stamped
+
+    def _set_up(self, description: str) -> None:
+        """
+        Read the robot's description, and publish it and what does not move.
+
+        Args:
+            description: The description.
+
+        Raises:
+            DescriptionError: It describes no robot.
+        """
+        self._joints = parse(description)
+        self._plans.clear()
+        self._description_publisher.publish(String(data=description))
+        self.get_logger().info('Robot initialized')
+        now = self.get_clock().now().to_msg()
+        for joint in self._joints.values():
+            if joint.is_fixed:
+                stamped = self._transform(joint)
+                stamped.header.stamp = now
+                translation = stamped.transform.translation
+                rotation = stamped.transform.rotation
+                ((translation.x, translation.y, translation.z),
+                 (rotation.x, rotation.y, rotation.z, rotation.w)) = joint.pose(0.0)
+                self._static[stamped.child_frame_id] = stamped
+        self._static_publisher.publish(TFMessage(transforms=list(self._static.values())))
+
+    def _check_parameters(self, parameters: List[Parameter]) -> SetParametersResult:
+        """
+        Refuse values that make no sense.
+
+        Args:
+            parameters: Parameters that somebody wants to set.
+
+        Returns:
+            Whether they can be set, and if not, why.
+        """
+        for parameter in parameters:
+            if parameter.name == 'robot_description':
+                if not parameter.value:
+                    return SetParametersResult(
+                        successful=False, reason='Empty URDF is not allowed')
+                try:
+                    parse(parameter.value)
+                except DescriptionError as error:
+                    self.get_logger().warning(str(error))
+                    return SetParametersResult(successful=False, reason=str(error))
+            elif parameter.name == 'publish_frequency':
+                if not 0.0 <= parameter.value <= 1000.0:
+                    return SetParametersResult(
+                        successful=False,
+                        reason='publish_frequency must be between 0.0 and 1000.0')
+        return SetParametersResult(successful=True)
+
+    def _apply_parameters(self, parameters: List[Parameter]) -> None:
+        """
+        Go by new values.
+
+        Args:
+            parameters: Parameters that have been set.
+        """
+        values = {parameter.name: parameter.value for parameter in parameters}
+        self._frequency = values.get('publish_frequency', self._frequency)
+        self._ignore_stamp = values.get('ignore_timestamp', self._ignore_stamp)
+        if 'frame_prefix' in values:
+            self._prefix = values['frame_prefix']
+            self._plans.clear()
+        if 'robot_description' in values:
+            self._set_up(values['robot_description'])
+
+
+def main(args: Optional[List[str]] = None) -> None:
+    """
+    Run the node until it is told to end.
+
+    Args:
+        args: The command line; the process's own if None.
+    """
+    node = None
+    try:
+        rclpy.init(args=args)
+        node = RobotStatePublisher()
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except (DescriptionError, InvalidParameterTypeException) as error:
+        sys.exit(f'robot_state_publisher: {error}')
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
