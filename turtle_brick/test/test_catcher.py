@@ -1,0 +1,290 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The whole graph, live: what is caught, what is called Unreachable, and what may go wrong."""
+
+from math import cos
+from math import hypot
+from math import sin
+
+from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import TransformStamped
+import pytest
+from rclpy.duration import Duration
+from tf2_ros import TransformBroadcaster
+from turtle_brick.catching import CENTRE
+from turtle_brick.catching import guaranteed_distance
+from turtle_brick.catching import resting_height
+from turtle_brick.catching import State
+from turtle_brick.demo import Match
+from turtle_brick.demo import random_bricks
+from turtle_brick.frames import set_stamp
+from turtle_brick.graph import Graph
+from turtle_brick.parameters import load
+from turtle_brick.physics import Phase
+from turtle_brick_interfaces.msg import Tilt
+from turtle_brick_interfaces.srv import Place
+from visualization_msgs.msg import Marker
+from witness import Witness
+
+PARAMETERS = load()
+REST = resting_height(PARAMETERS)
+
+
+class Arena(Match):
+    """The graph of the demo, with a witness beside it."""
+
+    def __init__(self, graph):
+        """Bring it up."""
+        super().__init__(graph, load(graph.params_file))
+        self.kick_off()
+        self.witness = graph.add(Witness, parameters=False)
+        self.markers = self.witness.record(Marker, 'catcher_marker')
+        self.tilts = self.witness.record(Tilt, 'tilt')
+        graph.spin_until(
+            lambda: self.catcher.marker_publisher.get_subscription_count() >= 2
+            and self.catcher.tilt_publisher.get_subscription_count() >= 2, 10.0,
+            'the witness sees the catcher')
+
+    @property
+    def state(self):
+        """Return what the catcher does."""
+        return self.catcher.catcher.state
+
+    def place(self, x, y, z):
+        """Place the brick."""
+        request = Place.Request()
+        request.location.x, request.location.y, request.location.z = x, y, z
+        self.call(self.referee.place_client, request)
+
+    def release(self):
+        """Drop the brick."""
+        self.call(self.referee.drop_client, self.referee.drop_client.srv_type.Request())
+
+    def until(self, state):
+        """Wait until the catcher is in a state."""
+        self.graph.spin_until(lambda: self.state is state, 15.0, state.value)
+
+    def verdict(self, x, y, z):
+        """Drop a brick that can't be caught; return the decision, after the marker has come."""
+        seen = len(self.markers)
+        self.place(x, y, z)
+        self.release()
+        self.graph.spin_until(lambda: len(self.markers) > seen, 5.0, 'Unreachable')
+        self.graph.spin_until(
+            lambda: self.arena.world.phase is Phase.GROUNDED, 5.0, 'on the ground')
+        self.graph.spin_for(0.2)
+        assert len(self.markers) == seen + 1
+        assert self.state is State.WAITING
+        return self.catcher.catcher.decision
+
+
+@pytest.fixture
+def graph(domain_id):
+    """Make an empty graph in a ROS domain of its own."""
+    with Graph(domain_id, quiet=True) as graph:
+        yield graph
+
+
+@pytest.fixture
+def arena(graph):
+    """Bring up the whole graph."""
+    return Arena(graph)
+
+
+def test_three_random_drops(arena):
+    """Said reachable is caught, carried and tipped off; what is promised is not refused."""
+    for brick in random_bricks(arena, seed=7, count=3):
+        outcome = arena.drop(brick)
+        assert outcome.faults == []
+
+
+def test_unreachable_is_said_once(arena):
+    """One text marker near the brick, for 3 s, in the world; the robot stays where it is."""
+    decision = arena.verdict(0.5, 0.5, 4.0)
+    assert not decision.reachable
+    marker = arena.markers[-1][1]
+    assert marker.text == 'Unreachable'
+    assert marker.type == Marker.TEXT_VIEW_FACING and marker.action == Marker.ADD
+    assert marker.header.frame_id == 'world'
+    assert Duration.from_msg(marker.lifetime) == Duration(seconds=3)
+    position = marker.pose.position
+    assert hypot(position.x - 0.5, position.y - 0.5) < 1e-6
+    assert 3.5 < position.z < 6.0
+    assert hypot(arena.referee.pose.x - CENTRE[0], arena.referee.pose.y - CENTRE[1]) < 1e-5
+
+
+@pytest.mark.parametrize('brick, word', [
+    ((CENTRE[0] + 0.1, CENTRE[1], REST - 0.2), 'below'),
+    ((-0.1, 5.0, 8.0), 'outside'), ((5.0, 11.2, 8.0), 'outside')])
+def test_unreachable_by_place(arena, brick, word):
+    """Below the platform and outside the arena nothing can be caught, however near or late."""
+    decision = arena.verdict(*brick)
+    assert not decision.reachable
+    assert word in decision.reason
+
+
+@pytest.mark.parametrize('stage', [State.APPROACHING, State.CARRYING, State.TILTING])
+def test_brick_taken_away(arena, stage):
+    """Placed elsewhere at any stage: the robot levels, waits, and catches the next."""
+    arena.place(7.5, 7.0, 8.0)
+    arena.release()
+    arena.until(stage)
+    if stage is State.TILTING:
+        arena.graph.spin_until(lambda: arena.tilts[-1][1].angle > 0.1, 5.0, 'tilted')
+    arena.place(2.0, 3.0, 6.0)
+    arena.until(State.WAITING)
+    arena.graph.spin_until(lambda: not arena.tilts or arena.tilts[-1][1].angle == 0.0, 5.0,
+                           'level')
+    arena.graph.spin_until(arena.is_at_rest, 5.0, 'at rest')
+    assert arena.arena.world.phase is Phase.HOVERING
+    robot = arena.referee.pose
+    outcome = arena.drop((robot.x - 1.0, robot.y + 0.5, 7.0))
+    assert outcome.caught and outcome.faults == []
+
+
+def test_brick_lifted_or_moved_is_not_a_fall(arena):
+    """Placing the brick higher, lower or sideways is never taken for a fall."""
+    for z in (8.0, 9.0, 7.0, 6.9999, 6.99984, 6.0, 2.0):
+        arena.place(6.0, 6.0, z)
+        arena.graph.spin_for(0.05)
+    arena.place(7.0, 6.0, 2.0)
+    arena.graph.spin_for(0.1)
+    assert arena.catcher.catcher.decision is None
+    assert arena.markers == [] and arena.state is State.WAITING
+
+
+def test_brick_teleported_sideways_while_it_falls(arena):
+    """The first fall is over; a second drop is decided anew."""
+    arena.place(6.5, 6.0, 9.0)
+    arena.release()
+    arena.until(State.APPROACHING)
+    arena.place(4.5, 5.0, 9.0)
+    arena.until(State.WAITING)
+    first = arena.catcher.catcher.decision
+    arena.graph.spin_until(arena.is_at_rest, 5.0, 'at rest')
+    arena.release()
+    arena.until(State.CARRYING)
+    assert arena.catcher.catcher.decision is not first
+    assert arena.arena.world.phase is Phase.RIDING
+
+
+class Thrower(Witness):
+    """Somebody else's brick: broadcast at 50 Hz, it hovers, falls and lies where it is caught."""
+
+    def __init__(self, x, y, z, **node_options):
+        """Hover."""
+        super().__init__(**node_options)
+        self.position = (x, y, z)
+        self.top = z
+        self.released = None
+        self.resting = False
+        self.broadcaster = TransformBroadcaster(self)
+        self.create_timer(0.02, self.on_timer)
+
+    def on_timer(self):
+        """Say where the brick is."""
+        now = self.get_clock().now().nanoseconds
+        if self.released is not None and not self.resting:
+            time = (now - self.released) * 1e-9
+            z = self.top - 0.5 * PARAMETERS.gravity_accel * time * time
+            self.resting = z <= REST
+            self.position = (*self.position[:2], max(z, REST))
+        message = TransformStamped()
+        set_stamp(message.header.stamp, now)
+        message.header.frame_id = 'world'
+        message.child_frame_id = 'brick'
+        translation = message.transform.translation
+        translation.x, translation.y, translation.z = self.position
+        message.transform.rotation.w = 1.0
+        self.broadcaster.sendTransform(message)
+
+
+def test_brick_of_another_broadcaster(graph):
+    """The catcher needs no arena: any brick frame that falls under gravity has the robot come."""
+    graph.add_turtlesim()
+    graph.add_robot_state_publisher()
+    robot = graph.add_robot()
+    catcher = graph.add_catcher()
+    thrower = graph.add(Thrower, parameters=False, x=7.0, y=6.5, z=8.0)
+    graph.spin_until(lambda: catcher.complete, 20.0, 'robot and brick are in sight')
+    graph.spin_for(0.2)
+    thrower.released = thrower.get_clock().now().nanoseconds
+    graph.spin_until(lambda: thrower.resting, 5.0, 'the brick is down')
+    pose = robot.driver.pose
+    assert hypot(pose.x - 7.0, pose.y - 6.5) < PARAMETERS.platform_radius
+    assert catcher.catcher.decision.reachable
+    graph.spin_until(lambda: catcher.catcher.state is State.CARRYING, 2.0, 'recognised')
+
+
+def test_in_a_namespace(domain_id):
+    """Topics and services under a namespace: it catches there as well."""
+    with Graph(domain_id, namespace='/left', quiet=True) as graph:
+        arena = Arena(graph)
+        assert arena.referee.place_client.service_name == '/left/place'
+        topics = {name for name, _ in arena.witness.get_topic_names_and_types()}
+        assert {'/left/cmd_vel', '/cmd_vel', '/odom', '/goal_pose', '/turtle1/pose'} & topics == set()
+        assert {'/left/turtle1/cmd_vel', '/left/odom', '/left/joint_states', '/left/goal_pose',
+                '/left/walls', '/left/brick_marker', '/left/tilt', '/tf'} <= topics
+        outcome = arena.drop((6.5, 6.5, 7.0))
+        assert outcome.caught and outcome.faults == []
+
+
+@pytest.mark.parametrize('order', [
+    ('add_catcher', 'add_arena', 'add_robot_state_publisher', 'add_robot', 'add_turtlesim'),
+    ('add_catcher', 'add_turtlesim', 'add_robot', 'add_arena', 'add_robot_state_publisher'),
+    ('add_arena', 'add_robot', 'add_catcher', 'add_turtlesim', 'add_robot_state_publisher')])
+def test_any_order_of_starting(domain_id, order, capfd):
+    """Whoever comes first waits quietly, one line at most, and then everything works."""
+    with Graph(domain_id) as graph:
+        nodes = {}
+        for step in order:
+            nodes[step] = getattr(graph, step)()
+            graph.spin_for(0.3)
+        catcher, arena = nodes['add_catcher'], nodes['add_arena']
+        graph.spin_until(lambda: catcher.complete and arena.world.platform is not None, 20.0,
+                         'all frames are there')
+        lines = capfd.readouterr().err.splitlines()
+        assert sum('Waiting for the transform' in line for line in lines) <= 1
+        assert not [line for line in lines if 'WARN' in line or 'ERROR' in line]
+        arena.world.brick = (5.8, 5.8, 6.0)
+        graph.spin_for(0.1)
+        arena.world.release()
+        graph.spin_until(lambda: arena.world.phase is Phase.RIDING, 5.0, 'caught')
+        graph.spin_until(lambda: catcher.catcher.state is State.CARRYING, 5.0, 'carried')
+
+
+def test_caught_while_driving(arena):
+    """A robot that somebody sends about catches what it says it can, also while it moves."""
+    goals = arena.witness.create_publisher(PoseStamped, 'goal_pose', 10)
+    arena.graph.spin_until(goals.get_subscription_count, 5.0, 'the robot listens')
+    for angle in (0.0, 2.0, 4.0):
+        goal = PoseStamped()
+        goal.header.frame_id = 'world'
+        goal.pose.position.x = CENTRE[0] + 4.0 * cos(angle)
+        goal.pose.position.y = CENTRE[1] + 4.0 * sin(angle)
+        arena.place(CENTRE[0], CENTRE[1], 8.0)
+        goals.publish(goal)
+        arena.graph.spin_until(
+            lambda: arena.referee.pose.linear_velocity > 0.0, 5.0, 'the robot drives')
+        arena.graph.spin_for(0.3)
+        before = arena.catcher.catcher.decision
+        arena.release()
+        arena.graph.spin_until(
+            lambda: arena.catcher.catcher.decision is not before, 5.0, 'decided')
+        assert arena.catcher.catcher.decision.reachable
+        assert arena.catcher.catcher.decision.distance < guaranteed_distance(8.0, PARAMETERS)
+        arena.until(State.CARRYING)
+        assert arena.arena.world.phase is Phase.RIDING
+        arena.until(State.WAITING)

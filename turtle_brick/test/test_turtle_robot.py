@@ -1,0 +1,306 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""turtle_robot in a live graph with turtlesim: rates, frames, goals and what it must refuse."""
+
+from math import cos
+from math import hypot
+from math import nan
+from math import pi
+from math import sin
+
+from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+import pytest
+from rclpy.qos import DurabilityPolicy
+from sensor_msgs.msg import JointState
+from turtle_brick.geometry import yaw_of
+from turtle_brick.graph import Graph
+from turtle_brick_interfaces.msg import Tilt
+from turtlesim.msg import Pose
+from turtlesim.srv import TeleportAbsolute
+from witness import measure
+from witness import Witness
+
+CENTRE = 5.544444561004639
+
+
+@pytest.fixture
+def graph(domain_id):
+    """Make an empty graph in a ROS domain of its own."""
+    with Graph(domain_id) as graph:
+        yield graph
+
+
+class Bench:
+    """Turtlesim, the robot, and a witness of both."""
+
+    def __init__(self, graph):
+        """Bring them up."""
+        self.graph = graph
+        self.turtlesim = graph.add_turtlesim()
+        self.robot = graph.add_robot()
+        self.witness = graph.add(Witness, parameters=False)
+        self.poses = self.witness.record(Pose, 'turtle1/pose')
+        self.commands = self.witness.record(Twist, 'turtle1/cmd_vel')
+        self.odometry = self.witness.record(Odometry, 'odom')
+        self.joints = self.witness.record(JointState, 'joint_states')
+        self.base_link = self.witness.record_transforms('base_link')
+        self.goals = self.witness.create_publisher(PoseStamped, 'goal_pose', 10)
+        self.tilts = self.witness.create_publisher(Tilt, 'tilt', 10)
+        graph.spin_until(
+            lambda: self.poses and self.commands and self.odometry and self.joints
+            and self.base_link and self.goals.get_subscription_count()
+            and self.tilts.get_subscription_count()
+            and self.robot.cmd_vel_publisher.get_subscription_count() >= 2,
+            20.0, 'turtlesim and robot see each other')
+
+    @property
+    def outputs(self):
+        """Return the four recordings of what is published at 100 Hz."""
+        return [self.commands, self.odometry, self.joints, self.base_link]
+
+    @property
+    def pose(self):
+        """Return the last pose of the turtle."""
+        return self.poses[-1][1]
+
+    def send(self, x, y, frame='world'):
+        """Send a goal."""
+        goal = PoseStamped()
+        goal.header.frame_id = frame
+        goal.pose.position.x, goal.pose.position.y = float(x), float(y)
+        self.goals.publish(goal)
+
+    def teleport(self, x, y, theta):
+        """Teleport the turtle."""
+        client = self.witness.create_client(TeleportAbsolute, 'turtle1/teleport_absolute')
+        self.graph.spin_until(client.service_is_ready, 10.0, 'teleport_absolute is served')
+        future = client.call_async(TeleportAbsolute.Request(x=x, y=y, theta=theta))
+        self.graph.spin_until(future.done, 5.0, 'the turtle is teleported')
+        self.graph.spin_until(lambda: hypot(self.pose.x - x, self.pose.y - y) < 1e-3, 5.0,
+                              'its pose shows it')
+
+    def at_rest(self, x, y):
+        """Tell whether the turtle stands at a place, within 5 mm."""
+        return (hypot(self.pose.x - x, self.pose.y - y) < 0.005
+                and self.pose.linear_velocity == 0.0)
+
+    def arrive(self, x, y, timeout=10.0):
+        """Wait until the turtle stands at a place."""
+        self.graph.spin_until(lambda: self.at_rest(x, y), timeout, f'arrived at ({x}, {y})')
+
+
+@pytest.fixture
+def bench(graph):
+    """Bring up turtlesim and the robot."""
+    return Bench(graph)
+
+
+def warnings(caught):
+    """Return what nodes have warned of, from the process's standard error."""
+    return [line for line in caught.readouterr().err.splitlines() if '[WARN]' in line]
+
+
+def test_rates_idle_and_driving(bench):
+    """Each output comes at 100 Hz, within 0.5 %, at rest and driving, from one publisher."""
+    for driving in (False, True):
+        corners = iter([(1.0, 1.0), (10.0, 1.0), (10.0, 10.0), (1.0, 10.0)] * 10)
+        if driving:
+            bench.send(*next(corners))
+        rates = []
+        for _ in range(2):
+            rates.append(measure(bench.graph, bench.outputs, 2.5))
+            if driving:
+                bench.send(*next(corners))
+        for values in zip(*rates):
+            assert sum(values) / 2.0 == pytest.approx(100.0, rel=0.005), (driving, rates)
+    for topic in ('turtle1/cmd_vel', 'odom', 'joint_states', 'goal_pose', 'tilt'):
+        assert bench.witness.count_publishers(topic) == 1, topic
+
+
+def test_commands_before_any_pose(graph):
+    """Without a turtle the robot says 100 times per second that nothing is to move."""
+    graph.add_robot()
+    witness = graph.add(Witness, parameters=False)
+    commands = witness.record(Twist, 'turtle1/cmd_vel')
+    joints = witness.record(JointState, 'joint_states')
+    odometry = witness.record(Odometry, 'odom')
+    transforms = witness.record_transforms('base_link')
+    assert measure(graph, [commands, joints], 2.0) == pytest.approx([100.0, 100.0], rel=0.01)
+    assert all(message == Twist() for _, message in commands)
+    assert not odometry and not transforms
+
+
+def test_odometry_equals_transform_and_twist_the_command(bench):
+    """Odom and TF say the same at the same instants; the twist is a copy of cmd_vel."""
+    for recording in bench.outputs:
+        recording.clear()
+    bench.send(8.0, 7.0)
+    bench.graph.spin_for(0.4)
+    bench.send(3.0, 5.0)
+    bench.graph.spin_for(0.4)
+    transforms = {(t.header.stamp.sec, t.header.stamp.nanosec): t.transform
+                  for _, t in bench.base_link}
+    commands = [message for _, message in bench.commands]
+    compared = 0
+    for _, odometry in bench.odometry:
+        assert (odometry.header.frame_id, odometry.child_frame_id) == ('odom', 'base_link')
+        stamp = odometry.header.stamp
+        transform = transforms.get((stamp.sec, stamp.nanosec))
+        if transform is None:
+            continue  # The very last may not have come yet.
+        pose = odometry.pose.pose
+        assert pose.orientation == transform.rotation
+        assert (pose.position.x, pose.position.y, pose.position.z) == (
+            transform.translation.x, transform.translation.y, 0.0)
+        assert odometry.twist.twist in commands
+        compared += 1
+    assert compared > 60
+    assert {odometry.twist.twist.linear.x for _, odometry in bench.odometry} >= {
+        command.linear.x for command in commands[5:-5]}
+
+
+def test_odom_is_the_first_pose_heading_included(graph):
+    """World to odom is the first pose, latched, and outlives teleports."""
+    bench = Bench(graph)
+    first = bench.poses[0][1]
+    graph.remove(bench.robot)
+    bench.teleport(3.0, 4.0, 1.0)
+    robot = graph.add_robot()
+    graph.spin_until(lambda: robot.odometer.pose is not None, 10.0, 'the robot sees the turtle')
+    bench.robot = robot
+    bench.teleport(8.0, 2.0, -2.0)
+    late = graph.add(Witness, parameters=False)
+    statics = late.record_transforms(
+        'odom', '/tf_static', durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    graph.spin_until(lambda: statics, 10.0, 'a late joiner gets world -> odom')
+    graph.spin_for(0.3)
+    assert len(statics) == 1
+    transform = statics[0][1]
+    assert (first.x, first.y) == (CENTRE, CENTRE)
+    assert transform.header.frame_id == 'world'
+    translation = transform.transform.translation
+    assert (translation.x, translation.y) == pytest.approx((3.0, 4.0), abs=1e-6)
+    rotation = transform.transform.rotation
+    assert yaw_of((rotation.x, rotation.y, rotation.z, rotation.w)) == pytest.approx(1.0, abs=1e-6)
+    # In odom the turtle is where a look from there would find it.
+    dx, dy = 8.0 - 3.0, 2.0 - 4.0
+    assert robot.odometer.pose.x == pytest.approx(cos(1.0) * dx + sin(1.0) * dy, abs=1e-5)
+    assert robot.odometer.pose.y == pytest.approx(-sin(1.0) * dx + cos(1.0) * dy, abs=1e-5)
+    assert robot.odometer.wheel_angle == 0.0
+
+
+def test_drives_straight_whatever_its_heading(bench):
+    """A teleported turtle with any theta goes straight to its goal, in the body's own frame."""
+    bench.teleport(2.0, 2.0, 2.5)
+    bench.poses.clear()
+    bench.send(6.0, 5.0)
+    bench.graph.spin_until(lambda: bench.poses, 5.0, 'a pose')
+    bench.arrive(6.0, 5.0)
+    for _, pose in bench.poses:
+        # Distance from the line from (2, 2) to (6, 5).
+        assert abs(3.0 * (pose.x - 2.0) - 4.0 * (pose.y - 2.0)) / 5.0 < 0.01
+    speeds = [pose.linear_velocity for _, pose in bench.poses]
+    assert max(speeds) <= 3.0 + 1e-6
+    assert max(speeds) == pytest.approx(3.0)
+    bench.commands.clear()
+    bench.graph.spin_for(0.5)
+    assert len(bench.commands) > 30
+    assert all(command == Twist() for _, command in bench.commands)
+
+
+def test_goals_in_other_frames(bench):
+    """A goal in odom or base_link is where that frame puts it."""
+    bench.teleport(4.0, 3.0, pi / 2.0)
+    bench.graph.spin_until(
+        lambda: abs(bench.base_link[-1][1].transform.translation.x - (4.0 - CENTRE)) < 1e-3,
+        5.0, 'TF shows the teleport')
+    bench.send(1.0, 0.5, 'base_link')
+    bench.arrive(3.5, 4.0)
+    bench.send(1.0, -1.0, 'odom')
+    bench.arrive(CENTRE + 1.0, CENTRE - 1.0)
+
+
+def test_goals_that_make_no_sense(bench, capfd):
+    """Each is refused with one warning that names it, and changes nothing."""
+    bench.send(7.0, 6.0)
+    bench.arrive(7.0, 6.0)
+    warnings(capfd)
+    for x, y, frame, word in ((nan, 1.0, 'world', 'nan'), (1.0, float('inf'), 'world', 'inf'),
+                              (1.0, 1.0, 'nowhere', '"nowhere"'), (1.0, 1.0, '', '""')):
+        bench.commands.clear()
+        bench.send(x, y, frame)
+        bench.graph.spin_until(lambda: len(bench.commands) > 20, 5.0, '20 commands')
+        assert all(command == Twist() for _, command in bench.commands)
+        found = warnings(capfd)
+        assert len(found) == 1 and word in found[0], found
+    bench.send(7.0, 6.0)
+    bench.graph.spin_for(0.3)
+    assert all(command == Twist() for _, command in bench.commands)
+    assert warnings(capfd) == []
+
+
+def test_goal_outside_the_arena_is_clamped(bench, capfd):
+    """The robot goes as far as the wall, and says so."""
+    bench.teleport(10.0, 5.0, 0.0)
+    warnings(capfd)
+    bench.send(14.0, 6.0)
+    bench.arrive(11.088889, 6.0)
+    found = [line for line in warnings(capfd) if 'outside the arena' in line]
+    assert len(found) == 1 and '14.000' in found[0]
+
+
+def test_tilt(bench, capfd):
+    """The platform's joint is the last finite angle heard."""
+    def platform():
+        return bench.joints[-1][1].position[2]
+
+    assert list(bench.joints[-1][1].name) == ['stem_joint', 'wheel_joint', 'platform_joint']
+    for angle in (0.5, -7.0):
+        bench.tilts.publish(Tilt(angle=angle))
+        bench.graph.spin_until(lambda: platform() == angle, 5.0, f'tilted by {angle}')
+    warnings(capfd)
+    for bad in (nan, float('-inf')):
+        bench.tilts.publish(Tilt(angle=bad))
+        bench.joints.clear()
+        bench.graph.spin_until(lambda: len(bench.joints) > 20, 5.0, '20 joint states')
+        assert platform() == -7.0
+        found = warnings(capfd)
+        assert len(found) == 1 and str(bad) in found[0], found
+
+
+def test_turtlesim_that_goes_and_comes_back(bench):
+    """No motion is asked for while there is no turtle; with a new one the goal is reached."""
+    if bench.turtlesim is None:
+        pytest.skip('the real turtlesim runs as a process of its own here')
+    bench.send(10.0, 10.0)
+    bench.graph.spin_until(lambda: bench.pose.x > 6.5, 5.0, 'on its way')
+    bench.graph.remove(bench.turtlesim)
+    bench.graph.spin_until(lambda: bench.commands[-1][1] == Twist(), 2.0, 'stopped asking')
+    bench.commands.clear()
+    bench.graph.spin_for(0.5)
+    assert len(bench.commands) > 30
+    assert all(command == Twist() for _, command in bench.commands)
+    wheel = bench.robot.odometer.wheel_angle
+    origin = bench.robot.odometer.origin
+    bench.poses.clear()
+    bench.graph.add_turtlesim()
+    bench.graph.spin_until(lambda: bench.poses, 10.0, 'a new turtle')
+    assert bench.pose.x == pytest.approx(CENTRE)
+    bench.graph.spin_until(lambda: bench.robot.odometer.pose.x < 0.01, 5.0, 'seen by the robot')
+    assert bench.robot.odometer.wheel_angle == wheel
+    bench.arrive(10.0, 10.0)
+    assert bench.robot.odometer.origin == origin
