@@ -339,7 +339,7 @@ def check_python() -> None:
     header = Path(sysconfig.get_path('include'), 'Python.h')
     if not header.is_file():
         raise HomeError(
-            f"The C headers of Python {version} are missing ({header} is not there): install "
+            f'The C headers for Python {version} are missing ({header} is not there): install '
             f'them, for example with "sudo apt install python{version}-dev".')
 
 
@@ -393,8 +393,9 @@ def local_setup(venv: Path, packages: Path) -> str:
     """
     libraries = [venv / 'lib', *sorted(packages.glob('ros_*.libs'))]
     quoted = {name: shlex.quote(str(value)) for name, value in (
-        ('venv', venv), ('bin', venv / 'bin'), ('libraries', ':'.join(map(str, libraries))))}
-    return f'''# Made by make_home.py: this virtual environment as the ROS prefix of a shell.
+        ('home', venv.parent), ('venv', venv), ('bin', venv / 'bin'),
+        ('libraries', ':'.join(map(str, libraries))))}
+    return f"""# Made by make_home.py: this virtual environment as the ROS prefix of a shell.
 
 # This home holds all that it needs. Packages of another Python would be taken before its own,
 # and no other middleware is in it.
@@ -408,18 +409,24 @@ export ROS_DISTRO=jazzy ROS_VERSION=2 ROS_PYTHON_VERSION=3
 # The wheels' bootstrapper would start every Python process twice to set LD_LIBRARY_PATH.
 export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1
 
-# first in each of these, and there only once
+# first in a variable, and nothing that an earlier visit to this home has left there
 _turtle_brick_first() {{
-  local rest=":${{!1-}}:"
-  rest=${{rest//":$2:"/:}} rest=${{rest#:}} rest=${{rest%:}}
-  export "$1=$2${{rest:+:$rest}}"
+  local entry rest='' IFS=:
+  local -; set -f
+  for entry in ${{!1-}}; do
+    case $entry in
+      '' | {quoted['home']}/*) ;;
+      *) rest+=:$entry ;;
+    esac
+  done
+  export "$1=$2$rest"
 }}
 _turtle_brick_first PATH {quoted['bin']}
 _turtle_brick_first CMAKE_PREFIX_PATH {quoted['venv']}
 _turtle_brick_first LD_LIBRARY_PATH {quoted['libraries']}
 unset -f _turtle_brick_first
 hash -r
-'''
+"""
 
 
 def pip_sentence(output: str) -> str:

@@ -1,0 +1,85 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Sum up the result files of a test run: `report_tests.py BUILD_FOLDER...`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+import sys
+from typing import Iterable
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+
+class Summary(NamedTuple):
+    """What came of the tests."""
+
+    passed: int
+    """How many did what they should."""
+
+    failed: int
+    """How many did not, or could not be run: errors count as failures."""
+
+    skipped: tuple[tuple[str, str], ...]
+    """The name of each one that was skipped, and the reason."""
+
+
+def summarise(folders: Iterable[Path]) -> Summary:
+    """
+    Read the JUnit files that pytest and ctest leave in the build folders of packages.
+
+    Args:
+        folders: The build folders.
+
+    Returns:
+        What they say. A file that cannot be read counts as one failed test.
+    """
+    passed = failed = 0
+    skipped = []
+    for path in sorted(path for folder in folders for path in folder.rglob('*.xml')):
+        try:
+            root = ElementTree.parse(path).getroot()
+        except ElementTree.ParseError:
+            failed += 1
+            continue
+        if root.tag not in ('testsuite', 'testsuites'):
+            continue
+        for case in root.iter('testcase'):
+            if case.find('failure') is not None or case.find('error') is not None:
+                failed += 1
+            elif (skip := case.find('skipped')) is not None:
+                name = '.'.join(filter(None, (case.get('classname'), case.get('name'))))
+                reason = skip.get('message') or (skip.text or '').strip() or 'no reason given'
+                skipped.append((name, reason))
+            else:
+                passed += 1
+    return Summary(passed, failed, tuple(skipped))
+
+
+def main() -> int:
+    """
+    Print every skipped test with its reason, then the numbers.
+
+    Returns:
+        The status of the process: 0 if nothing failed and something passed.
+    """
+    passed, failed, skipped = summarise(map(Path, sys.argv[1:]))
+    for name, reason in skipped:
+        print(f'skipped: {name}: {reason}')
+    print(f'{passed} passed, {failed} failed, {len(skipped)} skipped')
+    return 0 if passed and not failed else 1
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,47 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Every test in a ROS domain of its own, out of reach of other machines."""
+
+import contextlib
+import os
+import tempfile
+from typing import Iterator
+
+from live_graph import reserved_domain
+import pytest
+
+_session = contextlib.ExitStack()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Set what rclpy reads, before anything imports it: here, and in every child process."""
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    os.environ.pop('ROS_LOCALHOST_ONLY', None)
+    os.environ.pop('ROS_STATIC_PEERS', None)
+    os.environ['ROS_DOMAIN_ID'] = str(_session.enter_context(reserved_domain()))
+    os.environ['ROS_LOG_DIR'] = _session.enter_context(
+        tempfile.TemporaryDirectory(prefix='turtle_brick_test_'))
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Give the domain back and delete the logs."""
+    _session.close()
+
+
+@pytest.fixture
+def domain_id(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+    """Reserve a ROS domain for the test; child processes are in it too."""
+    with reserved_domain() as domain:
+        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
+        yield domain

@@ -1,0 +1,526 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Live tests: a graph of one's own in this process, nodes in processes, what is heard of them.
+
+    with graph(domain_id, TurtleRobot) as live:
+        odom = live.record('odom', Odometry)
+        live.wait_for(lambda: len(odom.messages) > 200, 5.0, '200 odometry messages')
+    assert rate(odom.times) == pytest.approx(100.0, rel=0.03)
+
+The fixture `domain_id` (conftest.py) gives a test a ROS domain that nobody else is in.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from pathlib import Path
+import random
+import re
+import signal
+import socket
+import subprocess
+import threading
+import time
+from typing import Any
+from typing import Callable
+from typing import Iterator
+from typing import Sequence
+from typing import TypeVar
+
+from ament_index_python.packages import get_package_prefix
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
+
+Result = TypeVar('Result')
+
+# How often (s) a condition is looked at that nothing in the graph reports, such as a discovery.
+GLANCE = 0.01
+
+
+# ------------------------------------------------------------------------------------ domains
+
+# A test that runs beside others marks its domain by holding the TCP port of this base plus the
+# domain, as ROS 2's own domain_coordinator does, so that the two respect each other.
+MARK_PORT_BASE = 32768
+
+# A DDS participant listens on the UDP port 7400 + 250 domain + 10 + 2 i, the i-th of its machine.
+DDS_PORT_BASE = 7400
+DDS_PORTS_PER_DOMAIN = 250
+DDS_UNICAST_OFFSET = 10
+
+
+@contextlib.contextmanager
+def reserved_domain() -> Iterator[int]:
+    """
+    Reserve a ROS domain that no test and no node on this machine uses.
+
+    Returns:
+        The domain's id, 1 to 100, reserved until the context ends.
+
+    Raises:
+        RuntimeError: All of them are in use.
+
+    """
+    for domain in random.sample(range(1, 101), 100):
+        with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as mark, \
+                socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
+            try:
+                mark.bind(('', MARK_PORT_BASE + domain))
+                participant.bind(
+                    ('', DDS_PORT_BASE + DDS_PORTS_PER_DOMAIN * domain + DDS_UNICAST_OFFSET))
+            except OSError:
+                continue
+            participant.close()
+            yield domain
+            return
+    raise RuntimeError('every ROS domain from 1 to 100 is in use on this machine')
+
+
+# ------------------------------------------------------------------------------ what is heard
+
+def rate(times: Sequence[float], warm_up: int = 20) -> float:
+    """
+    Measure the rate of what arrived.
+
+    Args:
+        times: when each one arrived (s), in order
+        warm_up: how many of the first ones do not count
+
+    Returns:
+        The mean rate (Hz) of the rest, from the first to the last.
+
+    Raises:
+        ValueError: Fewer than two are left.
+
+    """
+    counted = times[warm_up:]
+    if len(counted) < 2:
+        raise ValueError(f'{len(times)} arrivals are too few to drop {warm_up} and tell a rate')
+    return (len(counted) - 1) / (counted[-1] - counted[0])
+
+
+class Recording:
+    """The messages of a topic, in the order of their arrival."""
+
+    def __init__(self, name: str) -> None:
+        """
+        Start with none.
+
+        Args:
+            name: the topic's name
+
+        """
+        self.name = name
+        self.messages: list[Any] = []
+        self.times: list[float] = []
+        """When each message arrived, by `time.monotonic` (s)."""
+
+    def receive(self, message: Any) -> None:
+        """Keep a message: the callback of the subscription."""
+        self.times.append(time.monotonic())
+        self.messages.append(message)
+
+    def clear(self) -> None:
+        """Forget what has arrived so far."""
+        del self.messages[:], self.times[:]
+
+    @property
+    def last(self) -> Any:
+        """Return the latest message, or None if there is none."""
+        return self.messages[-1] if self.messages else None
+
+
+class LiveGraph:
+    """Nodes with a context of their own, spun in a thread, and a listener among them."""
+
+    def __init__(self, domain_id: int, *node_factories: Callable[..., Node]) -> None:
+        """
+        Start the nodes and spin them.
+
+        Args:
+            domain_id: the ROS domain
+            node_factories: make the nodes, each called with the context as `context=`; a node's
+                class is one, and so is a functools.partial of it
+
+        """
+        self.context = Context()
+        rclpy.init(context=self.context, domain_id=domain_id,
+                   signal_handler_options=SignalHandlerOptions.NO)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.nodes: list[Node] = []
+        self._happened = threading.Condition()
+        self._error: BaseException | None = None
+        self._end = threading.Event()
+        self._thread = threading.Thread(target=self._spin, name='live graph', daemon=True)
+        try:
+            self.listener = self._add(
+                lambda context: Node('listener', context=context, start_parameter_services=False))
+            for factory in node_factories:
+                self._add(factory)
+        except BaseException:
+            self._dispose()
+            raise
+        self._thread.start()
+
+    def _add(self, factory: Callable[..., Node]) -> Node:
+        node = factory(context=self.context)
+        self.nodes.append(node)
+        self.executor.add_node(node)
+        return node
+
+    def _spin(self) -> None:
+        try:
+            while not self._end.is_set():
+                self.executor.spin_once()
+                with self._happened:
+                    self._happened.notify_all()
+        except BaseException as error:  # noqa: B902 -- it is raised again where it is waited for
+            with self._happened:
+                self._error = error
+                self._happened.notify_all()
+
+    def _dispose(self) -> None:
+        for node in self.nodes:
+            node.destroy_node()
+        self.executor.shutdown()
+        self.context.try_shutdown()
+
+    def close(self) -> None:
+        """
+        End the nodes.
+
+        Raises:
+            RuntimeError: A callback did not return.
+
+        """
+        self._end.set()
+        self.executor.create_task(lambda: None)  # something to wake up for
+        self._thread.join(10.0)
+        if self._thread.is_alive():
+            raise RuntimeError('a callback of the graph has not returned for 10 s')
+        self._dispose()
+
+    def raise_error(self) -> None:
+        """Raise, in the test, what a callback has raised in the graph's thread."""
+        if self._error is not None:
+            raise self._error
+
+    def wait_for(self, predicate: Callable[[], Any], timeout: float, what: str) -> Any:
+        """
+        Wait until something is so.
+
+        Args:
+            predicate: tells whether it is; asked after everything that happens in the graph
+            timeout: how long (s) at most
+            what: what is waited for, for the message
+
+        Returns:
+            What the predicate returned at last, which is true.
+
+        Raises:
+            TimeoutError: It was not so in time.
+
+        """
+        deadline = time.monotonic() + timeout
+        with self._happened:
+            while True:
+                self.raise_error()
+                found = predicate()
+                if found:
+                    return found
+                left = deadline - time.monotonic()
+                if left <= 0.0:
+                    raise TimeoutError(f'waited {timeout:g} s in vain for {what}')
+                self._happened.wait(min(left, GLANCE))
+
+    def do(self, action: Callable[[], Result], timeout: float = 10.0) -> Result:
+        """
+        Do something in the graph's thread, between two callbacks.
+
+        Args:
+            action: what is done
+            timeout: how long (s) it may take to be its turn
+
+        Returns:
+            What the action returned. What it raises, this raises.
+
+        """
+        results: list[Result] = []
+        errors: list[Exception] = []
+
+        def turn() -> None:
+            try:
+                results.append(action())
+            except Exception as error:  # noqa: B902 -- the caller's, not the graph's
+                errors.append(error)
+
+        self.executor.create_task(turn)
+        self.wait_for(lambda: results or errors, timeout, 'a turn in the thread of the graph')
+        if errors:
+            raise errors[0]
+        return results[0]
+
+    def record(self, topic: str, message_type: type, qos: QoSProfile | int = 200) -> Recording:
+        """
+        Record a topic from now on.
+
+        Args:
+            topic: its name
+            message_type: the type of its messages
+            qos: the quality of service, or a depth: deep, so that a rate is not that of a
+                reader which falls behind
+
+        Returns:
+            The recording, which goes on until the graph ends.
+
+        """
+        recording = Recording(topic)
+        self.do(lambda: self.listener.create_subscription(
+            message_type, topic, recording.receive, qos))
+        return recording
+
+    def publisher(self, topic: str, message_type: type, qos: QoSProfile | int = 10,
+                  readers: int = 1, timeout: float = 10.0) -> Publisher:
+        """
+        Make a publisher that is heard.
+
+        Args:
+            topic: the topic's name
+            message_type: the type of its messages
+            qos: the quality of service, or a depth
+            readers: how many subscriptions are waited for
+            timeout: how long (s) at most
+
+        Returns:
+            The publisher.
+
+        Raises:
+            TimeoutError: So many do not subscribe.
+
+        """
+        publisher = self.do(lambda: self.listener.create_publisher(message_type, topic, qos))
+        self.wait_for(lambda: publisher.get_subscription_count() >= readers, timeout,
+                      f'{readers} to subscribe to {topic}')
+        return publisher
+
+    def call(self, service: str, service_type: type, request: Any = None,
+             timeout: float = 10.0) -> Any:
+        """
+        Call a service.
+
+        Args:
+            service: its name
+            service_type: its type
+            request: the request; an empty one if None
+            timeout: how long (s) it may take until the service is there, and until it answers
+
+        Returns:
+            The response.
+
+        Raises:
+            TimeoutError: There is no such service, or no answer.
+
+        """
+        client = self.do(lambda: self.listener.create_client(service_type, service))
+        self.wait_for(client.service_is_ready, timeout, f'the service {service}')
+        future = client.call_async(service_type.Request() if request is None else request)
+        self.wait_for(future.done, timeout, f'an answer of {service}')
+        self.do(lambda: self.listener.destroy_client(client))
+        return future.result()
+
+
+@contextlib.contextmanager
+def graph(domain_id: int, *node_factories: Callable[..., Node]) -> Iterator[LiveGraph]:
+    """
+    Run nodes in this process; see LiveGraph.
+
+    Args:
+        domain_id: the ROS domain
+        node_factories: make the nodes
+
+    Returns:
+        The graph. When the context ends its nodes have ended, and what a callback raised is
+        raised again.
+
+    """
+    live = LiveGraph(domain_id, *node_factories)
+    try:
+        yield live
+    finally:
+        live.close()
+    live.raise_error()
+
+
+# ------------------------------------------------------------------------- nodes in processes
+
+def executable(package: str, name: str) -> str:
+    """Return the path of an installed executable, which `ros2 run` would start."""
+    return str(Path(get_package_prefix(package), 'lib', package, name))
+
+
+class NodeProcess:
+    """A process, with what it prints."""
+
+    def __init__(self, command: Sequence[str], domain_id: int) -> None:
+        """
+        Start it.
+
+        Args:
+            command: the program and its arguments
+            domain_id: the ROS domain it is in
+
+        """
+        self.command = list(command)
+        self._printed = threading.Condition()
+        self._lines: list[str] = []
+        self._popen = subprocess.Popen(
+            self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, text=True, errors='replace', start_new_session=True,
+            env={**os.environ, 'ROS_DOMAIN_ID': str(domain_id), 'PYTHONUNBUFFERED': '1'})
+        self._reader = threading.Thread(target=self._read, name='output', daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        for line in self._popen.stdout:
+            with self._printed:
+                self._lines.append(line)
+                self._printed.notify_all()
+
+    @property
+    def output(self) -> str:
+        """Return what it has printed so far, standard error included."""
+        with self._printed:
+            return ''.join(self._lines)
+
+    @property
+    def running(self) -> bool:
+        """Return whether it has not ended yet."""
+        return self._popen.poll() is None
+
+    def wait_for_output(self, pattern: str, timeout: float) -> re.Match:
+        """
+        Wait until it has printed something.
+
+        Args:
+            pattern: a regular expression, searched in all of its output
+            timeout: how long (s) at most
+
+        Returns:
+            The match.
+
+        Raises:
+            TimeoutError: It did not print that in time, or ended without.
+
+        """
+        deadline = time.monotonic() + timeout
+        with self._printed:
+            while True:
+                ended = not self._reader.is_alive()
+                found = re.search(pattern, ''.join(self._lines))
+                if found:
+                    return found
+                left = deadline - time.monotonic()
+                if left <= 0.0 or ended:
+                    raise TimeoutError(
+                        f'{self.command} {"ended" if ended else f"ran {timeout:g} s"} without '
+                        f'printing {pattern!r}; it printed:\n' + ''.join(self._lines))
+                self._printed.wait(min(left, GLANCE))
+
+    def wait(self, timeout: float) -> int:
+        """
+        Wait until it ends by itself.
+
+        Args:
+            timeout: how long (s) at most
+
+        Returns:
+            Its status.
+
+        Raises:
+            TimeoutError: It did not end in time.
+
+        """
+        try:
+            status = self._popen.wait(timeout)
+        except subprocess.TimeoutExpired:
+            raise TimeoutError(f'{self.command} did not end within {timeout:g} s; it printed:\n'
+                               f'{self.output}') from None
+        self._reader.join(timeout)
+        return status
+
+    def stop(self, number: int = signal.SIGINT, timeout: float = 10.0) -> int:
+        """
+        Ask it to end.
+
+        Args:
+            number: the signal that asks
+            timeout: how long (s) it may take
+
+        Returns:
+            Its status.
+
+        Raises:
+            TimeoutError: It did not end in time.
+
+        """
+        if self.running:
+            self._popen.send_signal(number)
+        return self.wait(timeout)
+
+    def kill(self) -> None:
+        """End it and what it has started, at once."""
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self._popen.pid, signal.SIGKILL)
+        self._popen.wait()
+        self._reader.join(1.0)
+        self._popen.stdout.close()
+
+
+@contextlib.contextmanager
+def process(command: Sequence[str], domain_id: int, *, stop: int | None = signal.SIGINT,
+            timeout: float = 10.0) -> Iterator[NodeProcess]:
+    """
+    Run a process and see that it ends as it should.
+
+    Args:
+        command: the program and its arguments
+        domain_id: the ROS domain it is in
+        stop: the signal that ends it when the context ends; None if the test has ended it, or
+            does not care how it ends
+        timeout: how long (s) it may take to end
+
+    Returns:
+        The process.
+
+    Raises:
+        AssertionError: It did not end with status 0 when it was asked to.
+        TimeoutError: It did not end in time.
+
+    """
+    running = NodeProcess(command, domain_id)
+    try:
+        yield running
+        if stop is not None:
+            status = running.stop(stop, timeout)
+            assert status == 0, (
+                f'{running.command} ended with status {status}; it printed:\n{running.output}')
+    finally:
+        running.kill()
