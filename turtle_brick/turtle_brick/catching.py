@@ -377,7 +377,7 @@ class Catcher:
     """Catch every brick that can be caught, carry it to the centre and tip it off."""
 
     MEMORY = 0.07
-    """Span (s) of robot positions from which its velocity is taken: four ticks of turtlesim."""
+    """Time (s) at one position after which the robot is at rest: four ticks of turtlesim."""
 
     def __init__(self, parameters: Parameters) -> None:
         """
@@ -395,7 +395,7 @@ class Catcher:
         self._brick: Optional[Pose] = None
         self._brick_moved = 0
         self._track: Deque[Tuple[int, float, float]] = deque()
-        self._goal: Optional[Tuple[int, Drive]] = None
+        self._goals: Deque[Tuple[int, Drive]] = deque()
         self._since = 0
         self._angle = 0.0
         self._angle_before = 0.0
@@ -472,7 +472,7 @@ class Catcher:
             # will have led.
             actions = [Drive(*(robot.bound_for or ((robot.x, robot.y),))[0])]
         if actions:
-            self._goal = (now, actions[0])
+            self._goals.append((now, actions[0]))
         return actions
 
     def _move_platform(self, now: int) -> List[Action]:
@@ -526,24 +526,29 @@ class Catcher:
             return None
         x, y, _ = platform.position
         track.append((now, x, y))
-        while (now - track[0][0]) * NANO > self.MEMORY:
+        # One older position is kept: the robot may have been out of sight for a while.
+        while len(track) > 1 and (now - track[1][0]) * NANO > self.MEMORY:
             track.popleft()
-        then, x_then, y_then = track[0]
-        limit = self.parameters.max_velocity
+        way = self.parameters.max_velocity * CARRY_ON
         bound_for = []
-        moved = hypot(x - x_then, y - y_then)
-        if moved > 0.0:
-            # Ticks come in lumps of 16 ms: the span may hold one more than it has time for.
-            span = max((now - then) * NANO - TICK - PERIOD, TICK)
-            way = min(moved / span, limit) * CARRY_ON / moved
-            bound_for.append((x + way * (x - x_then), y + way * (y - y_then)))
-        if self._goal is not None and (now - self._goal[0]) * NANO < COMMAND_LATENCY:
-            # It may be about to obey an order that shows no effect yet.
-            _, goal = self._goal
-            distance = hypot(goal.x - x, goal.y - y)
-            if distance > 0.0:
-                way = min(limit * CARRY_ON / distance, 1.0)
-                bound_for.append((x + way * (goal.x - x), y + way * (goal.y - y)))
+        for _, x_before, y_before in reversed(track):
+            moved = hypot(x - x_before, y - y_before)
+            if moved > 0.0:
+                # However slow it seems: ticks and transforms come in lumps.
+                bound_for.append((x + way / moved * (x - x_before),
+                                  y + way / moved * (y - y_before)))
+                break
+        goals = self._goals
+        while len(goals) > 1 and (now - goals[1][0]) * NANO > COMMAND_LATENCY:
+            goals.popleft()
+        for ordered, goal in goals:
+            # A moving robot obeys the last order. For a while after each, it may not yet be seen
+            # to obey it, and still obey the one before.
+            if bound_for or len(goals) > 1 or (now - ordered) * NANO < COMMAND_LATENCY:
+                distance = hypot(goal.x - x, goal.y - y)
+                if distance > 0.0:
+                    part = min(way / distance, 1.0)
+                    bound_for.append((x + part * (goal.x - x), y + part * (goal.y - y)))
         level = (axes(platform.orientation)[2][2] > 1.0 - LEVEL_TOLERANCE ** 2 / 2.0
                  and self._angle == 0.0 and (now - self._angle_set) * NANO > LEVEL_LATENCY)
         return Robot(x, y, tuple(bound_for), level)
