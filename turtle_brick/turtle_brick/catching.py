@@ -41,6 +41,7 @@ from typing import Union
 from turtle_brick.driving import PERIOD
 from turtle_brick.driving import TRANSPORT
 from turtle_brick.driving import travel_time
+from turtle_brick.driving import within_arena
 from turtle_brick.geometry import axes
 from turtle_brick.geometry import dot
 from turtle_brick.geometry import Pose
@@ -470,7 +471,8 @@ class Catcher:
               and self.state in (State.APPROACHING, State.CARRYING)):
             # What was to be caught or carried is gone: stop where the commands on their way
             # will have led.
-            actions = [Drive(*(robot.bound_for or ((robot.x, robot.y),))[0])]
+            stop = robot.bound_for[0] if robot.bound_for else (robot.x, robot.y)
+            actions = [Drive(*within_arena(*stop))]
         if actions:
             self._goals.append((now, actions[0]))
         return actions
