@@ -135,6 +135,10 @@ class FallDetector:
     TOLERANCE = 0.1
     """Largest deviation of the acceleration, as a part of gravity."""
 
+    STRAIGHT = 0.01
+    """Largest sideways motion of what may be a fall, as a part of its way down. On a slope of
+    more than 72 degrees a slide has a fall's acceleration within TOLERANCE, but is not straight."""
+
     SIDEWAYS = 1e-4
     """Largest sideways motion (m) between two samples of a fall."""
 
@@ -186,8 +190,8 @@ class FallDetector:
             return False
         if len(samples) < 3:
             return False
-        (t0, _, _, z0), (t1, _, _, z1), (t2, _, _, z2) = samples
-        if not z0 > z1 > z2:
+        (t0, x0, y0, z0), (t1, _, _, z1), (t2, _, _, z2) = samples
+        if not z0 > z1 > z2 or hypot(x - x0, y - y0) > self.STRAIGHT * (z0 - z2):
             return False
         first, second = (t1 - t0) * NANO, (t2 - t1) * NANO
         speed_before, speed_after = (z0 - z1) / first, (z1 - z2) / second
