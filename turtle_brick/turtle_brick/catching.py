@@ -25,7 +25,6 @@ one clock.
 from collections import deque
 from dataclasses import dataclass
 from enum import Enum
-from math import atan2
 from math import cos
 from math import hypot
 from math import inf
@@ -42,13 +41,10 @@ from turtle_brick.driving import PERIOD
 from turtle_brick.driving import TRANSPORT
 from turtle_brick.driving import travel_time
 from turtle_brick.driving import within_arena
-from turtle_brick.geometry import axes
-from turtle_brick.geometry import dot
 from turtle_brick.geometry import Pose
 from turtle_brick.geometry import Vector
 from turtle_brick.parameters import Parameters
-from turtle_brick.physics import is_clear
-from turtle_brick.physics import LEVEL_TOLERANCE
+from turtle_brick.physics import is_level
 from turtle_brick.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.turtlesim_kinematics import QUEUE_DEPTH
 from turtle_brick.turtlesim_kinematics import TICK
@@ -86,7 +82,8 @@ PATIENCE = 10.0
 """Time (s) for which the robot tries to get rid of a brick that does not slide."""
 
 SETTLED = 0.05
-"""Time (s) after which a brick that has not moved is at rest."""
+"""Time (s) after which a brick that has not moved is at rest. On a tilted platform none is: it
+slides until its trailing edge has cleared, and floats from then on."""
 
 AT_CENTRE = 0.02
 """Distance (m) from the centre at which the robot, at rest, may tilt."""
@@ -111,7 +108,7 @@ class Fall(NamedTuple):
         return (self.x, self.y, self.z)
 
     def height(self, stamp: int, gravity: float) -> float:
-        """Return the brick's height (m) at an instant (ns) if nothing stops it."""
+        """Return how high (m) the brick is at an instant (ns) if nothing stops it."""
         time = (stamp - self.stamp) * NANO
         return self.z - self.speed * time - 0.5 * gravity * time * time
 
@@ -136,8 +133,8 @@ class FallDetector:
     """Largest deviation of the acceleration, as a part of gravity."""
 
     STRAIGHT = 0.01
-    """Largest sideways motion of what may be a fall, as a part of its way down. On a slope of
-    more than 72 degrees a slide has a fall's acceleration within TOLERANCE, but is not straight."""
+    """Largest sideways motion of what may be a fall, as a part of its way down. A slide on a slope
+    of more than 72 degrees has a fall's acceleration, within TOLERANCE, but is not straight."""
 
     SIDEWAYS = 1e-4
     """Largest sideways motion (m) between two samples of a fall."""
@@ -319,7 +316,7 @@ class Observation:
     on_platform: bool = False
     at_centre: bool = False
     off_platform: bool = False
-    """The brick is clear of the platform and at rest, or no longer anywhere near it."""
+    """The brick has left the tilted platform, whichever way."""
     out_of_patience: bool = False
     level: bool = True
 
@@ -398,7 +395,9 @@ class Catcher:
         self._detector = FallDetector(parameters.gravity_accel)
         self._undecided: Optional[Fall] = None
         self._brick: Optional[Pose] = None
+        self._brick_seen = 0
         self._brick_moved = 0
+        self._level_seen = 0
         self._track: Deque[Tuple[int, float, float]] = deque()
         self._goals: Deque[Tuple[int, Drive]] = deque()
         self._since = 0
@@ -420,6 +419,7 @@ class Catcher:
         if self._brick is None or brick.position != self._brick.position:
             self._brick_moved = stamp
         self._brick = brick
+        self._brick_seen = stamp
         if self._detector.observe(stamp, *brick.position):
             self._undecided = self._detector.fall
             return True
@@ -509,20 +509,13 @@ class Catcher:
                 and hypot(x - robot.x, y - robot.y) <= near)
 
     def _off_platform(self, now: int, platform: Optional[Pose]) -> bool:
-        """Tell whether the brick does not move, and is clear of the platform or off its plane."""
+        """Tell whether the brick does not move although the platform is tilted: it has left."""
         if self._brick is None or platform is None:
             return True
-        if (now - self._brick_moved) * NANO < SETTLED:
-            return False
-        offset = tuple(b - p for b, p in zip(self._brick.position, platform.position))
-        ex, ey, normal = axes(platform.orientation)
-        rest = self.parameters.platform_thickness + self.parameters.brick_size[2] / 2.0
-        if abs(dot(offset, normal) - rest) > ON_PLATFORM:
-            return True
-        forward, _, _ = axes(self._brick.orientation)
-        yaw = atan2(dot(forward, ey), dot(forward, ex))
-        return is_clear((dot(offset, ex), dot(offset, ey)), yaw, self.parameters.brick_size,
-                        self.parameters.platform_radius - 1e-3)
+        if is_level(platform):
+            self._level_seen = now
+        # Counted to when it was last seen: one that is out of sight may move.
+        return (self._brick_seen - max(self._brick_moved, self._level_seen)) * NANO >= SETTLED
 
     def _robot(self, now: int, platform: Optional[Pose]) -> Optional[Robot]:
         """Return the robot, with all that what is seen and was ordered may make of it."""
@@ -555,6 +548,6 @@ class Catcher:
                 if distance > 0.0:
                     part = min(way / distance, 1.0)
                     bound_for.append((x + part * (goal.x - x), y + part * (goal.y - y)))
-        level = (axes(platform.orientation)[2][2] > 1.0 - LEVEL_TOLERANCE ** 2 / 2.0
+        level = (is_level(platform)
                  and self._angle == 0.0 and (now - self._angle_set) * NANO > LEVEL_LATENCY)
         return Robot(x, y, tuple(bound_for), level)

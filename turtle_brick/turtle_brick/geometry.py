@@ -69,11 +69,6 @@ def from_pitch(pitch: float) -> Quaternion:
     return (0.0, sin(pitch / 2.0), 0.0, cos(pitch / 2.0))
 
 
-def dot(a: Vector, b: Vector) -> float:
-    """Return the scalar product of two vectors."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
 def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
     """Return the rotation that turns by q first and by p then (Hamilton product p q)."""
     px, py, pz, pw = p

@@ -29,7 +29,6 @@ from math import atan2
 from math import hypot
 from math import isfinite
 from typing import Optional
-from typing import Tuple
 
 from turtle_brick.geometry import axes
 from turtle_brick.geometry import distance_to_rectangle
@@ -150,6 +149,7 @@ class World:
         if pose == self._platform:
             return
         self._platform = pose
+        self._level = pose is not None and is_level(pose)
         if pose is not None:
             self._axes = axes(pose.orientation)
             hinge = self._axes[1]
@@ -209,7 +209,7 @@ class World:
         time = self._steps_fallen * self._dt
         z = self._release_height - 0.5 * self._gravity * time * time
         half_height = self._size[2] / 2.0
-        if self._platform is not None and self._axes[2][2] > 1.0 - LEVEL_TOLERANCE ** 2 / 2.0:
+        if self._level:
             top = self._top()
             rest = top[2] + half_height
             if (previous >= rest - CONTACT_TOLERANCE and z < rest
@@ -265,23 +265,16 @@ class World:
 
     def _is_clear(self) -> bool:
         """Tell whether no point of the brick's bottom is within the platform's radius."""
-        return is_clear(self._place, self._relative_yaw, self._size, self._radius)
+        # Far cheaper than the rectangle, and decisive until the very end of a slide.
+        if hypot(*self._place) <= self._radius:
+            return False
+        length, width, _ = self._size
+        return distance_to_rectangle(
+            *self._place, self._relative_yaw, length, width) > self._radius
 
 
-def is_clear(place: Tuple[float, float], yaw: float, size: Vector, radius: float) -> bool:
-    """
-    Tell whether a brick's trailing edge has cleared a round platform.
-
-    Args:
-        place: centre of the brick in the platform's plane (m), from the platform's axis
-        yaw: heading of the brick relative to the platform (rad)
-        size: length, width, height of the brick (m)
-        radius: radius of the platform (m)
-
-    Returns:
-        Whether no point of the brick's bottom is within `radius` of the axis.
-    """
-    # Far cheaper than the rectangle, and true until the very end of a slide.
-    if hypot(*place) <= radius:
-        return False
-    return distance_to_rectangle(*place, yaw, size[0], size[1]) > radius
+def is_level(platform: Pose) -> bool:
+    """Tell whether a brick can land on a platform with this pose in the world."""
+    x, y, _, _ = platform.orientation
+    # sin^2 of half the angle between the platform's normal and the vertical.
+    return x * x + y * y < (LEVEL_TOLERANCE / 2.0) ** 2
