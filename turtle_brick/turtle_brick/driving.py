@@ -266,7 +266,7 @@ class Driver:
 
     @property
     def pose(self) -> Optional[Pose]:
-        """The last pose of the turtle in the world, None before the first."""
+        """Last pose of the turtle in the world, None before the first."""
         return self._path.pose
 
     def drive_to(self, x: float, y: float) -> None:

@@ -62,16 +62,15 @@ class Phase(Enum):
 class World:
     """Keep track of the physics of the world."""
 
-    def __init__(self, brick, gravity, radius, dt):
+    def __init__(self, brick, gravity, radius, dt):  # noqa: D417
         """
         Initialize the world.
 
         Args:
-        ----
-        brick - The (x,y,z) location of the brick
-        gravity - the acceleration due to gravity in m/s^2
-        radius - the radius of the platform
-        dt - timestep in seconds of the physics simulation
+            brick - The (x,y,z) location of the brick
+            gravity - the acceleration due to gravity in m/s^2
+            radius - the radius of the platform
+            dt - timestep in seconds of the physics simulation
 
         """
         self._gravity = gravity
@@ -93,13 +92,12 @@ class World:
         return self._brick
 
     @brick.setter
-    def brick(self, location):
+    def brick(self, location):  # noqa: D417
         """
         Set the brick's location.
 
         Args:
-        ----
-        location - the (x,y,z) location of the brick
+            location - the (x,y,z) location of the brick
 
         """
         x, y, z = (float(value) for value in location)
@@ -159,7 +157,7 @@ class World:
 
     @property
     def phase(self) -> Phase:
-        """What the brick does."""
+        """Tell what the brick does."""
         return self._phase
 
     @property
