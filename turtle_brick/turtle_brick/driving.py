@@ -70,6 +70,9 @@ class TickClock:
     GAIN = 0.05
     """Part of an arrival's deviation that the grid follows."""
 
+    EARLY = 0.6
+    """Part of a tick by which no pose is early: the grid is late, set by poses held up before."""
+
     PATIENCE = 3
     """Poses in a row that are late by over half a tick: turtlesim, not their way, lost time."""
 
@@ -93,7 +96,7 @@ class TickClock:
             return now
         self.last += TICK
         deviation = now - self.last
-        if deviation < -TICK:
+        if deviation < -self.EARLY * TICK:
             self.last = now
             self._late = 0
         elif deviation > TICK / 2.0:
