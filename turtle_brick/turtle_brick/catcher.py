@@ -97,7 +97,7 @@ class CatcherNode(Node):
         transform = latest(self.tf_buffer, BRICK)
         if transform is not None:
             stamp = nanoseconds_of(transform.header.stamp)
-            if self.catcher.see_brick(stamp, pose_of(transform.transform)):
+            if self.catcher.see_brick(stamp, pose_of(transform.transform).position):
                 self.update()
 
     def update(self) -> None:

@@ -394,7 +394,7 @@ class Catcher:
         self.decision: Optional[Decision] = None
         self._detector = FallDetector(parameters.gravity_accel)
         self._undecided: Optional[Fall] = None
-        self._brick: Optional[Pose] = None
+        self._brick: Optional[Vector] = None
         self._brick_seen = 0
         self._brick_moved = 0
         self._level_seen = 0
@@ -405,22 +405,22 @@ class Catcher:
         self._angle_before = 0.0
         self._angle_set = 0
 
-    def see_brick(self, stamp: int, brick: Pose) -> bool:
+    def see_brick(self, stamp: int, position: Vector) -> bool:
         """
         Take note of where the brick is.
 
         Args:
             stamp: instant at which it was there (ns)
-            brick: its pose in the world
+            position: of its centre in the world (m)
 
         Returns:
             Whether it has just begun to fall: then `update` should be called at once.
         """
-        if self._brick is None or brick.position != self._brick.position:
+        if position != self._brick:
+            self._brick = position
             self._brick_moved = stamp
-        self._brick = brick
         self._brick_seen = stamp
-        if self._detector.observe(stamp, *brick.position):
+        if self._detector.observe(stamp, *position):
             self._undecided = self._detector.fall
             return True
         return False
@@ -496,13 +496,13 @@ class Catcher:
     def _is_falling(self) -> bool:
         """Tell whether the brick falls, and has not passed the platform yet."""
         return (self._detector.fall is not None
-                and self._brick.position[2] > resting_height(self.parameters) - ON_PLATFORM)
+                and self._brick[2] > resting_height(self.parameters) - ON_PLATFORM)
 
     def _on_platform(self, robot: Optional[Robot]) -> bool:
         """Tell whether the brick lies on the level platform."""
         if robot is None or self._brick is None or self._detector.fall is not None:
             return False
-        x, y, z = self._brick.position
+        x, y, z = self._brick
         # The robot moves on while the transforms of the two are some ms apart.
         near = self.parameters.platform_radius + self.parameters.max_velocity * 0.1
         return (abs(z - resting_height(self.parameters)) <= ON_PLATFORM
@@ -531,11 +531,10 @@ class Catcher:
         way = self.parameters.max_velocity * CARRY_ON
         bound_for = []
         for _, x_before, y_before in reversed(track):
-            moved = hypot(x - x_before, y - y_before)
-            if moved > 0.0:
+            if x_before != x or y_before != y:
                 # However slow it seems: ticks and transforms come in lumps.
-                bound_for.append((x + way / moved * (x - x_before),
-                                  y + way / moved * (y - y_before)))
+                scale = way / hypot(x - x_before, y - y_before)
+                bound_for.append((x + scale * (x - x_before), y + scale * (y - y_before)))
                 break
         goals = self._goals
         while len(goals) > 1 and (now - goals[1][0]) * NANO > COMMAND_LATENCY:

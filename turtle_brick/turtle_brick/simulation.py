@@ -265,7 +265,7 @@ class Simulation:
         while self._transforms and self._transforms[0][0] <= now:
             world.platform = self._transforms.popleft()[1]
         world.step()
-        if self.catcher.see_brick(now, Pose(world.brick, world.orientation)):
+        if self.catcher.see_brick(now, world.brick):
             self._decide(now + self._transport)
         if self.on_physics is not None:
             self.on_physics()
