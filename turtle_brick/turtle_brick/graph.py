@@ -50,6 +50,10 @@ import yaml
 END_TIME = 5.0
 """How long (s) a child process may take to end when it is asked to."""
 
+LONGEST_WAIT = 0.02
+"""How long (s) the executor waits for work. The same each time: with another timeout it forgets
+whose turn it is, and under load the first node would have every turn."""
+
 AnyNode = TypeVar('AnyNode', bound=Node)
 
 
@@ -204,16 +208,15 @@ class Graph:
         """
         deadline = monotonic() + timeout
         while not condition():
-            left = deadline - monotonic()
-            if left <= 0.0:
+            if monotonic() > deadline:
                 raise TimeoutError(f'{what}: not within {timeout:g} s')
-            self.executor.spin_once(timeout_sec=min(left, 0.1))
+            self.executor.spin_once(timeout_sec=LONGEST_WAIT)
 
     def spin_for(self, seconds: float) -> None:
         """Let the nodes work for a time (s)."""
         end = monotonic() + seconds
-        while (left := end - monotonic()) > 0.0:
-            self.executor.spin_once(timeout_sec=left)
+        while monotonic() < end:
+            self.executor.spin_once(timeout_sec=LONGEST_WAIT)
 
     def close(self) -> None:
         """End every node and child process."""
