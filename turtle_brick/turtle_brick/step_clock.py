@@ -33,7 +33,7 @@ class StepClock:
 
         Args:
             period: time between two steps (ns)
-            longest_gap: a larger gap between two calls (ns), or a jump backward, sets t0 anew
+            longest_gap: time since the last step (ns) beyond which t0 is set anew
         """
         self.period = period
         self.longest_gap = longest_gap
@@ -48,9 +48,9 @@ class StepClock:
             now: the present instant (ns)
 
         Returns:
-            The instants in order, the last at most one period old. A gap longer than
-            `longest_gap`, or a jump backward by more than a period, counts in `restarts`
-            and gives just [now], the new t0.
+            The instants in order, the last less than one period old. If the last step before
+            is more than `longest_gap` ago, or more than a period ahead because the clock was
+            set back, this counts in `restarts` and gives just [now], the new t0.
         """
         if self.last is None:
             self.last = now
