@@ -84,6 +84,7 @@ def calls_of(events: List[list]) -> List[Call]:
 
     Returns:
         The calls in order; a row 'poses' (one pose per turtle of its own) becomes a call too.
+
     """
     calls = []
     for index, (begin, kind, name, content) in enumerate(events):
@@ -107,6 +108,7 @@ def perform(call: Call, sim: TurtleSim, now: float) -> bool:
 
     Returns:
         Whether it was answered as recorded.
+
     """
     if call.service == 'poses':
         poses = {sim.turtles[name].pose[:3] for name in ('far', 'turtle2')}
@@ -131,6 +133,7 @@ def bits(values: Sequence[float]) -> bytes:
 
     Returns:
         Their bits.
+
     """
     return struct.pack(f'{len(values)}f', *values)
 
@@ -148,6 +151,7 @@ def following(state: Explanation, time: float, commands: List[list],
 
     Yields:
         What can have happened at this tick, and the pose that turtle1 then has.
+
     """
     published = [command[0] for command in commands]
     surely_arrived = max(bisect_right(published, time - ARRIVAL_JITTER), state.commands)
@@ -231,6 +235,7 @@ def command_latency(offset: float) -> float:
 
     Returns:
         The time in s from publishing the changed command to the pose that shows the change.
+
     """
     turtle = Turtle()
     issued = 0

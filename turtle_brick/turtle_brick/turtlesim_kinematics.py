@@ -47,6 +47,7 @@ def float32(value: float) -> float:
 
     Returns:
         The nearest float32; infinity beyond float32's range.
+
     """
     try:
         return _FLOAT.unpack(_FLOAT.pack(value))[0]
@@ -80,6 +81,7 @@ class Pose(NamedTuple):
         theta: Heading in rad, counter-clockwise from +x, in [-pi, pi).
         linear_velocity: Commanded speed in m/s, never negative, also when driving backward.
         angular_velocity: Commanded turn rate in rad/s, counter-clockwise.
+
     """
 
     x: float
@@ -98,6 +100,7 @@ def _normalize(angle: float) -> float:
 
     Returns:
         The same angle plus a whole number of turns; NaN if the angle is not finite.
+
     """
     try:
         return angle - _TWO_PI * math.floor((angle + _PI) / _TWO_PI)
@@ -115,6 +118,7 @@ class Turtle:
         pose: The pose that the last tick gave, or the one that the turtle was made with.
         clamped: Where a wall stopped the turtle in the last tick: the (x, y) in m, y downward,
             that it would have reached; None if no wall did.
+
     """
 
     __slots__ = ('holonomic', 'pose', 'clamped', '_queue', '_teleports', '_x', '_y_down',
@@ -131,6 +135,7 @@ class Turtle:
             theta: Heading in rad.
             holonomic: Whether velocity commands may have a sideways part.
             now: The time in s, on the clock that tick() is given.
+
         """
         self._x = float32(x)
         self._y_down = float32(ARENA_SIZE - float32(y))
@@ -156,6 +161,7 @@ class Turtle:
             linear_y: Velocity to the left of it in m/s; ignored unless the turtle is holonomic
                 when it takes the command.
             angular_z: Turn rate in rad/s, counter-clockwise.
+
         """
         self._queue.append((linear_x, linear_y, angular_z))
 
@@ -167,6 +173,7 @@ class Turtle:
             x: Distance from the left wall in m.
             y: Distance from the lower wall in m; beyond the upper wall it counts as at it.
             theta: Heading in rad.
+
         """
         self._teleports.append((False, float32(x), float32(y), float32(theta)))
 
@@ -177,6 +184,7 @@ class Turtle:
         Args:
             linear: Distance in m.
             angular: Turn in rad, counter-clockwise.
+
         """
         self._teleports.append((True, float32(linear), 0.0, float32(angular)))
 
@@ -186,6 +194,7 @@ class Turtle:
 
         Args:
             now: The time in s.
+
         """
         if self._queue:
             self._linear_x, linear_y, self._angular = self._queue.popleft()
@@ -203,6 +212,7 @@ class Turtle:
 
         Returns:
             The new pose.
+
         """
         if self._teleports:
             self._teleport()
@@ -246,6 +256,7 @@ class Turtle:
 
         Returns:
             The pose that this tick publishes.
+
         """
         if self._queue:
             self.take_command(now)
@@ -273,6 +284,7 @@ class Turtle:
 
         Returns:
             The pose, rounded to what a message can carry.
+
         """
         linear_x = self._linear_x
         linear_y = self._linear_y
@@ -290,6 +302,7 @@ class TurtleSim:
 
     Attributes:
         turtles: The turtles by name, in the order in which a tick updates them.
+
     """
 
     def __init__(self, holonomic: bool = False, now: float = 0.0) -> None:
@@ -299,6 +312,7 @@ class TurtleSim:
         Args:
             holonomic: Whether velocity commands may have a sideways part.
             now: The time in s, on the clock that tick() is given.
+
         """
         self.turtles: Dict[str, Turtle] = {}
         self._holonomic = holonomic
@@ -313,6 +327,7 @@ class TurtleSim:
 
         Returns:
             Whether they may, for all turtles; it can be set at any time.
+
         """
         return self._holonomic
 
@@ -323,6 +338,7 @@ class TurtleSim:
 
         Args:
             holonomic: Whether they may, from the next command that is taken.
+
         """
         self._holonomic = holonomic
         for turtle in self.turtles.values():
@@ -341,6 +357,7 @@ class TurtleSim:
 
         Returns:
             The turtle's name, or an empty string if the name was taken.
+
         """
         if name in self.turtles:
             return ''
@@ -361,6 +378,7 @@ class TurtleSim:
 
         Returns:
             Whether there was one of that name.
+
         """
         return self.turtles.pop(name, None) is not None
 
@@ -370,6 +388,7 @@ class TurtleSim:
 
         Args:
             now: The time in s, on the clock that tick() is given.
+
         """
         self.turtles = {}
         self._names = 0
@@ -385,6 +404,7 @@ class TurtleSim:
         Returns:
             The pose of each turtle. The very first tick takes commands, but only starts
             turtlesim's clock: nothing moves, and there are no poses.
+
         """
         if not self._started:
             self._started = True

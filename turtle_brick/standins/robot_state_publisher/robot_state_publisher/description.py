@@ -23,6 +23,8 @@ from typing import Optional
 from typing import Tuple
 from xml.etree import ElementTree
 
+from turtle_brick.parameters import ParameterError
+
 Vector = Tuple[float, float, float]
 Quaternion = Tuple[float, float, float, float]
 
@@ -34,7 +36,7 @@ _RESTING = ('fixed', 'planar')
 _FREE = ('floating',)
 
 
-class DescriptionError(ValueError):
+class DescriptionError(ParameterError):
     """A robot_description that describes no robot; the text says why."""
 
 
@@ -59,6 +61,7 @@ class Joint(NamedTuple):
         rotation: Its orientation in the parent, a unit quaternion (x, y, z, w).
         axis: The unit axis, in its own frame, about or along which it moves.
         mimic: Which joint it follows; None if it moves by itself.
+
     """
 
     name: str
@@ -77,6 +80,7 @@ class Joint(NamedTuple):
 
         Returns:
             Whether it does.
+
         """
         return self.kind in _ROTATING or self.kind in _SLIDING
 
@@ -87,6 +91,7 @@ class Joint(NamedTuple):
 
         Returns:
             Whether it does; a floating joint neither rests nor moves.
+
         """
         return self.kind in _RESTING
 
@@ -99,6 +104,7 @@ class Joint(NamedTuple):
 
         Returns:
             The child's origin (m) and orientation in the parent.
+
         """
         if self.kind in _ROTATING:
             x, y, z = self.axis
@@ -123,6 +129,7 @@ def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
 
     Returns:
         The Hamilton product p q.
+
     """
     px, py, pz, pw = p
     qx, qy, qz, qw = q
@@ -142,6 +149,7 @@ def rotate(rotation: Quaternion, vector: Vector) -> Vector:
 
     Returns:
         The turned vector.
+
     """
     x, y, z, w = rotation
     return multiply(multiply(rotation, (*vector, 0.0)), (-x, -y, -z, w))[:3]
@@ -157,6 +165,7 @@ def signed(rotation: Quaternion) -> Quaternion:
     Returns:
         The same rotation, with a positive w if that exceeds 1/2, or else with a positive largest
         component of x, y and z.
+
     """
     x, y, z, w = rotation
     if 4.0 * w * w - 1.0 > 1e-12:
@@ -181,6 +190,7 @@ def _from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Quaternion:
 
     Returns:
         The unit quaternion.
+
     """
     about_x = (sin(0.5 * roll), 0.0, 0.0, cos(0.5 * roll))
     about_y = (0.0, sin(0.5 * pitch), 0.0, cos(0.5 * pitch))
@@ -201,6 +211,7 @@ def _number(text: str, where: str) -> float:
 
     Raises:
         DescriptionError: It is none.
+
     """
     try:
         return float(text)
@@ -224,6 +235,7 @@ def _vector(element: Optional[ElementTree.Element], attribute: str, default: Vec
 
     Raises:
         DescriptionError: They are not three numbers.
+
     """
     text = None if element is None else element.get(attribute)
     if text is None:
@@ -249,6 +261,7 @@ def _link_of(joint: ElementTree.Element, role: str, links: List[str], where: str
 
     Raises:
         DescriptionError: There is no such link.
+
     """
     element = joint.find(role)
     name = None if element is None else element.get('link')
@@ -272,6 +285,7 @@ def _joint(element: ElementTree.Element, links: List[str]) -> Joint:
 
     Raises:
         DescriptionError: It lacks something or makes no sense.
+
     """
     name = element.get('name')
     if not name:
@@ -315,6 +329,7 @@ def parse(urdf: str) -> Dict[str, Joint]:
 
     Raises:
         DescriptionError: It is not XML or describes no tree of links.
+
     """
     try:
         # Bytes, because a text may not declare its encoding.

@@ -28,9 +28,9 @@ Parameters:
         limit. It goes by the stamps of joint_states.
     ignore_timestamp (bool, false): whether to publish after every message, whatever its stamp
     frame_prefix (string, empty): what to put before the names of frames
+
 """
 
-import sys
 from typing import Any
 from typing import Dict
 from typing import List
@@ -40,9 +40,7 @@ from typing import Tuple
 
 from geometry_msgs.msg import TransformStamped
 from rcl_interfaces.msg import SetParametersResult
-import rclpy
 from rclpy.exceptions import InvalidParameterTypeException
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy
@@ -54,6 +52,8 @@ from robot_state_publisher.description import parse
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
+from turtle_brick.node_tools import run
+from turtle_brick.parameters import ParameterError
 
 # How many sets of joint names to keep a plan for; senders have one each.
 _PLANS = 32
@@ -69,6 +69,7 @@ class Step(NamedTuple):
         offset: What to add then.
         joint: The joint that it moves.
         transform: The transform to fill in.
+
     """
 
     index: int
@@ -89,18 +90,22 @@ class RobotStatePublisher(Node):
             node_arguments: Further arguments of rclpy's Node, such as a namespace.
 
         Raises:
-            DescriptionError: A parameter makes no sense.
+            ParameterError: A parameter makes no sense.
+
         """
         super().__init__('robot_state_publisher', **node_arguments)
-        description = self.declare_parameter('robot_description', '').value
+        try:
+            description = self.declare_parameter('robot_description', '').value
+            self._frequency = self.declare_parameter('publish_frequency', 20.0).value
+            self._prefix = self.declare_parameter('frame_prefix', '').value
+            self._ignore_stamp = self.declare_parameter('ignore_timestamp', False).value
+        except InvalidParameterTypeException as error:
+            raise ParameterError(str(error)) from None
         if not description:
-            raise DescriptionError('robot_description parameter must not be empty')
-        self._frequency = self.declare_parameter('publish_frequency', 20.0).value
+            raise ParameterError('robot_description parameter must not be empty')
         if not 0.0 <= self._frequency <= 1000.0:
-            raise DescriptionError(
+            raise ParameterError(
                 f'publish_frequency must be between 0 and 1000, but is {self._frequency}')
-        self._prefix = self.declare_parameter('frame_prefix', '').value
-        self._ignore_stamp = self.declare_parameter('ignore_timestamp', False).value
 
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._tf_publisher = self.create_publisher(TFMessage, '/tf', QoSProfile(depth=100))
@@ -126,6 +131,7 @@ class RobotStatePublisher(Node):
 
         Args:
             state: The joints' positions.
+
         """
         names = tuple(state.name)
         positions = state.position
@@ -171,6 +177,7 @@ class RobotStatePublisher(Node):
 
         Returns:
             Whether to publish.
+
         """
         now = self.get_clock().now().nanoseconds
         published = self._published
@@ -199,6 +206,7 @@ class RobotStatePublisher(Node):
         Returns:
             A step for each of the robot's joints among them, and for each that mimics one of
             them, in the order of the joints' names.
+
         """
         sources: Dict[str, Tuple[int, float, float]] = {}
         for index, name in enumerate(names):
@@ -227,6 +235,7 @@ class RobotStatePublisher(Node):
 
         Returns:
             A transform from its parent to its child.
+
         """
         stamped = TransformStamped()
         stamped.header.frame_id = self._prefix + joint.parent
@@ -242,6 +251,7 @@ class RobotStatePublisher(Node):
 
         Raises:
             DescriptionError: It describes no robot.
+
         """
         self._joints = parse(description)
         self._plans.clear()
@@ -268,6 +278,7 @@ class RobotStatePublisher(Node):
 
         Returns:
             Whether they can be set, and if not, why.
+
         """
         for parameter in parameters:
             if parameter.name == 'robot_description':
@@ -292,6 +303,7 @@ class RobotStatePublisher(Node):
 
         Args:
             parameters: Parameters that have been set.
+
         """
         values = {parameter.name: parameter.value for parameter in parameters}
         self._frequency = values.get('publish_frequency', self._frequency)
@@ -303,23 +315,15 @@ class RobotStatePublisher(Node):
             self._set_up(values['robot_description'])
 
 
-def main(args: Optional[List[str]] = None) -> None:
+def main(args: Optional[List[str]] = None) -> int:
     """
     Run the node until it is told to end.
 
     Args:
-        args: The command line; the process's own if None.
+        args: The command line, with the program's name first; the process's own if None.
+
+    Returns:
+        The exit status.
+
     """
-    node = None
-    try:
-        rclpy.init(args=args)
-        node = RobotStatePublisher()
-        rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except (DescriptionError, InvalidParameterTypeException) as error:
-        sys.exit(f'robot_state_publisher: {error}')
-    finally:
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
+    return run(RobotStatePublisher, args)

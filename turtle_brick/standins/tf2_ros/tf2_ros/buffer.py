@@ -55,6 +55,7 @@ class Buffer(BufferCore, BufferInterface):
         Args:
             cache_time: How far each frame's transforms go back; 10 s if None.
             node: The node that serves tf2_frames and whose clock counts; none if None.
+
         """
         super().__init__(cache_time)
         self._new_data_callbacks: List[Callable[[], None]] = []
@@ -75,6 +76,7 @@ class Buffer(BufferCore, BufferInterface):
 
         Args:
             time_jump: By how much.
+
         """
         get_logger('tf2_buffer').warning('Detected jump back in time. Clearing tf buffer.')
         self.clear()
@@ -86,6 +88,7 @@ class Buffer(BufferCore, BufferInterface):
         Args:
             transform: The pose of a child frame in a frame at a time.
             authority: Who says so.
+
         """
         super().set_transform(transform, authority)
         if self._new_data_callbacks:
@@ -98,6 +101,7 @@ class Buffer(BufferCore, BufferInterface):
         Args:
             transform: The pose of a child frame in a frame.
             authority: Who says so.
+
         """
         super().set_transform_static(transform, authority)
         if self._new_data_callbacks:
@@ -119,6 +123,7 @@ class Buffer(BufferCore, BufferInterface):
 
         Raises:
             TransformException: There is none.
+
         """
         if timeout.nanoseconds:
             self.can_transform(target_frame, source_frame, time, timeout)
@@ -136,6 +141,7 @@ class Buffer(BufferCore, BufferInterface):
 
         Returns:
             The pose of the source frame in the target frame.
+
         """
         return await self.wait_for_transform_async(target_frame, source_frame, time)
 
@@ -158,6 +164,7 @@ class Buffer(BufferCore, BufferInterface):
 
         Raises:
             TransformException: There is none.
+
         """
         if timeout.nanoseconds:
             self.can_transform_full(
@@ -180,6 +187,7 @@ class Buffer(BufferCore, BufferInterface):
 
         Returns:
             The pose that the source frame had, in the target frame at its time.
+
         """
         return await self.wait_for_transform_full_async(
             target_frame, target_time, source_frame, source_time, fixed_frame)
@@ -199,6 +207,7 @@ class Buffer(BufferCore, BufferInterface):
 
         Returns:
             Whether there is; with the reason, if that is wanted.
+
         """
         return self._can(
             lambda: self.can_transform_core(target_frame, source_frame, time),
@@ -222,6 +231,7 @@ class Buffer(BufferCore, BufferInterface):
 
         Returns:
             Whether there is; with the reason, if that is wanted.
+
         """
         return self._can(
             lambda: self.can_transform_full_core(
@@ -240,6 +250,7 @@ class Buffer(BufferCore, BufferInterface):
 
         Returns:
             A future whose result is the transform.
+
         """
         return self._future(
             lambda: self.lookup_transform_core(target_frame, source_frame, time))
@@ -259,6 +270,7 @@ class Buffer(BufferCore, BufferInterface):
 
         Returns:
             A future whose result is the transform.
+
         """
         return self._future(
             lambda: self.lookup_transform_full_core(
@@ -276,6 +288,7 @@ class Buffer(BufferCore, BufferInterface):
 
         Returns:
             Whether there is; with the reason, if that is wanted.
+
         """
         nanoseconds = nanoseconds_of(timeout)
         if nanoseconds:
@@ -292,6 +305,7 @@ class Buffer(BufferCore, BufferInterface):
 
         Returns:
             A future that is done as soon as there is the transform.
+
         """
         future = Future()
 
@@ -318,6 +332,7 @@ class Buffer(BufferCore, BufferInterface):
 
         Args:
             callback: Whom.
+
         """
         with self._callbacks_lock:
             self._new_data_callbacks.remove(callback)
@@ -339,6 +354,7 @@ class Buffer(BufferCore, BufferInterface):
 
         Returns:
             The response.
+
         """
         response.frame_yaml = self.all_frames_as_yaml()
         return response

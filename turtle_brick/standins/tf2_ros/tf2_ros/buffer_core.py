@@ -59,6 +59,7 @@ class Frame:
         name: Its name.
         cache: The transforms to its parent; None if it has only been named as a parent.
         authority: Who sent the last transform.
+
     """
 
     __slots__ = ('name', 'cache', 'authority')
@@ -69,6 +70,7 @@ class Frame:
 
         Args:
             name: Its name.
+
         """
         self.name = name
         self.cache: Union[StaticCache, TimeCache, None] = None
@@ -87,6 +89,7 @@ def nanoseconds_of(time: Union[Time, TimeMsg, Duration, DurationMsg]) -> int:
 
     Raises:
         TypeError: It is neither.
+
     """
     try:
         return time.nanoseconds
@@ -109,6 +112,7 @@ def compose(outer: Transform, inner: Transform) -> Transform:
 
     Returns:
         Both as one.
+
     """
     x, y, z, qx, qy, qz, qw = outer
     ix, iy, iz, px, py, pz, pw = inner
@@ -134,6 +138,7 @@ def invert(transform: Transform) -> Transform:
 
     Returns:
         Its inverse.
+
     """
     x, y, z, qx, qy, qz, qw = transform
     inverse = (0.0, 0.0, 0.0, -qx, -qy, -qz, qw)
@@ -153,6 +158,7 @@ class BufferCore:
 
         Args:
             cache_time: How far each frame's transforms go back; 10 s if None.
+
         """
         self._cache_time = (
             _DEFAULT_CACHE_TIME if cache_time is None else nanoseconds_of(cache_time))
@@ -167,6 +173,7 @@ class BufferCore:
         Args:
             transform: The pose of a child frame in a frame at a time.
             authority: Who says so.
+
         """
         self._set_transform(transform, authority, TimeCache)
 
@@ -177,6 +184,7 @@ class BufferCore:
         Args:
             transform: The pose of a child frame in a frame.
             authority: Who says so.
+
         """
         self._set_transform(transform, authority, StaticCache)
 
@@ -199,6 +207,7 @@ class BufferCore:
 
         Returns:
             Whether there is, and if not, why.
+
         """
         nanoseconds = nanoseconds_of(time)
         with self._changed:
@@ -219,6 +228,7 @@ class BufferCore:
 
         Returns:
             Whether there is, and if not, why.
+
         """
         target_nanoseconds = nanoseconds_of(target_time)
         source_nanoseconds = nanoseconds_of(source_time)
@@ -241,6 +251,7 @@ class BufferCore:
 
         Raises:
             TransformException: There is none.
+
         """
         nanoseconds = nanoseconds_of(time)
         with self._changed:
@@ -265,6 +276,7 @@ class BufferCore:
 
         Raises:
             TransformException: There is none.
+
         """
         target_nanoseconds = nanoseconds_of(target_time)
         source_nanoseconds = nanoseconds_of(source_time)
@@ -289,6 +301,7 @@ class BufferCore:
 
         Raises:
             TransformException: There is none.
+
         """
         with self._changed:
             target = self._known('get_latest_common_time', target_frame)
@@ -308,6 +321,7 @@ class BufferCore:
 
         Returns:
             A line for each frame that has a parent.
+
         """
         with self._changed:
             return self._all_frames_as_string()
@@ -319,6 +333,7 @@ class BufferCore:
         Returns:
             A YAML map from each frame that has a parent to the parent, the sender of its last
             transform, and the transforms' rate and times.
+
         """
         with self._changed:
             if not self._frames:
@@ -346,6 +361,7 @@ class BufferCore:
         Args:
             condition: What to wait for.
             timeout: For how long at most, in s.
+
         """
         with self._changed:
             self._waiting += 1
@@ -363,6 +379,7 @@ class BufferCore:
             transform: The pose of a child frame in a frame.
             authority: Who says so.
             cache_type: The class of the child frame's cache.
+
         """
         header = transform.header
         stamp = header.stamp
@@ -417,6 +434,7 @@ class BufferCore:
             authority: Who sent it.
             translation: The child's position.
             rotation: The child's orientation.
+
         """
         logger = get_logger('tf2')
         if child == parent:
@@ -451,6 +469,7 @@ class BufferCore:
         Raises:
             InvalidArgumentException: No frame can be named so.
             LookupException: No frame is named so.
+
         """
         frame = self._frames.get(name)
         if frame is None:
@@ -474,6 +493,7 @@ class BufferCore:
 
         Returns:
             The reason; empty if it can be found.
+
         """
         if name in self._frames:
             return ''
@@ -496,6 +516,7 @@ class BufferCore:
 
         Returns:
             Whether there is, and if not, why.
+
         """
         if target_name == source_name:
             return True, ''
@@ -523,6 +544,7 @@ class BufferCore:
 
         Returns:
             Whether there is, and if not, why.
+
         """
         reason = (self._why_unknown('target_frame', target_name)
                   or self._why_unknown('source_frame', source_name)
@@ -548,6 +570,7 @@ class BufferCore:
 
         Raises:
             TransformException: There is none.
+
         """
         if target_name == source_name:
             # tf2 has it so for frames that it does not know, too.
@@ -573,6 +596,7 @@ class BufferCore:
 
         Raises:
             TransformException: There is none.
+
         """
         if time == 0:
             time = self._latest_common_time(target, source)
@@ -633,6 +657,7 @@ class BufferCore:
 
         Raises:
             TransformException: The frames are not connected.
+
         """
         # The latest time on the way from the source to each frame above it; static transforms
         # do not limit it.
@@ -682,6 +707,7 @@ class BufferCore:
 
         Returns:
             The exception.
+
         """
         return LookupException('The tf tree is invalid because it contains a loop.\n'
                                f'{self._all_frames_as_string()}\n')
@@ -698,6 +724,7 @@ class BufferCore:
 
         Returns:
             The exception.
+
         """
         return ExtrapolationException(f'{gap}, when looking up transform from frame '
                                       f'[{source.name}] to frame [{target.name}]')
@@ -713,6 +740,7 @@ class BufferCore:
 
         Returns:
             The exception.
+
         """
         return ConnectivityException(
             f"Could not find a connection between '{target.name}' and '{source.name}' because "
@@ -724,6 +752,7 @@ class BufferCore:
 
         Returns:
             A line for each frame that has a parent.
+
         """
         text = ''
         for frame in self._frames.values():
@@ -747,6 +776,7 @@ class BufferCore:
 
         Returns:
             The message.
+
         """
         x, y, z, qx, qy, qz, qw = transform
         message = TransformStamped()

@@ -42,6 +42,7 @@ class StaticTransformBroadcaster:
             node: The node that publishes.
             qos: The publisher's QoS or its depth; reliable and transient local with depth 1 if
                 None.
+
         """
         if qos is None:
             qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -56,6 +57,7 @@ class StaticTransformBroadcaster:
 
         Args:
             transform: A transform, or several.
+
         """
         for item in as_list(transform):
             if item.child_frame_id not in self._child_frame_ids:

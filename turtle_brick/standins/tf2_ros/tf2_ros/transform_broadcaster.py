@@ -34,6 +34,7 @@ def as_list(transform: Union[TransformStamped, Iterable[TransformStamped]]
 
     Returns:
         Them as a list.
+
     """
     if isinstance(transform, list):
         return transform
@@ -50,6 +51,7 @@ class TransformBroadcaster:
         Args:
             node: The node that publishes.
             qos: The publisher's QoS or its depth; reliable with depth 100 if None.
+
         """
         if qos is None:
             qos = QoSProfile(depth=100)
@@ -62,5 +64,6 @@ class TransformBroadcaster:
 
         Args:
             transform: A transform, or several.
+
         """
         self.pub_tf.publish(TFMessage(transforms=as_list(transform)))

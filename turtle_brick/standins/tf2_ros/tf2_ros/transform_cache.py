@@ -46,6 +46,7 @@ def display_time(time: int) -> str:
 
     Returns:
         The time in s with six decimals.
+
     """
     seconds, nanoseconds = divmod(time, 1_000_000_000)
     return f'{seconds + 1e-9 * nanoseconds:.6f}'
@@ -64,6 +65,7 @@ def canonical(x: float, y: float, z: float, w: float) -> Rotation:
     Returns:
         The unit quaternion of the same rotation with a positive w, if that exceeds 1/2, or else
         with a positive largest component of x, y and z.
+
     """
     xx, yy, zz, ww = x * x, y * y, z * z, w * w
     square = xx + yy + zz + ww
@@ -90,6 +92,7 @@ def interpolate(one: Entry, two: Entry, ratio: float) -> Entry:
 
     Returns:
         The translation on the straight line and the rotation on the shortest arc between them.
+
     """
     parent, x1, y1, z1, qx1, qy1, qz1, qw1 = one
     _, x2, y2, z2, qx2, qy2, qz2, qw2 = two
@@ -129,6 +132,7 @@ class StaticCache:
 
         Returns:
             True.
+
         """
         self._entry = entry
         return True
@@ -142,6 +146,7 @@ class StaticCache:
 
         Returns:
             The transform.
+
         """
         return self._entry
 
@@ -151,6 +156,7 @@ class StaticCache:
 
         Returns:
             Zero, which limits no common time, and the parent.
+
         """
         return 0, self._entry[0]
 
@@ -169,6 +175,7 @@ class TimeCache:
 
         Args:
             max_age: How far to look back from the latest transform, in ns.
+
         """
         self._max_age = max_age
         # Both in the order of time, and valid from start on: what has expired before it is
@@ -184,6 +191,7 @@ class TimeCache:
 
         Returns:
             Their number.
+
         """
         return len(self._times) - self._start
 
@@ -194,6 +202,7 @@ class TimeCache:
 
         Returns:
             The time in ns; zero if there is no transform.
+
         """
         return self._times[-1] if self._times else 0
 
@@ -204,6 +213,7 @@ class TimeCache:
 
         Returns:
             The time in ns; zero if there is no transform.
+
         """
         return self._times[self._start] if self._times else 0
 
@@ -217,6 +227,7 @@ class TimeCache:
 
         Returns:
             Whether it was recent enough.
+
         """
         times = self._times
         if not times:
@@ -261,6 +272,7 @@ class TimeCache:
 
         Raises:
             NoDataError: The time is not covered by the cache.
+
         """
         times = self._times
         if not times:
@@ -297,6 +309,7 @@ class TimeCache:
 
         Returns:
             The time in ns and the parent; zero and None if there is no transform.
+
         """
         return (self._times[-1], self._entries[-1][0]) if self._times else (0, None)
 

@@ -46,6 +46,7 @@ class TransformListener:
             qos: QoS or depth for /tf; reliable with depth 100 if None.
             static_qos: The same for /tf_static; transient local as well if None.
             static_only: Whether to leave out /tf.
+
         """
         if qos is None:
             qos = QoSProfile(depth=100)
@@ -83,6 +84,7 @@ class TransformListener:
 
         Args:
             data: Transforms of moving frames.
+
         """
         set_transform = self.buffer.set_transform
         for transform in data.transforms:
@@ -94,6 +96,7 @@ class TransformListener:
 
         Args:
             data: Transforms of frames that do not move.
+
         """
         for transform in data.transforms:
             self.buffer.set_transform_static(transform, _AUTHORITY)

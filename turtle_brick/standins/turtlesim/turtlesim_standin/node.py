@@ -37,6 +37,7 @@ Parameters:
 
 There is no window and no canvas. Left out are therefore color_sensor, set_pen, clear and the
 parameters background_r, background_g and background_b; and the action rotate_absolute.
+
 """
 
 from typing import Any
@@ -46,16 +47,15 @@ from typing import Optional
 
 from geometry_msgs.msg import Twist
 from rcl_interfaces.msg import ParameterDescriptor
-import rclpy
 from rclpy.clock import Clock
 from rclpy.clock import ClockType
 from rclpy.exceptions import InvalidTopicNameException
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from rclpy.validate_topic_name import validate_topic_name
 from std_srvs.srv import Empty
+from turtle_brick.node_tools import run
 from turtle_brick.turtlesim_kinematics import Pose
 from turtle_brick.turtlesim_kinematics import QUEUE_DEPTH
 from turtle_brick.turtlesim_kinematics import TICK
@@ -79,6 +79,7 @@ class TurtleTopics:
             node: The node that they belong to.
             name: The turtle's name, with which theirs begin.
             turtle: The turtle that they read and move.
+
         """
         self._node = node
         self._turtle = turtle
@@ -102,6 +103,7 @@ class TurtleTopics:
 
         Args:
             pose: The pose.
+
         """
         message = self._message
         # A resting turtle has the very same pose again.
@@ -124,6 +126,7 @@ class TurtleTopics:
 
         Args:
             twist: The command.
+
         """
         self._turtle.command(twist.linear.x, twist.linear.y, twist.angular.z)
 
@@ -138,6 +141,7 @@ class TurtleTopics:
 
         Returns:
             The response.
+
         """
         self._turtle.teleport_absolute(request.x, request.y, request.theta)
         return response
@@ -153,6 +157,7 @@ class TurtleTopics:
 
         Returns:
             The response.
+
         """
         self._turtle.teleport_relative(request.linear, request.angular)
         return response
@@ -167,6 +172,7 @@ class TurtleSimNode(Node):
 
         Args:
             node_arguments: Further arguments of rclpy's Node, such as a namespace.
+
         """
         super().__init__('turtlesim', **node_arguments)
         self.declare_parameter('holonomic', False, ParameterDescriptor(
@@ -189,6 +195,7 @@ class TurtleSimNode(Node):
 
         Returns:
             The time in s.
+
         """
         return self.get_clock().now().nanoseconds * 1e-9
 
@@ -207,6 +214,7 @@ class TurtleSimNode(Node):
 
         Args:
             parameters: Some of the node's parameters.
+
         """
         for parameter in parameters:
             if parameter.name == 'holonomic':
@@ -218,6 +226,7 @@ class TurtleSimNode(Node):
 
         Args:
             name: Its name.
+
         """
         turtle = self._sim.turtles[name]
         self._topics[name] = TurtleTopics(self, name, turtle)
@@ -234,6 +243,7 @@ class TurtleSimNode(Node):
 
         Returns:
             The response.
+
         """
         try:
             validate_topic_name(f'{request.name or "turtle"}/pose')
@@ -258,6 +268,7 @@ class TurtleSimNode(Node):
 
         Returns:
             The response.
+
         """
         if self._sim.kill(request.name):
             self._topics.pop(request.name).close()
@@ -276,6 +287,7 @@ class TurtleSimNode(Node):
 
         Returns:
             The response.
+
         """
         self.get_logger().info('Resetting turtlesim.')
         self._sim.reset(self._now())
@@ -286,21 +298,15 @@ class TurtleSimNode(Node):
         return response
 
 
-def main(args: Optional[List[str]] = None) -> None:
+def main(args: Optional[List[str]] = None) -> int:
     """
     Run the node until it is told to end.
 
     Args:
-        args: The command line; the process's own if None.
+        args: The command line, with the program's name first; the process's own if None.
+
+    Returns:
+        The exit status.
+
     """
-    node = None
-    try:
-        rclpy.init(args=args)
-        node = TurtleSimNode()
-        rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
+    return run(TurtleSimNode, args)
