@@ -102,9 +102,9 @@ def step(what: str) -> Iterator[None]:
     Args:
         what: The step, in a few words.
     """
-    say(f'  {what} ...', end='')
     start = time.monotonic()
     try:
+        say(f'  {what} ...', end='')
         yield
     except BaseException:
         say('')
@@ -112,9 +112,13 @@ def step(what: str) -> Iterator[None]:
     say(f' {time.monotonic() - start:.0f} s')
 
 
+# Locks that every command inherits: one that outlives this process by force still holds them.
+locks: list[int] = []
+
+
 def run(command: list[str], env: dict[str, str]) -> tuple[int, str]:
     """
-    Run a command in a process group of its own, which does not outlive this process.
+    Run a command in a process group of its own, which an interruption ends at once.
 
     Args:
         command: The program and its arguments.
@@ -125,7 +129,8 @@ def run(command: list[str], env: dict[str, str]) -> tuple[int, str]:
     """
     with subprocess.Popen(command, cwd=TOP, env=env, stdin=subprocess.DEVNULL,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                          errors='replace', start_new_session=True) as process:
+                          errors='replace', start_new_session=True,
+                          pass_fds=locks) as process:
         try:
             output, _ = process.communicate()
         except BaseException:
@@ -240,8 +245,10 @@ def alone() -> Iterator[None]:
             fcntl.flock(folder, fcntl.LOCK_EX)
         except OSError:
             pass  # a file system that cannot lock a folder (NFS): go on without
+        locks.append(folder)
         yield
     finally:
+        locks.clear()
         os.close(folder)
 
 

@@ -24,6 +24,7 @@ The fixture `domain_id` (conftest.py) gives a test a ROS domain that nobody else
 
 from __future__ import annotations
 
+import codecs
 import contextlib
 import os
 from pathlib import Path
@@ -37,6 +38,7 @@ import time
 from typing import Any
 from typing import Callable
 from typing import Iterator
+from typing import Mapping
 from typing import Sequence
 from typing import TypeVar
 
@@ -379,36 +381,43 @@ def executable(package: str, name: str) -> str:
 class NodeProcess:
     """A process, with what it prints."""
 
-    def __init__(self, command: Sequence[str], domain_id: int) -> None:
+    def __init__(self, command: Sequence[str], domain_id: int,
+                 environment: Mapping[str, str] = {}) -> None:
         """
         Start it.
 
         Args:
             command: the program and its arguments
             domain_id: the ROS domain it is in
+            environment: further variables, besides those of this process
 
         """
         self.command = list(command)
         self._printed = threading.Condition()
-        self._lines: list[str] = []
+        self._text = ''
         self._popen = subprocess.Popen(
             self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, text=True, errors='replace', start_new_session=True,
-            env={**os.environ, 'ROS_DOMAIN_ID': str(domain_id), 'PYTHONUNBUFFERED': '1'})
+            stderr=subprocess.STDOUT, start_new_session=True,
+            env={**os.environ, **environment, 'ROS_DOMAIN_ID': str(domain_id),
+                 'PYTHONUNBUFFERED': '1'})
         self._reader = threading.Thread(target=self._read, name='output', daemon=True)
         self._reader.start()
 
     def _read(self) -> None:
-        for line in self._popen.stdout:
+        decoder = codecs.getincrementaldecoder('utf-8')('replace')
+        while True:
+            chunk = os.read(self._popen.stdout.fileno(), 65536)
             with self._printed:
-                self._lines.append(line)
+                self._text += decoder.decode(chunk, final=not chunk)
                 self._printed.notify_all()
+            if not chunk:
+                return
 
     @property
     def output(self) -> str:
         """Return what it has printed so far, standard error included."""
         with self._printed:
-            return ''.join(self._lines)
+            return self._text
 
     @property
     def running(self) -> bool:
@@ -434,14 +443,14 @@ class NodeProcess:
         with self._printed:
             while True:
                 ended = not self._reader.is_alive()
-                found = re.search(pattern, ''.join(self._lines))
+                found = re.search(pattern, self._text)
                 if found:
                     return found
                 left = deadline - time.monotonic()
                 if left <= 0.0 or ended:
                     raise TimeoutError(
                         f'{self.command} {"ended" if ended else f"ran {timeout:g} s"} without '
-                        f'printing {pattern!r}; it printed:\n' + ''.join(self._lines))
+                        f'printing {pattern!r}; it printed:\n{self._text}')
                 self._printed.wait(min(left, GLANCE))
 
     def wait(self, timeout: float) -> int:
