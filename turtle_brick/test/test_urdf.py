@@ -164,7 +164,6 @@ def robot() -> Robot:
 
 
 def test_tree_is_the_one_of_the_assignment(robot):
-    assert set(robot.links) == {'base_link', 'stem', 'wheel', 'post', 'platform'}
     tree = {name: (joint.get('type'), joint.find('parent').get('link'),
                    joint.find('child').get('link'),
                    None if joint.find('axis') is None else joint.find('axis').get('xyz'))
@@ -174,27 +173,45 @@ def test_tree_is_the_one_of_the_assignment(robot):
         'wheel_joint': ('continuous', 'stem', 'wheel', '0 1 0'),
         'post_joint': ('fixed', 'base_link', 'post', None),
         'platform_joint': ('continuous', 'post', 'platform', '0 1 0'),
+        # Adornments.
+        'eyes_joint': ('fixed', 'base_link', 'eyes', None),
+        'pupils_joint': ('fixed', 'base_link', 'pupils', None),
+        'lamp_joint': ('fixed', 'stem', 'lamp', None),
+        'rim_joint': ('fixed', 'wheel', 'rim', None),
+        'spokes_joint': ('fixed', 'wheel', 'spokes', None),
+        'mark_joint': ('fixed', 'wheel', 'mark', None),
     }
+    assert set(robot.links) == {'base_link'} | {child for _, _, child, _ in tree.values()}
 
 
 def test_links_are_the_shapes_of_the_assignment(robot):
     shapes = {'base_link': 'box', 'stem': 'cylinder', 'wheel': 'cylinder',
               'post': 'cylinder', 'platform': 'cylinder'}
     for link, tag in shapes.items():
-        for kind in ('visual', 'collision'):
-            geometry, _ = next(robot.shapes(link, (kind,)))
-            assert geometry.tag == tag
+        geometry, _ = next(robot.shapes(link))
+        assert geometry.tag == tag
     side = {float(part) for part in next(robot.shapes('base_link'))[0].get('size').split()}
     assert len(side) == 1, 'a cube'
+
+
+def test_what_is_seen_is_solid(robot):
+    for link in robot.links:
+        seen, solid = ([(geometry.tag, geometry.attrib, [*pose.matrix.flat, *pose.offset])
+                        for geometry, pose in robot.shapes(link, (kind,))]
+                       for kind in ('visual', 'collision'))
+        assert seen == solid
+        assert seen
 
 
 def test_every_link_has_its_own_colour(robot):
     colours = {material.get('name'): material.find('color').get('rgba')
                for material in robot.root.findall('material')}
-    used = [colours[link.find('visual/material').get('name')] for link in robot.links.values()]
-    assert len(set(used)) == len(used)
-    for material in robot.root.findall('link/visual/material'):
-        assert material.get('name') in colours
+    used = []
+    for link in robot.links.values():
+        # rviz paints all of a link in the colour of its first shape.
+        (name,) = {material.get('name') for material in link.findall('visual/material')}
+        used.append(colours[name])
+    assert len(set(used)) == len(used) == len(colours)
 
 
 def test_no_shape_is_empty(robot):
@@ -239,8 +256,11 @@ def test_geometry_follows_from_the_parameters(tmp_path):
 
         for turn in (0.0, 0.4, 1.0, 2.0, -3.0):
             angles = {'stem_joint': turn, 'wheel_joint': 2.7 * turn}
-            assert -robot.extent('wheel', down, **angles) == pytest.approx(0, abs=1e-9)
-            assert robot.extent('wheel', down, ('visual',), **angles) == pytest.approx(0, abs=1e-9)
+            for kind in ('visual', 'collision'):
+                assert robot.extent('wheel', down, (kind,), **angles) == pytest.approx(
+                    0, abs=1e-9)
+            for adornment in ('rim', 'spokes', 'mark'):
+                assert robot.extent(adornment, down, **angles) < 0, 'above the ground'
         assert robot.extent('wheel', up) == pytest.approx(chassis.wheel_top, abs=1e-9)
         assert robot.pose('wheel').offset == pytest.approx((0, 0, values['wheel_radius']))
 
@@ -268,12 +288,18 @@ def test_geometry_follows_from_the_parameters(tmp_path):
         assert robot.extent('stem', up) == pytest.approx(chassis.cube_bottom, abs=1e-9)
         assert -robot.extent('stem', down) < values['wheel_radius']
         assert -robot.extent('stem', down) > 0
+        assert robot.extent('eyes', up) < top
+        assert robot.extent('pupils', up) < top
+        assert robot.extent('lamp', up) < chassis.cube_bottom
+        assert -robot.extent('lamp', down) > chassis.wheel_top
+
         # Under the fork's crown and between its blades the wheel turns freely.
+        widest = max(robot.extent(link, (0, 1, 0)) for link in ('wheel', 'rim', 'spokes', 'mark'))
         for geometry, origin in robot.shapes('stem'):
             pose = robot.pose('stem') @ origin
             above = -reach(geometry, pose, np.array(down)) - chassis.wheel_top
-            left = -reach(geometry, pose, np.array((0, -1, 0))) - robot.extent('wheel', (0, 1, 0))
-            right = -reach(geometry, pose, np.array((0, 1, 0))) - robot.extent('wheel', (0, -1, 0))
+            left = -reach(geometry, pose, np.array((0, -1, 0))) - widest
+            right = -reach(geometry, pose, np.array((0, 1, 0))) - widest
             assert max(above, left, right) > 0, geometry.attrib
 
 
