@@ -39,6 +39,8 @@ from typing import Optional
 from typing import Sequence
 from typing import Tuple
 
+from ament_index_python.packages import get_package_share_path
+from ament_index_python.packages import PackageNotFoundError
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
 from std_srvs.srv import Trigger
@@ -348,15 +350,27 @@ def main(args: Optional[Sequence[str]] = None) -> int:
     parser.add_argument(
         '--seed', type=int, default=1, metavar='N', help='of the random bricks (default: 1)')
     parser.add_argument(
+        '--no-view', action='store_true', help='do not show the graph in a browser')
+    parser.add_argument(
+        '--rviz', action='store_true', help='show it in rviz2, where that is installed')
+    parser.add_argument(
         '--verbose', action='store_true', help='show what the nodes log, not just warnings')
     options = parser.parse_args(args)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         parameters = load()
         with Graph(quiet=not options.verbose) as graph:
+            if options.rviz:
+                graph.add_process('rviz2', 'rviz2', '-d', str(
+                    get_package_share_path('turtle_brick') / 'config' / 'turtle_arena.rviz'))
+            elif not options.no_view:
+                graph.add_process('turtle_brick', 'viewer', silent=False)
             return play(Match(graph, parameters), options)
     except KeyboardInterrupt:
         return 0
+    except PackageNotFoundError as error:
+        print(f'demo: the package {error} is not installed here', file=sys.stderr)
+        return 1
     except (ParameterError, TimeoutError, ValueError) as error:
         print(f'demo: {error}', file=sys.stderr)
         return 1

@@ -61,7 +61,7 @@ class Child:
     """A ROS executable in a process of its own."""
 
     def __init__(self, package: str, executable: str, arguments: Sequence[str],
-                 environment: Dict[str, str]) -> None:
+                 environment: Dict[str, str], silent: bool = True) -> None:
         """
         Start it.
 
@@ -70,12 +70,16 @@ class Child:
             executable: its name
             arguments: its command line
             environment: variables to set for it, besides those of this process
+            silent: whether what it prints is of no interest
+
+        Raises:
+            LookupError: there is no such package
 
         """
         path = Path(get_package_prefix(package), 'lib', package, executable)
         self._process = subprocess.Popen(
             [str(path), *arguments], env={**os.environ, **environment},
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL if silent else None,
             # A Ctrl-C is for the process that started it, which then ends this one in order.
             start_new_session=True)
 
@@ -193,6 +197,33 @@ class Graph:
         from turtle_brick.catcher import CatcherNode
         return self.add(CatcherNode)
 
+    def add_process(self, package: str, executable: str, *arguments: str,
+                    silent: bool = True) -> None:
+        """
+        Start an executable that belongs to the graph, in a process of its own.
+
+        Args:
+            package: the package it belongs to
+            executable: its name
+            arguments: its command line
+            silent: whether what it prints is of no interest
+
+        Raises:
+            LookupError: there is no such package
+
+        """
+        environment = {}
+        if not os.environ.get('DISPLAY'):
+            environment['QT_QPA_PLATFORM'] = 'offscreen'
+        if self.domain_id is not None:
+            environment['ROS_DOMAIN_ID'] = str(self.domain_id)
+        ros_arguments = [*self._log_level]
+        if self.namespace:
+            ros_arguments += ['-r', f'__ns:={self.namespace}']
+        if ros_arguments:
+            arguments = (*arguments, '--ros-args', *ros_arguments)
+        self._children.append(Child(package, executable, arguments, environment, silent))
+
     def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
         """
         Let the nodes work until a condition holds.
@@ -246,12 +277,5 @@ class Graph:
         if find_spec(module.partition('.')[0]) is not None:
             return self.add(getattr(importlib.import_module(module), node_type), *arguments,
                             parameters=False)
-        environment = {}
-        if not os.environ.get('DISPLAY'):
-            environment['QT_QPA_PLATFORM'] = 'offscreen'
-        if self.domain_id is not None:
-            environment['ROS_DOMAIN_ID'] = str(self.domain_id)
-        remap = ['-r', f'__ns:={self.namespace}'] if self.namespace else []
-        self._children.append(Child(
-            package, executable, ['--ros-args', *remap, *arguments, *self._log_level], environment))
+        self.add_process(package, executable, '--ros-args', *arguments)
         return None
