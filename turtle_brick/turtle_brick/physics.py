@@ -79,6 +79,7 @@ class World:
         self._size: Vector = (0.0, 0.0, 0.0)
         self._thickness = 0.0
         self._platform: Optional[Pose] = None
+        self._level = False
         self._steps_fallen = 0
         self.brick = brick
 
