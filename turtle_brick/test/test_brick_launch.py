@@ -28,7 +28,7 @@ from test_cmd_vel_rate import assert_cmd_vel_at_100_hz
 
 pytest.importorskip('launch_testing', reason='launch_testing is not installed (not on PyPI)')
 
-from launch import LaunchDescription  # noqa: E402
+from launch import LaunchDescription  # noqa: E402, I100
 from launch.substitutions import PathJoinSubstitution  # noqa: E402
 from launch_ros.actions import Node  # noqa: E402
 from launch_ros.substitutions import FindPackageShare  # noqa: E402

@@ -234,7 +234,7 @@ def test_in_a_namespace(domain_id):
         arena = Arena(graph)
         assert arena.referee.place_client.service_name == '/left/place'
         topics = {name for name, _ in arena.witness.get_topic_names_and_types()}
-        assert {'/left/cmd_vel', '/cmd_vel', '/odom', '/goal_pose', '/turtle1/pose'} & topics == set()
+        assert not {'/cmd_vel', '/odom', '/goal_pose', '/tilt', '/turtle1/pose'} & topics
         assert {'/left/turtle1/cmd_vel', '/left/odom', '/left/joint_states', '/left/goal_pose',
                 '/left/walls', '/left/brick_marker', '/left/tilt', '/tf'} <= topics
         outcome = arena.drop((6.5, 6.5, 7.0))

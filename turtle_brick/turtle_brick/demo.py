@@ -258,8 +258,8 @@ class Match:
             carried_to = (self.robot.driver.pose.x, self.robot.driver.pose.y)
             self.say(f'at the centre, ({carried_to[0]:.3f}, {carried_to[1]:.3f}): tilting')
             tilted = monotonic()
-            spin(lambda: world.phase is not Phase.RIDING or catcher.state is State.WAITING, longest,
-                 'the brick slides off')
+            spin(lambda: world.phase is not Phase.RIDING or catcher.state is State.WAITING,
+                 longest, 'the brick slides off')
             slide_time = monotonic() - tilted
             self.say(f'the brick is {world.phase.value} at '
                      '({:.2f}, {:.2f}, {:.2f})'.format(*world.brick))

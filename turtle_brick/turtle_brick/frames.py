@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What the nodes share about TF: the frames' names, poses as messages and back, news of a frame."""
+"""What the nodes share about TF: frame names, poses as messages and back, news of a frame."""
 
 from typing import Callable
 from typing import Optional

@@ -120,8 +120,8 @@ class Graph:
         self.domain_id = domain_id
         self.context = Context()
         self._log_level = ['--log-level', 'warn'] if quiet else []
-        rclpy.init(args=['--ros-args', *self._log_level], context=self.context, domain_id=domain_id,
-                   signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=['--ros-args', *self._log_level], context=self.context,
+                   domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.nodes: List[Node] = []
         self._children: List[Child] = []
