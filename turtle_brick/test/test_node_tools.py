@@ -212,6 +212,15 @@ def test_signal_before_rclpy_is_up_ends_it_quietly(start, number):
     assert start(before=before).end() == (0, [])
 
 
+def test_idle_node_ends_when_its_context_is_shut_down_without_a_word(start):
+    # That is how a signal looks to an executor that rclpy has woken a moment too early.
+    tick = ('self.timer.cancel()\n'
+            '        import threading\n'
+            '        handle = rclpy.get_default_context().handle\n'
+            '        threading.Timer(0.2, handle.shutdown).start()')
+    assert start(tick=tick).end() == (0, [])
+
+
 def test_shutdown_from_within_ends_it_quietly(start):
     assert start(tick='rclpy.shutdown()').end() == (0, [])
 

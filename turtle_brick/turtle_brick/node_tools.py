@@ -29,6 +29,8 @@ from rcl_interfaces.msg import ParameterDescriptor
 import rclpy
 from rclpy._rclpy_pybind11 import RCLError
 from rclpy._rclpy_pybind11 import UnknownROSArgsError
+from rclpy.clock import Clock
+from rclpy.clock import ClockType
 from rclpy.exceptions import InvalidHandle
 from rclpy.exceptions import NotInitializedException
 from rclpy.executors import ExternalShutdownException
@@ -39,6 +41,9 @@ from turtle_brick.parameters import meaning
 from turtle_brick.parameters import MissingParameterError
 from turtle_brick.parameters import ParameterError
 from turtle_brick.parameters import Parameters
+
+SLEEP_TIME = 0.5
+"""How long (s) a node without any work sleeps before it looks whether it is to end."""
 
 
 def declare_parameters(node: Node) -> Parameters:
@@ -135,6 +140,11 @@ def run(node_type: Callable[[], Node], args: Sequence[str] | None = None) -> int
             return _complain(node_type, f'unknown ROS arguments {error}')
         interrupts.handled_by_rclpy = True
         node = node_type()
+        # On a signal rclpy wakes the executor first and shuts the context down next. An executor
+        # that looks at the context in between goes back to sleep; this wakes it again, where
+        # nothing else in the node would.
+        node.create_timer(
+            SLEEP_TIME, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
         rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
