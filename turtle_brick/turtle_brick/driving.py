@@ -348,8 +348,10 @@ def travel_time(distance: float, radius: float, max_velocity: float) -> float:
     """
     if distance <= radius:
         return 0.0
+    least = (distance - radius) / max_velocity
     stretch = max_velocity * TICK / APPROACH
-    cruise = max(distance - max(radius, stretch), 0.0) / max_velocity
     if radius >= stretch:
-        return cruise
-    return cruise + TICK * log(min(distance, stretch) / radius) / -log(1.0 - APPROACH)
+        return least
+    cruise = max(distance - stretch, 0.0) / max_velocity
+    approach = TICK * log(min(distance, stretch) / radius) / -log(1.0 - APPROACH)
+    return max(least, cruise + approach)
