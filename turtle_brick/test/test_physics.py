@@ -1,0 +1,972 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+physics.World against closed forms, an integration of its own and laws under random input.
+
+What a platform's axes are, how far a rectangle is from a point and where a brick must be are
+computed here by hand, not by the modules under test.
+"""
+
+import inspect
+from math import cos
+from math import floor
+from math import hypot
+from math import inf
+from math import isfinite
+from math import nan
+from math import pi
+from math import sin
+from math import sqrt
+
+from hypothesis import assume
+from hypothesis import example
+from hypothesis import given
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import initialize
+from hypothesis.stateful import invariant
+from hypothesis.stateful import precondition
+from hypothesis.stateful import rule
+from hypothesis.stateful import RuleBasedStateMachine
+import pytest
+from turtle_brick.geometry import Pose
+from turtle_brick.physics import CONTACT_TOLERANCE
+from turtle_brick.physics import LEVEL_TOLERANCE
+from turtle_brick.physics import Phase
+from turtle_brick.physics import World
+
+GRAVITY = 9.81
+RADIUS = 0.5
+DT = 0.004
+SIZE = (0.4, 0.2, 0.12)
+LIFT = SIZE[2] / 2.0
+THICKNESS = 0.04
+HINGE = 3.0
+TOP = HINGE + THICKNESS
+
+PLACES = {
+    Phase.HOVERING: 'hovering',
+    Phase.FALLING: 'already falling',
+    Phase.RIDING: 'on the platform',
+    Phase.FLOATING: 'floating',
+    Phase.GROUNDED: 'on the ground',
+}
+
+
+def law(examples):
+    """Check so many random cases, the same ones every time."""
+    return settings(max_examples=examples, derandomize=True, deadline=None)
+
+
+headings = st.floats(-pi, pi)
+coordinates = st.floats(-20.0, 20.0)
+gravities = st.floats(0.5, 30.0)
+time_steps = st.sampled_from((0.002, 0.004, 0.01, 0.0333))
+tilts = st.builds(lambda angle, sign: sign * angle,
+                  st.floats(0.1, 1.5), st.sampled_from((1.0, -1.0)))
+
+
+@st.composite
+def discs(draw, radius):
+    """Draw a point within a radius of the origin."""
+    distance, angle = radius * sqrt(draw(st.floats(0.0, 0.999))), draw(headings)
+    return distance * cos(angle), distance * sin(angle)
+
+
+# -------------------------------------------------------------------- a platform and a brick on it
+
+def axes_of(yaw, tilt):
+    """Return the axes of a platform in the world: turned to the left, then lowered in front."""
+    return ((cos(tilt) * cos(yaw), cos(tilt) * sin(yaw), -sin(tilt)),
+            (-sin(yaw), cos(yaw), 0.0),
+            (sin(tilt) * cos(yaw), sin(tilt) * sin(yaw), cos(tilt)))
+
+
+def quaternion_of(yaw, tilt):
+    """Return the same rotation as a quaternion (x, y, z, w)."""
+    a, b = yaw / 2.0, tilt / 2.0
+    return (-sin(a) * sin(b), cos(a) * sin(b), sin(a) * cos(b), cos(a) * cos(b))
+
+
+def pose_of(x=0.0, y=0.0, yaw=0.0, tilt=0.0):
+    """Return the pose of a platform's frame, at the hinge."""
+    return Pose((x, y, HINGE), quaternion_of(yaw, tilt))
+
+
+def on_platform(place, x, y, yaw, tilt):
+    """Return the world's coordinates of the centre of a brick at a place on a platform."""
+    ex, ey, normal = axes_of(yaw, tilt)
+    (u, v), w = place, THICKNESS + LIFT
+    return tuple(origin + u * a + v * b + w * c
+                 for origin, a, b, c in zip((x, y, HINGE), ex, ey, normal))
+
+
+def upright_of(quaternion):
+    """Return the direction of a frame's z axis: the third column of its rotation matrix."""
+    x, y, z, w = quaternion
+    return (2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y))
+
+
+def forward_of(quaternion):
+    """Return the direction of a frame's x axis: the first column of its rotation matrix."""
+    x, y, z, w = quaternion
+    return (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y))
+
+
+def gap(one, other):
+    """Return the largest difference between two tuples of numbers, of equal length."""
+    assert len(one) == len(other)
+    return max(abs(a - b) for a, b in zip(one, other))
+
+
+def brick_in(brick, gravity=GRAVITY, dt=DT, radius=RADIUS, platform=None):
+    """Return a world with a brick that has a size, over a platform that has a thickness."""
+    world = World(brick, gravity, radius, dt)
+    world.size, world.thickness = SIZE, THICKNESS
+    world.platform = platform
+    return world
+
+
+def riding(place=(0.0, 0.0), x=0.0, y=0.0, yaw=0.0, **keywords):
+    """Return a world whose brick has come to rest on a level platform, with heading 0."""
+    above = on_platform(place, x, y, yaw, 0.0)
+    world = brick_in((above[0], above[1], above[2] + 0.02), platform=pose_of(x, y, yaw),
+                     **keywords)
+    world.release()
+    while world.phase is Phase.FALLING:
+        world.step()
+    assert world.phase is Phase.RIDING
+    return world
+
+
+def in_phase(phase):
+    """Return a world whose brick is in a phase, over a platform at the origin."""
+    if phase in (Phase.RIDING, Phase.FLOATING):
+        world = riding()
+        if phase is Phase.FLOATING:
+            world.platform = pose_of(tilt=0.7)
+            advance(world, Phase.RIDING)
+            world.platform = pose_of()
+    else:
+        world = brick_in((5.0, 5.0, 2.0), platform=pose_of())
+        if phase is not Phase.HOVERING:
+            world.release()
+            world.step()
+        if phase is Phase.GROUNDED:
+            advance(world, Phase.FALLING)
+    assert world.phase is phase
+    return world
+
+
+def advance(world, phase, limit=200_000):
+    """Let time pass as long as the brick is in a phase; return the locations on the way."""
+    locations = [world.brick]
+    while world.phase is phase:
+        assert len(locations) < limit
+        world.step()
+        locations.append(world.brick)
+    return locations
+
+
+# --------------------------------------------------------------------- the assignment's definition
+
+def words(text):
+    """Return the words of a docstring, however it is laid out."""
+    return ' '.join(text.split()).rstrip('.')
+
+
+@pytest.mark.parametrize(('member', 'signature', 'docstring'), [
+    (World.__init__, '(self, brick, gravity, radius, dt)', """
+        Initialize the world.
+
+        Args:
+          brick - The (x,y,z) location of the brick
+          gravity - the acceleration due to gravity in m/s^2
+          radius - the radius of the platform
+          dt - timestep in seconds of the physics simulation
+     """),
+    (World.brick.fget, '(self)', """
+        Get the brick's location.
+
+        Return:
+           (x,y,z) location of the brick
+     """),
+    (World.brick.fset, '(self, location)', """
+        Set the brick's location.
+
+        Args:
+          location - the (x,y,z) location of the brick
+     """),
+    (World.drop, '(self)', """
+        Update the brick's location by having it fall in gravity for one timestep
+     """),
+])
+def test_definition_is_that_of_the_assignment(member, signature, docstring):
+    assert str(inspect.signature(member)) == signature
+    assert words(member.__doc__) == words(docstring)
+
+
+def test_class_is_documented_as_in_the_assignment():
+    assert World.__doc__ == 'Keep track of the physics of the world.'
+
+
+def test_init_places_a_brick_that_hovers():
+    world = World((1.0, 2.0, 3.0), 9.81, 0.5, 0.004)
+    assert world.brick == (1.0, 2.0, 3.0)
+    assert world.phase is Phase.HOVERING
+    assert world.size == (0.0, 0.0, 0.0)
+    assert world.thickness == 0.0
+    assert world.platform is None
+    world.step()
+    assert world.brick == (1.0, 2.0, 3.0)
+
+
+def test_brick_is_a_tuple_of_floats_of_its_own():
+    """No list that is handed in, and nothing that is handed out, is the world's own."""
+    location = [1, 2, 3]
+    world = World(location, 9.81, 0.5, 0.004)
+    location[2] = 99
+    before = world.brick
+    assert before == (1.0, 2.0, 3.0)
+    assert type(before) is tuple
+    assert all(type(value) is float for value in before)
+    world.brick = location
+    location[0] = 99
+    assert world.brick == (1.0, 2.0, 99.0)
+    world.drop()
+    assert before == (1.0, 2.0, 3.0)
+    assert type(world.brick) is tuple
+
+
+def test_brick_on_a_platform_is_a_tuple_of_floats():
+    world = riding((0.1, 0.1))
+    world.platform = pose_of(tilt=0.3)
+    world.step()
+    assert type(world.brick) is tuple
+    assert all(type(value) is float for value in world.brick)
+
+
+@pytest.mark.parametrize('phase', Phase)
+def test_setter_stops_whatever_the_brick_does(phase):
+    world = in_phase(phase)
+    world.brick = (1.0, 2.0, 30.0)
+    assert world.phase is Phase.HOVERING
+    world.step()
+    assert world.brick == (1.0, 2.0, 30.0)
+    world.drop()
+    assert gap(world.brick, (1.0, 2.0, 30.0 - 0.5 * GRAVITY * DT ** 2)) <= 1e-12
+
+
+def test_drop_falls_for_one_timestep():
+    world = World((1.0, 2.0, 3.0), 10.0, 0.5, 0.1)
+    for expected in (2.95, 2.8, 2.55, 2.2):
+        world.drop()
+        assert gap(world.brick, (1.0, 2.0, expected)) <= 1e-12
+
+
+@pytest.mark.parametrize('phase', (Phase.RIDING, Phase.GROUNDED))
+def test_drop_leaves_alone_what_lies(phase):
+    world = in_phase(phase)
+    before = world.brick
+    world.drop()
+    assert world.brick == before
+    assert world.phase is phase
+
+
+# --------------------------------------------------------------------------------------- bad input
+
+@pytest.mark.parametrize('phase', Phase)
+@pytest.mark.parametrize(('location', 'value'), [
+    ((nan, 0.0, 1.0), 'nan'), ((0.0, inf, 1.0), 'inf'), ((0.0, 0.0, -inf), '-inf'),
+    ((0.0, 0.0, -1.5), '-1.5'), ((0.0, 0.0, 0.0599), '0.0599')])
+def test_impossible_location_is_refused_and_nothing_changes(phase, location, value):
+    world, undisturbed = in_phase(phase), in_phase(phase)
+    before = world.brick
+    with pytest.raises(ValueError, match=value):
+        world.brick = location
+    assert world.brick == before
+    assert world.phase is phase
+    for _ in range(3):
+        world.step()
+        undisturbed.step()
+        assert world.brick == undisturbed.brick
+
+
+def test_brick_may_stand_on_the_ground():
+    world = brick_in((0.0, 0.0, 5.0))
+    world.brick = (1.0, 1.0, LIFT)
+    assert world.brick == (1.0, 1.0, LIFT)
+    world.release()
+    world.step()
+    assert world.phase is Phase.GROUNDED
+    assert world.brick == (1.0, 1.0, LIFT)
+
+
+@pytest.mark.parametrize('phase', (Phase.FALLING, Phase.RIDING, Phase.GROUNDED))
+def test_release_is_refused_with_what_the_brick_does(phase):
+    world, undisturbed = in_phase(phase), in_phase(phase)
+    with pytest.raises(ValueError, match=PLACES[phase]):
+        world.release()
+    assert world.phase is phase
+    for _ in range(3):
+        world.step()
+        undisturbed.step()
+        assert world.brick == undisturbed.brick
+
+
+# ----------------------------------------------------------------------------------------- falling
+
+@law(1000)
+@given(steps=st.integers(1, 3000), gravity=st.one_of(st.just(9.81), st.floats(0.01, 19.0)))
+@example(steps=250, gravity=9.81)
+@example(steps=99_991, gravity=9.81)
+def test_one_second_of_fall_from_ten_metres_at_any_timestep(steps, gravity):
+    world = World((1.5, -2.5, 10.0), gravity, 0.5, 1.0 / steps)
+    for _ in range(steps):
+        world.drop()
+    assert gap(world.brick, (1.5, -2.5, 10.0 - gravity / 2.0)) <= 1e-9
+
+
+@law(300)
+@given(height=st.floats(1.0, 100.0), gravity=gravities, dt=st.floats(1e-4, 0.1))
+def test_every_step_of_a_fall_is_the_closed_form(height, gravity, dt):
+    world = brick_in((0.0, 0.0, height), gravity, dt)
+    world.release()
+    assert world.brick == (0.0, 0.0, height)
+    falling = min(floor(sqrt(2.0 * (height - LIFT) / gravity) / dt), 400)
+    for step in range(1, falling):
+        world.step()
+        assert abs(world.brick[2] - height + 0.5 * gravity * (step * dt) ** 2) <= 1e-9
+    assert world.phase is Phase.FALLING
+
+
+def test_fall_time_is_that_of_the_present_fall_or_the_last():
+    world = brick_in((0.0, 0.0, 3.0))
+    assert world.fall_time == 0.0
+    world.release()
+    for step in range(1, 6):
+        world.step()
+        assert world.fall_time == pytest.approx(step * DT)
+    world.brick = (0.0, 0.0, 3.0)
+    world.step()
+    assert world.fall_time == pytest.approx(5 * DT)
+    world.release()
+    assert world.fall_time == 0.0
+    steps = len(advance(world, Phase.FALLING)) - 1
+    world.step()
+    assert world.fall_time == pytest.approx(steps * DT)
+
+
+@law(300)
+@given(height=st.floats(0.1, 30.0), gravity=gravities, dt=time_steps)
+def test_fall_ends_on_the_ground(height, gravity, dt):
+    world = brick_in((3.0, 4.0, height), gravity, dt)
+    world.release()
+    locations = advance(world, Phase.FALLING)
+    assert world.phase is Phase.GROUNDED
+    assert world.brick == (3.0, 4.0, LIFT)
+    time = dt * (len(locations) - 1)
+    assert time - dt < sqrt(2.0 * (height - LIFT) / gravity) + 1e-9
+    assert time > sqrt(2.0 * (height - LIFT) / gravity) - 1e-9
+
+
+def test_floating_brick_falls_from_where_it_floats():
+    world = in_phase(Phase.FLOATING)
+    x, y, z = world.brick
+    world.platform = pose_of(x=9.0)
+    world.release()
+    world.step()
+    assert gap(world.brick, (x, y, z - 0.5 * GRAVITY * DT ** 2)) <= 1e-12
+
+
+# ----------------------------------------------------------------------------------------- contact
+
+@law(1500)
+@given(place=discs(2.0), x=coordinates, y=coordinates, yaw=headings,
+       height=st.floats(1e-3, 20.0), radius=st.floats(0.05, 2.0), gravity=gravities,
+       dt=time_steps)
+def test_brick_lands_if_its_centre_is_within_the_radius(
+        place, x, y, yaw, height, radius, gravity, dt):
+    """And then at once and at no other height; else it goes down to the ground."""
+    u, v = place
+    assume(abs(hypot(u, v) - radius) > 1e-9)
+    rest = TOP + LIFT
+    world = brick_in((x + u, y + v, rest + height), gravity, dt, radius, pose_of(x, y, yaw))
+    world.release()
+    *falling, last = advance(world, Phase.FALLING)
+    assert [location[:2] for location in falling] == [(x + u, y + v)] * len(falling)
+    if hypot(u, v) < radius:
+        assert world.phase is Phase.RIDING
+        assert all(z >= rest - CONTACT_TOLERANCE for _, _, z in falling)
+        assert gap(last, (x + u, y + v, rest)) <= 1e-12
+        # Not a step too late: the closed form would be below the top.
+        assert rest + height - 0.5 * gravity * (len(falling) * dt) ** 2 < rest + 1e-12
+    else:
+        assert world.phase is Phase.GROUNDED
+        assert gap(last, (x + u, y + v, LIFT)) <= 1e-12
+
+
+def test_edge_of_the_platform_carries():
+    world = brick_in((RADIUS, 0.0, 5.0), platform=pose_of())
+    world.release()
+    advance(world, Phase.FALLING)
+    assert world.phase is Phase.RIDING
+    world = brick_in((RADIUS + 1e-9, 0.0, 5.0), platform=pose_of())
+    world.release()
+    advance(world, Phase.FALLING)
+    assert world.phase is Phase.GROUNDED
+
+
+def test_brick_released_on_the_platform_stays_there():
+    """Its bottom is at the top, above it by no more than rounding, or below it by as much."""
+    for error in (0.0, 1e-10, -1e-10):
+        world = brick_in((0.1, 0.2, TOP + LIFT + error), platform=pose_of())
+        world.release()
+        world.step()
+        assert world.phase is Phase.RIDING
+        assert gap(world.brick, (0.1, 0.2, TOP + LIFT)) <= 1e-12
+
+
+@law(200)
+@given(place=discs(RADIUS), depth=st.one_of(st.floats(2e-9, 1e-3), st.floats(2e-9, TOP)))
+def test_brick_released_under_the_top_falls_through(place, depth):
+    world = brick_in((*place, TOP + LIFT - depth), platform=pose_of())
+    world.release()
+    advance(world, Phase.FALLING)
+    assert world.phase is Phase.GROUNDED
+
+
+def test_point_brick_and_sheet_platform_unless_told_otherwise():
+    world = World((0.1, 0.0, 2.0), 9.81, 0.5, 0.004)
+    world.platform = pose_of()._replace(position=(0.0, 0.0, 1.0))
+    world.release()
+    advance(world, Phase.FALLING)
+    assert world.phase is Phase.RIDING
+    assert gap(world.brick, (0.1, 0.0, 1.0)) <= 1e-12
+
+
+@law(500)
+@given(place=discs(RADIUS), depth=st.floats(1e-6, TOP - 0.1), tilt=st.floats(-0.5, 0.5),
+       dt=time_steps)
+def test_brick_that_has_passed_is_never_caught(place, depth, tilt, dt):
+    """A platform that arrives, or is levelled, above the bottom of the brick comes too late."""
+    elsewhere = pose_of(x=5.0) if abs(tilt) < 2.0 * LEVEL_TOLERANCE else pose_of(tilt=tilt)
+    world = brick_in((*place, TOP + LIFT + 1.0), dt=dt, platform=elsewhere)
+    world.release()
+    while world.brick[2] - LIFT > TOP - depth and world.phase is Phase.FALLING:
+        world.step()
+    world.platform = pose_of()
+    advance(world, Phase.FALLING)
+    assert world.phase is Phase.GROUNDED
+    assert gap(world.brick, (*place, LIFT)) <= 1e-12
+
+
+@law(300)
+@given(place=discs(RADIUS), dt=time_steps, gravity=gravities)
+def test_platform_that_arrives_in_the_last_step_is_in_time(place, dt, gravity):
+    world = brick_in((*place, TOP + LIFT + 1.0), gravity, dt)
+    world.release()
+    for _ in range(floor(sqrt(2.0 / gravity) / dt - 1e-6)):
+        world.step()
+    world.platform = pose_of()
+    advance(world, Phase.FALLING)
+    assert world.phase is Phase.RIDING
+    assert gap(world.brick, (*place, TOP + LIFT)) <= 1e-12
+
+
+@law(300)
+@given(place=discs(RADIUS), dt=time_steps, gravity=gravities)
+def test_platform_that_leaves_before_the_last_step_catches_nothing(place, dt, gravity):
+    world = brick_in((*place, TOP + LIFT + 1.0), gravity, dt, platform=pose_of())
+    world.release()
+    for _ in range(floor(sqrt(2.0 / gravity) / dt - 1e-6)):
+        world.step()
+    world.platform = pose_of(x=3.0)
+    advance(world, Phase.FALLING)
+    assert world.phase is Phase.GROUNDED
+
+
+@law(500)
+@given(place=discs(RADIUS), yaw=headings, dt=time_steps, tilt=st.one_of(
+    st.floats(2.0 * LEVEL_TOLERANCE, 2.0 * pi - 2.0 * LEVEL_TOLERANCE),
+    st.sampled_from((pi / 2.0, pi, 2.0 * LEVEL_TOLERANCE))))
+def test_brick_falls_past_a_tilted_platform(place, yaw, dt, tilt):
+    world = brick_in((*place, TOP + 2.0), dt=dt, platform=pose_of(yaw=yaw, tilt=tilt))
+    world.release()
+    advance(world, Phase.FALLING)
+    assert world.phase is Phase.GROUNDED
+    assert gap(world.brick, (*place, LIFT)) <= 1e-12
+
+
+@law(300)
+@given(motions=st.lists(st.tuples(coordinates, coordinates, headings, headings), max_size=10),
+       lost=st.booleans())
+def test_brick_on_the_ground_never_follows(motions, lost):
+    world = in_phase(Phase.GROUNDED)
+    before = world.brick
+    for motion in motions:
+        world.platform = pose_of(*motion)
+        world.step()
+        world.drop()
+        assert world.brick == before
+        assert world.orientation == (0.0, 0.0, 0.0, 1.0)
+        if lost:
+            world.platform = None
+            world.step()
+    assert world.phase is Phase.GROUNDED
+
+
+# ------------------------------------------------------------------------------------------ riding
+
+@law(500)
+@given(place=discs(RADIUS), yaw=headings, dt=time_steps,
+       motions=st.lists(st.tuples(coordinates, coordinates, headings), min_size=1, max_size=20))
+def test_brick_rides_exactly_while_the_platform_drives_and_turns(place, yaw, dt, motions):
+    world = riding(place, x=2.0, y=3.0, yaw=yaw, dt=dt)
+    for x, y, heading in motions:
+        world.platform = pose_of(x, y, heading)
+        world.step()
+        assert gap(world.brick, on_platform(place, x, y, heading, 0.0)) <= 1e-12
+        forward = (cos(heading - yaw), sin(heading - yaw), 0.0)
+        assert gap(forward_of(world.orientation), forward) <= 1e-12
+    assert world.phase is Phase.RIDING
+
+
+def test_brick_waits_where_it_is_while_no_platform_is_known():
+    """And goes on where the platform is once that is known again."""
+    world = riding((0.1, 0.2), yaw=0.3)
+    before = world.brick
+    world.platform = None
+    for _ in range(500):
+        world.step()
+    assert world.brick == before
+    assert world.phase is Phase.RIDING
+    assert upright_of(world.orientation) == (0.0, 0.0, 1.0)
+    world.platform = pose_of(4.0, 5.0, 0.3)
+    world.step()
+    assert gap(world.brick, on_platform((0.1, 0.2), 4.0, 5.0, 0.3, 0.0)) <= 1e-12
+
+
+# ----------------------------------------------------------------------------------------- sliding
+
+def runge_kutta(acceleration, position, velocity, dt):
+    """Integrate one step of the classical fourth-order method; vectors are tuples."""
+    def moved(vector, rate, time):
+        return tuple(a + time * b for a, b in zip(vector, rate))
+
+    v1, a1 = velocity, acceleration(position)
+    v2, a2 = moved(velocity, a1, dt / 2.0), acceleration(moved(position, v1, dt / 2.0))
+    v3, a3 = moved(velocity, a2, dt / 2.0), acceleration(moved(position, v2, dt / 2.0))
+    v4, a4 = moved(velocity, a3, dt), acceleration(moved(position, v3, dt))
+    return (tuple(p + dt / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+                  for p, a, b, c, d in zip(position, v1, v2, v3, v4)),
+            tuple(v + dt / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+                  for v, a, b, c, d in zip(velocity, a1, a2, a3, a4)))
+
+
+def clearance(place, yaw):
+    """Return how far the nearest point of the brick's bottom is from the platform's axis."""
+    (u, v), (length, width, _) = place, SIZE
+    corners = [(u + cos(yaw) * a - sin(yaw) * b, v + sin(yaw) * a + cos(yaw) * b)
+               for a, b in ((length / 2, width / 2), (-length / 2, width / 2),
+                            (-length / 2, -width / 2), (length / 2, -width / 2))]
+    nearest, covered = inf, True
+    for (ax, ay), (bx, by) in zip(corners, corners[1:] + corners[:1]):
+        dx, dy = bx - ax, by - ay
+        part = min(max(-(ax * dx + ay * dy) / (dx * dx + dy * dy), 0.0), 1.0)
+        nearest = min(nearest, hypot(ax + part * dx, ay + part * dy))
+        covered = covered and ax * by - ay * bx > 0.0
+    return 0.0 if covered else nearest
+
+
+slides = {'place': discs(RADIUS), 'x': coordinates, 'y': coordinates, 'yaw': headings,
+          'tilt': tilts, 'gravity': st.floats(2.0, 30.0), 'dt': time_steps}
+
+
+@law(700)
+@given(**slides)
+def test_slide_is_that_of_a_free_body_on_a_smooth_incline(place, x, y, yaw, tilt, gravity, dt):
+    """
+    From any place, to either side, until the trailing edge has cleared, then no further.
+
+    In the world's coordinates, by the closed form and by integrating gravity and the normal
+    force.
+    """
+    world = riding(place, x, y, yaw, gravity=gravity, dt=dt)
+    world.platform = pose_of(x, y, yaw, tilt)
+    ex, _, normal = axes_of(yaw, tilt)
+    start = on_platform(place, x, y, yaw, tilt)
+    steps = 0
+    while world.phase is Phase.RIDING:
+        world.step()
+        steps += 1
+        path = 0.5 * gravity * sin(tilt) * (steps * dt) ** 2
+        assert gap(world.brick, [a + path * b for a, b in zip(start, ex)]) <= 1e-9
+        # Nothing comes between brick and platform, nor the one into the other.
+        above = sum((a - b) * n for a, b, n in zip(world.brick, (x, y, HINGE), normal))
+        assert abs(above - THICKNESS - LIFT) <= 1e-12
+        assert steps < 10_000
+
+    # The platform bears gravity's part along its normal; the rest accelerates.
+    borne = gravity * normal[2]
+    pull = tuple(borne * n - g for n, g in zip(normal, (0.0, 0.0, gravity)))
+    position, velocity = start, (0.0, 0.0, 0.0)
+    for _ in range(10):
+        position, velocity = runge_kutta(
+            lambda _: pull, position, velocity, steps * dt / 10.0)
+    assert gap(world.brick, position) <= 1e-9
+
+    # The brick has kept its heading of 0 in the world, so -yaw on the platform.
+    assert clearance((place[0] + path, place[1]), -yaw) > RADIUS - 1e-9
+    before = 0.5 * gravity * sin(tilt) * ((steps - 1) * dt) ** 2
+    assert clearance((place[0] + before, place[1]), -yaw) <= RADIUS + 1e-9
+
+
+@law(400)
+@given(**slides)
+def test_slide_turns_height_into_speed(place, x, y, yaw, tilt, gravity, dt):
+    """v^2 = 2 g sin(angle) path; the central difference of a parabola is its slope."""
+    world = riding(place, x, y, yaw, gravity=gravity, dt=dt)
+    world.platform = pose_of(x, y, yaw, tilt)
+    start = on_platform(place, x, y, yaw, tilt)
+    locations = [start] + advance(world, Phase.RIDING)[1:]
+    for before, here, after in zip(locations, locations[1:], locations[2:]):
+        speed = sqrt(sum((b - a) ** 2 for a, b in zip(before, after))) / (2.0 * dt)
+        path = sqrt(sum((b - a) ** 2 for a, b in zip(start, here)))
+        assert abs(speed ** 2 - 2.0 * gravity * abs(sin(tilt)) * path) <= 1e-6
+        assert abs(speed ** 2 - 2.0 * gravity * (start[2] - here[2])) <= 1e-6
+
+
+@law(600)
+@given(place=discs(RADIUS), yaw=headings, gravity=gravities, dt=time_steps,
+       programme=st.lists(st.tuples(st.floats(-1.5, 1.5), st.integers(1, 10), coordinates,
+                                    coordinates, headings), min_size=1, max_size=10))
+def test_slide_on_a_platform_that_moves_in_every_way(place, yaw, gravity, dt, programme):
+    """
+    A change of angle keeps the speed, and neither driving nor turning has a force.
+
+    In the platform's plane gravity's pull along it is all there is; it is integrated here.
+    """
+    world = riding(place, yaw=yaw, gravity=gravity, dt=dt)
+    position, velocity = place, (0.0, 0.0)
+    for tilt, steps, x, y, heading in programme:
+        world.platform = pose_of(x, y, heading, tilt)
+        for _ in range(steps):
+            if world.phase is not Phase.RIDING:
+                break
+            world.step()
+            position, velocity = runge_kutta(
+                lambda _: (gravity * sin(tilt), 0.0), position, velocity, dt)
+            assert gap(world.brick, on_platform(position, x, y, heading, tilt)) <= 1e-9
+            distance = clearance(position, -yaw)
+            if abs(distance - RADIUS) > 1e-9:
+                assert world.phase is (Phase.FLOATING if distance > RADIUS else Phase.RIDING)
+
+
+@pytest.mark.parametrize('tilt', (0.7, -0.7))
+@pytest.mark.parametrize('rate', (0.5, 2.0))
+def test_slide_on_a_platform_that_is_being_tilted(tilt, rate):
+    """
+    With angle = rate * time, path = g / rate * (t - sin(rate t) / rate): a limit, here.
+
+    A step takes the angle at its end for the whole of it, which is an error of at most
+    g * rate * dt in the acceleration; it vanishes with the step.
+    """
+    time = abs(tilt) / rate
+    sign = tilt / abs(tilt)
+    exact = sign * GRAVITY / rate * (time - sin(rate * time) / rate)
+    errors = []
+    for steps in (200, 400, 800):
+        dt = time / steps
+        # Far from the edge, so that it never gets there.
+        world = riding(dt=dt, radius=10.0)
+        for step in range(1, steps + 1):
+            world.platform = pose_of(tilt=sign * rate * step * dt)
+            world.step()
+        ex, _, _ = axes_of(0.0, tilt)
+        path = sum((a - b) * e for a, b, e in zip(world.brick, (0.0, 0.0, HINGE), ex))
+        errors.append(abs(path - exact))
+        assert errors[-1] <= 0.5 * GRAVITY * rate * dt * time ** 2 + 1e-9
+    assert errors[1] < 0.55 * errors[0]
+    assert errors[2] < 0.55 * errors[1]
+
+
+@law(300)
+@given(place=discs(RADIUS), yaw=headings, tilt=st.floats(0.3, 1.0),
+       gravity=st.floats(5.0, 30.0))
+def test_levelled_in_mid_slide_it_slides_on_at_its_speed(place, yaw, tilt, gravity):
+    world = riding(place, yaw=yaw, gravity=gravity, dt=0.01)
+    world.platform = pose_of(yaw=yaw, tilt=tilt)
+    for _ in range(10):
+        world.step()
+    assume(world.phase is Phase.RIDING)
+    speed = gravity * sin(tilt) * 0.1
+    path = 0.5 * gravity * sin(tilt) * 0.01
+    world.platform = pose_of(yaw=yaw)
+    step = 0
+    while world.phase is Phase.RIDING:
+        world.step()
+        step += 1
+        u = place[0] + path + speed * step * 0.01
+        assert gap(world.brick, on_platform((u, place[1]), 0.0, 0.0, yaw, 0.0)) <= 1e-9
+    assert clearance((u, place[1]), -yaw) > RADIUS - 1e-9
+
+
+# ---------------------------------------------------------------------------------------- floating
+
+@law(300)
+@given(place=discs(RADIUS), yaw=headings, tilt=tilts, dt=time_steps,
+       motions=st.lists(st.tuples(coordinates, coordinates, headings, headings),
+                        min_size=1, max_size=10))
+def test_brick_floats_in_the_world_once_it_has_cleared(place, yaw, tilt, dt, motions):
+    world = riding(place, yaw=yaw, dt=dt)
+    world.platform = pose_of(yaw=yaw, tilt=tilt)
+    *_, last = advance(world, Phase.RIDING)
+    assert world.phase is Phase.FLOATING
+    for motion in motions:
+        world.platform = pose_of(*motion)
+        world.step()
+        assert world.brick == last
+    world.platform = None
+    world.step()
+    assert world.brick == last
+    assert world.phase is Phase.FLOATING
+
+
+@pytest.mark.parametrize('angle', (pi / 2.0, -pi / 2.0, 2.0, -2.0, pi, -pi))
+@pytest.mark.parametrize('yaw', (0.0, 1.0, -2.5))
+def test_platform_tilted_by_90_degrees_lets_go(angle, yaw):
+    world = riding((0.1, -0.05), yaw=yaw)
+    world.platform = pose_of(yaw=yaw, tilt=angle)
+    world.step()
+    assert world.phase is Phase.FLOATING
+    before = world.brick
+    world.step()
+    assert world.brick == before
+
+
+@pytest.mark.parametrize('angle', (pi / 2.0 - 1e-3, -pi / 2.0 + 1e-3))
+def test_platform_tilted_by_less_does_not(angle):
+    world = riding()
+    world.platform = pose_of(tilt=angle)
+    world.step()
+    assert world.phase is Phase.RIDING
+
+
+# ------------------------------------------------------------------------------------- inclination
+
+@law(500)
+@given(phase=st.sampled_from([phase for phase in Phase if phase is not Phase.GROUNDED]),
+       motions=st.lists(st.tuples(coordinates, coordinates, headings,
+                                  st.floats(-2.0 * pi, 2.0 * pi)), min_size=1, max_size=8))
+def test_inclination_is_the_platforms_at_all_times(phase, motions):
+    world = in_phase(phase)
+    for x, y, yaw, tilt in motions:
+        world.platform = pose_of(x, y, yaw, tilt)
+        assert gap(upright_of(world.orientation), axes_of(yaw, tilt)[2]) <= 1e-12
+        world.step()
+        if world.phase is Phase.GROUNDED:
+            break
+        assert gap(upright_of(world.orientation), axes_of(yaw, tilt)[2]) <= 1e-12
+        assert abs(sum(part ** 2 for part in world.orientation) - 1.0) <= 1e-12
+    world.platform = None
+    assert upright_of(world.orientation) == (0.0, 0.0, 1.0)
+
+
+@law(300)
+@given(yaw=headings, tilt=st.floats(-1.5, 1.5))
+def test_brick_in_the_air_keeps_its_heading(yaw, tilt):
+    """It is inclined about the platform's hinge, and turned by nothing else."""
+    world = brick_in((0.0, 0.0, 9.0), platform=pose_of(yaw=yaw, tilt=tilt))
+    hinge = (-sin(yaw), cos(yaw), 0.0)
+    # The rotation by the tilt about the hinge, from a heading of 0.
+    half = sin(tilt / 2.0)
+    turn = (hinge[0] * half, hinge[1] * half, 0.0, cos(tilt / 2.0))
+    assert gap(world.orientation, turn) <= 1e-12
+
+
+@law(300)
+@given(place=discs(RADIUS), yaw=headings, tilt=tilts)
+def test_neither_landing_nor_clearing_turns_the_brick(place, yaw, tilt):
+    x, y, z = on_platform(place, 0.0, 0.0, yaw, 0.0)
+    world = brick_in((x, y, z + 0.1), platform=pose_of(yaw=yaw))
+    world.release()
+    before = world.orientation
+    advance(world, Phase.FALLING)
+    assert world.phase is Phase.RIDING
+    assert gap(world.orientation, before) <= 1e-12
+    world.platform = pose_of(yaw=yaw, tilt=tilt)
+    before = world.orientation
+    advance(world, Phase.RIDING)
+    assert world.phase is Phase.FLOATING
+    assert gap(world.orientation, before) <= 1e-12
+
+
+# ------------------------------------------------------------------------- everything in any order
+
+class AnyOrder(RuleBasedStateMachine):
+    """Do everything that can be done to a world, in any order: its laws hold all the time."""
+
+    @initialize(gravity=gravities, dt=time_steps)
+    def begin(self, gravity, dt):
+        self.gravity, self.dt = gravity, dt
+        self.world = brick_in((1.0, 1.0, 8.0), gravity, dt)
+        self.motion = None
+        self.fallen = 0
+
+    def place_at(self, location):
+        self.world.brick = location
+        assert self.world.brick == location
+        assert self.world.phase is Phase.HOVERING
+
+    @rule(x=coordinates, y=coordinates, z=st.floats(LIFT, 20.0))
+    def place(self, x, y, z):
+        self.place_at((x, y, z))
+
+    @precondition(lambda self: self.motion is not None)
+    @rule(place=discs(1.1 * RADIUS), height=st.floats(0.0, 0.01))
+    def drop_on_platform(self, place, height):
+        x, y, yaw, _ = self.motion
+        u, v, z = on_platform(place, x, y, yaw, 0.0)
+        self.move(x, y, yaw, 0.0)
+        self.place_at((u, v, z + height))
+        self.release()
+        while (self.world.phase is Phase.FALLING
+               and self.world.brick[2] > TOP + LIFT - 0.01):
+            self.advance(self.world.step)
+
+    @precondition(lambda self: self.motion is not None and self.world.phase is Phase.RIDING)
+    @rule(tilt=tilts, count=st.integers(1, 50))
+    def slide(self, tilt, count):
+        self.move(*self.motion[:3], tilt)
+        self.step(count)
+
+    @rule(location=st.sampled_from(((nan, 0.0, 1.0), (0.0, inf, 1.0), (0.0, 0.0, -1.0))))
+    def misplace(self, location):
+        before, phase = self.world.brick, self.world.phase
+        with pytest.raises(ValueError):
+            self.world.brick = location
+        assert self.world.brick == before
+        assert self.world.phase is phase
+
+    @rule()
+    def release(self):
+        phase, before = self.world.phase, self.world.brick
+        if phase in (Phase.HOVERING, Phase.FLOATING):
+            self.world.release()
+            assert self.world.phase is Phase.FALLING
+            self.released_at, self.fallen = before[2], 0
+        else:
+            with pytest.raises(ValueError, match=PLACES[phase]):
+                self.world.release()
+            assert self.world.phase is phase
+        assert self.world.brick == before
+
+    @rule(x=coordinates, y=coordinates, yaw=headings)
+    def level(self, x, y, yaw):
+        self.move(x, y, yaw, 0.0)
+
+    @precondition(lambda self: self.motion is not None)
+    @rule(tilt=st.one_of(tilts, st.floats(-7.0, 7.0), st.just(pi / 2.0)))
+    def tilt(self, tilt):
+        x, y, yaw, _ = self.motion
+        self.move(x, y, yaw, tilt)
+
+    def move(self, *motion):
+        self.motion = motion
+        self.world.platform = pose_of(*motion)
+
+    @rule()
+    def lose_platform(self):
+        self.world.platform = None
+        self.motion = None
+
+    @rule(count=st.integers(1, 50))
+    def step(self, count):
+        for _ in range(count):
+            self.advance(self.world.step)
+
+    @rule()
+    def drop(self):
+        if self.world.phase in (Phase.HOVERING, Phase.FLOATING):
+            self.released_at, self.fallen = self.world.brick[2], 0
+            self.advance(self.world.drop, Phase.FALLING)
+        elif self.world.phase is Phase.FALLING:
+            self.advance(self.world.drop)
+        else:
+            before, phase = self.world.brick, self.world.phase
+            self.world.drop()
+            assert self.world.brick == before
+            assert self.world.phase is phase
+
+    def advance(self, step, phase=None):
+        world = self.world
+        phase = phase or world.phase
+        x, y, z = before = world.brick
+        step()
+        if phase is Phase.FALLING:
+            self.fallen += 1
+            course = self.released_at - 0.5 * self.gravity * (self.fallen * self.dt) ** 2
+            assert gap(world.brick[:2], (x, y)) <= 1e-12
+            if world.phase is Phase.FALLING:
+                assert abs(world.brick[2] - course) <= 1e-9
+                assert world.brick[2] >= LIFT
+                if self.lands(x, y):
+                    assert not z - LIFT >= TOP > course - LIFT + 1e-9
+            elif world.phase is Phase.RIDING:
+                assert self.lands(x, y)
+                assert z - LIFT >= TOP - 2.0 * CONTACT_TOLERANCE
+                assert course - LIFT < TOP + 1e-9
+            else:
+                assert world.phase is Phase.GROUNDED
+                assert world.brick[2] == LIFT
+                assert course <= LIFT + 1e-9
+        elif phase is Phase.RIDING:
+            if self.motion is None:
+                assert world.brick == before
+            assert world.phase in (Phase.RIDING, Phase.FLOATING)
+        else:
+            assert world.brick == before
+            assert world.phase is phase
+        if world.phase is Phase.RIDING and self.motion is not None:
+            px, py, yaw, tilt = self.motion
+            normal = axes_of(yaw, tilt)[2]
+            above = sum((a - b) * n for a, b, n in zip(world.brick, (px, py, HINGE), normal))
+            assert abs(above - THICKNESS - LIFT) <= 1e-9
+            assert cos(tilt) > 0.0
+
+    def lands(self, x, y):
+        if self.motion is None:
+            return False
+        px, py, _, tilt = self.motion
+        return cos(tilt) > cos(LEVEL_TOLERANCE) - 1e-12 and hypot(x - px, y - py) <= RADIUS
+
+    @invariant()
+    def brick_is_somewhere(self):
+        brick = self.world.brick
+        assert type(brick) is tuple
+        assert all(isfinite(value) for value in brick)
+        assert brick[2] >= LIFT or self.world.phase in (Phase.RIDING, Phase.FLOATING)
+
+    @invariant()
+    def brick_is_inclined_like_the_platform(self):
+        upright = (0.0, 0.0, 1.0)
+        if self.motion is not None and self.world.phase is not Phase.GROUNDED:
+            upright = axes_of(*self.motion[2:])[2]
+        assert gap(upright_of(self.world.orientation), upright) <= 1e-9
+
+
+AnyOrder.TestCase.settings = settings(
+    max_examples=250, stateful_step_count=30, derandomize=True, deadline=None)
+test_laws_hold_in_any_order = AnyOrder.TestCase
