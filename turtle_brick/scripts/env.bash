@@ -63,7 +63,7 @@ _turtle_brick_env() {
   # Which Python makes it?
   if [[ $kind == native ]]; then
     python=python3
-  elif [[ -z ${PYTHON-} ]] && "$home/venv/bin/python" -c '' 2>/dev/null </dev/null; then
+  elif [[ -z ${PYTHON-} ]] && "$home/venv/bin/python" -I -c '' 2>/dev/null </dev/null; then
     python=$home/venv/bin/python
   else
     fits='import sys, sysconfig
