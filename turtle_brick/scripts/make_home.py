@@ -76,11 +76,14 @@ REAL_NAMES = {'tf2_ros': 'tf2_ros_py'}
 PATH_VARIABLES = ('AMENT_PREFIX_PATH', 'CMAKE_PREFIX_PATH', 'COLCON_PREFIX_PATH',
                   'LD_LIBRARY_PATH', 'PATH', 'PYTHONPATH', 'PKG_CONFIG_PATH')
 
+# How pip says that it cannot reach an index: the reason, if it gives one, and that it is so.
+UNREACHABLE_FOR = re.compile(
+    r'Temporary failure in name resolution|Name or service not known|Network is unreachable'
+    r'|No address associated with hostname|No route to host|Connection refused|timed out'
+    r'|certificate verify failed')
 UNREACHABLE = re.compile(
-    r'Temporary failure in name resolution|Name or service not known|nodename nor servname'
-    r'|No address associated|Network is unreachable|No route to host|Connection refused'
-    r'|Failed to establish a new connection|NewConnectionError|NameResolutionError'
-    r'|ConnectTimeoutError|timed out|ProxyError|Connection broken|SSLError')
+    r'NewConnectionError|NameResolutionError|Connect(ion|Timeout)Error|ProxyError|SSLError'
+    r'|connection broken')
 
 
 class HomeError(Exception):
@@ -446,11 +449,12 @@ def pip_sentence(output: str) -> str:
     Returns:
         The sentence.
     """
-    cause = UNREACHABLE.search(output)
     missing = re.search(r'No matching distribution found for (\S+)', output)
-    if cause:
-        return (f'The Python package index cannot be reached ({cause.group()}): connect this '
-                "machine to the network, or set pip's proxy or index, and try again.")
+    if UNREACHABLE.search(output):
+        reason = UNREACHABLE_FOR.search(output)
+        return ('The Python package index cannot be reached'
+                + (f' ({reason.group()})' if reason else '') + ': connect this machine to the '
+                "network, or set pip's proxy or index, and try again.")
     if missing:
         return (f'The package index that pip uses has no {missing.group(1)} for Python '
                 f'{platform.python_version()} on {platform.machine()}: point pip to one that '

@@ -334,7 +334,7 @@ ERROR: No matching distribution found for setuptools==79.0.1
 
 
 @pytest.mark.parametrize('says, words', [
-    (NO_NETWORK, ['cannot be reached', 'network']),
+    (NO_NETWORK, ['cannot be reached (Temporary failure in name resolution)', 'network']),
     ('ERROR: No matching distribution found for ros-rclpy==7.1.6', ['has no ros-rclpy==7.1.6']),
     ('ERROR: Could not install packages due to an OSError: [Errno 28] No space left on device\n',
      ['[Errno 28] No space left on device']),
