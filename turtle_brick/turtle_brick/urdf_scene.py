@@ -19,6 +19,7 @@ Lengths are in metres. What is understood is what a viewer needs: the links with
 (box, cylinder, sphere; not meshes), their materials, and which link is the root.
 """
 
+from itertools import chain
 from math import cos
 from math import isfinite
 from math import sin
@@ -61,6 +62,11 @@ class Shape(NamedTuple):
     text: str = ''
     points: Tuple[Vector, ...] = ()
     """The ends of the lines, two each, in the shape's own frame (m)."""
+
+    def finite(self) -> bool:
+        """Return whether all of its numbers are finite."""
+        return all(map(isfinite, chain(
+            self.size, self.color, self.pose.position, self.pose.orientation, *self.points)))
 
 
 class Robot(NamedTuple):

@@ -172,5 +172,5 @@ class Account:
         if self.phase is Phase.GROUNDED and self._pursued:
             return 'Missed: the brick is on the ground'
         if tilted:
-            return 'Platform tilted'
+            return 'Tipped off' if self.phase is Phase.FLOATING else 'Platform tilted'
         return 'Waiting for a brick to fall'

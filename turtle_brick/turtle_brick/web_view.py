@@ -22,10 +22,13 @@ that is called on one of those threads.
 
 import errno
 from html import escape
+from math import inf
 from math import pi
 import socket
+from time import monotonic
 from typing import Any
 from typing import Callable
+from typing import ContextManager
 from typing import Dict
 from typing import List
 from typing import NamedTuple
@@ -67,6 +70,9 @@ LAMP = (-4.0, -12.0, 7.0)
 
 PANEL_WIDTH = 300
 """Of the panel (pixels)."""
+
+HANDS_OFF = 1.0
+"""How long (s) a slider is left alone after somebody has moved it."""
 
 FAR = 200.0
 """Farthest point of the ground (m) to which a click can send the robot."""
@@ -169,6 +175,10 @@ class WebView:
         self.url = f'http://{shown}:{self.port}'
         self.scene = Scene(self.server)
         self.panel = Panel(self.server, on_command)
+
+    def together(self) -> ContextManager[None]:
+        """Return a context whose changes browsers see at once, not one after the other."""
+        return self.server.atomic()
 
     def close(self) -> None:
         """Let go of every browser, and serve no more."""
@@ -289,8 +299,7 @@ class Panel:
             on_command: called with everything that is to be done, on another thread
 
         """
-        self._texts: Dict[int, str] = {}
-        self._tilt = 0.0
+        self._dragged = -inf
         gui = server.gui
         gui.configure_theme(show_logo=False, show_share_button=False, brand_color=GREEN)
         gui.main_panel.dock_right()
@@ -322,6 +331,7 @@ class Panel:
         @slider.on_update
         def _(event: viser.GuiEvent) -> None:
             if event.client is not None:  # else it was moved from here
+                self._dragged = monotonic()
                 on_command(SetTilt(float(slider.value)))
 
         def on_click(event: viser.SceneClickEvent) -> None:
@@ -372,7 +382,9 @@ class Panel:
         self._show(self._rates, f'<table>{rows}</table>', 'rates')
 
     def show_tilt(self, angle: float) -> None:
-        """Move the slider to where the platform is sent (rad)."""
+        """Move the slider to where the platform is sent (rad), unless somebody is at it."""
+        if monotonic() - self._dragged < HANDS_OFF:
+            return
         limit = self._slider.max
         self._slider.value = round(min(max(angle, -limit), limit), 2)
 
