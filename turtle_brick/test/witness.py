@@ -72,15 +72,21 @@ def rate(received):
     """
     Return the mean rate of a recording.
 
+    It is the slope of the line that fits the count over the time best: (n - 1) / (t_last -
+    t_first) where all come evenly, but a first or last message that comes late hardly counts.
+
     Args:
         received: (time of receipt in s, message), in order
 
     Returns:
-        (n - 1) / (t_last - t_first) in Hz, 0 for less than two.
+        The rate in Hz, 0 for less than two.
     """
     if len(received) < 2:
         return 0.0
-    return (len(received) - 1) / (received[-1][0] - received[0][0])
+    times = [time for time, _ in received]
+    middle, mean = (len(times) - 1) / 2.0, sum(times) / len(times)
+    return (sum((number - middle) * (time - mean) for number, time in enumerate(times))
+            / sum((time - mean) ** 2 for time in times))
 
 
 def measure(graph, recordings, seconds, warm_up=20):

@@ -79,13 +79,10 @@ class Odometer:
         last = self._last
         dx, dy = pose.x - last.x, pose.y - last.y
         path = hypot(dx, dy)
-        if path < RESOLUTION:
-            return
-        # No turtle drives farther than its speed allows, with half a tick for poses that came
-        # late: anything else is a teleport or another turtlesim.
+        # A pose comes with the speed that has led to it. No turtle drives farther than that allows,
+        # over all ticks since the last pose: anything else is a teleport or another turtlesim.
         ticks = max(1.0, (now - self._last_time) / TICK + 0.5)
-        speed = max(last.linear_velocity, pose.linear_velocity)
-        if path > ticks * TICK * speed + RESOLUTION:
+        if path <= RESOLUTION or path > ticks * TICK * pose.linear_velocity + RESOLUTION:
             return
         self.wheel_angle += path / self.wheel_radius
         angle = atan2(dy, dx) - pose.theta

@@ -124,7 +124,7 @@ class TurtleRobot(Node):
 
         # turtlesim ticks by the wall, whatever /clock says, and so does what steers it. A gap is
         # made up for: turtlesim's queue is full again at once and as predictable as before.
-        self.cycles = StepClock(round(PERIOD * NANOSECONDS), NANOSECONDS // 10)
+        self.cycles = StepClock(round(PERIOD * NANOSECONDS))
         self.create_timer(PERIOD, self.on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def on_pose(self, message: TurtlePoseMessage) -> None:
