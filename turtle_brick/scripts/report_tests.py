@@ -15,6 +15,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 import sys
 from typing import Iterable
@@ -69,14 +70,15 @@ def summarise(folders: Iterable[Path]) -> Summary:
 
 def main() -> int:
     """
-    Print every skipped test with its reason, then the numbers.
+    Print what was skipped with its reason, one line for all cases of a test, then the numbers.
 
     Returns:
         The status of the process: 0 if nothing failed and something passed.
     """
     passed, failed, skipped = summarise(map(Path, sys.argv[1:]))
-    for name, reason in skipped:
-        print(f'skipped: {name}: {reason}')
+    cases = Counter((name.partition('[')[0], reason) for name, reason in skipped)
+    for (name, reason), count in cases.items():
+        print(f'skipped: {name}{f" ({count} cases)" if count > 1 else ""}: {reason}')
     print(f'{passed} passed, {failed} failed, {len(skipped)} skipped')
     return 0 if passed and not failed else 1
 

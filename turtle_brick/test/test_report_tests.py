@@ -28,7 +28,7 @@ _spec.loader.exec_module(report_tests)
 PASSED = '<testcase classname="a" name="passed"/>'
 FAILED = '<testcase classname="a" name="failed"><failure message="no"/></testcase>'
 ERROR = '<testcase classname="a" name="error"><error message="oh"/></testcase>'
-SKIPPED = '<testcase classname="a.b" name="skipped"><skipped message="no rviz2"/></testcase>'
+SKIPPED = '<testcase classname="a.b" name="skipped[x]"><skipped message="no rviz2"/></testcase>'
 CTEST = '<Site BuildName="x"><Testing/></Site>'
 
 
@@ -51,7 +51,7 @@ def run(folder):
     ([suite(PASSED, PASSED), suite(PASSED)], 3, 0, 0),
     ([suite(PASSED, FAILED)], 1, 1, 0),
     ([suite(PASSED, ERROR)], 1, 1, 0),
-    ([suite(PASSED, SKIPPED, SKIPPED)], 1, 0, 2),
+    ([suite(PASSED, SKIPPED, SKIPPED), suite(SKIPPED)], 1, 0, 3),
     ([suite(SKIPPED)], 0, 0, 1),
     ([suite(PASSED), '<testsuite><testca'], 1, 1, 0),
     ([suite(PASSED), CTEST], 1, 0, 0),
@@ -63,5 +63,15 @@ def test_counts_and_status(tmp_path, files, passed, failed, skipped):
         (folder / 'pytest.xml').write_text(text)
     status, lines = run(tmp_path)
     assert lines[-1] == f'{passed} passed, {failed} failed, {skipped} skipped'
-    assert lines[:-1] == ['skipped: a.b.skipped: no rviz2'] * skipped
+    cases = f' ({skipped} cases)' if skipped > 1 else ''
+    assert lines[:-1] == [f'skipped: a.b.skipped{cases}: no rviz2'] * (skipped > 0)
     assert (status == 0) == (passed > 0 and failed == 0)
+
+
+def test_every_reason_is_named(tmp_path):
+    (tmp_path / 'pytest.xml').write_text(suite(
+        PASSED, SKIPPED, SKIPPED.replace('no rviz2', 'no launch'),
+        SKIPPED.replace('a.b', 'c'), SKIPPED.replace(' message="no rviz2"', '')))
+    assert run(tmp_path)[1][:-1] == [
+        'skipped: a.b.skipped: no rviz2', 'skipped: a.b.skipped: no launch',
+        'skipped: c.skipped: no rviz2', 'skipped: a.b.skipped: no reason given']
