@@ -717,6 +717,19 @@ def test_robot_that_is_lost_at_any_stage(state):
     assert stage.states == COURSE
 
 
+def test_robot_that_somebody_else_sends_away_while_it_carries():
+    """It arrives there, and is sent to the centre again."""
+    stage = Stage()
+    stage.drop(7.0, 6.0, 9.0)
+    stage.reach_state(State.CARRYING)
+    stage.run(0.1)
+    stage.goal = (9.0, 9.0)
+    stage.reach_state(State.WAITING)
+    assert stage.states == COURSE
+    assert stage.told(Drive) == [Drive(7.0, 6.0), Drive(*CENTRE), Drive(*CENTRE)]
+    assert stage.world.phase is Phase.FLOATING
+
+
 def test_platform_that_somebody_tilted_is_levelled_for_the_catch():
     stage = Stage()
     stage.angle = 0.4

@@ -437,6 +437,7 @@ class Catcher:
             What is to be published, in order.
         """
         robot = self._robot(now, platform)
+        at_rest = robot is not None and not robot.bound_for
         actions: List[Action] = []
         fall, self._undecided = self._undecided, None
         reachable = None
@@ -449,7 +450,7 @@ class Catcher:
             decision=reachable,
             falling=self._is_falling(),
             on_platform=self._on_platform(robot),
-            at_centre=robot is not None and not robot.bound_for
+            at_centre=at_rest
             and hypot(robot.x - CENTRE[0], robot.y - CENTRE[1]) <= AT_CENTRE,
             off_platform=self._off_platform(now, platform),
             out_of_patience=(now - self._since) * NANO > PATIENCE,
@@ -459,11 +460,14 @@ class Catcher:
             self._angle_before = self._angle
             actions += self._enter(state, now, robot)
             self.state = state
+        elif state is State.CARRYING and at_rest:
+            # Not at the centre, or it would tilt: somebody else has sent it elsewhere.
+            actions += self._enter(state, now, robot)
         actions += self._move_platform(now)
         return actions
 
     def _enter(self, state: State, now: int, robot: Optional[Robot]) -> List[Action]:
-        """Return what is to be done once, on entering a state."""
+        """Return what is to be done on entering a state."""
         actions: List[Action] = []
         if state is State.APPROACHING:
             # Level at once, whoever has tilted the platform.
