@@ -138,12 +138,17 @@ class Chromium:
                 return
         raise BrowserError(f'within {timeout:g} s it has not come to be true that {expression}')
 
-    def click(self, x: float, y: float) -> None:
-        """Click at a point of the page (pixels)."""
+    def click(self, x: float, y: float, times: int = 1) -> None:
+        """Click at a point of the page (pixels); thrice in a text selects it."""
         self._call('Input.dispatchMouseEvent', type='mouseMoved', x=x, y=y)
-        for kind in ('mousePressed', 'mouseReleased'):
-            self._call('Input.dispatchMouseEvent', type=kind, x=x, y=y, button='left',
-                       clickCount=1)
+        for count in range(1, times + 1):
+            for kind in ('mousePressed', 'mouseReleased'):
+                self._call('Input.dispatchMouseEvent', type=kind, x=x, y=y, button='left',
+                           clickCount=count)
+
+    def write(self, text: str) -> None:
+        """Write where the cursor is, in place of what is selected."""
+        self._call('Input.insertText', text=text)
 
     def centre_of(self, expression: str) -> Tuple[float, float]:
         """Return the centre (pixels) of the element that a JavaScript expression yields."""

@@ -296,9 +296,10 @@ class Viewer(Listener):
 
     def _call(self, client: Client, request: Any, then: Callable[[], None]) -> None:
         """Call a service, show what it answers, and do something if it agrees."""
-        name = client.srv_name.rpartition('/')[2]
+        service = self.resolve_service_name(client.srv_name)
+        name = service.rpartition('/')[2]
         if not client.service_is_ready():
-            self._answer(f'{name}: nobody offers {client.srv_name}', False)
+            self._answer(f'{name}: nobody offers {service}', False)
             return
 
         def on_answer(response: Any) -> None:
