@@ -26,6 +26,7 @@ from collections import deque
 from dataclasses import dataclass
 from enum import Enum
 from math import cos
+from math import dist
 from math import hypot
 from math import inf
 from math import pi
@@ -87,6 +88,9 @@ slides until its trailing edge has cleared, and floats from then on."""
 
 AT_CENTRE = 0.02
 """Distance (m) from the centre at which the robot, at rest, may tilt."""
+
+ROUNDING = 1e-9
+"""Distance (m) by which the transforms of what stands still may differ: tf2 interpolates them."""
 
 ON_PLATFORM = 0.01
 """How far (m) from its resting height a brick may be and still count as lying there."""
@@ -416,7 +420,7 @@ class Catcher:
         Returns:
             Whether it has just begun to fall: then `update` should be called at once.
         """
-        if position != self._brick:
+        if self._brick is None or dist(position, self._brick) > ROUNDING:
             self._brick = position
             self._brick_moved = stamp
         self._brick_seen = stamp
@@ -535,9 +539,10 @@ class Catcher:
         way = self.parameters.max_velocity * CARRY_ON
         bound_for = []
         for _, x_before, y_before in reversed(track):
-            if x_before != x or y_before != y:
+            moved = hypot(x - x_before, y - y_before)
+            if moved > ROUNDING:
                 # However slow it seems: ticks and transforms come in lumps.
-                scale = way / hypot(x - x_before, y - y_before)
+                scale = way / moved
                 bound_for.append((x + scale * (x - x_before), y + scale * (y - y_before)))
                 break
         goals = self._goals
