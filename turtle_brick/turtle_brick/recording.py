@@ -74,8 +74,8 @@ RATE = 30
 BEFORE, AFTER = 1.0, 3.5
 """How much is shown (s) before the first brick is placed and after the last one is at rest."""
 
-CLOSE_UP = 280
-"""Side of the picture in the picture, which follows the robot (pixels)."""
+CLOSE_UP = (288, 228)
+"""Size of the picture in the picture, which follows the robot (pixels)."""
 
 EYE, TARGET = (1.5, -2.6, 1.9), (0.0, 0.0, 0.98)
 """From where, and to where, one looks in it (m, from the robot on the ground)."""
@@ -83,7 +83,7 @@ EYE, TARGET = (1.5, -2.6, 1.9), (0.0, 0.0, 0.98)
 CLOSE_UP_ANGLE = 0.72
 """Field of view of it (rad)."""
 
-STILL_SIZE = (1280, 800)
+STILL_SIZE = (1120, 700)
 """Of a still (pixels)."""
 
 ANIMATED_LIMIT = 4_000_000
@@ -142,7 +142,7 @@ class Log:
         """
         entries = sorted(self.entries, key=lambda entry: entry[0])
         index = 0
-        for number in range(int((end - start) / NANOSECONDS * RATE)):
+        for number in range(pictures_between(start, end)):
             now = start + number * NANOSECONDS // RATE
             while index < len(entries) and entries[index][0] <= now:
                 _, method, arguments = entries[index]
@@ -212,6 +212,7 @@ class Studio:
         # What tells that the browser has come to show all that was sent before it.
         self._token = self.view.server.gui.add_html('')
         self._frames = 0
+        self._picture: Optional['Image'] = None
         try:
             self._browser = Chromium(*SIZE)
         except BrowserError:
@@ -241,17 +242,21 @@ class Studio:
         self._browser.close()
         self.view.close()
 
-    def page(self, now: int) -> 'Image':
-        """Return a picture of the page as it was at an instant (ns)."""
-        from PIL import Image
-        self._frames += 1
+    def picture(self, now: int) -> 'Image':
+        """Return a picture of the page as it was at an instant (ns), with close-up and caption."""
+        before = self.view.changes
         with self.view.together():
             self.display.draw(now)
+            if self._picture is not None and self.view.changes == before:
+                return self._picture
+            self._frames += 1
             self._token.content = f'<i data-drawn="{self._frames}"></i>'
         self._browser.wait_for(f'document.querySelector("[data-drawn=\'{self._frames}\']")')
         self._browser.evaluate(
             'new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))')
-        return Image.open(BytesIO(self._browser.screenshot())).convert('RGB')
+        self._picture = compose(
+            self._browser.screenshot(), self.close_up(*CLOSE_UP), self.display.account())
+        return self._picture
 
     def close_up(self, width: int, height: int) -> Optional['Image']:
         """Return a picture of the robot, as it is on the page; None if there's no robot."""
@@ -293,15 +298,15 @@ def facing(eye: Vector, at: Vector) -> Tuple[float, float, float, float]:
     return tuple(SO3.from_matrix(numpy.stack([right, down, forward], axis=1)).wxyz)
 
 
-def compose(page: 'Image', close_up: Optional['Image'], caption: str) -> 'Image':
-    """Put a close-up and a caption on a picture of the page."""
+def compose(screenshot: bytes, close_up: Optional['Image'], caption: str) -> 'Image':
+    """Put a close-up, where the panel is empty, and a caption on a picture of the page."""
+    from PIL import Image
     from PIL import ImageDraw
     from PIL import ImageFont
+    page = Image.open(BytesIO(screenshot)).convert('RGB')
     draw = ImageDraw.Draw(page)
     if close_up is not None:
-        draw.rectangle((11, 11, 12 + close_up.width, 12 + close_up.height), outline='white',
-                       width=2)
-        page.paste(close_up, (12, 12))
+        page.paste(close_up, (page.width - close_up.width - 6, page.height - close_up.height - 6))
     font = ImageFont.load_default(26)
     left, top, right, bottom = draw.textbbox((24, page.height - 52), caption, font=font)
     draw.rounded_rectangle((left - 12, top - 9, right + 12, bottom + 9), 8, fill=(32, 40, 48))
@@ -311,26 +316,28 @@ def compose(page: 'Image', close_up: Optional['Image'], caption: str) -> 'Image'
 
 def film(log: Log, start: int, end: int, path: Path, still: Optional[Path]) -> None:
     """
-    Make the videos of what was heard.
+    Make a video of what was heard.
 
     Args:
         log: what was heard
-        start: their first instant (ns)
-        end: their end (ns)
-        path: of the MP4; the animated picture gets the same name with .webp
+        start: its first instant (ns)
+        end: its end (ns)
+        path: of the MP4
         still: where to put a picture of the robot that has just caught a brick, None for nowhere
+
+    Raises:
+        BrowserError: the browser does not show the page
+        RuntimeError: ffmpeg could not make the video
 
     """
     command = ['ffmpeg', '-y', '-loglevel', 'error', '-f', 'rawvideo', '-pix_fmt', 'rgb24',
                '-s', '{}x{}'.format(*SIZE), '-r', str(RATE), '-i', '-', '-c:v', 'libx264',
                '-preset', 'slow', '-crf', '18', '-pix_fmt', 'yuv420p', '-movflags', '+faststart',
                str(path)]
-    total = int((end - start) / NANOSECONDS * RATE)
+    total = pictures_between(start, end)
     with Studio() as studio, subprocess.Popen(command, stdin=subprocess.PIPE) as encoder:
         for number, now in enumerate(log.replay(studio.display, start, end)):
-            page = studio.page(now)
-            picture = compose(page, studio.close_up(CLOSE_UP, CLOSE_UP), studio.display.account())
-            encoder.stdin.write(picture.tobytes())
+            encoder.stdin.write(studio.picture(now).tobytes())
             if still is not None and studio.display.phase() is Phase.RIDING:
                 studio.close_up(*STILL_SIZE).save(still, optimize=True)
                 still = None
@@ -341,18 +348,21 @@ def film(log: Log, start: int, end: int, path: Path, still: Optional[Path]) -> N
             raise RuntimeError('ffmpeg could not make the video')
 
 
+def pictures_between(start: int, end: int) -> int:
+    """Return how many pictures a video has that shows the time between two instants (ns)."""
+    return (end - start) * RATE // NANOSECONDS
+
+
 def animate(video: Path, picture: Path) -> None:
     """Make an animated picture of a video, as good as its limit of bytes allows."""
-    with TemporaryDirectory() as directory:
-        trial = Path(directory, picture.name)
-        for width, quality in ANIMATED_KINDS:
-            subprocess.run(
-                ['ffmpeg', '-y', '-loglevel', 'error', '-i', str(video), '-vf',
-                 f'scale={width}:-2:flags=lanczos', '-c:v', 'libwebp_anim', '-quality',
-                 str(quality), '-compression_level', '4', '-loop', '0', str(trial)], check=True)
-            if trial.stat().st_size < ANIMATED_LIMIT:
-                break
-        shutil.copyfile(trial, picture)
+    for width, quality in ANIMATED_KINDS:
+        subprocess.run(
+            ['ffmpeg', '-y', '-loglevel', 'error', '-i', str(video), '-vf',
+             f'scale={width}:-2:flags=lanczos', '-c:v', 'libwebp_anim', '-quality', str(quality),
+             '-compression_level', '4', '-loop', '0', str(picture)], check=True)
+        if picture.stat().st_size < ANIMATED_LIMIT:
+            return
+    raise RuntimeError(f'{picture.name} would have more than {ANIMATED_LIMIT} bytes')
 
 
 def missing() -> Optional[str]:
@@ -385,10 +395,14 @@ def main(args: Optional[List[str]] = None) -> int:
         print(f'record: {reason}', file=sys.stderr)
         return 1
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    output = options.output.with_suffix('.mp4')
     try:
-        film(*perform(options.place), output, options.still)
-        animate(output, output.with_suffix('.webp'))
+        with TemporaryDirectory() as directory:
+            # So that nothing half-made is left where the videos are to be.
+            video, picture = Path(directory, 'video.mp4'), Path(directory, 'picture.webp')
+            film(*perform(options.place), video, options.still)
+            animate(video, picture)
+            shutil.copyfile(video, options.output.with_suffix('.mp4'))
+            shutil.copyfile(picture, options.output.with_suffix('.webp'))
     except KeyboardInterrupt:
         return 0
     except (BrowserError, OSError, ParameterError, RuntimeError, TimeoutError, ValueError,

@@ -180,6 +180,11 @@ class WebView:
         """Return a context whose changes browsers see at once, not one after the other."""
         return self.server.atomic()
 
+    @property
+    def changes(self) -> int:
+        """How often something has changed on the page."""
+        return self.scene.changes + self.panel.changes
+
     def close(self) -> None:
         """Let go of every browser, and serve no more."""
         self.server.stop()
@@ -203,6 +208,7 @@ class Scene:
         """Begin with the empty ground."""
         self._server = server
         self._things: Dict[str, Thing] = {}
+        self.changes = 0
         server.initial_camera.position = CAMERA
         server.initial_camera.look_at = LOOK_AT
         server.initial_camera.fov = FIELD_OF_VIEW
@@ -227,6 +233,7 @@ class Scene:
         thing = self._things.get(name)
         if thing is not None and thing.shapes == tuple(shapes) and thing.axes == axes:
             return
+        self.changes += 1
         pose = thing.pose if thing is not None else None
         self.remove(name)
         path = f'/things/{name}'
@@ -245,6 +252,7 @@ class Scene:
         thing = self._things[name]
         if pose == thing.pose:
             return
+        self.changes += 1
         if pose is not None:
             thing.node.position = pose.position
             x, y, z, w = pose.orientation
@@ -257,6 +265,7 @@ class Scene:
         """Remove a thing, if it is there."""
         thing = self._things.pop(name, None)
         if thing is not None:
+            self.changes += 1
             thing.node.remove()
 
     def names(self) -> List[str]:
@@ -300,6 +309,7 @@ class Panel:
 
         """
         self._dragged = -inf
+        self.changes = 0
         gui = server.gui
         gui.configure_theme(show_logo=False, show_share_button=False, brand_color=GREEN)
         gui.main_panel.dock_right()
@@ -386,12 +396,18 @@ class Panel:
         if monotonic() - self._dragged < HANDS_OFF:
             return
         limit = self._slider.max
-        self._slider.value = round(min(max(angle, -limit), limit), 2)
+        shown = round(min(max(angle, -limit), limit), 2)
+        if shown != self._slider.value:
+            self.changes += 1
+            self._slider.value = shown
 
     def _show(self, element: Any, content: str, name: str) -> None:
-        """Change a text, if it has changed."""
-        element.content = (f'<div data-turtle-brick="{name}" style="padding:0.2em 1em;'
-                           f'font-size:0.9em">{content}</div>')
+        """Change a text, if it is another one."""
+        content = (f'<div data-turtle-brick="{name}" style="padding:0.2em 1em;font-size:0.9em">'
+                   f'{content}</div>')
+        if content != element.content:
+            self.changes += 1
+            element.content = content
 
 
 def _colored(text: str, alarm: bool) -> str:
