@@ -563,7 +563,7 @@ def underlay_fingerprint(prefixes: list[str], python: str) -> str:
         prefixes: Its prefixes.
         python: What tells its Python from another.
     """
-    return fingerprint(HOME, python, *(
+    return fingerprint(HOME, python, Path(__file__).read_bytes(), *(
         find_prefix(name, prefixes)
         for name in ('rclpy', 'geometry_msgs', 'rosidl_default_generators')))
 
