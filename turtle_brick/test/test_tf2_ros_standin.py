@@ -56,10 +56,14 @@ from tf2_ros import TransformBroadcaster
 from tf2_ros import TransformException
 from tf2_ros import TransformListener
 
-RECORDED = json.loads((Path(__file__).parent / 'data' / 'tf2' / 'tf2_recorded.json').read_text())
+DATA = Path(__file__).parent / 'data' / 'tf2'
+RECORDED = json.loads((DATA / 'tf2_recorded.json').read_text())
+# Random calls: trees that change, doubled stamps, old data, loops, lengths of the cache.
+RANDOM = json.loads((DATA / 'tf2_random.json').read_text())
 
 # One of the recorded buffers was made to forget sooner than after 10 s.
-CACHE_TIME = {'single_and_cache_expiry': 2.0}
+CACHE_TIME = {'single_and_cache_expiry': 2.0,
+              **{script['name']: script['cache_time'] for script in RANDOM}}
 
 SECOND = 1_000_000_000
 LATEST = Time()
@@ -144,7 +148,7 @@ def ask(buffer: Buffer, call: Dict[str, Any]) -> TransformStamped:
         call['fixed'])
 
 
-@pytest.mark.parametrize('script', RECORDED, ids=lambda script: script['name'])
+@pytest.mark.parametrize('script', RECORDED + RANDOM, ids=lambda script: script['name'])
 def test_every_recorded_call_is_answered_as_recorded(script: Dict[str, Any]) -> None:
     """Values to 1e-9, exceptions to the letter, descriptions of the frames likewise."""
     buffer = Buffer(Duration(seconds=CACHE_TIME.get(script['name'], 10.0)))
@@ -156,6 +160,8 @@ def test_every_recorded_call_is_answered_as_recorded(script: Dict[str, Any]) -> 
                 tf['frame_id'], tf['child'], sec * SECOND + nanosec, tf['t'], tf['q'])
             add = buffer.set_transform if call['op'] == 'set' else buffer.set_transform_static
             assert add(message, 'oracle') is None
+        elif call['op'] == 'clear':
+            buffer.clear()
         elif call['op'] == 'all_frames_yaml':
             assert buffer.all_frames_as_yaml() == call['text']
         elif call['op'] == 'all_frames_string':
@@ -180,9 +186,9 @@ def test_every_recorded_call_is_answered_as_recorded(script: Dict[str, Any]) -> 
 
 
 def test_the_recordings_are_there() -> None:
-    """Five scripts with 116 lookups."""
+    """Five scripts with 116 lookups, and forty random ones."""
     lookups = [call for script in RECORDED for call in script['ops'] if 'lookup' in call['op']]
-    assert (len(RECORDED), len(lookups)) == (5, 116)
+    assert (len(RECORDED), len(lookups), len(RANDOM)) == (5, 116, 40)
 
 
 # ----------------------------------------------------------------------------------- properties
@@ -361,6 +367,16 @@ def test_several_threads_can_share_a_buffer() -> None:
         assert x >= seen[-1]
         seen.append(x)
     filler.join()
+
+
+def test_the_same_transform_twice_is_there_once() -> None:
+    """Two listeners that fill one buffer do not double its contents."""
+    buffer = Buffer()
+    for _ in range(3):
+        for index in range(3):
+            buffer.set_transform(
+                stamped('w', 'x', (index + 1) * SECOND, (index, 0.0, 0.0)), 'test')
+    assert '  rate: 1.500\n' in buffer.all_frames_as_yaml()
 
 
 def test_clear_forgets_what_moves_and_keeps_what_does_not() -> None:

@@ -15,7 +15,7 @@
 The recent transforms of one frame, by time; without ROS.
 
 A transform is a tuple (parent, x, y, z, qx, qy, qz, qw): a point p of the frame is at
-q p q* + (x, y, z) in its parent. Times are integers in ns; zero asks for the latest.
+q p q* + (x, y, z) in its parent. Times are integers in ns.
 """
 
 from bisect import bisect_right
@@ -265,7 +265,7 @@ class TimeCache:
         Get the transform at a time, interpolated where it lies between two.
 
         Args:
-            time: The time in ns; zero for the latest.
+            time: The time in ns.
 
         Returns:
             The transform.
@@ -278,7 +278,7 @@ class TimeCache:
         if not times:
             raise NoDataError('')
         latest = times[-1]
-        if time == latest or time == 0:
+        if time == latest:
             return self._entries[-1]
         start = self._start
         oldest = times[start]
