@@ -233,7 +233,8 @@ class Viewer(Listener):
         self.create_timer(PERIOD, self._on_timer)
         if self.view.port != port != 0:
             self.get_logger().warning(f'Port {port} is taken: the page is on {self.view.port}')
-        print(f'Viewer: {self.view.url}', flush=True)
+        # Not on standard output, which `ros2 launch` does not show.
+        print(f'Viewer: {self.view.url}', file=sys.stderr, flush=True)
 
     def destroy_node(self) -> None:
         """End the page, then the node."""
