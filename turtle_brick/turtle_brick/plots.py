@@ -43,6 +43,7 @@ from turtle_brick.catching import guaranteed_distance
 from turtle_brick.catching import GUARANTEED_LATENCY
 from turtle_brick.catching import resting_height
 from turtle_brick.catching import State
+from turtle_brick.measuring import percentile
 from turtle_brick.parameters import Parameters
 from turtle_brick.physics import Phase
 from turtle_brick.turtlesim_kinematics import ARENA_SIZE
@@ -370,3 +371,57 @@ def _spans(time: Sequence[float], values: Sequence[object]) -> list[tuple]:
             spans[-1][2] = begin
         spans.append([value, begin, time[-1]])
     return [tuple(span) for span in spans]
+
+
+CHAIN = {
+    'seen': ('arena', 'a fall shows in its third sample, 8 ms after the release', REFUSED),
+    'decided': ('catcher', 'recognises the fall, decides, publishes the goal', MISSED),
+    'commanded': ('turtle_robot', 'waits for its next cycle of 10 ms', ROBOT),
+    'moved': ('turtlesim', 'its queue of seven commands is always full', CAUGHT),
+    'known': ('turtle_robot', 'says so to TF in its next cycle', ROBOT),
+}
+"""Who does what in each part of the chain from a release to a motion, and in which colour."""
+
+
+def latency(chains: Sequence[dict[str, float]], path: Path) -> None:
+    """
+    Draw what happens between the release of a brick and the robot's first motion.
+
+    Args:
+        chains: of each drop the times (s) from the release to the end of each part, in order
+        path: of the PNG
+
+    """
+    with rc_context(STYLE):
+        figure = Figure(figsize=(9.4, 3.9), layout='constrained')
+        axes = figure.subplots()
+        axes.grid(axis='y', visible=False)
+        begin = 0.0
+        last = max(links['known'] for links in chains) * 1000.0
+        for row, (part, (who, what, color)) in enumerate(CHAIN.items()):
+            ends = sorted(1000.0 * links[part] for links in chains)
+            end = percentile(ends, 0.5)
+            axes.barh(row, end - begin, left=begin, height=0.5, color=color, alpha=0.85)
+            axes.plot(ends, [row] * len(ends), '|', color=INK, markersize=9.0, alpha=0.35,
+                      markeredgewidth=1.0)
+            words = f'{end - begin:.1f} ms: {what}'
+            if end - begin > 0.5 * last:
+                axes.text(begin + 0.012 * last, row, words, va='center', color='white')
+            elif end < 0.5 * last:
+                axes.text(ends[-1] + 0.012 * last, row, words, va='center')
+            else:
+                axes.text(min(begin, ends[0]) - 0.012 * last, row, words, va='center', ha='right')
+            if part != 'known':
+                axes.plot([end, end], [row, row + 1], color=INK, linewidth=0.8, linestyle=':')
+            begin = end
+        axes.set_yticks(range(len(CHAIN)), [who for who, _, _ in CHAIN.values()])
+        axes.tick_params(axis='y', length=0)
+        axes.set_ylim(len(CHAIN) - 0.4, -0.6)
+        axes.set_xlim(0.0, 1.02 * last)
+        axes.set_xlabel('time since the release / ms (bars: medians, ticks: each of '
+                        f'{len(chains)} drops)')
+        medians = {part: percentile(sorted(1000.0 * links[part] for links in chains), 0.5)
+                   for part in CHAIN}
+        axes.set_title(f'{medians["decided"]:.0f} ms from release to decision, '
+                       f'{medians["moved"]:.0f} ms to the first motion')
+        save(figure, path)
