@@ -133,8 +133,9 @@ def shift_to_past(live: LiveGraph, recording: Dict[str, Any]) -> int:
 def test_every_recorded_joint_state_has_its_recorded_effect(
         recording: Dict[str, Any], domain_id: int) -> None:
     """Message by message: which are thinned out, what the others move, what is latched."""
+    urdf = (DATA / recording.get('urdf', 'r2.urdf')).read_text()
     overrides = [Parameter(name, value=value) for name, value in
-                 {'robot_description': URDF, **recording['params']}.items()]
+                 {'robot_description': urdf, **recording['params']}.items()]
     with graph(domain_id, partial(RobotStatePublisher, parameter_overrides=overrides)) as live:
         node = live.nodes[-1]
         tf = live.record('/tf', TFMessage, QoSProfile(depth=500))
@@ -159,9 +160,44 @@ def test_every_recorded_joint_state_has_its_recorded_effect(
 
 
 def test_the_recordings_are_there() -> None:
-    """Four runs, of which one is thinned out from 200 to 36 and one to nothing."""
+    """Five runs, of which one is thinned out from 200 to 36 and one to nothing."""
     assert sorted((len(recording['sent']), len(recording['tf'])) for recording in RECORDINGS) == [
-        (3, 3), (5, 0), (5, 3), (200, 36)]
+        (3, 3), (5, 0), (5, 3), (200, 36), (200, 152)]
+
+
+@for_standin
+def test_a_stamp_of_the_future_does_not_silence_it(domain_id: int) -> None:
+    """The interval runs from the node's clock, if that is earlier than the last stamp."""
+    overrides = [Parameter('robot_description', value=URDF)]
+    with graph(domain_id, partial(RobotStatePublisher, parameter_overrides=overrides)) as live:
+        node = live.nodes[-1]
+        tf = live.record('/tf', TFMessage)
+        live.wait_for(lambda: node.count_subscribers('/tf') == 1, 10.0, 'a listener')
+        for ahead in (100, 0, 10):
+            state = JointState(name=['j1'], position=[float(ahead)])
+            now = live.listener.get_clock().now().nanoseconds
+            state.header.stamp.sec, state.header.stamp.nanosec = divmod(
+                now + ahead * SECOND, SECOND)
+            live.do(partial(node.joint_states_callback, state))
+        live.wait_for(lambda: len(tf.messages) == 2, 10.0, 'what is 100 s and 10 s ahead')
+        assert tf.last.transforms[0].header.stamp == state.header.stamp
+
+
+@for_standin
+def test_no_limit_and_no_stamps(domain_id: int) -> None:
+    """At zero Hz nothing is thinned out that is in order, and on demand nothing at all."""
+    for parameter, stamps in ((Parameter('publish_frequency', value=0.0), (5, 5, 6)),
+                              (Parameter('ignore_timestamp', value=True), (5, 0, 4))):
+        overrides = [Parameter('robot_description', value=URDF), parameter]
+        with graph(domain_id, partial(RobotStatePublisher, parameter_overrides=overrides)) as live:
+            node = live.nodes[-1]
+            tf = live.record('/tf', TFMessage)
+            live.wait_for(lambda: node.count_subscribers('/tf') == 1, 10.0, 'a listener')
+            for stamp in stamps:
+                state = JointState(name=['j1'], position=[1.0])
+                state.header.stamp.sec = stamp
+                live.do(partial(node.joint_states_callback, state))
+            live.wait_for(lambda: len(tf.messages) == 3, 10.0, 'three messages')
 
 
 # ------------------------------------------------------------------------------- as a process
@@ -260,18 +296,23 @@ def test_parameters_can_change_while_it_runs(publisher: NodeProcess, domain_id: 
         assert not set_parameter(live, 'publish_frequency', 1001.0).successful
         assert not set_parameter(live, 'publish_frequency', -1.0).successful
 
-        changed = URDF.replace('xyz="0.3 0 0.1"', 'xyz="0.4 0 0.1"')
-        assert changed != URDF
+        shift = shift_to_past(live, recording)
+        first, _, second, *_ = recording['sent']
+        send(live, joint_state(first, shift), tf)
+        changed = URDF.replace('xyz="0.3 0 0.1"', 'xyz="0.4 0 0.1"').replace(
+            'xyz="0 0 0.05"', 'xyz="0 0 0.06"')
         assert set_parameter(live, 'robot_description', changed).successful
         live.wait_for(lambda: description.last.data == changed
                       and static.last.transforms[0].transform.translation.x == 0.4,
                       10.0, 'the new robot')
         assert [t.child_frame_id for t in static.last.transforms] == ['fixed_link']
+        moved, = send(live, joint_state({**first, 'stamp': second['stamp']}, shift), tf).transforms
+        assert (moved.child_frame_id, moved.transform.translation.z) == ('link1', 0.06)
 
         assert set_parameter(live, 'frame_prefix', 'bot2/').successful
-        shift = shift_to_past(live, recording)
-        message = send(live, joint_state(recording['sent'][0], shift), tf)
-        assert [t.child_frame_id for t in message.transforms] == ['bot2/link1']
+        moved, = send(live, joint_state(
+            {**first, 'stamp': recording['sent'][3]['stamp']}, shift), tf).transforms
+        assert (moved.header.frame_id, moved.child_frame_id) == ('bot2/base_link', 'bot2/link1')
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
