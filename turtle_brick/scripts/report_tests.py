@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
+import re
 import sys
 from typing import Iterable
 from typing import NamedTuple
@@ -34,6 +35,23 @@ class Summary(NamedTuple):
 
     skipped: tuple[tuple[str, str], ...]
     """The name of each one that was skipped, and the reason."""
+
+
+def reason_of(skip: ElementTree.Element) -> str:
+    """
+    Find out why a test was skipped.
+
+    Args:
+        skip: The element that says that it was.
+
+    Returns:
+        The reason. For a file that was skipped as a whole, pytest has it in the text alone, as
+        the last of ('file', line, 'Skipped: reason').
+    """
+    whole_file = re.search(r"""Skipped: (.*)['"]\)\s*$""", skip.text or '', re.DOTALL)
+    if skip.get('message') == 'collection skipped' and whole_file:
+        return whole_file.group(1)
+    return skip.get('message') or (skip.text or '').strip() or 'no reason given'
 
 
 def summarise(folders: Iterable[Path]) -> Summary:
@@ -61,8 +79,7 @@ def summarise(folders: Iterable[Path]) -> Summary:
                 failed += 1
             elif (skip := case.find('skipped')) is not None:
                 name = '.'.join(filter(None, (case.get('classname'), case.get('name'))))
-                reason = skip.get('message') or (skip.text or '').strip() or 'no reason given'
-                skipped.append((name, reason))
+                skipped.append((name, reason_of(skip)))
             else:
                 passed += 1
     return Summary(passed, failed, tuple(skipped))

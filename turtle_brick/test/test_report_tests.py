@@ -14,6 +14,7 @@
 """The summary of a test run counts every test once, and no empty or broken run is a success."""
 
 import importlib.util
+import os
 from pathlib import Path
 import subprocess
 import sys
@@ -66,6 +67,30 @@ def test_counts_and_status(tmp_path, files, passed, failed, skipped):
     cases = f' ({skipped} cases)' if skipped > 1 else ''
     assert lines[:-1] == [f'skipped: a.b.skipped{cases}: no rviz2'] * (skipped > 0)
     assert (status == 0) == (passed > 0 and failed == 0)
+
+
+def test_the_reason_of_a_skipped_file_is_named(tmp_path):
+    tests = tmp_path / 'source'
+    tests.mkdir()
+    (tests / 'test_one.py').write_text("""
+import pytest
+pytest.importorskip('no_such_module', reason="it's not here")
+""")
+    (tests / 'test_two.py').write_text("""
+import pytest
+pytest.skip('not now (really)', allow_module_level=True)
+""")
+    (tests / 'test_three.py').write_text('def test(): pass')
+    results = tmp_path / 'results'
+    subprocess.run(
+        [sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider', '--rootdir', str(tests),
+         '-c', os.devnull, '--junit-xml', str(results / 'pytest.xml'), str(tests)],
+        cwd=tests, env={name: value for name, value in os.environ.items()
+                        if name != 'PYTEST_ADDOPTS'}, stdout=subprocess.DEVNULL, check=True)
+    status, lines = run(results)
+    assert status == 0
+    assert sorted(lines) == ['1 passed, 0 failed, 2 skipped', "skipped: test_one: it's not here",
+                             'skipped: test_two: not now (really)']
 
 
 def test_every_reason_is_named(tmp_path):
