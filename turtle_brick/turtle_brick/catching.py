@@ -323,6 +323,8 @@ class Observation:
     """The brick has left the tilted platform, whichever way."""
     out_of_patience: bool = False
     level: bool = True
+    fall_over: bool = False
+    """A fall has just ended."""
 
 
 def transition(state: State, seen: Observation) -> State:
@@ -354,6 +356,9 @@ def transition(state: State, seen: Observation) -> State:
     elif state is State.LEVELLING:
         if seen.level:
             return State.WAITING
+    elif seen.fall_over and seen.on_platform:
+        # Called unreachable, and caught all the same by a robot that somebody has driven there.
+        return State.CARRYING
     return state
 
 
@@ -398,6 +403,7 @@ class Catcher:
         self.decision: Optional[Decision] = None
         self._detector = FallDetector(parameters.gravity_accel)
         self._undecided: Optional[Fall] = None
+        self._fall_over = False
         self._brick: Optional[Vector] = None
         self._brick_seen = 0
         self._brick_moved = 0
@@ -424,9 +430,11 @@ class Catcher:
             self._brick = position
             self._brick_moved = stamp
         self._brick_seen = stamp
+        fell = self._detector.fall is not None
         if self._detector.observe(stamp, *position):
             self._undecided = self._detector.fall
             return True
+        self._fall_over |= fell and self._detector.fall is None
         return False
 
     def update(self, now: int, platform: Optional[Pose]) -> List[Action]:
@@ -458,7 +466,9 @@ class Catcher:
             and hypot(robot.x - CENTRE[0], robot.y - CENTRE[1]) <= AT_CENTRE,
             off_platform=self._off_platform(now, platform),
             out_of_patience=(now - self._since) * NANO > PATIENCE,
-            level=self._angle == 0.0))
+            level=self._angle == 0.0,
+            fall_over=self._fall_over))
+        self._fall_over = False
         if state is not self.state or reachable:
             self._since = now
             self._angle_before = self._angle
