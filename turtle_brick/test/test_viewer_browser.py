@@ -28,7 +28,9 @@ import numpy
 import pytest
 from turtle_brick.browser import Chromium
 from turtle_brick.browser import find_chromium
+from turtle_brick.catching import CENTRE
 from turtle_brick.graph import Graph
+from turtle_brick.parameters import load
 from turtle_brick.physics import Phase
 from witness import Witness
 
@@ -173,8 +175,7 @@ def test_robot_walls_and_brick_are_seen_where_they_are(browser, stage):
     x, y, z = BRICK
     picture = picture_with(browser, BRICK, is_red)
     assert not is_red(color_at(picture, (x, y, z - 0.5)))
-    (platform,) = {stage.arena.world.platform.position}
-    assert is_blue(color_at(picture, (platform[0], platform[1], platform[2] + 0.04)))
+    assert is_blue(color_at(picture, (*CENTRE, load().platform_height))), 'the platform'
     wall = color_at(picture, (5.5, -0.1, 0.25))
     assert wall[2] > wall[0] + 0.03, 'the nearest wall'
     assert is_grey(color_at(picture, (3.0, 2.5, 0.0))), 'the ground'

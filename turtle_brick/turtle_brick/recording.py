@@ -72,7 +72,7 @@ RATE = 30
 """Pictures per second."""
 
 BEFORE, AFTER = 1.0, 3.5
-"""How much is shown (s) before the first brick is placed and after the last one is at rest."""
+"""How much is shown (s) before the first brick is placed and after each one is at rest."""
 
 CLOSE_UP = (288, 228)
 """Size of the picture in the picture, which follows the robot (pixels)."""
@@ -177,6 +177,10 @@ def perform(bricks: Optional[Sequence[Vector]]) -> Tuple[Log, int, int]:
 
     Returns:
         What was to be seen, and the first and the last instant (ns) worth showing.
+
+    Raises:
+        RuntimeError: a brick was not caught, or not declared out of reach, as it should
+
     """
     parameters = load()
     with Graph(quiet=True) as graph:
@@ -186,8 +190,11 @@ def perform(bricks: Optional[Sequence[Vector]]) -> Tuple[Log, int, int]:
         start = recorder.now()
         graph.spin_for(BEFORE)
         for brick in bricks or two_bricks(parameters):
-            match.drop(brick)
-        graph.spin_for(AFTER)
+            outcome = match.drop(brick)
+            if outcome.faults:
+                raise RuntimeError('the graph has not done what it should, as on a machine that '
+                                   f'is too busy: {", ".join(outcome.faults)}')
+            graph.spin_for(AFTER)
         recorder.fetch()
         return recorder.log, start, recorder.now()
 

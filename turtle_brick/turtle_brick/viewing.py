@@ -159,7 +159,7 @@ class Account:
         tilted = abs(self._tilt) > self.LEVEL
         if self.phase is Phase.FALLING:
             if self._unreachable:
-                return 'Unreachable: the brick falls beyond reach'
+                return 'Unreachable'
             return 'Reachable: driving under the brick' if self._pursued else 'The brick falls'
         if self.phase is Phase.RIDING:
             if tilted:
@@ -168,9 +168,9 @@ class Account:
                 return 'Caught: carrying it to ({:.2f}, {:.2f})'.format(*self._goal)
             return 'Caught'
         if self.phase is Phase.GROUNDED and self._unreachable:
-            return 'Unreachable: the brick is on the ground'
+            return 'Unreachable: it fell to the ground'
         if self.phase is Phase.GROUNDED and self._pursued:
-            return 'Missed: the brick is on the ground'
+            return 'Missed: it fell to the ground'
         if tilted:
             return 'Tipped off' if self.phase is Phase.FLOATING else 'Platform tilted'
         return 'Waiting for a brick to fall'
