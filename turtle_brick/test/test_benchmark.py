@@ -324,7 +324,7 @@ def test_a_domain_in_use_is_not_taken(domain_id):
 def test_a_node_that_cannot_run_is_named(tmp_path):
     """With the last that it said."""
     process = benchmark.Process(
-        'arena', [sys.executable, '-c', 'print("first"); exit("no parameters")'],
+        'arena', [sys.executable, '-c', 'print("first", flush=True); exit("no parameters")'],
         tmp_path / 'log')
     with pytest.raises(RuntimeError, match='arena has ended with status 1.*no parameters'):
         deadline = monotonic() + DEADLINE

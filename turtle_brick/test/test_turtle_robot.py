@@ -103,7 +103,6 @@ class Bench:
         """Wait until the turtle stands at a place."""
         self.graph.spin_until(lambda: self.at_rest(x, y), timeout, f'arrived at ({x}, {y})')
 
-
     def stand(self):
         """Wait until the robot has asked for no motion for as long as a command takes."""
         self.graph.spin_until(

@@ -79,8 +79,9 @@ class Odometer:
         last = self._last
         dx, dy = pose.x - last.x, pose.y - last.y
         path = hypot(dx, dy)
-        # A pose comes with the speed that has led to it. No turtle drives farther than that allows,
-        # over all ticks since the last pose: anything else is a teleport or another turtlesim.
+        # A pose comes with the speed that has led to it. No turtle drives farther than that
+        # allows, over all ticks since the last pose: anything else is a teleport or another
+        # turtlesim.
         ticks = max(1.0, (now - self._last_time) / TICK + 0.5)
         if path <= RESOLUTION or path > ticks * TICK * pose.linear_velocity + RESOLUTION:
             return
