@@ -144,7 +144,7 @@ class Probe(Node):
             print('up', flush=True)
         {tick}
 
-Probe.__module__ = 'turtle_brick.probe'
+sys.argv[0] = '/opt/some/lib/probe'  # as `ros2 run` names it
 sys.exit(run(Probe))
 """
 

@@ -34,6 +34,7 @@ Parameters: those of config/turtle.yaml, read-only; it uses gravity_accel, platf
 platform_thickness, brick_size, brick_start and wall_height.
 """
 
+import sys
 from typing import Any
 from typing import List
 from typing import Optional
@@ -228,4 +229,4 @@ def main(args: Optional[List[str]] = None) -> int:
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(main())

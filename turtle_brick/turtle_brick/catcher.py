@@ -28,6 +28,7 @@ Parameters: those of config/turtle.yaml, read-only; it uses max_velocity, platfo
 platform_radius, platform_thickness, gravity_accel, brick_size and tilt_angle.
 """
 
+import sys
 from typing import Any
 from typing import List
 from typing import Optional
@@ -174,4 +175,4 @@ def main(args: Optional[List[str]] = None) -> int:
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(main())

@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from collections.abc import Sequence
 from dataclasses import fields
+from pathlib import Path
 import re
 import signal
 import sys
@@ -128,6 +129,7 @@ def run(node_type: Callable[[], Node], args: Sequence[str] | None = None) -> int
         sentence on standard error then explains.
 
     """
+    program = Path((args or sys.argv)[0]).stem
     interrupts = _Interrupts()
     node = None
     try:
@@ -135,9 +137,9 @@ def run(node_type: Callable[[], Node], args: Sequence[str] | None = None) -> int
             rclpy.init(args=args)
         except RCLError as error:
             # Chiefly a parameter file that cannot be read, then the place in rcl's source.
-            return _complain(node_type, re.sub(r', at [^,]*:\d+', '', str(error)))
+            return _complain(program, re.sub(r', at [^,]*:\d+', '', str(error)))
         except UnknownROSArgsError as error:
-            return _complain(node_type, f'unknown ROS arguments {error}')
+            return _complain(program, f'unknown ROS arguments {error}')
         interrupts.handled_by_rclpy = True
         node = node_type()
         # On a signal rclpy wakes the executor first and shuts the context down next. An executor
@@ -149,7 +151,7 @@ def run(node_type: Callable[[], Node], args: Sequence[str] | None = None) -> int
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except ParameterError as error:
-        return _complain(node_type, str(error))
+        return _complain(program, str(error))
     except (RCLError, InvalidHandle, NotInitializedException):
         # Whatever was under way when a signal shut the context down fails for that reason.
         if rclpy.ok():
@@ -163,7 +165,6 @@ def run(node_type: Callable[[], Node], args: Sequence[str] | None = None) -> int
     return 0
 
 
-def _complain(node_type: Callable[[], Node], sentence: str) -> int:
-    name = node_type.__module__.rpartition('.')[2]
-    print(f'{name}: {" ".join(sentence.split())}', file=sys.stderr)
+def _complain(program: str, sentence: str) -> int:
+    print(f'{program}: {" ".join(sentence.split())}', file=sys.stderr)
     return 1

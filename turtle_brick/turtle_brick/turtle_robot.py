@@ -37,6 +37,7 @@ Parameters: those of config/turtle.yaml, read-only; it uses max_velocity and whe
 
 from array import array
 from math import isfinite
+import sys
 from time import monotonic
 from typing import Any
 from typing import List
@@ -227,4 +228,4 @@ def main(args: Optional[List[str]] = None) -> int:
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(main())
