@@ -32,7 +32,6 @@ from hypothesis import settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from turtle_brick.chassis import Chassis
 from turtle_brick.chassis import MIN_ROOM
 from turtle_brick.parameters import default_path
 from turtle_brick.parameters import from_mapping
@@ -252,7 +251,7 @@ def test_geometry_follows_from_the_parameters(tmp_path):
         values = {**DEFAULTS, **changes}
         path.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}), encoding='utf-8')
         robot = Robot(described(path))
-        chassis = Chassis.of(from_mapping(values))
+        chassis = from_mapping(values).chassis
 
         for turn in (0.0, 0.4, 1.0, 2.0, -3.0):
             angles = {'stem_joint': turn, 'wheel_joint': 2.7 * turn}

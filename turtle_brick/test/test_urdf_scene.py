@@ -20,7 +20,6 @@ from math import sin
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
-from turtle_brick.chassis import Chassis
 from turtle_brick.geometry import rotate
 from turtle_brick.parameters import default_path
 from turtle_brick.parameters import load
@@ -86,7 +85,7 @@ def test_what_is_drawn_is_what_the_description_says():
 def test_our_robot_has_the_dimensions_of_its_chassis():
     path = default_path().parent.parent / 'urdf' / 'turtle.urdf.xacro'
     robot = parse_urdf(xacro.process_file(str(path)).toxml())
-    chassis = Chassis.of(load())
+    chassis = load().chassis
     assert robot.root == 'base_link'
     named = ('base_link', 'stem', 'wheel', 'post', 'platform')
 

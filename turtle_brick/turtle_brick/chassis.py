@@ -32,10 +32,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 import math
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from turtle_brick.parameters import Parameters
 
 MIN_ROOM = 0.05
 """Least height (m) between the wheel's top and the turning platform: neck, cube and clearance."""
@@ -84,22 +80,6 @@ class Chassis:
     stem_radius: float
     post_length: float
     post_radius: float
-
-    @classmethod
-    def of(cls, parameters: Parameters) -> Chassis:
-        """
-        Derive the dimensions from the parameters.
-
-        Args:
-            parameters: The configured values.
-
-        Returns:
-            The dimensions of the robot that is configured so.
-
-        """
-        return cls.from_dimensions(
-            parameters.platform_height, parameters.platform_radius,
-            parameters.platform_thickness, parameters.wheel_radius)
 
     @classmethod
     def from_dimensions(

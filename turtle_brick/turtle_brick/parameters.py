@@ -117,9 +117,16 @@ class Parameters:
                 f'brick_start {list(self.brick_start)} m is below the ground for a brick of '
                 f'brick_size {list(self.brick_size)} m: its z must be at least {half_height:g} m')
         try:
-            Chassis.of(self)
+            self.chassis
         except ValueError as error:
             raise ParameterError(str(error)) from None
+
+    @property
+    def chassis(self) -> Chassis:
+        """Return the robot's dimensions, which follow from these."""
+        return Chassis.from_dimensions(
+            self.platform_height, self.platform_radius, self.platform_thickness,
+            self.wheel_radius)
 
 
 def meaning(entry: Field[Any]) -> Meaning:
