@@ -29,7 +29,6 @@ from math import sqrt
 from random import Random
 
 import pytest
-from turtle_brick.catching import AT_CENTRE
 from turtle_brick.catching import CENTRE
 from turtle_brick.catching import COMMAND_LATENCY
 from turtle_brick.catching import resting_height
@@ -130,7 +129,7 @@ def test_both_promises_hold(delays, seed):
             assert result.decision_time <= 0.012 + 1e-9, case
             if result.caught:
                 assert hypot(result.carried_to[0] - CENTRE[0],
-                             result.carried_to[1] - CENTRE[1]) <= AT_CENTRE, case
+                             result.carried_to[1] - CENTRE[1]) <= 0.02, case
                 assert simulation.world.phase is Phase.FLOATING, case
                 assert 0.0 < result.slide_time < 10.0, case
             else:

@@ -49,10 +49,11 @@ TITLE = 'turtle_brick'
 PORTS = 100
 """How many ports are tried, from the wanted one on."""
 
-CAMERA = (5.54, -9.3, 7.3)
-"""Where one looks from at first (m in the world): the whole arena is in sight,"""
+CAMERA = (5.54, -11.5, 8.2)
+"""Where one looks from at first (m in the world): the whole arena is in sight, with what is said
+of a brick in its corners,"""
 
-LOOK_AT = (5.54, 5.5, 3.05)
+LOOK_AT = (5.54, 5.5, 3.2)
 """... and the air above it, and this is what one looks at."""
 
 FIELD_OF_VIEW = 0.82
