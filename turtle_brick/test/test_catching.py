@@ -22,6 +22,7 @@ from collections import deque
 from dataclasses import replace
 from itertools import product
 from math import cos
+from math import dist
 from math import hypot
 from math import inf
 from math import pi
@@ -758,6 +759,28 @@ def test_robot_that_somebody_else_sends_away_while_it_carries():
     stage.reach_state(State.WAITING)
     assert stage.states == COURSE
     assert stage.told(Drive) == [Drive(7.0, 6.0), Drive(*CENTRE), Drive(*CENTRE)]
+    assert stage.world.phase is Phase.FLOATING
+
+
+@pytest.mark.parametrize('delay', (0.1, 0.3, 0.45))
+def test_brick_that_comes_far_behind_is_still_carried(delay):
+    """On a busy machine the arena moves it with where the platform was some time ago."""
+    stage = Stage()
+    stage.drop(8.5, 8.0, 14.0)
+    stage.reach_state(State.CARRYING)
+    past = deque(maxlen=round(delay / (STEP * 1e-9)))
+    while stage.catcher.state is State.CARRYING:
+        stage.now += STEP
+        stage.move()
+        past.append(stage.platform())
+        stage.world.platform = past[0]
+        stage.world.step()
+        stage.see()
+        stage.decide()
+    assert stage.states[-1] is State.TILTING
+    assert dist(stage.robot, CENTRE) <= 0.02
+    stage.reach_state(State.WAITING)
+    assert stage.states == COURSE
     assert stage.world.phase is Phase.FLOATING
 
 

@@ -86,6 +86,11 @@ SETTLED = 0.05
 """Time (s) after which a brick that has not moved is at rest. On a tilted platform none is: it
 slides until its trailing edge has cleared, and floats from then on."""
 
+LAG = 0.5
+"""How far (s) behind the robot the brick that it carries may come: on a busy machine the arena
+moves it with where the platform was. Only a brick that has not moved for so long is left behind.
+"""
+
 AT_CENTRE = 0.02
 """Distance (m) from the centre at which the robot, at rest, may tilt."""
 
@@ -521,10 +526,14 @@ class Catcher:
         if robot is None or self._brick is None or self._detector.fall is not None:
             return False
         x, y, z = self._brick
+        if abs(z - resting_height(self.parameters)) > ON_PLATFORM:
+            return False
+        if (self.state is State.CARRYING
+                and (self._brick_seen - self._brick_moved) * NANO < LAG):
+            return True
         # The robot moves on while the transforms of the two are some ms apart.
         near = self.parameters.platform_radius + self.parameters.max_velocity * 0.1
-        return (abs(z - resting_height(self.parameters)) <= ON_PLATFORM
-                and hypot(x - robot.x, y - robot.y) <= near)
+        return hypot(x - robot.x, y - robot.y) <= near
 
     def _off_platform(self, now: int, platform: Optional[Pose]) -> bool:
         """Tell whether the brick does not move although the platform is tilted: it has left."""

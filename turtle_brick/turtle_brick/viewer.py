@@ -104,6 +104,10 @@ LOSSY = QoSProfile(depth=500, reliability=ReliabilityPolicy.BEST_EFFORT)
 """For what is soon out of date: nobody who publishes it ever waits for the viewer."""
 
 
+def ignore(message: Any) -> None:
+    """Stand in for the callback of a subscription whose messages are fetched."""
+
+
 class Polled(CallbackGroup):
     """
     Subscriptions that never wake the executor, since their messages are fetched when needed.
@@ -173,13 +177,13 @@ class Listener(Node):
 
         polled = Polled()
         self._polled.append((
-            self.create_subscription(TFMessage, '/tf', print, LOSSY, callback_group=polled),
+            self.create_subscription(TFMessage, '/tf', ignore, LOSSY, callback_group=polled),
             on_transforms))
         for kind, topic in ((Twist, 'cmd_vel'), (Twist, 'turtle1/cmd_vel'), (Odometry, 'odom'),
                             (JointState, 'joint_states')):
             # Not looked into, hence not unpacked.
             self._polled.append((
-                self.create_subscription(kind, topic, print, LOSSY, callback_group=polled,
+                self.create_subscription(kind, topic, ignore, LOSSY, callback_group=polled,
                                          raw=True),
                 lambda _, sent, topic=topic: display.hear_of(topic, sent)))
 
