@@ -270,6 +270,18 @@ def test_drives_to_the_walls_and_away(speed, goal):
 
 
 @law(100)
+@given(drive=drives(1.0), seed=seeds)
+def test_goal_that_is_sent_again_moves_nothing(drive, seed):
+    """Not even the millimetre that jittering ticks may have left."""
+    speed, start, goal = drive
+    bench = Bench(speed, start, seed)
+    measure(bench, goal)
+    bench.driver.drive_to(*goal)
+    since = bench.now
+    bench.assert_rests(goal, since, since + 0.3)
+
+
+@law(100)
 @given(speed=speeds, seed=seeds, away=st.floats(0.0, 4e-4), angle=headings)
 def test_goal_where_it_stands_moves_nothing(speed, seed, away, angle):
     bench = Bench(speed, seed=seed)

@@ -276,13 +276,16 @@ class Driver:
         """
         Drive to a goal from now on, from wherever the turtle is and whatever it does.
 
+        The goal at which it stands already changes nothing.
+
         Args:
             x: the goal in the world (m), within the arena
             y: the goal in the world (m), within the arena
 
         """
-        self.goal = (x, y)
-        self._arrived = False
+        if self.goal != (x, y):
+            self.goal = (x, y)
+            self._arrived = False
 
     def observe(self, now: float, pose: Pose) -> None:
         """
