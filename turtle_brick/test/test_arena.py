@@ -191,7 +191,6 @@ def test_250_transforms_per_second(bench):
     bench.bricks.clear()
     bench.graph.spin_for(3.0)
     stamps = [nanoseconds(transform) for _, transform in bench.bricks]
-    assert len(stamps) == pytest.approx(750, abs=10)
     assert (len(stamps) - 1) / ((stamps[-1] - stamps[0]) * NANO) == pytest.approx(250.0, abs=1e-6)
     assert rate(bench.bricks) == pytest.approx(250.0, abs=1.0)
     assert all(transform.header.frame_id == 'world' for _, transform in bench.bricks)

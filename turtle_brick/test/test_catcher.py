@@ -47,7 +47,7 @@ class Arena(Match):
 
     def __init__(self, graph):
         """Bring it up."""
-        super().__init__(graph, load(graph.params_file))
+        super().__init__(graph, load(graph.params_file), hovering_time=0.2)
         self.kick_off()
         self.witness = graph.add(Witness, parameters=False)
         self.markers = self.witness.record(Marker, 'catcher_marker')

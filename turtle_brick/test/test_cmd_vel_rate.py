@@ -32,7 +32,7 @@ def assert_cmd_vel_at_100_hz(domain_id):
         domain_id: the ROS domain in which one turtle_robot runs
 
     Raises:
-        AssertionError: It is off 100 Hz by over 2 %, or a command is not for standing still.
+        AssertionError: It is off 100 Hz by over 1 %, or a command is not for standing still.
 
     """
     with Graph(domain_id) as graph:
@@ -40,7 +40,7 @@ def assert_cmd_vel_at_100_hz(domain_id):
         commands = witness.record(Twist, 'cmd_vel')
         graph.spin_until(lambda: commands, 20.0, 'a cmd_vel')
         rate, = measure(graph, [commands], 3.0)
-        assert rate == pytest.approx(100.0, rel=0.02)
+        assert rate == pytest.approx(100.0, rel=0.01)
         assert all(command == Twist() for _, command in commands)
 
 

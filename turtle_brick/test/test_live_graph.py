@@ -21,7 +21,6 @@ import time
 from live_graph import graph
 from live_graph import LiveGraph
 from live_graph import process
-from live_graph import rate
 from live_graph import reserved_domain
 import pytest
 from rclpy.context import Context
@@ -46,20 +45,6 @@ class Counter(Node):
 
     def fail(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         raise ZeroDivisionError('as asked')
-
-
-@pytest.mark.parametrize('hertz', [90.0, 100.0, 110.0])
-def test_rate_is_that_of_the_arrivals(hertz):
-    slow_start = [index * 0.5 for index in range(20)]
-    times = slow_start + [slow_start[-1] + 0.5 + index / hertz for index in range(101)]
-    assert rate(times) == pytest.approx(hertz, rel=1e-9)
-    assert rate(times, warm_up=0) < 15.0
-
-
-@pytest.mark.parametrize('count', [0, 20, 21])
-def test_rate_of_too_few_is_refused(count):
-    with pytest.raises(ValueError, match=f'{count} arrivals'):
-        rate([0.01 * index for index in range(count)])
 
 
 def test_reserved_domains_differ():

@@ -157,15 +157,18 @@ class Outcome(NamedTuple):
 class Match:
     """The graph, and the bricks that are dropped into it."""
 
-    def __init__(self, graph: Graph, parameters: Parameters) -> None:
+    def __init__(self, graph: Graph, parameters: Parameters,
+                 hovering_time: float = HOVERING_TIME) -> None:
         """
         Bring every node up.
 
         Args:
             graph: an empty graph
             parameters: those that its nodes have
+            hovering_time: how long (s) a brick hovers before it is dropped
 
         """
+        self.hovering_time = hovering_time
         self.graph = graph
         self.parameters = parameters
         self.start = monotonic()
@@ -232,7 +235,7 @@ class Match:
         distance = hypot(brick[0] - robot.x, brick[1] - robot.y)
         self.say('the brick hovers at ({:.2f}, {:.2f}, {:.2f})'.format(*brick)
                  + f', {distance:.2f} m from the robot')
-        self.graph.spin_for(HOVERING_TIME)
+        self.graph.spin_for(self.hovering_time)
         before, verdicts = catcher.decision, self.referee.verdicts
         self.call(self.referee.drop_client, Trigger.Request())
         self.say('it is let go')
