@@ -132,7 +132,8 @@ def test_rates_idle_and_driving(bench):
         rates = measure(bench.graph, bench.outputs, 5.0)
         assert rates == pytest.approx([100.0] * 4, rel=0.005), f'driving: {driving}'
         if driving:
-            assert sum(command == Twist() for _, command in bench.commands) < 10
+            moving = sum(command != Twist() for _, command in bench.commands)
+            assert moving > 0.5 * len(bench.commands)
     for topic in ('turtle1/cmd_vel', 'odom', 'joint_states', 'goal_pose', 'tilt'):
         assert bench.witness.count_publishers(topic) == 1, topic
 
