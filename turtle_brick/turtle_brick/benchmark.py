@@ -709,7 +709,7 @@ def measure_set_up(repository: Path) -> Dict[str, float]:
         for name in ('cold', 'warm'):
             begin = monotonic()
             done = subprocess.run(
-                ['bash', '-c', 'source "$0" && python3 -c "import rclpy"',
+                ['bash', '-c', 'source "$1" && python3 -c "import rclpy"', 'bash',
                  str(clone / 'turtle_brick' / 'scripts' / 'env.bash')],
                 env=environment, cwd=directory, stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
