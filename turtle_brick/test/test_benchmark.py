@@ -256,6 +256,7 @@ def found():
     composed = {**run, 'floor': {'cores': {'composed': 0.5}}, 'idle': {'composed': 0.6},
                 'catching': {'composed': 0.7}, 'memory': {'composed': 90 * 2**20}}
     return {'machine': benchmark.machine(), 'seconds': 60.0, 'drops': 2, 'others_cores': 0.01,
+            'stolen_cores': 0.034,
             'processes': run, 'composed': composed,
             'headless': {'drops': 400, 'drops_per_second': 123.4, 'real_time_factor': 456.7},
             'set_up': {'cold': 98.7, 'warm': 0.8}}
@@ -276,6 +277,7 @@ def test_the_table_holds_what_was_found(domain_id):
     assert 'set-up: 99 s in a fresh clone, 0.8 s once made' in text
     assert '12 caught, 1 missed' in text
     assert 'TOO MUCH' not in text
+    assert 'kept 0.034 cores for itself' in text
     assert 'TOO MUCH' in benchmark.report({**found(), 'others_cores': 0.2})
 
 

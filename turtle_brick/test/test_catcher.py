@@ -22,14 +22,22 @@ from geometry_msgs.msg import PoseStamped
 from geometry_msgs.msg import TransformStamped
 import pytest
 from rclpy.duration import Duration
+from tf2_msgs.msg import TFMessage
 from tf2_ros import TransformBroadcaster
+from turtle_brick.arena import STEP
 from turtle_brick.catching import CENTRE
 from turtle_brick.catching import guaranteed_distance
 from turtle_brick.catching import resting_height
 from turtle_brick.catching import State
 from turtle_brick.demo import Match
 from turtle_brick.demo import random_bricks
+from turtle_brick.frames import between
+from turtle_brick.frames import BRICK
 from turtle_brick.frames import set_stamp
+from turtle_brick.frames import set_transform
+from turtle_brick.frames import WORLD
+from turtle_brick.geometry import IDENTITY
+from turtle_brick.geometry import Pose
 from turtle_brick.graph import Graph
 from turtle_brick.parameters import load
 from turtle_brick.physics import Phase
@@ -231,6 +239,23 @@ def test_brick_of_another_broadcaster(graph):
     assert hypot(pose.x - 7.0, pose.y - 6.5) < PARAMETERS.platform_radius
     assert catcher.catcher.decision.reachable
     graph.spin_until(lambda: catcher.catcher.state is State.CARRYING, 2.0, 'recognised')
+
+
+def test_fall_that_comes_in_one_message_is_seen(graph):
+    """As after a machine stood still: the arena makes up for all of its steps at once."""
+    catcher = graph.add_catcher()
+    now, message = catcher.get_clock().now().nanoseconds, TFMessage()
+    for step in range(1, 51):
+        transform = between(WORLD, BRICK)
+        set_stamp(transform.header.stamp, now + step * STEP)
+        fallen = 0.5 * PARAMETERS.gravity_accel * (max(step - 10, 0) * STEP * 1e-9) ** 2
+        set_transform(transform.transform, Pose((7.0, 6.0, 8.0 - fallen), IDENTITY))
+        message.transforms.append(transform)
+    catcher.tf_listener.callback(message)
+    fall = catcher.catcher.decision.fall
+    # Three samples of it after the last one at rest, or the one before that still shows little.
+    assert fall.stamp - now in (12 * STEP, 13 * STEP)
+    assert (fall.x, fall.y) == (7.0, 6.0)
 
 
 def test_in_a_namespace(domain_id):

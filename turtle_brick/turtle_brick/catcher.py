@@ -35,6 +35,7 @@ from typing import Optional
 
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
+from rclpy.time import Time
 from tf2_ros import Buffer
 from turtle_brick.catching import Catcher
 from turtle_brick.catching import Decision
@@ -93,9 +94,9 @@ class CatcherNode(Node):
         self.marker_publisher = self.create_publisher(Marker, 'catcher_marker', 10)
         self.create_timer(PERIOD, self.update)
 
-    def on_brick(self) -> None:
-        """Look at the brick; act at once if it has begun to fall."""
-        transform = latest(self.tf_buffer, BRICK)
+    def on_brick(self, time: Time) -> None:
+        """Look at where the brick was at a time; act at once if it has begun to fall."""
+        transform = latest(self.tf_buffer, BRICK, time)
         if transform is not None:
             stamp = nanoseconds_of(transform.header.stamp)
             if self.catcher.see_brick(stamp, pose_of(transform.transform).position):

@@ -73,12 +73,22 @@ def between(parent: str, child: str) -> TransformStamped:
     return message
 
 
-def latest(buffer: Buffer, frame: str) -> Optional[TransformStamped]:
-    """Return the latest transform from the world to a frame, None where there is none yet."""
+def latest(buffer: Buffer, frame: str, time: Time = LATEST) -> Optional[TransformStamped]:
+    """
+    Return the latest transform from the world to a frame, or that at a time.
+
+    Args:
+        buffer: what is known of the frames
+        frame: the frame
+        time: the time; if the frame is not known then, the latest transform is as good
+
+    Returns:
+        The transform, None where there is none yet.
+    """
     try:
-        return buffer.lookup_transform(WORLD, frame, LATEST)
+        return buffer.lookup_transform(WORLD, frame, time)
     except TransformException:
-        return None
+        return None if time is LATEST else latest(buffer, frame)
 
 
 def recent(buffer: Buffer, frame: str, now: int) -> Optional[Pose]:
@@ -93,7 +103,7 @@ class FrameListener(TransformListener):
     """A TransformListener that also says when a frame has moved."""
 
     def __init__(self, buffer: Buffer, node: Node, frame: str,
-                 on_news: Callable[[], None]) -> None:
+                 on_news: Callable[[Time], None]) -> None:
         """
         Listen to /tf and /tf_static.
 
@@ -101,7 +111,8 @@ class FrameListener(TransformListener):
             buffer: what to fill
             node: the node to listen with
             frame: the frame whose news matter
-            on_news: called after each message that moved the frame, the buffer up to date
+            on_news: called with the time of each transform of the frame, in order, the buffer up
+                to date: also those that a busy machine made come together
 
         """
         self._frame = frame
@@ -113,5 +124,4 @@ class FrameListener(TransformListener):
         super().callback(data)
         for transform in data.transforms:
             if transform.child_frame_id == self._frame:
-                self._on_news()
-                return
+                self._on_news(Time.from_msg(transform.header.stamp))

@@ -228,10 +228,20 @@ def peak_memory(process: int) -> int:
 
 def busy_time() -> float:
     """Return the time (s) that all processors together have worked since the machine started."""
+    spent = _spent()
+    return sum(spent.values()) - spent['idle'] - spent['iowait'] - spent['steal']
+
+
+def stolen_time() -> float:
+    """Return the time (s) that a virtual machine's processors have been kept from working."""
+    return _spent()['steal']
+
+
+def _spent() -> Dict[str, float]:
+    """Return what all processors together have spent their time (s) on since the start."""
     names = ('user', 'nice', 'system', 'idle', 'iowait', 'irq', 'softirq', 'steal')
-    ticks = dict(zip(names, map(int, Path('/proc/stat').read_text().split('\n')[0].split()[1:])))
-    idle = ticks['idle'] + ticks['iowait']
-    return (sum(ticks.values()) - idle) / os.sysconf('SC_CLK_TCK')
+    ticks = Path('/proc/stat').read_text().split('\n')[0].split()[1:]
+    return {name: int(count) / os.sysconf('SC_CLK_TCK') for name, count in zip(names, ticks)}
 
 
 def processor_model() -> str:
