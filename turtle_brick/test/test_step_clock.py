@@ -13,6 +13,8 @@
 # limitations under the License.
 """StepClock: steps on a grid that nothing can make drift."""
 
+from random import Random
+
 from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -113,3 +115,17 @@ def test_an_hour_has_so_many_steps(hertz):
     count += len(clock.due(now))
     assert count == 3600 * hertz + 1
     assert clock.last == now
+
+
+@pytest.mark.parametrize('first', (0.0, 0.9))
+def test_each_call_of_a_timer_has_its_step_on_the_timers_own_grid(first):
+    """However late the first call was; on the grid of the calls, some would come too early."""
+    clock, random = StepClock(PERIOD), Random(1)
+    due = 1_700_000_000_000_000_123
+    assert clock.due(due + round(first * PERIOD), due) == [due]
+    for _ in range(1000):
+        due += PERIOD
+        assert clock.due(due + round(random.uniform(0.0, 0.9) * PERIOD), due) == [due]
+    assert clock.restarts == 0
+    late = due + 2 * GAP
+    assert clock.due(late + 7, late) == [late] and clock.restarts == 1

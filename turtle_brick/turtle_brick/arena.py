@@ -56,6 +56,7 @@ from turtle_brick.frames import set_transform
 from turtle_brick.frames import WORLD
 from turtle_brick.geometry import Pose
 from turtle_brick.node_tools import declare_parameters
+from turtle_brick.node_tools import due_instant
 from turtle_brick.node_tools import run
 from turtle_brick.physics import Phase
 from turtle_brick.physics import World
@@ -129,7 +130,7 @@ class Arena(Node):
             f'  ros2 service call {place.service_name} turtle_brick_interfaces/srv/Place '
             f'"{{location: {{x: {x:g}, y: {y:g}, z: {z:g}}}}}"\n'
             f'  ros2 service call {drop.service_name} std_srvs/srv/Trigger')
-        self.create_timer(STEP * 1e-9, self.on_timer)
+        self.timer = self.create_timer(STEP * 1e-9, self.on_timer)
 
     def on_place(self, request: Place.Request, response: Place.Response) -> Place.Response:
         """Put the brick somewhere, unless that can't be."""
@@ -159,7 +160,7 @@ class Arena(Node):
         now = self.get_clock().now().nanoseconds
         if now == 0:
             return  # Simulated time that has not begun.
-        instants = self.clock_of_steps.due(now)
+        instants = self.clock_of_steps.due(now, due_instant(self.timer, now))
         if self.clock_of_steps.restarts != self.restarts:
             self.restarts = self.clock_of_steps.restarts
             self.get_logger().warning('The clock has jumped: the physics goes on from now')

@@ -36,6 +36,7 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.exceptions import NotInitializedException
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
+from rclpy.timer import Timer
 from turtle_brick.parameters import default_path
 from turtle_brick.parameters import from_mapping
 from turtle_brick.parameters import meaning
@@ -89,6 +90,21 @@ def declare_parameters(node: Node) -> Parameters:
         node.declare_parameter(
             entry.name, getattr(parameters, entry.name), descriptor, ignore_override=True)
     return parameters
+
+
+def due_instant(timer: Timer, now: int) -> int:
+    """
+    Return the instant at which a timer was due whose callback runs now.
+
+    Args:
+        timer: The timer.
+        now: The present instant of its clock (ns).
+
+    Returns:
+        The instant (ns), a multiple of its period after the others, and not after `now`.
+
+    """
+    return now - max(timer.timer_period_ns - timer.time_until_next_call(), 0)
 
 
 class _Interrupts:

@@ -23,8 +23,8 @@ class StepClock:
     Count the steps of a fixed period that have become due.
 
     Step k belongs to the instant t0 + k * period, in integer nanoseconds, so that rounding
-    never adds up; t0 is the first instant asked about. Timers that call late or lose a period
-    only make steps come late: the next call returns every one that is due.
+    never adds up; t0 is the first instant asked about, or one shortly before. Timers that call
+    late or lose a period only make steps come late: the next call returns every one that is due.
     """
 
     def __init__(self, period: int, longest_gap: int = 1_000_000_000) -> None:
@@ -40,26 +40,29 @@ class StepClock:
         self.last: Optional[int] = None
         self.restarts = 0
 
-    def due(self, now: int) -> List[int]:
+    def due(self, now: int, begin: Optional[int] = None) -> List[int]:
         """
         Return the instants (ns) of the steps that have become due since the last call.
 
         Args:
             now: the present instant (ns)
+            begin: t0 where the grid begins now, not after `now`, which it is unless given. A
+                timer's own grid is best: it never calls before a step is due.
 
         Returns:
             The instants in order, the last less than one period old. If the last step before
             is more than `longest_gap` ago, or more than a period ahead because the clock was
-            set back, this counts in `restarts` and gives just [now], the new t0.
+            set back, this counts in `restarts` and gives just [begin], the new t0.
         """
+        begin = now if begin is None else begin
         if self.last is None:
-            self.last = now
-            return [now]
+            self.last = begin
+            return [begin]
         elapsed = now - self.last
         if elapsed > self.longest_gap or elapsed < -self.period:
             self.restarts += 1
-            self.last = now
-            return [now]
+            self.last = begin
+            return [begin]
         instants = list(range(self.last + self.period, now + 1, self.period))
         if instants:
             self.last = instants[-1]

@@ -39,6 +39,7 @@ from array import array
 from math import isfinite
 import sys
 from time import monotonic
+from time import monotonic_ns
 from typing import Any
 from typing import List
 from typing import Optional
@@ -71,6 +72,7 @@ from turtle_brick.geometry import Pose
 from turtle_brick.geometry import Pose2D
 from turtle_brick.geometry import rotate
 from turtle_brick.node_tools import declare_parameters
+from turtle_brick.node_tools import due_instant
 from turtle_brick.node_tools import run
 from turtle_brick.odometry import Odometer
 from turtle_brick.step_clock import StepClock
@@ -126,7 +128,8 @@ class TurtleRobot(Node):
         # turtlesim ticks by the wall, whatever /clock says, and so does what steers it. A gap is
         # made up for: turtlesim's queue is full again at once and as predictable as before.
         self.cycles = StepClock(round(PERIOD * NANOSECONDS))
-        self.create_timer(PERIOD, self.on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.timer = self.create_timer(
+            PERIOD, self.on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def on_pose(self, message: TurtlePoseMessage) -> None:
         """Take note of where the turtle is; the first pose places the odom frame."""
@@ -169,7 +172,8 @@ class TurtleRobot(Node):
 
     def on_timer(self) -> None:
         """Go through every cycle that is due."""
-        for _ in self.cycles.due(round(monotonic() * NANOSECONDS)):
+        now = monotonic_ns()
+        for _ in self.cycles.due(now, due_instant(self.timer, now)):
             self.cycle()
 
     def cycle(self) -> None:
