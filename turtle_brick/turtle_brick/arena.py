@@ -78,7 +78,7 @@ BRICK_COLORS = {
     Phase.HOVERING: (0.80, 0.25, 0.15, 1.0),
     Phase.FALLING: (1.00, 0.50, 0.00, 1.0),
     Phase.RIDING: (0.20, 0.70, 0.25, 1.0),
-    Phase.FLOATING: (0.25, 0.50, 0.95, 1.0),
+    Phase.FLOATING: (0.65, 0.35, 0.85, 1.0),
     Phase.GROUNDED: (0.45, 0.30, 0.25, 1.0),
 }
 
