@@ -312,6 +312,9 @@ def test_markers(bench):
     assert brick.header.frame_id == 'brick' and brick.frame_locked
     assert (brick.header.stamp.sec, brick.header.stamp.nanosec) == (0, 0)
     assert (brick.scale.x, brick.scale.y, brick.scale.z) == PARAMETERS.brick_size
+    bench.graph.spin_until(lambda: len(bricks) >= 3, 5.0, 'it is shown again')
+    assert bricks[2][0] - bricks[1][0] == pytest.approx(1.0, abs=0.3)
+    assert bricks[2][1] == brick
     assert bench.place(5.0, 5.0, 5.0).success
     assert bench.drop().success
     bench.graph.spin_until(lambda: bricks[-1][1].color != brick.color, 5.0, 'another colour')

@@ -21,7 +21,7 @@ Broadcasts:
 Publishes:
     walls (visualization_msgs/MarkerArray, latched): the boundary of the arena
     brick_marker (visualization_msgs/Marker, latched): the brick, in its own frame; its colour
-        tells what it does
+        tells what it does; again each second
 
 Services:
     place (turtle_brick_interfaces/Place): put the brick somewhere, where it hovers
@@ -69,6 +69,10 @@ from visualization_msgs.msg import MarkerArray
 STEP = 4_000_000
 """Time (ns) of one step of the physics: 250 Hz."""
 
+REMINDER = 250
+"""Steps after which the brick's marker is published again: rviz2 drops for good what reaches it
+before the transform does, as may happen while it discovers the two."""
+
 WALL_THICKNESS = 0.1
 """Of the walls (m), which stand outside the arena."""
 
@@ -109,6 +113,7 @@ class Arena(Node):
         self.clock_of_steps = StepClock(STEP)
         self.restarts = 0
         self.shown: Optional[Phase] = None
+        self.steps_shown = 0
 
         self.tf_buffer = Buffer(node=self)
         self.tf_listener = TransformListener(self.tf_buffer, self)
@@ -174,8 +179,11 @@ class Arena(Node):
             set_stamp(message.header.stamp, instant)
             set_transform(message.transform, Pose(self.world.brick, self.world.orientation))
         self.tf_broadcaster.sendTransform(self.transforms[:len(instants)])
+        self.steps_shown += len(instants)
         if self.world.phase is not self.shown:
             self.show(self.world.phase)
+        elif self.steps_shown >= REMINDER:
+            self.publish_marker()
 
     def show(self, phase: Phase) -> None:
         """Give the brick the colour of what it does."""
@@ -185,7 +193,12 @@ class Arena(Node):
                     phase.value, *self.world.brick))
         self.shown = phase
         set_color(self.marker, BRICK_COLORS[phase])
+        self.publish_marker()
+
+    def publish_marker(self) -> None:
+        """Show the brick."""
         self.marker_publisher.publish(self.marker)
+        self.steps_shown = 0
 
 
 def set_color(marker: Marker, color: tuple) -> None:
