@@ -119,7 +119,7 @@ class Watch:
         return None
 
 
-@law(1000)
+@law(500)
 @given(x=coordinates, y=coordinates, height=heights, gravity=gravities, spacing=intervals,
        hovering=st.integers(0, 5), part=st.floats(0.0, 1.0))
 def test_fall_is_known_by_its_third_sample_with_its_course(
@@ -144,7 +144,7 @@ def test_fall_is_known_by_its_third_sample_with_its_course(
     assert watch.recognised == recognised == 1
 
 
-@law(300)
+@law(200)
 @given(height=heights, speed=st.floats(0.0, 20.0), gravity=gravities, spacing=intervals)
 def test_fall_is_known_when_it_is_first_seen_halfway(height, speed, gravity, spacing):
     watch = Watch(spacing, gravity)
@@ -157,7 +157,7 @@ def test_fall_is_known_when_it_is_first_seen_halfway(height, speed, gravity, spa
     assert watch.detector.fall.speed == pytest.approx(speed + gravity * time, abs=1e-3)
 
 
-@law(500)
+@law(300)
 @given(spacing=intervals, gravity=gravities, places=st.lists(
     st.tuples(st.integers(2, 4), st.sampled_from((0.0, 1.0)), st.one_of(
         st.floats(-1e-2, 1e-2), st.floats(-10.0, 10.0), st.floats(-1e-6, 1e-6))),
@@ -172,7 +172,7 @@ def test_being_placed_is_no_fall(spacing, gravity, places):
     assert watch.recognised == 0
 
 
-@law(300)
+@law(200)
 @given(gravity=gravities, every=st.integers(1, 5), place=st.tuples(
     st.floats(-0.3, 0.3), st.floats(-0.3, 0.3)), programme=st.lists(st.tuples(
         st.integers(1, 30), st.floats(-1.5, 1.5), st.floats(-0.04, 0.04),
@@ -217,7 +217,7 @@ def test_slide_on_a_still_platform_is_no_fall(tilt, every):
     assert watch.recognised == 0
 
 
-@law(300)
+@law(200)
 @given(spacing=intervals, factor=st.one_of(st.floats(0.0, 0.88), st.floats(1.12, 3.0)),
        speed=st.floats(0.1, 10.0))
 def test_other_accelerations_are_no_fall(spacing, factor, speed):
@@ -229,7 +229,7 @@ def test_other_accelerations_are_no_fall(spacing, factor, speed):
     assert watch.recognised == 0
 
 
-@law(300)
+@law(200)
 @given(spacing=intervals, samples=st.integers(0, 30), sideways=st.booleans(),
        amount=st.builds(lambda size, sign: size * sign, st.floats(0.02, 10.0),
                         st.sampled_from((1.0, -1.0))))
@@ -250,7 +250,7 @@ def test_fall_that_is_interrupted_has_ended(spacing, samples, sideways, amount):
     assert watch.recognised == 2
 
 
-@law(300)
+@law(200)
 @given(spacing=intervals, samples=st.integers(0, 20),
        amount=st.floats(1e-3, 10.0), gravity=gravities)
 def test_falling_brick_that_is_moved_sideways_falls_anew(spacing, samples, amount, gravity):
@@ -304,7 +304,7 @@ def test_time_that_jumps_back_begins_anew():
     assert watch.fall(5.0, 5.0, 19.0, watch.now, 4)
 
 
-@law(300)
+@law(200)
 @given(z=heights, speed=st.floats(0.0, 20.0), gravity=gravities, time=st.floats(0.0, 3.0))
 def test_course_of_a_fall_is_the_closed_form(z, speed, gravity, time):
     fall = Fall(SECOND, 1.0, 2.0, z, speed)
@@ -333,7 +333,7 @@ def settings_of_robot(draw):
 inside = st.floats(0.0, ARENA_SIZE)
 
 
-@law(1000)
+@law(500)
 @given(parameters=settings_of_robot(), x=inside, y=inside, robot_x=inside, robot_y=inside,
        above=st.floats(0.0, 20.0), late=st.floats(0.0, 0.05))
 def test_reachable_is_what_the_robot_has_the_time_for(
@@ -365,7 +365,7 @@ def test_reachable_is_what_the_robot_has_the_time_for(
         assert decision.reachable
 
 
-@law(500)
+@law(300)
 @given(parameters=settings_of_robot(), distance=st.floats(0.0, 5.0), more=st.floats(0.0, 5.0),
        above=st.floats(0.0, 20.0), higher=st.floats(0.0, 20.0), angle=st.floats(0.0, 1.5))
 def test_nearer_or_higher_is_no_harder_to_reach(
@@ -418,7 +418,7 @@ def test_tilted_platform_must_be_levelled_in_time():
     assert decide(LEVEL_LATENCY + 0.001, False).reachable
 
 
-@law(300)
+@law(200)
 @given(bound_for=st.lists(st.tuples(inside, inside), max_size=4), above=st.floats(0.0, 20.0))
 def test_robot_that_moves_counts_where_it_may_be_carried_farthest(bound_for, above):
     robot = Robot(5.0, 5.0, tuple(bound_for))

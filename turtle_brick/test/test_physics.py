@@ -330,7 +330,7 @@ def test_release_is_refused_with_what_the_brick_does(phase):
 
 # ----------------------------------------------------------------------------------------- falling
 
-@law(1000)
+@law(600)
 @given(steps=st.integers(1, 3000), gravity=st.one_of(st.just(9.81), st.floats(0.01, 19.0)))
 @example(steps=250, gravity=9.81)
 @example(steps=99_991, gravity=9.81)
@@ -341,7 +341,7 @@ def test_one_second_of_fall_from_ten_metres_at_any_timestep(steps, gravity):
     assert gap(world.brick, (1.5, -2.5, 10.0 - gravity / 2.0)) <= 1e-9
 
 
-@law(300)
+@law(200)
 @given(height=st.floats(1.0, 100.0), gravity=gravities, dt=st.floats(1e-4, 0.1))
 def test_every_step_of_a_fall_is_the_closed_form(height, gravity, dt):
     world = brick_in((0.0, 0.0, height), gravity, dt)
@@ -371,7 +371,7 @@ def test_fall_time_is_that_of_the_present_fall_or_the_last():
     assert world.fall_time == pytest.approx(steps * DT)
 
 
-@law(300)
+@law(200)
 @given(height=st.floats(0.1, 30.0), gravity=gravities, dt=time_steps)
 def test_fall_ends_on_the_ground(height, gravity, dt):
     world = brick_in((3.0, 4.0, height), gravity, dt)
@@ -395,7 +395,7 @@ def test_floating_brick_falls_from_where_it_floats():
 
 # ----------------------------------------------------------------------------------------- contact
 
-@law(1500)
+@law(1000)
 @given(place=discs(2.0), x=coordinates, y=coordinates, yaw=headings,
        height=st.floats(1e-3, 20.0), radius=st.floats(0.05, 2.0), gravity=gravities,
        dt=time_steps)
@@ -459,7 +459,7 @@ def test_point_brick_and_sheet_platform_unless_told_otherwise():
     assert gap(world.brick, (0.1, 0.0, 1.0)) <= 1e-12
 
 
-@law(500)
+@law(300)
 @given(place=discs(RADIUS), depth=st.floats(1e-6, TOP - 0.1), tilt=st.floats(-0.5, 0.5),
        dt=time_steps)
 def test_brick_that_has_passed_is_never_caught(place, depth, tilt, dt):
@@ -475,7 +475,7 @@ def test_brick_that_has_passed_is_never_caught(place, depth, tilt, dt):
     assert gap(world.brick, (*place, LIFT)) <= 1e-12
 
 
-@law(300)
+@law(200)
 @given(place=discs(RADIUS), dt=time_steps, gravity=gravities)
 def test_platform_that_arrives_in_the_last_step_is_in_time(place, dt, gravity):
     world = brick_in((*place, TOP + LIFT + 1.0), gravity, dt)
@@ -488,7 +488,7 @@ def test_platform_that_arrives_in_the_last_step_is_in_time(place, dt, gravity):
     assert gap(world.brick, (*place, TOP + LIFT)) <= 1e-12
 
 
-@law(300)
+@law(200)
 @given(place=discs(RADIUS), dt=time_steps, gravity=gravities)
 def test_platform_that_leaves_before_the_last_step_catches_nothing(place, dt, gravity):
     world = brick_in((*place, TOP + LIFT + 1.0), gravity, dt, platform=pose_of())
@@ -500,7 +500,7 @@ def test_platform_that_leaves_before_the_last_step_catches_nothing(place, dt, gr
     assert world.phase is Phase.GROUNDED
 
 
-@law(500)
+@law(300)
 @given(place=discs(RADIUS), yaw=headings, dt=time_steps, tilt=st.one_of(
     st.floats(VISIBLY_TILTED, 2.0 * pi - VISIBLY_TILTED),
     st.sampled_from((pi / 2.0, pi, VISIBLY_TILTED))))
@@ -512,7 +512,7 @@ def test_brick_falls_past_a_tilted_platform(place, yaw, dt, tilt):
     assert gap(world.brick, (*place, LIFT)) <= 1e-12
 
 
-@law(300)
+@law(200)
 @given(motions=st.lists(st.tuples(coordinates, coordinates, headings, headings), max_size=10),
        lost=st.booleans())
 def test_brick_on_the_ground_never_follows(motions, lost):
@@ -532,7 +532,7 @@ def test_brick_on_the_ground_never_follows(motions, lost):
 
 # ------------------------------------------------------------------------------------------ riding
 
-@law(500)
+@law(300)
 @given(place=discs(RADIUS), yaw=headings, dt=time_steps,
        motions=st.lists(st.tuples(coordinates, coordinates, headings), min_size=1, max_size=20))
 def test_brick_rides_exactly_while_the_platform_drives_and_turns(place, yaw, dt, motions):
@@ -597,7 +597,7 @@ slides = {'place': discs(RADIUS), 'x': coordinates, 'y': coordinates, 'yaw': hea
           'tilt': tilts, 'gravity': st.floats(2.0, 30.0), 'dt': time_steps}
 
 
-@law(700)
+@law(400)
 @given(**slides)
 def test_slide_is_that_of_a_free_body_on_a_smooth_incline(place, x, y, yaw, tilt, gravity, dt):
     """
@@ -636,7 +636,7 @@ def test_slide_is_that_of_a_free_body_on_a_smooth_incline(place, x, y, yaw, tilt
     assert clearance((place[0] + before, place[1]), -yaw) <= RADIUS + 1e-9
 
 
-@law(400)
+@law(300)
 @given(**slides)
 def test_slide_turns_height_into_speed(place, x, y, yaw, tilt, gravity, dt):
     """v^2 = 2 g sin(angle) path; the central difference of a parabola is its slope."""
@@ -651,7 +651,7 @@ def test_slide_turns_height_into_speed(place, x, y, yaw, tilt, gravity, dt):
         assert abs(speed ** 2 - 2.0 * gravity * (start[2] - here[2])) <= 1e-6
 
 
-@law(600)
+@law(400)
 @given(place=discs(RADIUS), yaw=headings, gravity=gravities, dt=time_steps,
        programme=st.lists(st.tuples(st.floats(-1.5, 1.5), st.integers(1, 10), coordinates,
                                     coordinates, headings), min_size=1, max_size=10))
@@ -705,7 +705,7 @@ def test_slide_on_a_platform_that_is_being_tilted(tilt, rate):
     assert errors[2] < 0.55 * errors[1]
 
 
-@law(300)
+@law(200)
 @given(place=discs(RADIUS), yaw=headings, tilt=st.floats(0.3, 1.0),
        gravity=st.floats(5.0, 30.0))
 def test_levelled_in_mid_slide_it_slides_on_at_its_speed(place, yaw, tilt, gravity):
@@ -728,7 +728,7 @@ def test_levelled_in_mid_slide_it_slides_on_at_its_speed(place, yaw, tilt, gravi
 
 # ---------------------------------------------------------------------------------------- floating
 
-@law(300)
+@law(200)
 @given(place=discs(RADIUS), yaw=headings, tilt=tilts, dt=time_steps,
        motions=st.lists(st.tuples(coordinates, coordinates, headings, headings),
                         min_size=1, max_size=10))
@@ -769,7 +769,7 @@ def test_platform_tilted_by_less_does_not(angle):
 
 # ------------------------------------------------------------------------------------- inclination
 
-@law(500)
+@law(300)
 @given(phase=st.sampled_from([phase for phase in Phase if phase is not Phase.GROUNDED]),
        motions=st.lists(st.tuples(coordinates, coordinates, headings,
                                   st.floats(-2.0 * pi, 2.0 * pi)), min_size=1, max_size=8))
@@ -787,7 +787,7 @@ def test_inclination_is_the_platforms_at_all_times(phase, motions):
     assert upright_of(world.orientation) == (0.0, 0.0, 1.0)
 
 
-@law(300)
+@law(200)
 @given(yaw=headings, tilt=st.floats(-2.0 * pi, 2.0 * pi))
 def test_brick_in_the_air_keeps_its_heading(yaw, tilt):
     """It is inclined about the platform's hinge, also over, and turned by nothing else."""
@@ -800,7 +800,7 @@ def test_brick_in_the_air_keeps_its_heading(yaw, tilt):
         assert gap(direction(world.orientation), direction(turn)) <= 1e-12
 
 
-@law(300)
+@law(200)
 @given(place=discs(RADIUS), yaw=headings, tilt=tilts)
 def test_neither_landing_nor_clearing_turns_the_brick(place, yaw, tilt):
     x, y, z = on_platform(place, 0.0, 0.0, yaw, 0.0)
