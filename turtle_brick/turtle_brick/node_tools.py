@@ -35,6 +35,7 @@ from rclpy.clock import ClockType
 from rclpy.exceptions import InvalidHandle
 from rclpy.exceptions import NotInitializedException
 from rclpy.executors import ExternalShutdownException
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.timer import Timer
 from turtle_brick.parameters import default_path
@@ -163,7 +164,10 @@ def run(node_type: Callable[[], Node], args: Sequence[str] | None = None) -> int
         # nothing else in the node would.
         node.create_timer(
             SLEEP_TIME, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        rclpy.spin(node)
+        # Its own executor: rclpy's global one is gone as soon as a signal shuts the context down.
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        executor.spin()
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except ParameterError as error:
