@@ -115,10 +115,10 @@ def test_three_random_drops(arena):
     """
     Said reachable is caught, carried and tipped off; what is promised is not refused.
 
-    Two of these three have 0.4 s to spare or more, one is 0.15 s too late: the limit itself,
+    Two of these three have 0.6 s to spare or more, one is 0.18 s too late: the limit itself,
     to the millisecond, is for the closed loop without ROS, which no other process can delay.
     """
-    outcomes = [arena.drop(brick) for brick in random_bricks(arena, seed=46, count=3)]
+    outcomes = [arena.drop(brick) for brick in random_bricks(arena, seed=2091, count=3)]
     assert [outcome.faults for outcome in outcomes] == [[], [], []]
     assert [outcome.caught for outcome in outcomes] == [True, True, False]
 
@@ -151,7 +151,7 @@ def test_unreachable_by_place(arena, brick, word):
 @pytest.mark.parametrize('stage', [State.APPROACHING, State.CARRYING, State.TILTING])
 def test_brick_taken_away(arena, stage):
     """Placed elsewhere at any stage: the robot levels, waits, and catches the next."""
-    arena.place(7.5, 7.0, 8.0)
+    arena.place(6.5, 6.5, 9.0)  # 0.8 s to spare
     arena.release()
     arena.until(stage)
     if stage is State.TILTING:
