@@ -50,6 +50,9 @@ WIDTH, HEIGHT = 960, 480
 
 BRICK = (7.0, 6.0, 6.0)
 
+CANVAS = 'document.querySelector("canvas").getBoundingClientRect()'
+"""In JavaScript, where on the page the scene is drawn."""
+
 
 class Stage:
     """The graph, at work in a thread, the viewer in a process, and its page in a browser."""
@@ -122,6 +125,7 @@ def browser(url):
         browser.go_to(f'{url}/?fixedDpr=1')
         browser.wait_for('document.querySelector("canvas")')
         browser.wait_for(shown('brick', 'hovering, 6.00 m up'))
+        browser.wait_for(f'{CANVAS}.width < innerWidth')  # the panel is docked beside it
         yield browser
 
 
@@ -136,8 +140,10 @@ def button(text):
     return f'[...document.querySelectorAll("button")].find(one => one.innerText === {text!r})'
 
 
-def pixel_of(point):
+def pixel_of(browser, point):
     """Return where on the page a point of the world (m) is, by the rules of perspective."""
+    left, top, width, height = browser.evaluate(
+        f'(box => [box.x, box.y, box.width, box.height])({CANVAS})')
     eye = numpy.array(web_view.CAMERA)
     forward = numpy.subtract(web_view.LOOK_AT, eye)
     forward /= numpy.linalg.norm(forward)
@@ -145,14 +151,13 @@ def pixel_of(point):
     right /= numpy.linalg.norm(right)
     up = numpy.cross(right, forward)
     ray = numpy.subtract(point, eye)
-    scale = HEIGHT / 2.0 / tan(web_view.FIELD_OF_VIEW / 2.0) / (ray @ forward)
-    return ((WIDTH - web_view.PANEL_WIDTH) / 2.0 + scale * (ray @ right),
-            HEIGHT / 2.0 - scale * (ray @ up))
+    scale = height / 2.0 / tan(web_view.FIELD_OF_VIEW / 2.0) / (ray @ forward)
+    return (left + width / 2.0 + scale * (ray @ right), top + height / 2.0 - scale * (ray @ up))
 
 
-def color_at(picture, point):
+def color_at(browser, picture, point):
     """Return the colour of a picture of the page, as shares of red, green and blue, at a point."""
-    x, y = map(round, pixel_of(point))
+    x, y = map(round, pixel_of(browser, point))
     color = picture[y - 1:y + 2, x - 1:x + 2].mean(axis=(0, 1))
     return color / color.sum()
 
@@ -162,9 +167,9 @@ def picture_with(browser, point, looks):
     from PIL import Image
     for _ in range(20):
         picture = numpy.asarray(Image.open(BytesIO(browser.screenshot())).convert('RGB'), float)
-        if looks(color_at(picture, point)):
+        if looks(color_at(browser, picture, point)):
             return picture
-    raise AssertionError(f'the colour at {point} is {color_at(picture, point)}')
+    raise AssertionError(f'the colour at {point} is {color_at(browser, picture, point)}')
 
 
 def test_robot_walls_and_brick_are_seen_where_they_are(browser, stage):
@@ -179,13 +184,13 @@ def test_robot_walls_and_brick_are_seen_where_they_are(browser, stage):
 
     x, y, z = BRICK
     picture = picture_with(browser, BRICK, is_red)
-    assert not is_red(color_at(picture, (x, y, z - 0.5)))
-    assert is_blue(color_at(picture, (*CENTRE, load().platform_height))), 'the platform'
-    wall = color_at(picture, (5.5, -0.1, 0.25))
+    assert not is_red(color_at(browser, picture, (x, y, z - 0.5)))
+    assert is_blue(color_at(browser, picture, (*CENTRE, load().platform_height))), 'the platform'
+    wall = color_at(browser, picture, (5.5, -0.1, 0.25))
     assert wall[2] > wall[0] + 0.03, 'the nearest wall'
-    assert is_grey(color_at(picture, (3.0, 2.5, 0.0))), 'the ground'
+    assert is_grey(color_at(browser, picture, (3.0, 2.5, 0.0))), 'the ground'
     for far in ((2.5, 11.14, 0.45), (9.5, 11.14, 0.45)):
-        wall = color_at(picture, far)
+        wall = color_at(browser, picture, far)
         assert wall[2] > wall[0] + 0.03, 'the farthest wall'
 
 
@@ -215,7 +220,7 @@ def test_a_refused_place_shows_its_reason(browser, stage):
 
 def test_a_click_on_the_ground_sends_the_robot(browser, stage):
     stage.goals.clear()
-    browser.click(*pixel_of((3.0, 2.5, 0.0)))
+    browser.click(*pixel_of(browser, (3.0, 2.5, 0.0)))
     stage.wait_for(lambda: stage.goals, 'a goal')
     ((_, goal),) = stage.goals
     assert goal.header.frame_id == 'world'

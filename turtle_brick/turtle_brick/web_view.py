@@ -69,9 +69,6 @@ GREEN = (46, 125, 70)
 LAMP = (-4.0, -12.0, 7.0)
 """Where a lamp stands that lights up what faces the viewer (m); the sun is overhead."""
 
-PANEL_WIDTH = 300
-"""Of the panel (pixels)."""
-
 HANDS_OFF = 1.0
 """How long (s) a slider is left alone after somebody has moved it."""
 
@@ -314,7 +311,6 @@ class Panel:
         gui = server.gui
         gui.configure_theme(show_logo=False, show_share_button=False, brand_color=GREEN)
         gui.main_panel.dock_right()
-        gui.main_panel.set_width(PANEL_WIDTH)
         with gui.add_folder('Brick'):
             self._brick = gui.add_html('')
             self._place = gui.add_vector3('place (m)', (0.0, 0.0, 0.0), step=0.1)
