@@ -23,7 +23,6 @@ one clock.
 """
 
 from collections import deque
-from dataclasses import dataclass
 from enum import Enum
 from math import cos
 from math import dist
@@ -178,15 +177,19 @@ class FallDetector:
             the brick no longer follows its course.
         """
         samples = self._samples
-        if samples and stamp <= samples[-1][0]:
-            if stamp < samples[-1][0]:
+        descends = False
+        if samples:
+            stamp_before, x_before, y_before, z_before = samples[-1]
+            if stamp <= stamp_before:
+                if stamp < stamp_before:
+                    samples.clear()
+                    samples.append((stamp, x, y, z))
+                    self.fall = None
+                return False
+            if abs(x - x_before) + abs(y - y_before) > self.SIDEWAYS:
                 samples.clear()
-                samples.append((stamp, x, y, z))
                 self.fall = None
-            return False
-        if samples and abs(x - samples[-1][1]) + abs(y - samples[-1][2]) > self.SIDEWAYS:
-            samples.clear()
-            self.fall = None
+            descends = z < z_before
         samples.append((stamp, x, y, z))
         if self.fall is not None:
             if abs(self.fall.height(stamp, self.gravity) - z) > self.DEVIATION:
@@ -194,10 +197,10 @@ class FallDetector:
                 samples.clear()
                 samples.append((stamp, x, y, z))
             return False
-        if len(samples) < 3:
+        if not descends or len(samples) < 3:
             return False
         (t0, x0, y0, z0), (t1, _, _, z1), (t2, _, _, z2) = samples
-        if not z0 > z1 > z2 or hypot(x - x0, y - y0) > self.STRAIGHT * (z0 - z2):
+        if z0 <= z1 or hypot(x - x0, y - y0) > self.STRAIGHT * (z0 - z2):
             return False
         first, second = (t1 - t0) * NANO, (t2 - t1) * NANO
         speed_before, speed_after = (z0 - z1) / first, (z1 - z2) / second
@@ -315,8 +318,7 @@ class State(Enum):
     LEVELLING = 'levelling the platform'
 
 
-@dataclass(frozen=True)
-class Observation:
+class Observation(NamedTuple):
     """What matters for the next state."""
 
     decision: Optional[bool] = None
@@ -431,15 +433,18 @@ class Catcher:
         Returns:
             Whether it has just begun to fall: then `update` should be called at once.
         """
-        if self._brick is None or dist(position, self._brick) > ROUNDING:
+        if position != self._brick and (
+                self._brick is None or dist(position, self._brick) > ROUNDING):
             self._brick = position
             self._brick_moved = stamp
         self._brick_seen = stamp
-        fell = self._detector.fall is not None
-        if self._detector.observe(stamp, *position):
-            self._undecided = self._detector.fall
+        detector = self._detector
+        fell = detector.fall is not None
+        if detector.observe(stamp, *position):
+            self._undecided = detector.fall
             return True
-        self._fall_over |= fell and self._detector.fall is None
+        if fell and detector.fall is None:
+            self._fall_over = True
         return False
 
     def update(self, now: int, platform: Optional[Pose]) -> List[Action]:
@@ -457,6 +462,8 @@ class Catcher:
         at_rest = robot is not None and not robot.bound_for
         actions: List[Action] = []
         fall, self._undecided = self._undecided, None
+        if self.state is State.WAITING and fall is None and not self._fall_over:
+            return actions  # Only a fall, or the end of one, matters to who waits.
         reachable = None
         if fall is not None:
             self.decision = reach(fall, now, robot, self.parameters)

@@ -210,8 +210,10 @@ class CommandPath:
             if head > taken:
                 taken = head
                 _, linear_x, linear_y = sent[max(head - first, 0)]
-            x = min(max(x + (c * linear_x - s * linear_y) * TICK, 0.0), ARENA_SIZE)
-            y = min(max(y + (s * linear_x + c * linear_y) * TICK, 0.0), ARENA_SIZE)
+            x += (c * linear_x - s * linear_y) * TICK
+            y += (s * linear_x + c * linear_y) * TICK
+            if not (0.0 <= x <= ARENA_SIZE and 0.0 <= y <= ARENA_SIZE):
+                x, y = within_arena(x, y)
         return x, y
 
     def _at_rest(self) -> bool:
@@ -221,7 +223,10 @@ class CommandPath:
     @staticmethod
     def _head(taken: int, latest: int) -> int:
         """Return the command that a tick takes: the oldest of those kept; `taken` if none."""
-        return min(max(taken + 1, latest - QUEUE_DEPTH + 1), max(latest, taken))
+        if latest <= taken:
+            return taken
+        oldest = latest - QUEUE_DEPTH + 1
+        return oldest if oldest > taken else taken + 1
 
     def _published_by(self, time: float) -> int:
         """Return the index of the last command that was published by then."""

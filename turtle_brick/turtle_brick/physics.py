@@ -137,6 +137,8 @@ class World:
     @thickness.setter
     def thickness(self, thickness: float) -> None:
         self._thickness = float(thickness)
+        if self._platform is not None:
+            self._find_top()
 
     @property
     def platform(self) -> Optional[Pose]:
@@ -155,6 +157,7 @@ class World:
             # The turn about z that leads to the hinge: it stays defined when the platform is
             # turned over, where the heading of its x axis is not.
             self._hinge_yaw = atan2(-hinge[0], hinge[1])
+            self._find_top()
 
     @property
     def phase(self) -> Phase:
@@ -209,33 +212,34 @@ class World:
         z = self._release_height - 0.5 * self._gravity * time * time
         half_height = self._size[2] / 2.0
         if self._level:
-            top = self._top()
+            top = self._top
             rest = top[2] + half_height
             if (previous >= rest - CONTACT_TOLERANCE and z < rest
                     and hypot(x - top[0], y - top[1]) <= self._radius):
-                self._land(top)
+                self._land()
                 return
         if z <= half_height:
             z = half_height
             self._phase = Phase.GROUNDED
         self._brick = (x, y, z)
 
-    def _top(self) -> Vector:
-        """Return the centre of the platform's top in the world."""
+    def _find_top(self) -> None:
+        """Find the centre of the platform's top in the world."""
         px, py, pz = self._platform.position
         nx, ny, nz = self._axes[2]
         d = self._thickness
-        return (px + d * nx, py + d * ny, pz + d * nz)
+        self._top: Vector = (px + d * nx, py + d * ny, pz + d * nz)
 
-    def _land(self, top: Vector) -> None:
+    def _land(self) -> None:
         """Come to rest on the platform: from here on the place on it is what counts."""
         ex, ey, _ = self._axes
+        top = self._top
         dx, dy = self._brick[0] - top[0], self._brick[1] - top[1]
         self._place = (dx * ex[0] + dy * ex[1], dx * ey[0] + dy * ey[1])
         self._speed = (0.0, 0.0)
         self._relative_yaw = self._yaw - self._hinge_yaw
         self._phase = Phase.RIDING
-        self._carry(top)
+        self._carry()
 
     def _ride(self) -> None:
         """Slide along the platform for one timestep and go where it goes."""
@@ -249,17 +253,19 @@ class World:
         self._place = (u + speed_u * dt + 0.5 * pull_u * dt * dt,
                        v + speed_v * dt + 0.5 * pull_v * dt * dt)
         self._speed = (speed_u + pull_u * dt, speed_v + pull_v * dt)
-        self._carry(self._top())
+        self._carry()
         if normal[2] <= VERTICAL or self._is_clear():
             self._phase = Phase.FLOATING
 
-    def _carry(self, top: Vector) -> None:
+    def _carry(self) -> None:
         """Set the brick's location and heading in the world from its place on the platform."""
         ex, ey, normal = self._axes
+        top = self._top
         u, v = self._place
         lift = self._size[2] / 2.0
-        self._brick = tuple(
-            top[i] + u * ex[i] + v * ey[i] + lift * normal[i] for i in range(3))
+        self._brick = (top[0] + u * ex[0] + v * ey[0] + lift * normal[0],
+                       top[1] + u * ex[1] + v * ey[1] + lift * normal[1],
+                       top[2] + u * ex[2] + v * ey[2] + lift * normal[2])
         self._yaw = self._hinge_yaw + self._relative_yaw
 
     def _is_clear(self) -> bool:

@@ -50,6 +50,7 @@ from turtle_brick.parameters import Parameters
 from turtle_brick.physics import Phase
 from turtle_brick.physics import World
 from turtle_brick.turtlesim_kinematics import ARENA_CENTER
+from turtle_brick.turtlesim_kinematics import Pose as TurtlePose
 from turtle_brick.turtlesim_kinematics import Turtle
 
 PHYSICS_PERIOD = 4_000_000
@@ -126,8 +127,7 @@ class Simulation:
         self.unreachable = 0
         self._hinge = parameters.platform_height - parameters.platform_thickness
         self._tilt = 0.0
-        self._platform: Optional[Pose] = None
-        self._platform_key: Optional[Tuple[float, float, float, float]] = None
+        self._shown: Tuple[Optional[TurtlePose], float] = (None, 0.0)
         # What is on its way: (time of arrival, content), in order.
         self._to_turtle: Deque[Tuple[int, float, float]] = deque()
         self._to_driver: Deque[Tuple[int, object]] = deque()
@@ -160,18 +160,24 @@ class Simulation:
         """
         end = self.now + limit / NANO
         while True:
-            self.now = now = min(
-                self._physics_at, self._robot_at, self._tick_at, self._catcher_at)
+            # Of two at the same instant the earlier one in this row comes first.
+            others = min(self._tick_at, self._robot_at)
+            now = self._physics_at
+            while now < others and now <= self._catcher_at:
+                self.now = now
+                if now > end:
+                    return False
+                self._step(now)
+                if until():
+                    return True
+                now = self._physics_at
+            self.now = now = min(others, self._catcher_at)
             if now > end:
                 return False
             if now == self._tick_at:
                 self._tick(now)
             elif now == self._robot_at:
                 self._cycle(now)
-            elif now == self._physics_at:
-                self._step(now)
-                if until():
-                    return True
             else:
                 self._catcher_at += CATCHER_PERIOD
                 self._decide(now)
@@ -248,15 +254,13 @@ class Simulation:
             else:
                 driver.drive_to(*within_arena(order.x, order.y))
         self._to_turtle.append((now + self._transport, *driver.command(now * NANO)))
-        pose = driver.pose
-        if pose is None:
-            return
-        key = (pose.x, pose.y, pose.theta, self._tilt)
-        if key != self._platform_key:
-            self._platform_key = key
+        pose, tilt = driver.pose, self._tilt
+        pose_shown, tilt_shown = self._shown
+        if pose is not None and (pose is not pose_shown or tilt != tilt_shown):
+            self._shown = (pose, tilt)
             self._transforms.append((now + self._transform_delay, Pose(
                 (pose.x, pose.y, self._hinge),
-                multiply(from_yaw(pose.theta), from_pitch(self._tilt)))))
+                multiply(from_yaw(pose.theta), from_pitch(tilt)))))
 
     def _step(self, now: int) -> None:
         """Do what the arena does 250 times per second; the catcher sees the outcome."""

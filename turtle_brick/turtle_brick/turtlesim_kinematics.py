@@ -201,7 +201,8 @@ class Turtle:
             if self.holonomic:
                 self._linear_y = linear_y
             self._commanded_at = now
-            self._resting = False
+            if self._linear_x or self._linear_y or self._angular:
+                self._resting = False
 
     def update(self, now: float) -> Pose:
         """
