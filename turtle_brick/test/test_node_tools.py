@@ -20,9 +20,11 @@ from dataclasses import asdict
 from dataclasses import fields
 import math
 import os
+from pathlib import Path
 import signal
 import subprocess
 import sys
+from time import monotonic
 
 import pytest
 from rcl_interfaces.msg import ParameterType
@@ -186,10 +188,15 @@ def start(domain_id) -> Iterator[object]:
         program.process.communicate()
 
 
+OLD_RCLPY = "sys.modules['rclpy.experimental'] = None"
+"""A line that makes rclpy one that has no EventsExecutor."""
+
+
+@pytest.mark.parametrize('before', ['', OLD_RCLPY], ids=['events', 'wait set'])
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize('times', [1, 3])
-def test_signals_end_it_quietly(start, number, times):
-    program = start()
+def test_signals_end_it_quietly(start, number, times, before):
+    program = start(before=before)
     program.wait_until_up()
     for _ in range(times):
         program.process.send_signal(number)
@@ -212,13 +219,40 @@ def test_signal_before_rclpy_is_up_ends_it_quietly(start, number):
     assert start(before=before).end() == (0, [])
 
 
-def test_idle_node_ends_when_its_context_is_shut_down_without_a_word(start):
+@pytest.mark.parametrize('before', ['', OLD_RCLPY], ids=['events', 'wait set'])
+def test_idle_node_ends_when_its_context_is_shut_down_without_a_word(start, before):
     # That is how a signal looks to an executor that rclpy has woken a moment too early.
     tick = ('self.timer.cancel()\n'
             '        import threading\n'
             '        handle = rclpy.get_default_context().handle\n'
             '        threading.Timer(0.2, handle.shutdown).start()')
-    assert start(tick=tick).end() == (0, [])
+    assert start(tick=tick, before=before).end() == (0, [])
+
+
+@pytest.mark.parametrize('before, kind', [
+    ('', 'EventsExecutor'), (OLD_RCLPY, 'SingleThreadedExecutor')], ids=['events', 'wait set'])
+def test_the_executor_is_the_cheapest_that_rclpy_has(start, before, kind):
+    tick = "assert type(self.executor).__name__ == '" + kind + "'; rclpy.shutdown()"
+    assert start(tick=tick, before=before).end() == (0, [])
+
+
+def test_an_idle_node_sleeps(start):
+    """What rclpy waits with must not be over at once, again and again."""
+    program = start(tick='self.timer.cancel()')
+    program.wait_until_up()
+    times = Path('/proc', str(program.process.pid), 'stat')
+
+    def used():
+        user, system = times.read_text().rpartition(')')[2].split()[11:13]
+        return (int(user) + int(system)) / os.sysconf('SC_CLK_TCK')
+
+    begin, before = monotonic(), used()
+    with pytest.raises(subprocess.TimeoutExpired):
+        program.process.wait(2.0)
+    share = (used() - before) / (monotonic() - begin)
+    program.process.send_signal(signal.SIGINT)
+    assert program.end() == (0, [])
+    assert share < 0.1
 
 
 def test_shutdown_from_within_ends_it_quietly(start):

@@ -13,6 +13,8 @@
 # limitations under the License.
 """The measure of a rate that the tests of the live graph rely on."""
 
+from random import Random
+
 import pytest
 from witness import rate
 
@@ -37,6 +39,20 @@ def test_messages_that_are_held_up_change_nothing(begin, length):
     assert rate(received(late)) == pytest.approx(100.0, rel=0.001)
 
 
+@pytest.mark.parametrize('seed', range(20))
+def test_a_machine_that_stands_still_most_of_the_time_changes_little(seed):
+    """After each stall of 20 to 80 ms there are 10 ms in which messages come in time."""
+    random = Random(seed)
+    late, begin, end = [], 0.0, 0.0
+    for number in range(750):
+        time = number * 0.004
+        while time >= end + 0.01:
+            begin = end + 0.01
+            end = begin + random.uniform(0.02, 0.08)
+        late.append(end if begin <= time < end else time)
+    assert rate(received(late)) == pytest.approx(250.0, abs=0.01)
+
+
 @pytest.mark.parametrize('every, wanted', ((100, 99.0), (50, 98.0), (4, 75.0)))
 def test_cycles_that_are_left_out_count(every, wanted):
     times = [number * 0.01 for number in range(600) if number % every]
@@ -44,4 +60,4 @@ def test_cycles_that_are_left_out_count(every, wanted):
 
 
 def test_too_few_have_none():
-    assert rate(received((0.0, 0.1, 0.2))) == 0.0
+    assert rate(received((0.0, 0.1, 0.2, 0.3, 0.4))) == 0.0

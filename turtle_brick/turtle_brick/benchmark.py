@@ -46,7 +46,6 @@ machine keeps from it: while it does, everything comes late, and the percentiles
 
 import argparse
 from collections import Counter
-from contextlib import contextmanager
 from datetime import datetime
 from datetime import timezone
 from importlib.util import find_spec
@@ -102,6 +101,7 @@ from turtle_brick.frames import BRICK
 from turtle_brick.frames import nanoseconds_of
 from turtle_brick.geometry import Vector
 from turtle_brick.graph import Graph
+from turtle_brick.interrupts import INTERRUPTS
 from turtle_brick.measuring import BrickSample
 from turtle_brick.measuring import busy_time
 from turtle_brick.measuring import chain
@@ -155,40 +155,6 @@ BUSY_LOOPS = 2
 
 SWEEP = Plan(grid=False, count=400, heights=(2.0, 10.0), seed=1)
 """The headless drops."""
-
-
-class Interrupts:
-    """Ctrl-C and SIGTERM raise KeyboardInterrupt, but not where a process would be forgotten."""
-
-    def __init__(self) -> None:
-        """Change nothing yet."""
-        self._held = 0
-        self._came = False
-
-    def take_over(self) -> None:
-        """Handle the signals from now on."""
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._on_signal)
-
-    @contextmanager
-    def held(self) -> Iterator[None]:
-        """Put off what comes meanwhile."""
-        self._held += 1
-        try:
-            yield
-        finally:
-            self._held -= 1
-        if self._came and not self._held:
-            self._came = False
-            raise KeyboardInterrupt
-
-    def _on_signal(self, number: int, frame: object) -> None:
-        if not self._held:
-            raise KeyboardInterrupt
-        self._came = True
-
-
-INTERRUPTS = Interrupts()
 
 
 class Process:

@@ -25,7 +25,6 @@ Several nodes share a process and an executor.
 """
 
 from math import inf
-import signal
 import sys
 from typing import Any
 from typing import List
@@ -54,6 +53,7 @@ from turtle_brick.frames import BRICK
 from turtle_brick.frames import ODOM
 from turtle_brick.frames import WORLD
 from turtle_brick.graph import Graph
+from turtle_brick.interrupts import INTERRUPTS
 from turtle_brick.node_tools import run
 from turtle_brick.turtlesim_kinematics import QUEUE_DEPTH
 from turtle_brick.turtlesim_kinematics import TICK
@@ -211,7 +211,7 @@ def main(args: Optional[Sequence[str]] = None) -> int:
         names = names[:names.index('--ros-args')]
     if kind == 'bare' and len(names) == 1:
         return run(BARE_NODES[names[0]])
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    INTERRUPTS.take_over()
     try:
         with Graph(quiet=True) as graph:
             for name in names:

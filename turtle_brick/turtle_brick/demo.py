@@ -29,7 +29,6 @@ from math import isfinite
 from math import pi
 from math import sin
 from random import Random
-import signal
 import sys
 from time import monotonic
 from typing import Iterator
@@ -54,6 +53,7 @@ from turtle_brick.driving import within_arena
 from turtle_brick.frames import WORLD
 from turtle_brick.geometry import Vector
 from turtle_brick.graph import Graph
+from turtle_brick.interrupts import INTERRUPTS
 from turtle_brick.parameters import load
 from turtle_brick.parameters import ParameterError
 from turtle_brick.parameters import Parameters
@@ -359,7 +359,7 @@ def main(args: Optional[Sequence[str]] = None) -> int:
     parser.add_argument(
         '--verbose', action='store_true', help='show what the nodes log, not just warnings')
     options = parser.parse_args(args)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    INTERRUPTS.take_over()
     try:
         parameters = load()
         with Graph(quiet=not options.verbose) as graph:

@@ -40,9 +40,10 @@ from ament_index_python.packages import get_package_prefix
 from ament_index_python.packages import get_package_share_path
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from turtle_brick.interrupts import INTERRUPTS
+from turtle_brick.node_tools import make_executor
 from turtle_brick.parameters import default_path
 import xacro
 import yaml
@@ -122,7 +123,7 @@ class Graph:
         self._log_level = ['--log-level', 'warn'] if quiet else []
         rclpy.init(args=['--ros-args', *self._log_level], context=self.context,
                    domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)
-        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor = make_executor(self.context)
         self.nodes: List[Node] = []
         self._children: List[Child] = []
 
@@ -241,13 +242,13 @@ class Graph:
         while not condition():
             if monotonic() > deadline:
                 raise TimeoutError(f'{what}: not within {timeout:g} s')
-            self.executor.spin_once(timeout_sec=LONGEST_WAIT)
+            self._work()
 
     def spin_for(self, seconds: float) -> None:
         """Let the nodes work for a time (s)."""
         end = monotonic() + seconds
         while monotonic() < end:
-            self.executor.spin_once(timeout_sec=LONGEST_WAIT)
+            self._work()
 
     def close(self) -> None:
         """End every node and child process."""
@@ -261,6 +262,12 @@ class Graph:
         self.executor.shutdown()
         self.context.try_shutdown()
         self._files.cleanup()
+
+    def _work(self) -> None:
+        """Do one piece of work, or wait for it for a while; a Ctrl-C comes afterwards."""
+        # In a callback it would be taken for the node's own error, and logged as such.
+        with INTERRUPTS.held():
+            self.executor.spin_once(timeout_sec=LONGEST_WAIT)
 
     def _parameter_file(self, parameters: Dict[str, Any]) -> Path:
         """Write parameters to a file for any node, that lives as long as the graph."""

@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from collections.abc import Sequence
 from dataclasses import fields
+import gc
 from pathlib import Path
 import re
 import signal
@@ -30,10 +31,10 @@ from rcl_interfaces.msg import ParameterDescriptor
 import rclpy
 from rclpy._rclpy_pybind11 import RCLError
 from rclpy._rclpy_pybind11 import UnknownROSArgsError
-from rclpy.clock import Clock
-from rclpy.clock import ClockType
+from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.exceptions import NotInitializedException
+from rclpy.executors import Executor
 from rclpy.executors import ExternalShutdownException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -46,7 +47,10 @@ from turtle_brick.parameters import ParameterError
 from turtle_brick.parameters import Parameters
 
 SLEEP_TIME = 0.5
-"""How long (s) a node without any work sleeps before it looks whether it is to end."""
+"""How long (s) a node without any work sleeps before it looks whether it is to end. On a signal
+rclpy wakes the executor first and shuts the context down next; an executor that looks at the
+context in between goes back to sleep. And without a limit the EventsExecutor of the wheels never
+sleeps: its wait until the end of time is over at once, again and again."""
 
 
 def declare_parameters(node: Node) -> Parameters:
@@ -133,6 +137,35 @@ class _Interrupts:
             raise KeyboardInterrupt
 
 
+def make_executor(context: Context | None = None) -> Executor:
+    """
+    Return the executor that takes the least: rclpy's EventsExecutor, where there is one.
+
+    It is in rclpy since 7.1.4 and takes a third of the processor time of the
+    SingleThreadedExecutor, which is what an older rclpy gives.
+
+    Args:
+        context: The context of its nodes; the default one if None.
+
+    """
+    try:
+        from rclpy.experimental import EventsExecutor
+    except ImportError:
+        return SingleThreadedExecutor(context=context)
+    return EventsExecutor(context=context)
+
+
+def spare_collector() -> None:
+    """
+    Let the garbage collector pass over all that there is by now: it stays to the end.
+
+    Else it goes through every module and message type again and again, for some tens of
+    milliseconds each time, and the timers wait for it.
+    """
+    gc.collect()
+    gc.freeze()
+
+
 def run(node_type: Callable[[], Node], args: Sequence[str] | None = None) -> int:
     """
     Run a node in a process of its own until Ctrl-C, SIGTERM or a shutdown: the body of a main().
@@ -148,7 +181,7 @@ def run(node_type: Callable[[], Node], args: Sequence[str] | None = None) -> int
     """
     program = Path((args or sys.argv)[0]).stem
     interrupts = _Interrupts()
-    node = None
+    node = executor = None
     try:
         try:
             rclpy.init(args=args)
@@ -159,15 +192,12 @@ def run(node_type: Callable[[], Node], args: Sequence[str] | None = None) -> int
             return _complain(program, f'unknown ROS arguments {error}')
         interrupts.handled_by_rclpy = True
         node = node_type()
-        # On a signal rclpy wakes the executor first and shuts the context down next. An executor
-        # that looks at the context in between goes back to sleep; this wakes it again, where
-        # nothing else in the node would.
-        node.create_timer(
-            SLEEP_TIME, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
         # Its own executor: rclpy's global one is gone as soon as a signal shuts the context down.
-        executor = SingleThreadedExecutor()
+        executor = make_executor()
         executor.add_node(node)
-        executor.spin()
+        spare_collector()
+        while rclpy.ok():
+            executor.spin_once(timeout_sec=SLEEP_TIME)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except ParameterError as error:
@@ -178,6 +208,8 @@ def run(node_type: Callable[[], Node], args: Sequence[str] | None = None) -> int
             raise
     finally:
         interrupts.handled_by_rclpy = True
+        if executor is not None:
+            executor.shutdown()
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()

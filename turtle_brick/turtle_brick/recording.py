@@ -27,7 +27,6 @@ from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 import shutil
-import signal
 import subprocess
 import sys
 from tempfile import TemporaryDirectory
@@ -52,6 +51,7 @@ from turtle_brick.display import Display
 from turtle_brick.frames import BASE_LINK
 from turtle_brick.geometry import Vector
 from turtle_brick.graph import Graph
+from turtle_brick.interrupts import INTERRUPTS
 from turtle_brick.parameters import load
 from turtle_brick.parameters import ParameterError
 from turtle_brick.physics import Phase
@@ -401,7 +401,7 @@ def main(args: Optional[List[str]] = None) -> int:
     if reason is not None:
         print(f'record: {reason}', file=sys.stderr)
         return 1
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    INTERRUPTS.take_over()
     try:
         with TemporaryDirectory() as directory:
             # So that nothing half-made is left where the videos are to be.

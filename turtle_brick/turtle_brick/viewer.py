@@ -48,6 +48,7 @@ import sys
 from time import time_ns
 from typing import Any
 from typing import Callable
+from typing import Iterator
 from typing import List
 from typing import Optional
 from typing import Tuple
@@ -56,7 +57,6 @@ from geometry_msgs.msg import PoseStamped
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import ParameterDescriptor
-from rclpy.callback_groups import CallbackGroup
 from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy
@@ -108,28 +108,13 @@ def ignore(message: Any) -> None:
     """Stand in for the callback of a subscription whose messages are fetched."""
 
 
-class Polled(CallbackGroup):
-    """
-    Subscriptions that never wake the executor, since their messages are fetched when needed.
-
-    Being woken for each of the 750 messages per second of this graph costs three times as much
-    as fetching all that have come since the last picture.
-    """
-
-    def can_execute(self, entity: Any) -> bool:
-        """Let the executor wait for none of them."""
-        return False
-
-    def beginning_execution(self, entity: Any) -> bool:
-        """Let it execute none of them."""
-        return False
-
-    def ending_execution(self, entity: Any) -> None:
-        """Take note of nothing."""
-
-
 class Listener(Node):
-    """Hear all that there is to be seen in the graph, and hand it on to a display."""
+    """
+    Hear all that there is to be seen in the graph, and hand it on to a display.
+
+    What comes often is fetched, all that has come since the last picture at once: being woken
+    for each of the 750 messages per second of this graph costs far more.
+    """
 
     def __init__(self, name: str, **node_options: Any) -> None:
         """
@@ -175,17 +160,20 @@ class Listener(Node):
         def on_transforms(message: TFMessage, sent: int) -> None:
             display.hear_transforms(message, False, sent)
 
-        polled = Polled()
         self._polled.append((
-            self.create_subscription(TFMessage, '/tf', ignore, LOSSY, callback_group=polled),
-            on_transforms))
+            self.create_subscription(TFMessage, '/tf', ignore, LOSSY), on_transforms))
         for kind, topic in ((Twist, 'cmd_vel'), (Twist, 'turtle1/cmd_vel'), (Odometry, 'odom'),
                             (JointState, 'joint_states')):
             # Not looked into, hence not unpacked.
             self._polled.append((
-                self.create_subscription(kind, topic, ignore, LOSSY, callback_group=polled,
-                                         raw=True),
+                self.create_subscription(kind, topic, ignore, LOSSY, raw=True),
                 lambda _, sent, topic=topic: display.hear_of(topic, sent)))
+
+    @property
+    def subscriptions(self) -> Iterator[Subscription]:
+        """Return what an executor is to wait for: not what is fetched."""
+        polled = [subscription for subscription, _ in self._polled]
+        return (one for one in super().subscriptions if one not in polled)
 
     def fetch(self) -> None:
         """Hand on the messages that have come on the topics that do not call for themselves."""

@@ -1,0 +1,54 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Ctrl-C and SIGTERM as a KeyboardInterrupt that comes only where it does no harm. No ROS."""
+
+from contextlib import contextmanager
+import signal
+from typing import Iterator
+
+
+class Interrupts:
+    """Ctrl-C and SIGTERM raise KeyboardInterrupt, but not in the middle of what can't bear it."""
+
+    def __init__(self) -> None:
+        """Change nothing yet."""
+        self._held = 0
+        self._came = False
+
+    def take_over(self) -> None:
+        """Handle the signals from now on."""
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._on_signal)
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Put off what comes meanwhile."""
+        self._held += 1
+        try:
+            yield
+        finally:
+            self._held -= 1
+        if self._came and not self._held:
+            self._came = False
+            raise KeyboardInterrupt
+
+    def _on_signal(self, number: int, frame: object) -> None:
+        if not self._held:
+            raise KeyboardInterrupt
+        self._came = True
+
+
+INTERRUPTS = Interrupts()
+"""Those of this process: signals belong to the process, not to a part of it."""
