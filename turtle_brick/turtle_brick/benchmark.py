@@ -85,9 +85,9 @@ from ament_index_python.packages import get_package_share_path
 from geometry_msgs.msg import PoseStamped
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
+from rclpy.subscription import Subscription
 from rclpy.utilities import get_rmw_implementation_identifier
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -116,6 +116,7 @@ from turtle_brick.measuring import processor_time
 from turtle_brick.measuring import Spread
 from turtle_brick.measuring import spread
 from turtle_brick.measuring import stolen_time
+from turtle_brick.node_tools import PollingNode
 from turtle_brick.parameters import default_path
 from turtle_brick.parameters import load
 from turtle_brick.parameters import ParameterError
@@ -138,6 +139,9 @@ START_TIME = 60.0
 
 END_TIME = 10.0
 """How long (s) a process may take to end when it is asked to."""
+
+FETCH_PERIOD = 0.1
+"""Time (s) after which what is listened to is fetched."""
 
 WARM_UP = 3.0
 """How long (s) a graph runs before it is measured."""
@@ -302,7 +306,7 @@ class Recording:
         self._data: List[bytes] = []
 
     def take(self, data: bytes, info: Dict[str, int]) -> None:
-        """Keep a message; this is the subscription's callback."""
+        """Keep a message, with what rmw knows of its way."""
         self.published.append(info['source_timestamp'])
         self.received.append(info['received_timestamp'])
         self._data.append(data)
@@ -313,7 +317,7 @@ class Recording:
             yield published, deserialize_message(data, self._type)
 
 
-class Observer(Node):
+class Observer(PollingNode):
     """What places and drops bricks, and what listens when it is to."""
 
     TOPICS = {
@@ -326,11 +330,14 @@ class Observer(Node):
     }
 
     def __init__(self, **node_options: object) -> None:
-        """Listen to nothing."""
+        """Listen to nothing but what tells how drops end: the platform's angle, the verdict."""
         super().__init__('benchmark', **node_options)
         self.place_client = self.create_client(Place, 'place')
         self.drop_client = self.create_client(Trigger, 'drop')
-        self._listening: List[Any] = []
+        self.create_subscription(Tilt, 'tilt', self._on_tilt, 10)
+        self.create_subscription(Marker, 'catcher_marker', self._on_marker, 10)
+        self.create_timer(FETCH_PERIOD, self.fetch)
+        self._listening: List[Subscription] = []
         self.tilted = False
         self.levelled = False
         self.refused = False
@@ -354,22 +361,17 @@ class Observer(Node):
         recordings = {}
         for name, (message_type, topic) in self.TOPICS.items():
             recordings[name] = Recording(message_type)
-            self._listening.append(self.create_subscription(
+            self._listening.append(self.poll(
                 message_type, topic, recordings[name].take, QoSProfile(depth=2000), raw=True))
         return recordings
-
-    def follow_drops(self) -> None:
-        """Listen to what tells how drops end, the platform's angle and the catcher's verdict."""
-        self._listening.append(self.create_subscription(Tilt, 'tilt', self._on_tilt, 10))
-        self._listening.append(self.create_subscription(
-            Marker, 'catcher_marker', self._on_marker, 10))
 
     def expect_drop(self) -> None:
         """Forget how the last drop ended."""
         self.tilted = self.levelled = self.refused = False
 
     def stop_listening(self) -> None:
-        """Listen to nothing again."""
+        """Listen to nothing of it again."""
+        self.fetch()
         for subscription in self._listening:
             self.destroy_subscription(subscription)
         self._listening.clear()
@@ -452,10 +454,10 @@ class Benchmark:
             start_graph(processes, watch, kind, composed)
             self.await_in(watch, processes, observer.is_complete, START_TIME,
                           'the nodes find each other')
-            heard: List[Odometry] = []
-            subscription = observer.create_subscription(Odometry, 'odom', heard.append, 10)
-            self.await_in(watch, processes, lambda: heard, START_TIME, 'the robot moves or rests')
-            observer.destroy_subscription(subscription)
+            recordings = observer.record()
+            self.await_in(watch, processes, lambda: recordings['odom'].published, START_TIME,
+                          'the robot moves or rests')
+            observer.stop_listening()
             watch.spin_for(WARM_UP)
             return measure(watch, processes, observer)
 
@@ -481,7 +483,6 @@ class Benchmark:
         self.say('  idle, nobody listening')
         found['idle'] = self.window(processes, lambda: Event().wait(seconds)).cores
         self.say('  catching, nobody listening')
-        observer.follow_drops()
         outcomes: Counter = Counter()
 
         def catch() -> None:
@@ -490,7 +491,6 @@ class Benchmark:
                 outcomes[self.throw(watch, processes, observer).outcome] += 1
 
         found['catching'] = self.window(processes, catch).cores
-        observer.stop_listening()
         found['memory'] = memory(processes)
         self.say('  idle, listening')
         found['intervals'], found['drift'] = self.listen(watch, observer)
@@ -593,7 +593,6 @@ class Benchmark:
         chains = []
         for _ in range(self.options.drops):
             recordings = observer.record()
-            observer.follow_drops()
             drop = self.throw(watch, processes, observer)
             observer.stop_listening()
             outcomes[drop.outcome] += 1

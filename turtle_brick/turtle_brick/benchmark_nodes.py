@@ -55,6 +55,7 @@ from turtle_brick.frames import WORLD
 from turtle_brick.graph import Graph
 from turtle_brick.interrupts import INTERRUPTS
 from turtle_brick.node_tools import run
+from turtle_brick.node_tools import spare_collector
 from turtle_brick.turtlesim_kinematics import QUEUE_DEPTH
 from turtle_brick.turtlesim_kinematics import TICK
 from turtle_brick_interfaces.msg import Tilt
@@ -216,6 +217,7 @@ def main(args: Optional[Sequence[str]] = None) -> int:
         with Graph(quiet=True) as graph:
             for name in names:
                 (add_real if kind == 'real' else add_bare)(graph, name)
+            spare_collector()
             graph.spin_until(lambda: False, inf, 'Ctrl-C')
     except KeyboardInterrupt:
         pass

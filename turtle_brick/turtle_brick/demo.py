@@ -54,6 +54,7 @@ from turtle_brick.frames import WORLD
 from turtle_brick.geometry import Vector
 from turtle_brick.graph import Graph
 from turtle_brick.interrupts import INTERRUPTS
+from turtle_brick.node_tools import spare_collector
 from turtle_brick.parameters import load
 from turtle_brick.parameters import ParameterError
 from turtle_brick.parameters import Parameters
@@ -382,6 +383,7 @@ def main(args: Optional[Sequence[str]] = None) -> int:
 def play(match: Match, options: argparse.Namespace) -> int:
     """Drop the bricks that are asked for; return the exit status."""
     match.kick_off()
+    spare_collector()
     match.warm_up()
     if options.drops:
         bricks = random_bricks(match, options.seed, options.drops)

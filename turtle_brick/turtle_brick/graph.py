@@ -162,6 +162,9 @@ class Graph:
         """Take a node out of the graph and destroy it."""
         self.nodes.remove(node)
         self.executor.remove_node(node)
+        # An executor may have to let go of the node first, which is a piece of work.
+        self.spin_until(self.executor.create_task(lambda: None).done, END_TIME,
+                        'the executor lets go of a node')
         node.destroy_node()
 
     def add_turtlesim(self) -> Optional[Node]:
@@ -255,11 +258,10 @@ class Graph:
         for child in self._children:
             child.end()
         self._children.clear()
+        self.executor.shutdown()
         for node in self.nodes:
-            self.executor.remove_node(node)
             node.destroy_node()
         self.nodes.clear()
-        self.executor.shutdown()
         self.context.try_shutdown()
         self._files.cleanup()
 

@@ -17,6 +17,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from collections.abc import Iterator
 from collections.abc import Sequence
 from dataclasses import fields
 import gc
@@ -25,6 +26,7 @@ import re
 import signal
 import sys
 from types import FrameType
+from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange
 from rcl_interfaces.msg import ParameterDescriptor
@@ -32,12 +34,15 @@ import rclpy
 from rclpy._rclpy_pybind11 import RCLError
 from rclpy._rclpy_pybind11 import UnknownROSArgsError
 from rclpy.context import Context
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidHandle
 from rclpy.exceptions import NotInitializedException
 from rclpy.executors import Executor
 from rclpy.executors import ExternalShutdownException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from turtle_brick.parameters import default_path
 from turtle_brick.parameters import from_mapping
@@ -110,6 +115,70 @@ def due_instant(timer: Timer, now: int) -> int:
 
     """
     return now - max(timer.timer_period_ns - timer.time_until_next_call(), 0)
+
+
+class PollingNode(Node):
+    """
+    A node that fetches what comes often, instead of being woken by each message of it.
+
+    No executor knows of what is fetched, so that it can also be given up at any time: an
+    EventsExecutor may not survive that subscriptions and publishers of a living node go, unless
+    they have no event callbacks (https://github.com/ros2/rclpy/issues/1644).
+    """
+
+    def __init__(self, name: str, **node_options: Any) -> None:
+        """
+        Fetch nothing yet.
+
+        Args:
+            name: The name of the node.
+            node_options: Passed on to rclpy.node.Node.
+
+        """
+        self._polled: dict[Subscription, Callable[[Any, dict[str, int]], None]] = {}
+        super().__init__(name, **node_options)
+
+    def poll(self, message_type: type, topic: str, hear: Callable[[Any, dict[str, int]], None],
+             qos: QoSProfile, raw: bool = False) -> Subscription:
+        """
+        Subscribe to what will be fetched.
+
+        Args:
+            message_type: The type of the messages.
+            topic: Their topic.
+            hear: Called by `fetch` with each message, and with what rmw knows of its way:
+                source_timestamp and received_timestamp, in ns of the system's clock.
+            qos: How to subscribe; its depth is how many messages wait to be fetched.
+            raw: Whether messages stay serialized.
+
+        """
+        subscription = self.create_subscription(
+            message_type, topic, _ignore, qos, raw=raw,
+            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False))
+        self._polled[subscription] = hear
+        return subscription
+
+    def fetch(self) -> None:
+        """Hear all that has come since the last time, topic by topic."""
+        for subscription, hear in self._polled.items():
+            with subscription.handle:
+                while (taken := subscription.handle.take_message(
+                        subscription.msg_type, subscription.raw)) is not None:
+                    hear(*taken)
+
+    @property
+    def subscriptions(self) -> Iterator[Subscription]:
+        """Return what an executor is to wait for: not what is fetched."""
+        return (one for one in super().subscriptions if one not in self._polled)
+
+    def destroy_subscription(self, subscription: Subscription) -> bool:
+        """Give up a subscription, fetched or not."""
+        self._polled.pop(subscription, None)
+        return super().destroy_subscription(subscription)
+
+
+def _ignore(message: Any) -> None:
+    """Stand in for the callback of a subscription that is fetched."""
 
 
 class _Interrupts:

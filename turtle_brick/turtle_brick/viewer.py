@@ -48,7 +48,7 @@ import sys
 from time import time_ns
 from typing import Any
 from typing import Callable
-from typing import Iterator
+from typing import Dict
 from typing import List
 from typing import Optional
 from typing import Tuple
@@ -58,11 +58,9 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.client import Client
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy
 from rclpy.qos import QoSProfile
 from rclpy.qos import ReliabilityPolicy
-from rclpy.subscription import Subscription
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -74,6 +72,7 @@ from turtle_brick.display import CATCHER_MARKER
 from turtle_brick.display import Display
 from turtle_brick.display import WALLS
 from turtle_brick.frames import WORLD
+from turtle_brick.node_tools import PollingNode
 from turtle_brick.node_tools import run
 from turtle_brick.parameters import ParameterError
 from turtle_brick.viewing import NANOSECONDS
@@ -104,29 +103,13 @@ LOSSY = QoSProfile(depth=500, reliability=ReliabilityPolicy.BEST_EFFORT)
 """For what is soon out of date: nobody who publishes it ever waits for the viewer."""
 
 
-def ignore(message: Any) -> None:
-    """Stand in for the callback of a subscription whose messages are fetched."""
-
-
-class Listener(Node):
+class Listener(PollingNode):
     """
     Hear all that there is to be seen in the graph, and hand it on to a display.
 
     What comes often is fetched, all that has come since the last picture at once: being woken
     for each of the 750 messages per second of this graph costs far more.
     """
-
-    def __init__(self, name: str, **node_options: Any) -> None:
-        """
-        Hear nothing yet.
-
-        Args:
-            name: of the node
-            node_options: passed on to rclpy.node.Node
-
-        """
-        super().__init__(name, **node_options)
-        self._polled: List[Tuple[Subscription, Callable[[Any, int], None]]] = []
 
     def listen(self, display: Any) -> None:
         """
@@ -157,32 +140,16 @@ class Listener(Node):
                 (Tilt, 'tilt', now(display.hear_tilt), 10)):
             self.create_subscription(kind, topic, callback, qos)
 
-        def on_transforms(message: TFMessage, sent: int) -> None:
-            display.hear_transforms(message, False, sent)
+        def sent(info: Dict[str, int]) -> int:
+            return info['source_timestamp'] or info['received_timestamp']
 
-        self._polled.append((
-            self.create_subscription(TFMessage, '/tf', ignore, LOSSY), on_transforms))
+        self.poll(TFMessage, '/tf', lambda message, info: display.hear_transforms(
+            message, False, sent(info)), LOSSY)
         for kind, topic in ((Twist, 'cmd_vel'), (Twist, 'turtle1/cmd_vel'), (Odometry, 'odom'),
                             (JointState, 'joint_states')):
             # Not looked into, hence not unpacked.
-            self._polled.append((
-                self.create_subscription(kind, topic, ignore, LOSSY, raw=True),
-                lambda _, sent, topic=topic: display.hear_of(topic, sent)))
-
-    @property
-    def subscriptions(self) -> Iterator[Subscription]:
-        """Return what an executor is to wait for: not what is fetched."""
-        polled = [subscription for subscription, _ in self._polled]
-        return (one for one in super().subscriptions if one not in polled)
-
-    def fetch(self) -> None:
-        """Hand on the messages that have come on the topics that do not call for themselves."""
-        for subscription, hear in self._polled:
-            with subscription.handle:
-                while (taken := subscription.handle.take_message(
-                        subscription.msg_type, subscription.raw)) is not None:
-                    message, info = taken
-                    hear(message, info['source_timestamp'] or info['received_timestamp'])
+            self.poll(kind, topic, lambda _, info, topic=topic: display.hear_of(
+                topic, sent(info)), LOSSY, raw=True)
 
     def now(self) -> int:
         """Return the present instant (ns), by the clock with which messages are sent."""

@@ -49,6 +49,8 @@ from geometry_msgs.msg import Twist
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.clock import Clock
 from rclpy.clock import ClockType
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -87,9 +89,14 @@ class TurtleTopics:
         self._pose: Optional[Pose] = None
         # As in turtlesim. A tick takes one command, so the commands that wait here wait there.
         qos = QoSProfile(depth=QUEUE_DEPTH)
-        self._publisher = node.create_publisher(PoseMsg, f'{name}/pose', qos)
+        # Without event callbacks, since these go with their turtle while the node lives on, which
+        # an EventsExecutor may not survive (https://github.com/ros2/rclpy/issues/1644).
+        self._publisher = node.create_publisher(
+            PoseMsg, f'{name}/pose', qos,
+            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
         self._subscription = node.create_subscription(
-            Twist, f'{name}/cmd_vel', self._command, qos)
+            Twist, f'{name}/cmd_vel', self._command, qos,
+            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False))
         self._services = [
             node.create_service(
                 TeleportAbsolute, f'{name}/teleport_absolute', self._teleport_absolute),
