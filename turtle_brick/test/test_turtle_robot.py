@@ -27,6 +27,11 @@ from nav_msgs.msg import Odometry
 import pytest
 from rclpy.qos import DurabilityPolicy
 from sensor_msgs.msg import JointState
+from tf2_ros import StaticTransformBroadcaster
+from turtle_brick.frames import between
+from turtle_brick.frames import set_transform
+from turtle_brick.geometry import from_yaw
+from turtle_brick.geometry import Pose as Pose3D
 from turtle_brick.geometry import yaw_of
 from turtle_brick.graph import Graph
 from turtle_brick_interfaces.msg import Tilt
@@ -241,6 +246,24 @@ def test_goals_in_other_frames(bench):
     bench.arrive(CENTRE + 1.0, CENTRE - 1.0)
 
 
+def test_goals_in_frames_of_others(bench):
+    """TF is listened to from the first goal on that needs it, and a frame may come after it."""
+    bench.teleport(6.0, 4.0, pi / 2.0)
+    broadcaster = StaticTransformBroadcaster(bench.witness)
+    ahead, elsewhere = between('base_link', 'ahead'), between('world', 'elsewhere')
+    set_transform(ahead.transform, Pose3D((1.0, 0.0, 0.0), from_yaw(pi / 2.0)))
+    set_transform(elsewhere.transform, Pose3D((2.0, 3.0, 0.0), from_yaw(0.0)))
+    broadcaster.sendTransform(ahead)
+    assert bench.witness.count_subscribers('/tf') == 1  # the witness itself
+    bench.send(0.5, 1.0, 'ahead')
+    bench.arrive(5.5, 4.0)
+    assert bench.witness.count_subscribers('/tf') == 2
+    bench.send(0.5, 0.5, 'elsewhere')
+    bench.graph.spin_until(lambda: bench.robot.pending, 1.0, 'the goal waits for its frame')
+    broadcaster.sendTransform(elsewhere)
+    bench.arrive(2.5, 3.5)
+
+
 def test_goals_that_make_no_sense(bench, capfd):
     """Each is refused with one warning that names it, and changes nothing."""
     bench.send(7.0, 6.0)
@@ -252,6 +275,7 @@ def test_goals_that_make_no_sense(bench, capfd):
         bench.commands.clear()
         bench.send(x, y, frame)
         bench.graph.spin_until(lambda: len(bench.commands) > 20, 5.0, '20 commands')
+        bench.graph.spin_until(lambda: not bench.robot.pending, 5.0, 'no goal waits')
         assert all(command == Twist() for _, command in bench.commands)
         found = warnings(capfd)
         assert len(found) == 1 and word in found[0], found

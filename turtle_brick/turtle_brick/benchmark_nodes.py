@@ -112,7 +112,6 @@ class BareTurtleRobot(BareNode):
     def __init__(self, **node_options: Any) -> None:
         """Speak 100 times per second."""
         super().__init__('turtle_robot', **node_options)
-        self.hear_transforms()
         self.hear(Pose, 'turtle1/pose')
         self.hear(PoseStamped, 'goal_pose')
         self.hear(Tilt, 'tilt')

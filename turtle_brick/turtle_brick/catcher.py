@@ -34,6 +34,7 @@ from typing import List
 from typing import Optional
 
 from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from rclpy.time import Time
 from tf2_ros import Buffer
@@ -94,9 +95,10 @@ class CatcherNode(Node):
         self.marker_publisher = self.create_publisher(Marker, 'catcher_marker', 10)
         self.create_timer(PERIOD, self.update)
 
-    def on_brick(self, time: Time) -> None:
-        """Look at where the brick was at a time; act at once if it has begun to fall."""
-        transform = latest(self.tf_buffer, BRICK, time)
+    def on_brick(self, transform: TransformStamped) -> None:
+        """Look at where the brick was; act at once if it has begun to fall."""
+        if transform.header.frame_id != WORLD:
+            transform = latest(self.tf_buffer, BRICK, Time.from_msg(transform.header.stamp))
         if transform is not None:
             stamp = nanoseconds_of(transform.header.stamp)
             if self.catcher.see_brick(stamp, pose_of(transform.transform).position):

@@ -103,7 +103,7 @@ class FrameListener(TransformListener):
     """A TransformListener that also says when a frame has moved."""
 
     def __init__(self, buffer: Buffer, node: Node, frame: str,
-                 on_news: Callable[[Time], None]) -> None:
+                 on_news: Callable[[TransformStamped], None]) -> None:
         """
         Listen to /tf and /tf_static.
 
@@ -111,8 +111,8 @@ class FrameListener(TransformListener):
             buffer: what to fill
             node: the node to listen with
             frame: the frame whose news matter
-            on_news: called with the time of each transform of the frame, in order, the buffer up
-                to date: also those that a busy machine made come together
+            on_news: called with each transform of the frame, in order, the buffer up to date: also
+                those that a busy machine made come together
 
         """
         self._frame = frame
@@ -124,4 +124,4 @@ class FrameListener(TransformListener):
         super().callback(data)
         for transform in data.transforms:
             if transform.child_frame_id == self._frame:
-                self._on_news(Time.from_msg(transform.header.stamp))
+                self._on_news(transform)

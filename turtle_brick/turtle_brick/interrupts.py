@@ -14,9 +14,7 @@
 
 """Ctrl-C and SIGTERM as a KeyboardInterrupt that comes only where it does no harm. No ROS."""
 
-from contextlib import contextmanager
 import signal
-from typing import Iterator
 
 
 class Interrupts:
@@ -32,14 +30,17 @@ class Interrupts:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, self._on_signal)
 
-    @contextmanager
-    def held(self) -> Iterator[None]:
-        """Put off what comes meanwhile."""
+    def held(self) -> 'Interrupts':
+        """Return a context that puts off what comes meanwhile."""
+        return self
+
+    def __enter__(self) -> None:
+        """Put off what comes from now on."""
         self._held += 1
-        try:
-            yield
-        finally:
-            self._held -= 1
+
+    def __exit__(self, *_: object) -> None:
+        """Let come what has been put off."""
+        self._held -= 1
         if self._came and not self._held:
             self._came = False
             raise KeyboardInterrupt

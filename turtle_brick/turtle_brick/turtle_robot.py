@@ -30,7 +30,7 @@ Subscribes:
     goal_pose (geometry_msgs/PoseStamped): where to drive, in any frame that TF connects with the
         world; the robot is omnidirectional and ignores the goal's orientation
     tilt (turtle_brick_interfaces/Tilt): angle of the platform
-    /tf, /tf_static: for goals in other frames
+    /tf, /tf_static: from the first goal on that is in another frame than world, odom, base_link
 
 Parameters: those of config/turtle.yaml, read-only; it uses max_velocity and wheel_radius.
 """
@@ -71,6 +71,7 @@ from turtle_brick.geometry import from_yaw
 from turtle_brick.geometry import Pose
 from turtle_brick.geometry import Pose2D
 from turtle_brick.geometry import rotate
+from turtle_brick.geometry import Vector
 from turtle_brick.node_tools import declare_parameters
 from turtle_brick.node_tools import due_instant
 from turtle_brick.node_tools import run
@@ -81,6 +82,9 @@ from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage
 
 NANOSECONDS = 1_000_000_000
+
+FRAME_PATIENCE = 1.0
+"""How long (s) a goal waits for its frame to be known."""
 
 
 class TurtleRobot(Node):
@@ -103,8 +107,12 @@ class TurtleRobot(Node):
         self.odometer = Odometer(parameters.wheel_radius)
         self.tilt_angle = 0.0
 
-        self.tf_buffer = Buffer(node=self)
-        self.tf_listener = TransformListener(self.tf_buffer, self)
+        # Hundreds of transforms come per second, of which most robots never need one: they are
+        # listened to from when they are.
+        self.tf_buffer: Optional[Buffer] = None
+        self.pending: Optional[Tuple[PoseStamped, float]] = None
+        """A goal whose frame is not known yet, and until when (s) it waits."""
+
         self.tf_broadcaster = TransformBroadcaster(self)
         self.static_broadcaster = StaticTransformBroadcaster(self)
 
@@ -152,9 +160,36 @@ class TurtleRobot(Node):
 
     def on_goal(self, message: PoseStamped) -> None:
         """Drive to a goal, unless it makes no sense."""
-        goal = self.in_world(message)
-        if goal is None:
+        self.pending = None
+        position = message.pose.position
+        point = (position.x, position.y, position.z)
+        if not all(isfinite(value) for value in point):
+            self.get_logger().warning(f'Ignored the goal {point}: it is not finite')
             return
+        try:
+            frame = self.pose_of_frame(message.header.frame_id)
+        except TransformException:
+            self.pending = (message, monotonic() + FRAME_PATIENCE)
+            return
+        self.drive_to(frame, point)
+
+    def try_pending_goal(self) -> None:
+        """Drive to the goal that waits for its frame, or give it up."""
+        message, deadline = self.pending
+        name, position = message.header.frame_id, message.pose.position
+        try:
+            frame = self.pose_of_frame(name)
+        except TransformException as error:
+            if monotonic() > deadline:
+                self.pending = None
+                self.get_logger().warning(f'Ignored a goal in the frame "{name}": {error}')
+            return
+        self.pending = None
+        self.drive_to(frame, (position.x, position.y, position.z))
+
+    def drive_to(self, frame: Pose, point: Vector) -> None:
+        """Drive to a point (m) of a frame whose pose in the world is given."""
+        goal = tuple(a + b for a, b in zip(frame.position, rotate(frame.orientation, point)))[:2]
         x, y = within_arena(*goal)
         if (x, y) != goal:
             self.get_logger().warning(
@@ -172,6 +207,8 @@ class TurtleRobot(Node):
 
     def on_timer(self) -> None:
         """Go through every cycle that is due."""
+        if self.pending is not None:
+            self.try_pending_goal()
         now = monotonic_ns()
         for _ in self.cycles.due(now, due_instant(self.timer, now)):
             self.cycle()
@@ -201,24 +238,24 @@ class TurtleRobot(Node):
         pose.orientation = self.transform.transform.rotation
         self.odom_publisher.publish(self.odometry)
 
-    def in_world(self, message: PoseStamped) -> Optional[Tuple[float, float]]:
-        """Return x and y (m) of a goal in the world; None, with a warning, if it has none."""
-        position = message.pose.position
-        point = (position.x, position.y, position.z)
-        frame = message.header.frame_id
-        if not all(isfinite(value) for value in point):
-            self.get_logger().warning(f'Ignored the goal {point}: it is not finite')
-            return None
-        if frame != WORLD:
-            try:
-                transform = self.tf_buffer.lookup_transform(WORLD, frame, LATEST)
-            except TransformException as error:
-                self.get_logger().warning(f'Ignored a goal in the frame "{frame}": {error}')
-                return None
-            pose = pose_of(transform.transform)
-            point = tuple(
-                a + b for a, b in zip(pose.position, rotate(pose.orientation, point)))
-        return point[0], point[1]
+    def pose_of_frame(self, name: str) -> Pose:
+        """
+        Return the pose of a frame in the world.
+
+        Raises:
+            TransformException: it is not known; the text says why
+
+        """
+        if name == WORLD:
+            return upright(Pose2D(0.0, 0.0, 0.0))
+        if self.odometer.pose is not None and name == ODOM:
+            return upright(self.odometer.origin)
+        if self.odometer.pose is not None and name == BASE_LINK:
+            return upright(self.odometer.origin.compose(self.odometer.pose))
+        if self.tf_buffer is None:
+            self.tf_buffer = Buffer(node=self)
+            self.tf_listener = TransformListener(self.tf_buffer, self)
+        return pose_of(self.tf_buffer.lookup_transform(WORLD, name, LATEST).transform)
 
 
 def upright(pose: Pose2D) -> Pose:
