@@ -17,6 +17,7 @@ import contextlib
 import os
 import tempfile
 from typing import Iterator
+from typing import List
 
 from live_graph import reserved_domain
 import pytest
@@ -45,3 +46,8 @@ def domain_id(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
     with reserved_domain() as domain:
         monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
         yield domain
+
+
+def pytest_collection_modifyitems(items: List[pytest.Item]) -> None:
+    """Run the linters first: flake8 forks, which a process full of DDS's threads should not."""
+    items.sort(key=lambda item: item.get_closest_marker('linter') is None)
