@@ -25,6 +25,7 @@ from math import floor
 from math import hypot
 import os
 from pathlib import Path
+from time import monotonic
 from typing import Dict
 from typing import List
 from typing import NamedTuple
@@ -227,9 +228,16 @@ def peak_memory(process: int) -> int:
 
 
 def busy_time() -> float:
-    """Return the time (s) that all processors together have worked since the machine started."""
+    """
+    Return the time (s) that all processors together have worked, since any fixed instant.
+
+    It is the time that they were not idle: Linux books that to the microsecond, while it tells
+    what they work on by looking 250 times per second, and programs that wake up with the same
+    timers are seen always or never.
+    """
     spent = _spent()
-    return sum(spent.values()) - spent['idle'] - spent['iowait'] - spent['steal']
+    return (os.cpu_count() * monotonic()
+            - spent['idle'] - spent['iowait'] - spent['steal'])
 
 
 def stolen_time() -> float:
