@@ -260,8 +260,22 @@ def test_goals_in_frames_of_others(bench):
     assert bench.witness.count_subscribers('/tf') == 2
     bench.send(0.5, 0.5, 'elsewhere')
     bench.graph.spin_until(lambda: bench.robot.pending, 1.0, 'the goal waits for its frame')
+    bench.send(nan, 0.5)  # changes nothing
     broadcaster.sendTransform(elsewhere)
     bench.arrive(2.5, 3.5)
+
+
+def test_a_goal_before_the_first_pose(graph, capfd):
+    """In odom or base_link it is none, which no TF can change."""
+    robot = graph.add_robot()
+    for frame in ('odom', 'base_link'):
+        goal = PoseStamped()
+        goal.header.frame_id = frame
+        robot.on_goal(goal)
+        graph.spin_until(lambda: not robot.pending, 5.0, 'the goal is given up')
+        (warning,) = warnings(capfd)
+        assert f'"{frame}" is not there before the first pose' in warning
+    assert robot.count_subscribers('/tf') == 0
 
 
 def test_goals_that_make_no_sense(bench, capfd):

@@ -28,6 +28,7 @@ Parameters: those of config/turtle.yaml, read-only; it uses max_velocity, platfo
 platform_radius, platform_thickness, gravity_accel, brick_size and tilt_angle.
 """
 
+from math import isfinite
 import sys
 from typing import Any
 from typing import List
@@ -97,7 +98,8 @@ class CatcherNode(Node):
 
     def on_brick(self, transform: TransformStamped) -> None:
         """Look at where the brick was; act at once if it has begun to fall."""
-        if transform.header.frame_id != WORLD:
+        place = transform.transform.translation
+        if transform.header.frame_id != WORLD or not isfinite(place.x + place.y + place.z):
             transform = latest(self.tf_buffer, BRICK, Time.from_msg(transform.header.stamp))
         if transform is not None:
             stamp = nanoseconds_of(transform.header.stamp)

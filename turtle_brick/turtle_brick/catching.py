@@ -200,7 +200,7 @@ class FallDetector:
         if not descends or len(samples) < 3:
             return False
         (t0, x0, y0, z0), (t1, _, _, z1), (t2, _, _, z2) = samples
-        if z0 <= z1 or hypot(x - x0, y - y0) > self.STRAIGHT * (z0 - z2):
+        if not z0 > z1 or hypot(x - x0, y - y0) > self.STRAIGHT * (z0 - z2):
             return False
         first, second = (t1 - t0) * NANO, (t2 - t1) * NANO
         speed_before, speed_after = (z0 - z1) / first, (z1 - z2) / second

@@ -52,8 +52,9 @@ END_TIME = 5.0
 """How long (s) a child process may take to end when it is asked to."""
 
 LONGEST_WAIT = 0.02
-"""How long (s) the executor waits for work. The same each time: with another timeout it forgets
-whose turn it is, and under load the first node would have every turn."""
+"""How long (s) the executor waits for work, and a Ctrl-C with it. The same each time: with another
+timeout a SingleThreadedExecutor forgets whose turn it is, and under load the first node would have
+every turn."""
 
 AnyNode = TypeVar('AnyNode', bound=Node)
 

@@ -15,40 +15,57 @@
 """Ctrl-C and SIGTERM as a KeyboardInterrupt that comes only where it does no harm. No ROS."""
 
 import signal
+from typing import Optional
 
 
 class Interrupts:
-    """Ctrl-C and SIGTERM raise KeyboardInterrupt, but not in the middle of what can't bear it."""
+    """
+    Ctrl-C and SIGTERM raise KeyboardInterrupt, but not in the middle of what can't bear it.
+
+    Only the first one counts: a terminal's Ctrl-C under `ros2 launch` is two signals, one from
+    the terminal and one from launch, and the second must not disturb the clean-up.
+    """
+
+    NUMBERS = (signal.SIGINT, signal.SIGTERM)
 
     def __init__(self) -> None:
         """Change nothing yet."""
         self._held = 0
         self._came = False
+        self._put_off = False
 
     def take_over(self) -> None:
         """Handle the signals from now on."""
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in self.NUMBERS:
             signal.signal(number, self._on_signal)
 
+    def ignore(self) -> None:
+        """Let no signal disturb the rest of the process, the interpreter's own end included."""
+        for number in self.NUMBERS:
+            signal.signal(number, signal.SIG_IGN)
+
     def held(self) -> 'Interrupts':
-        """Return a context that puts off what comes meanwhile."""
+        """Return a context that puts off what comes meanwhile to its end."""
         return self
 
     def __enter__(self) -> None:
         """Put off what comes from now on."""
         self._held += 1
 
-    def __exit__(self, *_: object) -> None:
-        """Let come what has been put off."""
+    def __exit__(self, error: Optional[type], *_: object) -> None:
+        """Let come what has been put off, unless an error is on its way, which matters more."""
         self._held -= 1
-        if self._came and not self._held:
-            self._came = False
+        if self._put_off and not self._held and error is None:
+            self._put_off = False
             raise KeyboardInterrupt
 
     def _on_signal(self, number: int, frame: object) -> None:
+        if self._came:
+            return
+        self._came = True
         if not self._held:
             raise KeyboardInterrupt
-        self._came = True
+        self._put_off = True
 
 
 INTERRUPTS = Interrupts()

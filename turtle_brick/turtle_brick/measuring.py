@@ -231,9 +231,9 @@ def busy_time() -> float:
     """
     Return the time (s) that all processors together have worked, since any fixed instant.
 
-    It is the time that they were not idle: Linux books that to the microsecond, while it tells
-    what they work on by looking 250 times per second, and programs that wake up with the same
-    timers are seen always or never.
+    It is the time that they were not idle: a tickless Linux books that as it is, while it tells
+    what they work on by looking some hundred times per second, and programs that wake up with the
+    same timers are seen always or never.
     """
     spent = _spent()
     return (os.cpu_count() * monotonic()

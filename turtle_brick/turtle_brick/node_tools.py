@@ -23,9 +23,7 @@ from dataclasses import fields
 import gc
 from pathlib import Path
 import re
-import signal
 import sys
-from types import FrameType
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange
@@ -42,8 +40,10 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
+from turtle_brick.interrupts import INTERRUPTS
 from turtle_brick.parameters import default_path
 from turtle_brick.parameters import from_mapping
 from turtle_brick.parameters import meaning
@@ -51,11 +51,10 @@ from turtle_brick.parameters import MissingParameterError
 from turtle_brick.parameters import ParameterError
 from turtle_brick.parameters import Parameters
 
-SLEEP_TIME = 0.5
-"""How long (s) a node without any work sleeps before it looks whether it is to end. On a signal
-rclpy wakes the executor first and shuts the context down next; an executor that looks at the
-context in between goes back to sleep. And without a limit the EventsExecutor of the wheels never
-sleeps: its wait until the end of time is over at once, again and again."""
+SLEEP_TIME = 0.1
+"""How long (s) a node without any work sleeps before it looks whether it is to end. Without a
+limit the EventsExecutor of the wheels never sleeps: its wait until the end of time is over at
+once, again and again."""
 
 
 def declare_parameters(node: Node) -> Parameters:
@@ -135,6 +134,7 @@ class PollingNode(Node):
             node_options: Passed on to rclpy.node.Node.
 
         """
+        # First, since Node itself asks for its subscriptions, and may make some.
         self._polled: dict[Subscription, Callable[[Any, dict[str, int]], None]] = {}
         super().__init__(name, **node_options)
 
@@ -181,31 +181,6 @@ def _ignore(message: Any) -> None:
     """Stand in for the callback of a subscription that is fetched."""
 
 
-class _Interrupts:
-    """
-    SIGINT and SIGTERM while rclpy starts, runs and ends.
-
-    Until rclpy's own handlers are in place a signal raises KeyboardInterrupt. From then on they
-    shut the context down, which ends spin(), and nothing is raised here: not in the middle of a
-    callback, and not when a second signal comes during the clean-up. A terminal's Ctrl-C under
-    `ros2 launch` is such a pair: one signal from the terminal and one from launch.
-    """
-
-    def __init__(self) -> None:
-        self.handled_by_rclpy = False
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._on_signal)
-
-    def ignore(self) -> None:
-        """Let no signal disturb the rest of the process, the interpreter's own end included."""
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_IGN)
-
-    def _on_signal(self, number: int, frame: FrameType | None) -> None:
-        if not self.handled_by_rclpy:
-            raise KeyboardInterrupt
-
-
 def make_executor(context: Context | None = None) -> Executor:
     """
     Return the executor that takes the least: rclpy's EventsExecutor, where there is one.
@@ -249,40 +224,40 @@ def run(node_type: Callable[[], Node], args: Sequence[str] | None = None) -> int
 
     """
     program = Path((args or sys.argv)[0]).stem
-    interrupts = _Interrupts()
+    INTERRUPTS.take_over()
     node = executor = None
     try:
         try:
-            rclpy.init(args=args)
+            # rclpy's own handlers would shut the context down in the middle of a callback.
+            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         except RCLError as error:
             # Chiefly a parameter file that cannot be read, then the place in rcl's source.
             return _complain(program, re.sub(r', at [^,]*:\d+', '', str(error)))
         except UnknownROSArgsError as error:
             return _complain(program, f'unknown ROS arguments {error}')
-        interrupts.handled_by_rclpy = True
-        node = node_type()
-        # Its own executor: rclpy's global one is gone as soon as a signal shuts the context down.
-        executor = make_executor()
-        executor.add_node(node)
-        spare_collector()
+        with INTERRUPTS.held():
+            node = node_type()
+            executor = make_executor()
+            executor.add_node(node)
+            spare_collector()
         while rclpy.ok():
-            executor.spin_once(timeout_sec=SLEEP_TIME)
+            with INTERRUPTS.held():
+                executor.spin_once(timeout_sec=SLEEP_TIME)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except ParameterError as error:
         return _complain(program, str(error))
     except (RCLError, InvalidHandle, NotInitializedException):
-        # Whatever was under way when a signal shut the context down fails for that reason.
+        # Whatever was under way when the context was shut down fails for that reason.
         if rclpy.ok():
             raise
     finally:
-        interrupts.handled_by_rclpy = True
         if executor is not None:
             executor.shutdown()
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
-        interrupts.ignore()
+        INTERRUPTS.ignore()
     return 0
 
 

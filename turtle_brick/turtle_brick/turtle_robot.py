@@ -53,6 +53,7 @@ from rclpy.clock import ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from tf2_ros import Buffer
+from tf2_ros import LookupException
 from tf2_ros import StaticTransformBroadcaster
 from tf2_ros import TransformBroadcaster
 from tf2_ros import TransformException
@@ -110,6 +111,7 @@ class TurtleRobot(Node):
         # Hundreds of transforms come per second, of which most robots never need one: they are
         # listened to from when they are.
         self.tf_buffer: Optional[Buffer] = None
+        self.tf_listener: Optional[TransformListener] = None
         self.pending: Optional[Tuple[PoseStamped, float]] = None
         """A goal whose frame is not known yet, and until when (s) it waits."""
 
@@ -159,19 +161,14 @@ class TurtleRobot(Node):
                                    f'heading {pose.theta:.3f} rad: this is where odom is')
 
     def on_goal(self, message: PoseStamped) -> None:
-        """Drive to a goal, unless it makes no sense."""
-        self.pending = None
+        """Drive to a goal, unless it makes no sense; until its frame is known, drive on."""
         position = message.pose.position
         point = (position.x, position.y, position.z)
         if not all(isfinite(value) for value in point):
             self.get_logger().warning(f'Ignored the goal {point}: it is not finite')
             return
-        try:
-            frame = self.pose_of_frame(message.header.frame_id)
-        except TransformException:
-            self.pending = (message, monotonic() + FRAME_PATIENCE)
-            return
-        self.drive_to(frame, point)
+        self.pending = (message, monotonic() + FRAME_PATIENCE)
+        self.try_pending_goal()
 
     def try_pending_goal(self) -> None:
         """Drive to the goal that waits for its frame, or give it up."""
@@ -248,10 +245,11 @@ class TurtleRobot(Node):
         """
         if name == WORLD:
             return upright(Pose2D(0.0, 0.0, 0.0))
-        if self.odometer.pose is not None and name == ODOM:
-            return upright(self.odometer.origin)
-        if self.odometer.pose is not None and name == BASE_LINK:
-            return upright(self.odometer.origin.compose(self.odometer.pose))
+        if name in (ODOM, BASE_LINK):
+            origin, pose = self.odometer.origin, self.odometer.pose
+            if pose is None:
+                raise LookupException(f'"{name}" is not there before the first pose of the turtle')
+            return upright(origin if name == ODOM else origin.compose(pose))
         if self.tf_buffer is None:
             self.tf_buffer = Buffer(node=self)
             self.tf_listener = TransformListener(self.tf_buffer, self)
