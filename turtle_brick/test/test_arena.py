@@ -394,3 +394,16 @@ def test_simulated_time(domain_id):
             assert transform.transform.translation.z == pytest.approx(
                 9.0 - 0.5 * PARAMETERS.gravity_accel * time * time, abs=1e-9)
         assert number >= 136
+
+
+def test_a_platform_that_is_not_heard_of_any_more_is_absent(bench_with_platform):
+    """After 0.5 s, by the stamp of its last transform; and it may come back."""
+    bench = bench_with_platform
+    (timer,) = bench.witness.timers
+    timer.cancel()
+    last = bench.arena.platform
+    bench.graph.spin_until(lambda: bench.world.platform is None, 5.0, 'the platform is absent')
+    gone = bench.arena.get_clock().now().nanoseconds
+    assert gone - nanoseconds(last) >= 500_000_000
+    timer.reset()
+    bench.graph.spin_until(lambda: bench.world.platform is not None, 5.0, 'it is back')

@@ -46,11 +46,13 @@ from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
 from tf2_ros import Buffer
 from tf2_ros import TransformBroadcaster
-from tf2_ros import TransformListener
 from turtle_brick.frames import between
 from turtle_brick.frames import BRICK
+from turtle_brick.frames import is_old
+from turtle_brick.frames import latest
+from turtle_brick.frames import OthersListener
 from turtle_brick.frames import PLATFORM
-from turtle_brick.frames import recent
+from turtle_brick.frames import pose_of
 from turtle_brick.frames import set_stamp
 from turtle_brick.frames import set_transform
 from turtle_brick.frames import WORLD
@@ -116,7 +118,8 @@ class Arena(Node):
         self.steps_shown = 0
 
         self.tf_buffer = Buffer(node=self)
-        self.tf_listener = TransformListener(self.tf_buffer, self)
+        self.tf_listener = OthersListener(self.tf_buffer, self, BRICK)
+        self.platform: Optional[TransformStamped] = None
         self.tf_broadcaster = TransformBroadcaster(self)
         self.transforms: List[TransformStamped] = []
 
@@ -168,10 +171,11 @@ class Arena(Node):
         instants = self.clock_of_steps.due(now, due_instant(self.timer, now))
         if self.clock_of_steps.restarts != self.restarts:
             self.restarts = self.clock_of_steps.restarts
+            self.tf_listener.news = True  # Forgotten is what was to come, if the clock went back.
             self.get_logger().warning('The clock has jumped: the physics goes on from now')
         if not instants:
             return
-        self.world.platform = recent(self.tf_buffer, PLATFORM, now)
+        self.look_at_platform(now)
         while len(self.transforms) < len(instants):
             self.transforms.append(between(WORLD, BRICK))
         for instant, message in zip(instants, self.transforms):
@@ -184,6 +188,16 @@ class Arena(Node):
             self.show(self.world.phase)
         elif self.steps_shown >= REMINDER:
             self.publish_marker()
+
+    def look_at_platform(self, now: int) -> None:
+        """Tell the physics where the platform is at an instant (ns), None if that is long ago."""
+        if self.tf_listener.news:
+            self.tf_listener.news = False
+            self.platform = latest(self.tf_buffer, PLATFORM)
+            if self.platform is not None:
+                self.world.platform = pose_of(self.platform.transform)
+        if self.platform is None or is_old(self.platform, now):
+            self.world.platform = None
 
     def show(self, phase: Phase) -> None:
         """Give the brick the colour of what it does."""

@@ -91,12 +91,43 @@ def latest(buffer: Buffer, frame: str, time: Time = LATEST) -> Optional[Transfor
         return None if time is LATEST else latest(buffer, frame)
 
 
+def is_old(transform: TransformStamped, now: int) -> bool:
+    """Tell whether a transform no longer says where a moving frame is at an instant (ns)."""
+    return now - nanoseconds_of(transform.header.stamp) > OLDEST
+
+
 def recent(buffer: Buffer, frame: str, now: int) -> Optional[Pose]:
     """Return the pose of a frame in the world, None unless it is known from the last 0.5 s."""
     transform = latest(buffer, frame)
-    if transform is None or now - nanoseconds_of(transform.header.stamp) > OLDEST:
+    if transform is None or is_old(transform, now):
         return None
     return pose_of(transform.transform)
+
+
+class OthersListener(TransformListener):
+    """A TransformListener that does not hear what its own node says of a frame."""
+
+    def __init__(self, buffer: Buffer, node: Node, own: str) -> None:
+        """
+        Listen to /tf and /tf_static.
+
+        Args:
+            buffer: what to fill
+            node: the node to listen with
+            own: the frame that this node broadcasts, each time in a message of its own
+
+        """
+        self._own = own
+        self.news = False
+        """Whether anything has come since somebody last set this to False."""
+        super().__init__(buffer, node)
+
+    def callback(self, data: TFMessage) -> None:
+        """Take in a message of /tf."""
+        if data.transforms and data.transforms[0].child_frame_id == self._own:
+            return
+        self.news = True
+        super().callback(data)
 
 
 class FrameListener(TransformListener):
