@@ -749,6 +749,23 @@ def test_robot_that_is_lost_at_any_stage(state):
     assert stage.states == COURSE
 
 
+@pytest.mark.parametrize('state, seconds', [
+    (State.APPROACHING, 0.3), (State.CARRYING, 0.8), (State.TILTING, 0.8)])
+def test_robot_that_is_lost_for_a_moment(state, seconds):
+    """As on a machine that stands still: it goes on where it was."""
+    stage = Stage()
+    stage.drop(7.0, 6.0, 9.0)
+    stage.reach_state(state)
+    stage.run(0.1)
+    stage.visible = False
+    stage.run(seconds)
+    assert stage.catcher.state is state
+    stage.visible = True
+    stage.reach_state(State.WAITING)
+    assert stage.states == COURSE
+    assert stage.world.phase is Phase.FLOATING
+
+
 def test_robot_that_somebody_else_sends_away_while_it_carries():
     """It arrives there, and is sent to the centre again."""
     stage = Stage()

@@ -90,6 +90,10 @@ LAG = 0.5
 moves it with where the platform was. Only a brick that has not moved for so long is left behind.
 """
 
+OUT_OF_SIGHT = 1.0
+"""Time (s) for which a robot may be out of sight, as on a machine that stands still, before what
+was to be caught or carried is given up."""
+
 AT_CENTRE = 0.02
 """Distance (m) from the centre at which the robot, at rest, may tilt."""
 
@@ -332,6 +336,8 @@ class Observation(NamedTuple):
     level: bool = True
     fall_over: bool = False
     """A fall has just ended."""
+    blind: bool = False
+    """The robot has just got out of sight: what becomes of the brick on it can't be told."""
 
 
 def transition(state: State, seen: Observation) -> State:
@@ -347,6 +353,8 @@ def transition(state: State, seen: Observation) -> State:
     """
     if seen.decision:
         return State.APPROACHING
+    if seen.blind and state in (State.APPROACHING, State.CARRYING, State.TILTING):
+        return state
     if state is State.APPROACHING:
         if seen.on_platform:
             return State.CARRYING
@@ -415,6 +423,7 @@ class Catcher:
         self._brick_seen = 0
         self._brick_moved = 0
         self._level_seen = 0
+        self._robot_seen = -inf
         self._track: Deque[Tuple[int, float, float]] = deque()
         self._goals: Deque[Tuple[int, Drive]] = deque()
         self._since = 0
@@ -464,6 +473,11 @@ class Catcher:
         fall, self._undecided = self._undecided, None
         if self.state is State.WAITING and fall is None and not self._fall_over:
             return actions  # Only a fall, or the end of one, matters to who waits.
+        if robot is not None:
+            self._robot_seen = now
+        blind = robot is None and (now - self._robot_seen) * NANO < OUT_OF_SIGHT
+        if blind:
+            self._brick_moved = self._brick_seen  # It has its time again when the robot is back.
         reachable = None
         if fall is not None:
             self.decision = reach(fall, now, robot, self.parameters)
@@ -479,7 +493,8 @@ class Catcher:
             off_platform=self._off_platform(now, platform),
             out_of_patience=(now - self._since) * NANO > PATIENCE,
             level=self._angle == 0.0,
-            fall_over=self._fall_over))
+            fall_over=self._fall_over,
+            blind=blind))
         self._fall_over = False
         if state is not self.state or reachable:
             self._since = now
