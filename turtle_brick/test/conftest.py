@@ -21,6 +21,7 @@ from typing import List
 
 from live_graph import reserved_domain
 import pytest
+from steadiness import Steadiness
 
 _session = contextlib.ExitStack()
 
@@ -31,6 +32,7 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ.pop('ROS_LOCALHOST_ONLY', None)
     os.environ.pop('ROS_STATIC_PEERS', None)
     os.environ['ROS_DOMAIN_ID'] = str(_session.enter_context(reserved_domain()))
+    config.pluginmanager.register(Steadiness())
     os.environ['ROS_LOG_DIR'] = _session.enter_context(
         tempfile.TemporaryDirectory(prefix='turtle_brick_test_'))
 

@@ -1,0 +1,97 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Tests that the machine has spoiled are run again, and no others."""
+
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+from threading import Event
+from time import monotonic
+
+import pytest
+from steadiness import Watch
+
+CONFTEST = """
+from steadiness import Steadiness
+
+class Spoiled(Steadiness):
+    def __init__(self):
+        super().__init__()
+        self.watch.stalls = lambda begin: {stalls}
+        self.watch.wait_for_quiet = lambda: None
+
+def pytest_configure(config):
+    config.pluginmanager.register(Spoiled())
+"""
+
+TESTS = """
+import pytest
+RUNS = []
+
+@pytest.fixture
+def fresh():
+    yield []
+
+def test_first_time_it_fails(fresh):
+    fresh.append(1)
+    RUNS.append(1)
+    assert len(fresh) == 1 and len(RUNS) > 1
+
+def test_it_always_fails():
+    assert False
+
+def test_it_passes():
+    pass
+"""
+
+
+@pytest.fixture
+def watch():
+    """Watch the machine."""
+    watch = Watch()
+    yield watch
+    watch.close()
+
+
+def test_a_machine_that_stands_still_is_seen(watch):
+    """To the watching process a stop of its own is no different."""
+    deadline = monotonic() + 30.0
+    while not watch.stalls(-1.0) and monotonic() < deadline:
+        Event().wait(0.01)
+    begin = monotonic()
+    watch.process.send_signal(signal.SIGSTOP)
+    os.waitpid(watch.process.pid, os.WUNTRACED)
+    Event().wait(0.3)
+    watch.process.send_signal(signal.SIGCONT)
+    while max(watch.stalls(begin), default=0.0) < 0.25 and monotonic() < deadline:
+        Event().wait(0.01)
+    assert max(watch.stalls(begin)) >= 0.25
+    assert watch.stalls(monotonic() + 1.0) == []
+
+
+@pytest.mark.parametrize('stalls, outcome', [
+    ('[0.4]', '1 failed, 2 passed'), ('[]', '2 failed, 1 passed')])
+def test_what_is_run_again(tmp_path, stalls, outcome):
+    (tmp_path / 'conftest.py').write_text(CONFTEST.format(stalls=stalls))
+    (tmp_path / 'test_them.py').write_text(TESTS)
+    done = subprocess.run(
+        [sys.executable, '-m', 'pytest', '-p', 'no:cacheprovider', str(tmp_path)],
+        env={**os.environ, 'PYTHONPATH': os.pathsep.join(
+            [str(Path(__file__).parent), *filter(None, sys.path)])},
+        stdout=subprocess.PIPE, text=True, cwd=tmp_path)
+    assert outcome in done.stdout
+    assert ('test_first_time_it_fails: run again' in done.stdout) == (stalls != '[]')
+    assert 'test_it_passes: run again' not in done.stdout
