@@ -176,10 +176,11 @@ def test_processor_time_is_that_of_all_threads():
 
 
 def test_machine_is_busy_with_at_least_this_process():
-    begin, own = measuring.busy_time(), process_time()
+    """What the host of a virtual machine takes away, the process does not see."""
+    begin, own = measuring.busy_time() + measuring.stolen_time(), process_time()
     while process_time() < own + 0.2:
         hypot(1.0, 2.0)
-    assert measuring.busy_time() - begin >= 0.15
+    assert measuring.busy_time() + measuring.stolen_time() - begin >= 0.15
 
 
 def test_machine_is_busy_when_it_is_not_idle(monkeypatch):
