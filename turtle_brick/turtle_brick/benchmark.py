@@ -26,8 +26,7 @@ How it is measured:
 * Processor time is the user and system time that Linux books on a process and its threads
   (/proc/<pid>/stat) over a window, while nobody else listens to what comes 100 or 250 times per
   second: "idle", the brick hovering and the robot at rest, and "catching", one drop after another.
-  Peak memory is
-  VmHWM, start-up included.
+  Peak memory is VmHWM, start-up included.
 * Intervals are taken in further windows, with a listener, which costs the publishers some time:
   idle, and under two busy loops beside. Their instants are those at which the middleware took a
   message over for publication (source_timestamp), not those of its arrival here. Given are the

@@ -353,7 +353,7 @@ def transition(state: State, seen: Observation) -> State:
     """
     if seen.decision:
         return State.APPROACHING
-    if seen.blind and state in (State.APPROACHING, State.CARRYING, State.TILTING):
+    if seen.blind and state is not State.LEVELLING:
         return state
     if state is State.APPROACHING:
         if seen.on_platform:

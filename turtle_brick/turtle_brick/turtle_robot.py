@@ -112,8 +112,8 @@ class TurtleRobot(Node):
         # listened to from when they are.
         self.tf_buffer: Optional[Buffer] = None
         self.tf_listener: Optional[TransformListener] = None
-        self.pending: Optional[Tuple[PoseStamped, float]] = None
-        """A goal whose frame is not known yet, and until when (s) it waits."""
+        self.pending: Optional[Tuple[str, Vector, float]] = None
+        """A goal whose frame is not known yet: frame, point (m), and until when (s) it waits."""
 
         self.tf_broadcaster = TransformBroadcaster(self)
         self.static_broadcaster = StaticTransformBroadcaster(self)
@@ -167,13 +167,12 @@ class TurtleRobot(Node):
         if not all(isfinite(value) for value in point):
             self.get_logger().warning(f'Ignored the goal {point}: it is not finite')
             return
-        self.pending = (message, monotonic() + FRAME_PATIENCE)
+        self.pending = (message.header.frame_id, point, monotonic() + FRAME_PATIENCE)
         self.try_pending_goal()
 
     def try_pending_goal(self) -> None:
         """Drive to the goal that waits for its frame, or give it up."""
-        message, deadline = self.pending
-        name, position = message.header.frame_id, message.pose.position
+        name, point, deadline = self.pending
         try:
             frame = self.pose_of_frame(name)
         except TransformException as error:
@@ -182,7 +181,7 @@ class TurtleRobot(Node):
                 self.get_logger().warning(f'Ignored a goal in the frame "{name}": {error}')
             return
         self.pending = None
-        self.drive_to(frame, (position.x, position.y, position.z))
+        self.drive_to(frame, point)
 
     def drive_to(self, frame: Pose, point: Vector) -> None:
         """Drive to a point (m) of a frame whose pose in the world is given."""
