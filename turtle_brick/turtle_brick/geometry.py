@@ -31,12 +31,20 @@ Quaternion = Tuple[float, float, float, float]
 
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
+FARTHEST = 1e9
+"""Largest coordinate (m) that is taken for a place: such numbers can be squared and multiplied."""
+
 
 class Pose(NamedTuple):
     """Position (m) and orientation (unit quaternion) of a frame in its parent frame."""
 
     position: Vector
     orientation: Quaternion
+
+    def transform(self, point: Vector) -> Vector:
+        """Return a point (m) of this frame in its parent frame."""
+        x, y, z = rotate(self.orientation, point)
+        return (x + self.position[0], y + self.position[1], z + self.position[2])
 
 
 class Pose2D(NamedTuple):

@@ -19,15 +19,18 @@ Everything is exact for the step it is given. A fall is the closed form
 z = z0 - g t^2 / 2 of the whole time since the release, not a sum of small steps; a slide is
 the closed form of constant acceleration g sin(angle) along the platform over each step.
 
-The brick is a box; its location is its centre. It is inclined like the platform at all times,
-and flat where no platform is known or the ground carries it. Contact is asked of its bottom,
-half its height below the centre.
+The brick is a box; its location is its centre. It is inclined like the platform at all times, also
+like one that is out of sight, as it was last; it is flat where no platform was ever known and on
+the ground. Contact is asked of its bottom, half its height below the centre.
 """
 
 from enum import Enum
 from math import atan2
 from math import hypot
+from math import inf
 from math import isfinite
+from numbers import Real
+from typing import Any
 from typing import Optional
 
 from turtle_brick.geometry import axes
@@ -73,13 +76,14 @@ class World:
             dt - timestep in seconds of the physics simulation
 
         """
-        self._gravity = gravity
-        self._radius = radius
-        self._dt = dt
+        self._gravity = _number('gravity', gravity, positive=True)
+        self._radius = _number('radius', radius)
+        self._dt = _number('dt', dt, positive=True)
         self._size: Vector = (0.0, 0.0, 0.0)
         self._thickness = 0.0
         self._platform: Optional[Pose] = None
         self._level = False
+        self._inclination: Optional[Quaternion] = None
         self._steps_fallen = 0
         self.brick = brick
 
@@ -104,10 +108,7 @@ class World:
         x, y, z = (float(value) for value in location)
         if not (isfinite(x) and isfinite(y) and isfinite(z)):
             raise ValueError(f'the location ({x:g}, {y:g}, {z:g}) is not finite')
-        if z < self._size[2] / 2.0:
-            raise ValueError(
-                f'at z = {z:g} m the bottom of the brick, {self._size[2] / 2.0:g} m below its '
-                'centre, would be under the ground')
+        _check_above_ground(z, self._size[2])
         self._brick: Vector = (x, y, z)
         self._phase = Phase.HOVERING
         self._yaw = 0.0
@@ -126,8 +127,9 @@ class World:
 
     @size.setter
     def size(self, size: Vector) -> None:
-        length, width, height = size
-        self._size = (float(length), float(width), float(height))
+        length, width, height = (_number('size', part) for part in size)
+        _check_above_ground(self._brick[2], height)
+        self._size = (length, width, height)
 
     @property
     def thickness(self) -> float:
@@ -136,7 +138,7 @@ class World:
 
     @thickness.setter
     def thickness(self, thickness: float) -> None:
-        self._thickness = float(thickness)
+        self._thickness = _number('thickness', thickness)
         if self._platform is not None:
             self._find_top()
 
@@ -152,6 +154,7 @@ class World:
         self._platform = pose
         self._level = pose is not None and is_level(pose)
         if pose is not None:
+            self._inclination = pose.orientation
             self._axes = axes(pose.orientation)
             hinge = self._axes[1]
             # The turn about z that leads to the hinge: it stays defined when the platform is
@@ -172,9 +175,22 @@ class World:
         Its inclination is the platform's at all times; its heading about its own upright is its
         own, and turns with the platform while the brick is on it.
         """
-        if self._platform is None or self._phase is Phase.GROUNDED:
+        if self._inclination is None or self._phase is Phase.GROUNDED:
             return from_yaw(self._yaw) if self._yaw else IDENTITY
-        return multiply(self._platform.orientation, from_yaw(self._yaw - self._hinge_yaw))
+        return multiply(self._inclination, from_yaw(self._yaw - self._hinge_yaw))
+
+    @property
+    def on_platform(self) -> Optional[Pose]:
+        """
+        Pose of the brick in the platform's frame while it rides on a platform in sight, else None.
+
+        It holds wherever the platform is: at an instant at which the platform's own pose is known
+        later or better than here, the brick is just there.
+        """
+        if self._phase is not Phase.RIDING or self._platform is None:
+            return None
+        u, v = self._place
+        return Pose((u, v, self._thickness + self._size[2] / 2.0), from_yaw(self._relative_yaw))
 
     @property
     def fall_time(self) -> float:
@@ -198,9 +214,9 @@ class World:
         self._steps_fallen = 0
 
     def step(self) -> None:
-        """Advance by one timestep, whatever the brick does."""
+        """Advance by one timestep: a falling brick drops, one on the platform rides with it."""
         if self._phase is Phase.FALLING:
-            self._fall()
+            self.drop()
         elif self._phase is Phase.RIDING and self._platform is not None:
             self._ride()
 
@@ -276,6 +292,28 @@ class World:
         length, width, _ = self._size
         return distance_to_rectangle(
             *self._place, self._relative_yaw, length, width) > self._radius
+
+
+def _number(name: str, value: Any, positive: bool = False) -> float:
+    """Return a value as a float, or raise ValueError: it is no finite number, or too small."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise ValueError(f'{name} is {value!r}, but must be a number')
+    try:
+        number = float(value)
+    except OverflowError:
+        number = inf
+    if not isfinite(number) or number < 0.0 or positive and number == 0.0:
+        raise ValueError(f'{name} is {number:g}, but must be finite and '
+                         f'{"above" if positive else "at least"} 0')
+    return number
+
+
+def _check_above_ground(z: float, height: float) -> None:
+    """Raise ValueError if a brick of a height (m) with its centre at z (m) is in the ground."""
+    if z < height / 2.0:
+        below = f', {height / 2.0:g} m below its centre,' if height else ''
+        raise ValueError(
+            f'at z = {z:g} m the bottom of the brick{below} would be under the ground')
 
 
 def is_level(platform: Pose) -> bool:
