@@ -126,6 +126,15 @@ def test_missing_parameter_names_itself_and_the_file(context):
     node.destroy_node()
 
 
+def test_what_the_node_does_not_know_is_warned_of_and_nothing_else(context, capfd):
+    node = node_with(context, {**DEFAULTS, 'max_velocty': 3.0, 'port.a': 1, 'use_sim_time': True,
+                               'qos_overrides./tf.publisher.depth': 3})
+    assert declare_parameters(node) == load()
+    warning, = capfd.readouterr().err.splitlines()
+    assert '[WARN]' in warning and warning.endswith('unknown parameters: max_velocty, port')
+    node.destroy_node()
+
+
 # A process, as `ros2 run` starts it. The node says when it is up, and spins.
 PROGRAM = """
 import os, signal, sys
@@ -297,6 +306,7 @@ def test_the_file_that_the_sentence_names_is_enough(start):
     (['-p', 'platform_height:=0.5'], 'probe: platform_height 0.5 m is too low for a platform'),
     (['-p', 'brick_size:=[0.1, 1, 0.1]'], 'Sequence should be of same type'),
     (['--params-file', '/absent.yaml'], '/absent.yaml'),
+    (['-p', 'use_sim_time:=abc'], "'use_sim_time' to 'abc' of type 'STRING'"),
     (['--no-such-argument'], "probe: unknown ROS arguments ['--no-such-argument']"),
 ])
 def test_arguments_that_cannot_be_end_it_with_a_sentence(start, args, reason):
@@ -306,6 +316,21 @@ def test_arguments_that_cannot_be_end_it_with_a_sentence(start, args, reason):
     (sentence,) = errors
     assert sentence.startswith('probe: ')
     assert reason in sentence
+
+
+@pytest.mark.parametrize('variable', ['HOME', 'ROS_HOME', 'ROS_LOG_DIR'])
+@pytest.mark.parametrize('folder', [os.devnull, ''])
+def test_where_no_log_can_be_written_it_runs_all_the_same(start, monkeypatch, tmp_path, variable,
+                                                          folder):
+    for name in ('HOME', 'ROS_HOME', 'ROS_LOG_DIR'):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv(variable, folder)
+    monkeypatch.setenv('TMPDIR', str(tmp_path))
+    program = start()
+    program.wait_until_up()
+    program.process.send_signal(signal.SIGINT)
+    assert program.end() == (0, [])
+    assert [path.name[:8] for path in tmp_path.iterdir()] == ['ros_log_']
 
 
 def test_file_that_is_no_parameter_file_ends_it_with_a_sentence(start, tmp_path):

@@ -285,7 +285,7 @@ def test_goals_that_make_no_sense(bench, capfd):
     bench.stand()
     warnings(capfd)
     for x, y, frame, word in ((nan, 1.0, 'world', 'nan'), (1.0, float('inf'), 'world', 'inf'),
-                              (1.0, 1.0, 'nowhere', '"nowhere"'), (1.0, 1.0, '', '""')):
+                              (1.0, 1.0, 'nowhere', '"nowhere"')):
         bench.commands.clear()
         bench.send(x, y, frame)
         bench.graph.spin_until(lambda: len(bench.commands) > 20, 5.0, '20 commands')
@@ -299,6 +299,52 @@ def test_goals_that_make_no_sense(bench, capfd):
     assert warnings(capfd) == []
 
 
+def test_goal_without_a_frame_is_in_the_world(bench, monkeypatch):
+    """As `ros2 topic pub --once goal_pose` sends it, with nothing but a position."""
+    told = []
+    monkeypatch.setattr(bench.robot.get_logger(), 'info', told.append)
+    bench.send(7.0, 6.0, '')
+    bench.arrive(7.0, 6.0)
+    assert len(told) == 1 and 'without a frame_id' in told[0]
+
+
+def test_goal_too_far_to_be_reckoned_with(bench, capfd):
+    """Finite in its frame but not in the world: refused, and the next goal is reached."""
+    frame = Pose3D((1e308, 1e308, 0.0), (0.0, 0.0, sin(0.4), cos(0.4)))
+    warnings(capfd)
+    bench.robot.drive_to(frame, (1.7e308, 1.7e308, 0.0))
+    found = warnings(capfd)
+    assert len(found) == 1 and 'too far' in found[0] and len(found[0]) < 300
+    bench.send(7.0, 6.0)
+    bench.arrive(7.0, 6.0)
+
+
+def test_poses_that_no_turtle_has(graph, capfd):
+    """Nonsense on turtle1/pose, even as the first pose, moves neither frame nor wheel."""
+    robot = graph.add_robot()
+    for values in ((1e30, 5.0, 0.0, 1.0, 0.0), (-3.0, 5.0, 0.0, 1.0, 0.0),
+                   (nan, 5.0, 0.0, 1.0, 0.0), (5.0, 5.0, 0.0, float('inf'), 0.0)):
+        robot.on_pose(Pose(**dict(zip(
+            ('x', 'y', 'theta', 'linear_velocity', 'angular_velocity'), values))))
+    assert robot.odometer.origin is None and robot.driver.pose is None
+    assert 1 <= len(warnings(capfd)) <= 5
+
+
+def test_odom_of_somebody_else_does_not_stay(bench, capfd):
+    """The robot has the last word on where its odom frame is."""
+    heard = bench.witness.record_transforms('odom', '/tf_static')
+    foreign = between('world', 'odom')
+    foreign.transform.translation.x = 99.0
+    broadcaster = StaticTransformBroadcaster(bench.witness)
+    bench.graph.spin_until(lambda: bench.witness.count_subscribers('/tf_static') >= 2, 5.0,
+                           'the robot listens')
+    broadcaster.sendTransform(foreign)
+    bench.graph.spin_until(
+        lambda: heard and heard[-1][1].transform == bench.robot.world_to_odom.transform, 5.0,
+        'odom is where it was')
+    assert [line for line in warnings(capfd) if 'Somebody else broadcasts "odom"' in line]
+
+
 def test_goal_outside_the_arena_is_clamped(bench, capfd):
     """The robot goes as far as the wall, and says so."""
     bench.teleport(10.0, 5.0, 0.0)
@@ -306,7 +352,7 @@ def test_goal_outside_the_arena_is_clamped(bench, capfd):
     bench.send(14.0, 6.0)
     bench.arrive(11.088889, 6.0)
     found = [line for line in warnings(capfd) if 'outside the arena' in line]
-    assert len(found) == 1 and '14.000' in found[0]
+    assert len(found) == 1 and '(14, 6)' in found[0]
 
 
 def test_tilt(bench, capfd):

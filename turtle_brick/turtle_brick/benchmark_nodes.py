@@ -115,6 +115,7 @@ class BareTurtleRobot(BareNode):
         self.hear(Pose, 'turtle1/pose')
         self.hear(PoseStamped, 'goal_pose')
         self.hear(Tilt, 'tilt')
+        self.hear(TFMessage, '/tf_static')
         self.repeat(Twist(), 'cmd_vel')
         joints = JointState(name=['stem_joint', 'wheel_joint', 'platform_joint'],
                             position=[0.0, 0.0, 0.0])

@@ -14,7 +14,11 @@
 
 """What the nodes share about TF: frame names, poses as messages and back, news of a frame."""
 
+from collections import deque
 from typing import Callable
+from typing import Deque
+from typing import Dict
+from typing import List
 from typing import Optional
 
 from builtin_interfaces.msg import Time as TimeMessage
@@ -26,7 +30,9 @@ from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from tf2_ros import TransformException
 from tf2_ros import TransformListener
+from turtle_brick.geometry import FARTHEST
 from turtle_brick.geometry import Pose
+from turtle_brick.node_tools import Warner
 
 WORLD = 'world'
 ODOM = 'odom'
@@ -36,6 +42,21 @@ BRICK = 'brick'
 
 OLDEST = 500_000_000
 """Age (ns) at which a transform no longer tells where a moving frame is."""
+
+AHEAD = 5_000_000_000
+"""How far (ns) ahead of a node's clock the stamp of a transform may be. One from farther ahead
+would outlast all that come after it: tf2 forgets what is 10 s older than its latest, and so hears
+nothing else of that frame until its time comes."""
+
+PAST = 10_000_000_000
+"""Age (ns) at which tf2 refuses a transform, with a message in the log for each."""
+
+STEADY = 50
+"""Transforms per second on /tf with which a frame is taken to move, whatever /tf_static says; one
+with less is taken to stand where /tf_static says, if it says so."""
+
+LENGTH_TOLERANCE = 0.01
+"""How much the square of a quaternion's length may differ from 1, as tf2 has it."""
 
 LATEST = Time()
 """The time that asks tf2 for the latest transform."""
@@ -73,27 +94,17 @@ def between(parent: str, child: str) -> TransformStamped:
     return message
 
 
-def latest(buffer: Buffer, frame: str, time: Time = LATEST) -> Optional[TransformStamped]:
-    """
-    Return the latest transform from the world to a frame, or that at a time.
-
-    Args:
-        buffer: what is known of the frames
-        frame: the frame
-        time: the time; if the frame is not known then, the latest transform is as good
-
-    Returns:
-        The transform, None where there is none yet.
-    """
+def latest(buffer: Buffer, frame: str) -> Optional[TransformStamped]:
+    """Return the latest transform from the world to a frame, None where there is none yet."""
     try:
-        return buffer.lookup_transform(WORLD, frame, time)
+        return buffer.lookup_transform(WORLD, frame, LATEST)
     except TransformException:
-        return None if time is LATEST else latest(buffer, frame)
+        return None
 
 
 def is_old(transform: TransformStamped, now: int) -> bool:
     """Tell whether a transform no longer says where a moving frame is at an instant (ns)."""
-    return now - nanoseconds_of(transform.header.stamp) > OLDEST
+    return not -AHEAD <= now - nanoseconds_of(transform.header.stamp) <= OLDEST
 
 
 def recent(buffer: Buffer, frame: str, now: int) -> Optional[Pose]:
@@ -104,8 +115,142 @@ def recent(buffer: Buffer, frame: str, now: int) -> Optional[Pose]:
     return pose_of(transform.transform)
 
 
-class OthersListener(TransformListener):
-    """A TransformListener that does not hear what its own node says of a frame."""
+class Guard:
+    """
+    Tell which transforms a buffer can take without going blind for what comes after them.
+
+    Anybody may publish transforms, and one that is bad can do lasting harm: a stamp from the
+    future, a static frame replaced by a moving one, a frame that is torn off the world.
+    """
+
+    def __init__(self) -> None:
+        """Know no frames yet."""
+        self._parents: Dict[str, str] = {}
+        self._static: Dict[str, bool] = {}
+        self._claims: Dict[str, Deque[int]] = {}
+
+    def refusal(self, transform: TransformStamped, static: bool, now: int) -> str:
+        """
+        Say what is wrong with a transform.
+
+        Args:
+            transform: the transform
+            static: whether it came on /tf_static
+            now: the present instant (ns)
+
+        Returns:
+            What is wrong, in words that name frames and value; empty if it can be used.
+        """
+        reason = self._reason(transform, static, now)
+        if reason:
+            return (f'the transform from "{transform.header.frame_id[:40]}" to '
+                    f'"{transform.child_frame_id[:40]}" {reason}')
+        return ''
+
+    def _reason(self, transform: TransformStamped, static: bool, now: int) -> str:
+        """Say what is wrong with a transform, without naming it."""
+        place, turn = transform.transform.translation, transform.transform.rotation
+        if not abs(place.x) + abs(place.y) + abs(place.z) <= FARTHEST:
+            return f'leads to ({place.x:g}, {place.y:g}, {place.z:g})'
+        x, y, z, w = turn.x, turn.y, turn.z, turn.w
+        if not abs(x * x + y * y + z * z + w * w - 1.0) <= LENGTH_TOLERANCE:
+            return f'has the quaternion ({x:g}, {y:g}, {z:g}, {w:g}), which is no unit quaternion'
+        stamp = transform.header.stamp
+        if stamp.sec < 0 or stamp.nanosec >= 1_000_000_000:
+            return f'has the stamp {stamp.sec} s {stamp.nanosec} ns, which is no time'
+        age = now - nanoseconds_of(stamp)
+        if not static and not -AHEAD <= age <= PAST:
+            return f'has a stamp that is {abs(age) * 1e-9:g} s {"old" if age > 0 else "ahead"}'
+        parent = transform.header.frame_id.removeprefix('/')
+        child = transform.child_frame_id.removeprefix('/')
+        if not parent or not child:
+            return 'names no frame'
+        if child == WORLD:
+            return f'puts "{WORLD}" somewhere, from where everything is measured'
+        steady = self._is_steady(child, static, now)
+        if self._static.get(child, static) is not static and steady is static:
+            return f'came on {_topic(static)}, but the frame is known from {_topic(not static)}'
+        if self._parents.get(child) != parent:
+            above = self._up_from(parent)
+            known = self._static.get(child) if static else WORLD in self._up_from(child)
+            if known and WORLD not in above:
+                return f'would tear "{child}" off'
+            if static and not known and child in above:
+                # It is said once: a loop is the fault of what moves, which is said again if true.
+                for frame in above[:above.index(child)]:
+                    if not self._static[frame]:
+                        del self._parents[frame]
+                above = self._up_from(parent)
+            if child in above:
+                return 'would close a loop'
+            self._parents[child] = parent
+        self._static[child] = static
+        return ''
+
+    def _is_steady(self, frame: str, static: bool, now: int) -> bool:
+        """Tell whether a frame is broadcast on /tf so often that it moves, this time counted."""
+        claims = self._claims.setdefault(frame, deque(maxlen=STEADY))
+        if not static and (not claims or now != claims[-1]):  # One message counts once.
+            claims.append(now)
+        return len(claims) == STEADY and now - claims[0] <= 1_000_000_000
+
+    def _up_from(self, frame: str) -> List[str]:
+        """Return a frame and all above it."""
+        way = [frame]
+        while way[-1] in self._parents:
+            way.append(self._parents[way[-1]])
+        return way
+
+
+def _topic(static: bool) -> str:
+    return '/tf_static' if static else '/tf'
+
+
+class GuardedListener(TransformListener):
+    """A TransformListener whose buffer nobody can spoil; also when the clock is set back."""
+
+    def __init__(self, buffer: Buffer, node: Node) -> None:
+        """
+        Listen to /tf and /tf_static.
+
+        Args:
+            buffer: what to fill
+            node: the node to listen with
+
+        """
+        self._guard = Guard()
+        self._warner = Warner(node)
+        self._now = 0
+        super().__init__(buffer, node)
+
+    def callback(self, data: TFMessage) -> None:
+        """Take in a message of /tf."""
+        self.take_in(data, False)
+
+    def static_callback(self, data: TFMessage) -> None:
+        """Take in a message of /tf_static."""
+        self.take_in(data, True)
+
+    def take_in(self, data: TFMessage, static: bool) -> List[TransformStamped]:
+        """Fill the buffer with the transforms that can be used, and return them."""
+        now = self.node.get_clock().now().nanoseconds
+        if now < self._now:
+            self.buffer.clear()  # What was to come would outlast what comes now.
+        self._now = now
+        keep = self.buffer.set_transform_static if static else self.buffer.set_transform
+        taken = []
+        for transform in data.transforms:
+            refusal = self._guard.refusal(transform, static, now)
+            if refusal:
+                self._warner.warn('transform', f'Left out: {refusal}')
+            else:
+                keep(transform, 'default_authority')
+                taken.append(transform)
+        return taken
+
+
+class OthersListener(GuardedListener):
+    """A listener that does not hear what its own node says of a frame."""
 
     def __init__(self, buffer: Buffer, node: Node, own: str) -> None:
         """
@@ -130,8 +275,8 @@ class OthersListener(TransformListener):
         super().callback(data)
 
 
-class FrameListener(TransformListener):
-    """A TransformListener that also says when a frame has moved."""
+class FrameListener(GuardedListener):
+    """A listener that also says when a frame has moved."""
 
     def __init__(self, buffer: Buffer, node: Node, frame: str,
                  on_news: Callable[[TransformStamped], None]) -> None:
@@ -152,7 +297,6 @@ class FrameListener(TransformListener):
 
     def callback(self, data: TFMessage) -> None:
         """Take in a message of /tf."""
-        super().callback(data)
-        for transform in data.transforms:
+        for transform in self.take_in(data, False):
             if transform.child_frame_id == self._frame:
                 self._on_news(transform)

@@ -21,9 +21,13 @@ from collections.abc import Iterator
 from collections.abc import Sequence
 from dataclasses import fields
 import gc
+import os
 from pathlib import Path
 import re
 import sys
+from tempfile import mkdtemp
+from tempfile import TemporaryFile
+from time import monotonic
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange
@@ -34,6 +38,7 @@ from rclpy._rclpy_pybind11 import UnknownROSArgsError
 from rclpy.context import Context
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidHandle
+from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.exceptions import NotInitializedException
 from rclpy.executors import Executor
 from rclpy.executors import ExternalShutdownException
@@ -74,16 +79,18 @@ def declare_parameters(node: Node) -> Parameters:
         ParameterError: A value is missing or inadmissible.
 
     """
-    given = {}
+    # With what the node does not know, for which rclpy has no public way.
+    given = dict(getattr(node, '_parameter_overrides', {}))
     for entry in fields(Parameters):
         # Untyped at first, so that an inadmissible value meets our rules and not rclpy's.
         untyped = node.declare_parameter(
             entry.name, None, ParameterDescriptor(dynamic_typing=True))
+        given.pop(entry.name, None)
         if untyped.value is not None:
             given[entry.name] = untyped.value
         node.undeclare_parameter(entry.name)
     try:
-        parameters = from_mapping(given)
+        parameters = from_mapping(given, node.get_logger().warning)
     except MissingParameterError as error:
         raise MissingParameterError(
             f'{error}; add --ros-args --params-file {default_path()}') from None
@@ -114,6 +121,41 @@ def due_instant(timer: Timer, now: int) -> int:
 
     """
     return now - max(timer.timer_period_ns - timer.time_until_next_call(), 0)
+
+
+class Warner:
+    """
+    Log warnings, few of each kind in a while: whoever sends nonsense sends it often.
+
+    The logger's own throttle looks up who called it first, each time, which takes a quarter of a
+    millisecond: a thousand bad messages would hold a node up.
+    """
+
+    PERIOD = 10.0
+    """The time (s) in which the number of warnings of a kind is limited."""
+
+    def __init__(self, node: Node, limit: int = 1) -> None:
+        """
+        Begin with the next warning.
+
+        Args:
+            node: The node whose warnings they are.
+            limit: How many of a kind there may be in a period.
+
+        """
+        self._node = node
+        self._limit = limit
+        self._given: dict[str, list[float]] = {}
+
+    def warn(self, kind: str, sentence: str) -> None:
+        """Log a warning, unless there have been enough of its kind lately."""
+        now = monotonic()
+        given = self._given.setdefault(kind, [])
+        while given and now - given[0] > self.PERIOD:
+            del given[0]
+        if len(given) < self._limit:
+            given.append(now)
+            self._node.get_logger().warning(sentence)
 
 
 class PollingNode(Node):
@@ -210,6 +252,23 @@ def spare_collector() -> None:
     gc.freeze()
 
 
+def find_log_dir() -> None:
+    """Have rcl log to a temporary directory if it can't to its own, as in a read-only home."""
+    home = Path(os.environ.get('HOME') or os.devnull)
+    own = os.environ.get('ROS_LOG_DIR') or Path(os.environ.get('ROS_HOME') or home / '.ros', 'log')
+    try:
+        own = Path(own).expanduser()
+        own.mkdir(parents=True, exist_ok=True)
+        TemporaryFile(dir=own).close()
+    except (OSError, RuntimeError):
+        os.environ['ROS_LOG_DIR'] = mkdtemp(prefix='ros_log_')
+
+
+def reason(error: RCLError) -> str:
+    """Return what an error of rcl says, without the place in its source."""
+    return re.sub(r', at [^,]*:\d+', '', str(error))
+
+
 def run(node_type: Callable[[], Node], args: Sequence[str] | None = None) -> int:
     """
     Run a node in a process of its own until Ctrl-C, SIGTERM or a shutdown: the body of a main().
@@ -225,14 +284,15 @@ def run(node_type: Callable[[], Node], args: Sequence[str] | None = None) -> int
     """
     program = Path((args or sys.argv)[0]).stem
     INTERRUPTS.take_over()
+    find_log_dir()
     node = executor = None
     try:
         try:
             # rclpy's own handlers would shut the context down in the middle of a callback.
             rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         except RCLError as error:
-            # Chiefly a parameter file that cannot be read, then the place in rcl's source.
-            return _complain(program, re.sub(r', at [^,]*:\d+', '', str(error)))
+            # Chiefly a parameter file that cannot be read.
+            return _complain(program, reason(error))
         except UnknownROSArgsError as error:
             return _complain(program, f'unknown ROS arguments {error}')
         with INTERRUPTS.held():
@@ -245,7 +305,7 @@ def run(node_type: Callable[[], Node], args: Sequence[str] | None = None) -> int
                 executor.spin_once(timeout_sec=SLEEP_TIME)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
-    except ParameterError as error:
+    except (ParameterError, InvalidParameterTypeException) as error:
         return _complain(program, str(error))
     except (RCLError, InvalidHandle, NotInitializedException):
         # Whatever was under way when the context was shut down fails for that reason.

@@ -30,7 +30,8 @@ Subscribes:
     goal_pose (geometry_msgs/PoseStamped): where to drive, in any frame that TF connects with the
         world; the robot is omnidirectional and ignores the goal's orientation
     tilt (turtle_brick_interfaces/Tilt): angle of the platform
-    /tf, /tf_static: from the first goal on that is in another frame than world, odom, base_link
+    /tf, /tf_static: from the first goal on that is in another frame than world, odom, base_link;
+        /tf_static always, to say again where odom is if somebody else says otherwise
 
 Parameters: those of config/turtle.yaml, read-only; it uses max_velocity and wheel_radius.
 """
@@ -52,17 +53,18 @@ from rclpy.clock import Clock
 from rclpy.clock import ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
+from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from tf2_ros import LookupException
 from tf2_ros import StaticTransformBroadcaster
 from tf2_ros import TransformBroadcaster
 from tf2_ros import TransformException
-from tf2_ros import TransformListener
 from turtle_brick.driving import Driver
 from turtle_brick.driving import PERIOD
 from turtle_brick.driving import within_arena
 from turtle_brick.frames import BASE_LINK
 from turtle_brick.frames import between
+from turtle_brick.frames import GuardedListener
 from turtle_brick.frames import LATEST
 from turtle_brick.frames import ODOM
 from turtle_brick.frames import pose_of
@@ -71,11 +73,11 @@ from turtle_brick.frames import WORLD
 from turtle_brick.geometry import from_yaw
 from turtle_brick.geometry import Pose
 from turtle_brick.geometry import Pose2D
-from turtle_brick.geometry import rotate
 from turtle_brick.geometry import Vector
 from turtle_brick.node_tools import declare_parameters
 from turtle_brick.node_tools import due_instant
 from turtle_brick.node_tools import run
+from turtle_brick.node_tools import Warner
 from turtle_brick.odometry import Odometer
 from turtle_brick.step_clock import StepClock
 from turtle_brick.turtlesim_kinematics import Pose as TurtlePose
@@ -86,6 +88,9 @@ NANOSECONDS = 1_000_000_000
 
 FRAME_PATIENCE = 1.0
 """How long (s) a goal waits for its frame to be known."""
+
+ODOM_PERIOD = 1.0
+"""Least time (s) between two claims of where odom is."""
 
 
 class TurtleRobot(Node):
@@ -107,11 +112,12 @@ class TurtleRobot(Node):
         self.driver = Driver(parameters.max_velocity)
         self.odometer = Odometer(parameters.wheel_radius)
         self.tilt_angle = 0.0
+        self.warner = Warner(self, limit=5)
 
         # Hundreds of transforms come per second, of which most robots never need one: they are
         # listened to from when they are.
         self.tf_buffer: Optional[Buffer] = None
-        self.tf_listener: Optional[TransformListener] = None
+        self.tf_listener: Optional[GuardedListener] = None
         self.pending: Optional[Tuple[str, Vector, float]] = None
         """A goal whose frame is not known yet: frame, point (m), and until when (s) it waits."""
 
@@ -125,6 +131,9 @@ class TurtleRobot(Node):
         self.odometry.child_frame_id = BASE_LINK
         self.odometry.twist.twist = self.twist
         self.transform = between(ODOM, BASE_LINK)
+        self.world_to_odom = between(WORLD, ODOM)
+        self.odom_placed = 0.0
+        self.odom_contested = False
         self.joints = JointState()
         self.joints.name = ['stem_joint', 'wheel_joint', 'platform_joint']
 
@@ -134,6 +143,7 @@ class TurtleRobot(Node):
         self.create_subscription(TurtlePoseMessage, 'turtle1/pose', self.on_pose, 10)
         self.create_subscription(PoseStamped, 'goal_pose', self.on_goal, 10)
         self.create_subscription(Tilt, 'tilt', self.on_tilt, 10)
+        self.create_subscription(TFMessage, '/tf_static', self.on_static_transforms, 10)
 
         # turtlesim ticks by the wall, whatever /clock says, and so does what steers it. A gap is
         # made up for: turtlesim's queue is full again at once and as predictable as before.
@@ -145,29 +155,49 @@ class TurtleRobot(Node):
         """Take note of where the turtle is; the first pose places the odom frame."""
         pose = TurtlePose(message.x, message.y, message.theta,
                           message.linear_velocity, message.angular_velocity)
-        if not all(isfinite(value) for value in pose):
-            self.get_logger().warning(f'Ignored a pose that is not finite: {pose}')
+        place = (pose.x, pose.y)
+        if not all(map(isfinite, pose)) or place != within_arena(*place):
+            self.warner.warn(
+                'pose', f'Ignored a pose that no turtle has: ({pose.x:g}, {pose.y:g}), heading '
+                f'{pose.theta:g} rad, at {pose.linear_velocity:g} m/s')
             return
         now = monotonic()
         first = self.odometer.origin is None
         self.driver.observe(now, pose)
         self.odometer.observe(now, pose)
         if first:
-            world_to_odom = between(WORLD, ODOM)
-            world_to_odom.header.stamp = self.get_clock().now().to_msg()
-            set_transform(world_to_odom.transform, upright(self.odometer.origin))
-            self.static_broadcaster.sendTransform(world_to_odom)
+            set_transform(self.world_to_odom.transform, upright(self.odometer.origin))
+            self.place_odom()
             self.get_logger().info(f'The turtle is at ({pose.x:.3f}, {pose.y:.3f}), '
                                    f'heading {pose.theta:.3f} rad: this is where odom is')
+
+    def place_odom(self) -> None:
+        """Say where the odom frame is."""
+        self.world_to_odom.header.stamp = self.get_clock().now().to_msg()
+        self.static_broadcaster.sendTransform(self.world_to_odom)
+        self.odom_placed, self.odom_contested = monotonic(), False
+
+    def on_static_transforms(self, message: TFMessage) -> None:
+        """Notice that somebody else has said where odom is: the last word counts."""
+        for other in message.transforms:
+            if other.child_frame_id == ODOM and (
+                    other.header.frame_id != WORLD
+                    or other.transform != self.world_to_odom.transform):
+                self.odom_contested = self.odometer.origin is not None
 
     def on_goal(self, message: PoseStamped) -> None:
         """Drive to a goal, unless it makes no sense; until its frame is known, drive on."""
         position = message.pose.position
         point = (position.x, position.y, position.z)
         if not all(isfinite(value) for value in point):
-            self.get_logger().warning(f'Ignored the goal {point}: it is not finite')
+            self.warner.warn(
+                'finite', 'Ignored the goal ({:g}, {:g}, {:g}): it is not finite'.format(*point))
             return
-        self.pending = (message.header.frame_id, point, monotonic() + FRAME_PATIENCE)
+        frame = message.header.frame_id
+        if not frame:
+            frame = WORLD
+            self.get_logger().info(f'A goal without a frame_id is taken to be in "{WORLD}"')
+        self.pending = (frame, point, monotonic() + FRAME_PATIENCE)
         self.try_pending_goal()
 
     def try_pending_goal(self) -> None:
@@ -178,18 +208,23 @@ class TurtleRobot(Node):
         except TransformException as error:
             if monotonic() > deadline:
                 self.pending = None
-                self.get_logger().warning(f'Ignored a goal in the frame "{name}": {error}')
+                self.warner.warn(
+                    'frame', f'Ignored a goal in the frame "{name[:40]}": {str(error)[:200]}')
             return
         self.pending = None
         self.drive_to(frame, point)
 
     def drive_to(self, frame: Pose, point: Vector) -> None:
         """Drive to a point (m) of a frame whose pose in the world is given."""
-        goal = tuple(a + b for a, b in zip(frame.position, rotate(frame.orientation, point)))[:2]
+        goal = frame.transform(point)[:2]
+        if not all(map(isfinite, goal)):
+            self.warner.warn(
+                'far', 'Ignored the goal ({:g}, {:g}, {:g}): it is too far away'.format(*point))
+            return
         x, y = within_arena(*goal)
         if (x, y) != goal:
-            self.get_logger().warning(
-                f'The goal ({goal[0]:.3f}, {goal[1]:.3f}) is outside the arena: '
+            self.warner.warn(
+                'outside', f'The goal ({goal[0]:.4g}, {goal[1]:.4g}) is outside the arena: '
                 f'driving to ({x:.3f}, {y:.3f})')
         self.get_logger().debug(f'Driving to ({x:.3f}, {y:.3f})')
         self.driver.drive_to(x, y)
@@ -197,7 +232,7 @@ class TurtleRobot(Node):
     def on_tilt(self, message: Tilt) -> None:
         """Set the platform's angle, unless it makes no sense."""
         if not isfinite(message.angle):
-            self.get_logger().warning(f'Ignored a tilt of {message.angle} rad')
+            self.warner.warn('tilt', f'Ignored a tilt of {message.angle} rad')
             return
         self.tilt_angle = message.angle
 
@@ -205,6 +240,10 @@ class TurtleRobot(Node):
         """Go through every cycle that is due."""
         if self.pending is not None:
             self.try_pending_goal()
+        if self.odom_contested and monotonic() - self.odom_placed > ODOM_PERIOD:
+            self.warner.warn('odom', f'Somebody else broadcasts "{ODOM}": there should be only '
+                                     'one robot in a ROS domain')
+            self.place_odom()
         now = monotonic_ns()
         for _ in self.cycles.due(now, due_instant(self.timer, now)):
             self.cycle()
@@ -251,7 +290,7 @@ class TurtleRobot(Node):
             return upright(origin if name == ODOM else origin.compose(pose))
         if self.tf_buffer is None:
             self.tf_buffer = Buffer(node=self)
-            self.tf_listener = TransformListener(self.tf_buffer, self)
+            self.tf_listener = GuardedListener(self.tf_buffer, self)
         return pose_of(self.tf_buffer.lookup_transform(WORLD, name, LATEST).transform)
 
 
