@@ -14,16 +14,28 @@
 
 """The whole graph, live: what is caught, what is called Unreachable, and what may go wrong."""
 
+from itertools import groupby
+from itertools import product
 from math import cos
+from math import dist
 from math import hypot
+from math import nan
 from math import sin
+from time import time_ns
 
 from geometry_msgs.msg import PoseStamped
 from geometry_msgs.msg import TransformStamped
 import pytest
 from rclpy.duration import Duration
+from rclpy.qos import DurabilityPolicy
+from rclpy.qos import QoSProfile
+from rclpy.time import Time
+from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
+from tf2_ros import Buffer
 from tf2_ros import TransformBroadcaster
+from tf2_ros import TransformException
+from tf2_ros import TransformListener
 from turtle_brick.arena import STEP
 from turtle_brick.catching import CENTRE
 from turtle_brick.catching import guaranteed_distance
@@ -33,6 +45,10 @@ from turtle_brick.demo import Match
 from turtle_brick.demo import random_bricks
 from turtle_brick.frames import between
 from turtle_brick.frames import BRICK
+from turtle_brick.frames import nanoseconds_of
+from turtle_brick.frames import PLATFORM
+from turtle_brick.frames import pose_of
+from turtle_brick.frames import recent
 from turtle_brick.frames import set_stamp
 from turtle_brick.frames import set_transform
 from turtle_brick.frames import WORLD
@@ -256,6 +272,115 @@ def test_fall_that_comes_in_one_message_is_seen(graph):
     # Three samples of it after the last one at rest, or the one before that still shows little.
     assert fall.stamp - now in (12 * STEP, 13 * STEP)
     assert (fall.x, fall.y) == (7.0, 6.0)
+
+
+def test_brick_does_not_move_on_the_platform(arena):
+    """However late what is heard: while it rides it has one place in the platform's frame."""
+    transforms = arena.witness.record_transforms('brick')
+    buffer = Buffer(node=arena.witness)
+    listener = TransformListener(buffer, arena.witness)
+    carried, tipped = [], []
+
+    def look():
+        try:
+            seen = buffer.lookup_transform('platform', 'brick', Time())
+        except TransformException:
+            return
+        if transforms and transforms[-1][1].header.frame_id == 'platform':
+            seen_by = {State.CARRYING: carried, State.TILTING: tipped}.get(arena.state, [])
+            seen_by.append(pose_of(seen.transform))
+
+    arena.witness.create_timer(1.0 / 60.0, look)
+    arena.place(7.0, 6.5, 9.0)
+    arena.release()
+    arena.until(State.CARRYING)
+    # What is looked up is up to a cycle of the robot older than the latest transform of the brick.
+    arena.graph.spin_for(0.05)
+    carried.clear()
+    arena.until(State.WAITING)
+    assert len(carried) > 10 and len(tipped) > 10
+    for pose in carried:
+        assert dist(pose.position, carried[0].position) < 1e-9
+    for pose in carried + tipped:
+        assert pose.position[2] == pytest.approx(carried[0].position[2], abs=1e-9)
+        assert dist(pose.orientation, carried[0].orientation) < 1e-9
+    # Floating, falling and hovering it is in the world, each step of it once.
+    stamps = [nanoseconds_of(transform.header.stamp) for _, transform in transforms]
+    assert stamps == sorted(set(stamps))
+    assert {later - earlier for earlier, later in zip(stamps, stamps[1:])} <= {STEP}
+    frames = [transform.header.frame_id for _, transform in transforms]
+    assert [frame for frame, _ in groupby(frames)] == ['world', 'platform', 'world']
+    listener.unregister()
+
+
+class SimulatedTime(Witness):
+    """Simulated time: the system's, with an offset that may change."""
+
+    def __init__(self, **node_options):
+        """Begin with the system's time."""
+        super().__init__(**node_options)
+        self.offset = 0
+        self.publisher = self.create_publisher(Clock, '/clock', 1)
+        self.create_timer(0.002, self.on_timer)
+
+    def on_timer(self):
+        """Say what time it is."""
+        message = Clock()
+        set_stamp(message.clock, time_ns() + self.offset)
+        self.publisher.publish(message)
+
+
+@pytest.mark.parametrize('stage, back', [
+    (State.APPROACHING, 5), (State.CARRYING, 3600), (State.TILTING, 5)])
+def test_clock_that_is_set_back(domain_id, stage, back):
+    """Said reachable is caught, carried and tipped off, and so is the next brick."""
+    with Graph(domain_id, overrides={'use_sim_time': True}, quiet=True) as graph:
+        time = graph.add(SimulatedTime, parameters=False)
+        arena = Arena(graph)
+        arena.place(6.5, 6.5, 9.0)
+        arena.release()
+        arena.until(stage)
+        arena.graph.spin_for(0.1)
+        time.offset -= back * 1_000_000_000
+        arena.until(State.WAITING)
+        assert arena.arena.world.phase is Phase.FLOATING
+        assert arena.markers == []
+        arena.graph.spin_until(arena.is_at_rest, 5.0, 'at rest')
+        arena.graph.spin_for(0.2)
+        robot = arena.referee.pose
+        outcome = arena.drop((robot.x - 1.0, robot.y + 0.5, 7.0))
+        assert outcome.caught and outcome.faults == []
+
+
+def test_hostile_transforms(arena, capfd):
+    """What anybody may put on TF blinds nobody: the next brick is caught, and little is logged."""
+    moving = arena.witness.create_publisher(TFMessage, '/tf', 10)
+    static = arena.witness.create_publisher(TFMessage, '/tf_static', QoSProfile(
+        depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    arena.graph.spin_until(lambda: moving.get_subscription_count() >= 2
+                           and static.get_subscription_count() >= 3, 5.0, 'all listen')
+    capfd.readouterr()
+    now = arena.arena.get_clock().now().nanoseconds
+    hour = 3600 * 1_000_000_000
+    frames = ('brick', 'platform', 'base_link', 'odom', 'post', 'world')
+    for parent, child in product((*frames, 'nowhere', ''), (*frames, '')):
+        for stamp, x in ((-hour, 0.0), (now + hour, 0.0), (now, nan), (now, 1e308)):
+            bad = between(parent, child)
+            set_stamp(bad.header.stamp, stamp)
+            set_transform(bad.transform, Pose((x, 0.0, 3.0), IDENTITY))
+            moving.publish(TFMessage(transforms=[bad]))
+            if x or parent == 'nowhere':
+                static.publish(TFMessage(transforms=[bad]))
+        arena.graph.spin_for(0.005)
+    arena.graph.spin_for(0.2)
+    assert len(capfd.readouterr().err.splitlines()) <= 6
+    # A frame that strangers say stands still moves again when it has been seen to for a while.
+    for node in (arena.catcher, arena.arena):
+        arena.graph.spin_until(
+            lambda: recent(node.tf_buffer, PLATFORM, node.get_clock().now().nanoseconds), 3.0,
+            f'{node.get_name()} sees the robot')
+    outcome = arena.drop((6.5, 6.5, 8.0))
+    assert outcome.caught and outcome.faults == []
 
 
 def test_in_a_namespace(domain_id):

@@ -16,7 +16,8 @@
 arena: the walls, and a brick that can be placed and dropped.
 
 Broadcasts:
-    world -> brick, the brick's centre, once per step of the physics, 250 times per second
+    world -> brick, the brick's centre, once per step of the physics, 250 times per second; while
+        the brick rides, platform -> brick instead, which moves with the platform to the instant
 
 Publishes:
     walls (visualization_msgs/MarkerArray, latched): the boundary of the arena
@@ -46,7 +47,6 @@ from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
 from tf2_ros import Buffer
 from tf2_ros import TransformBroadcaster
-from turtle_brick.frames import between
 from turtle_brick.frames import BRICK
 from turtle_brick.frames import is_old
 from turtle_brick.frames import latest
@@ -120,6 +120,7 @@ class Arena(Node):
         self.tf_buffer = Buffer(node=self)
         self.tf_listener = OthersListener(self.tf_buffer, self, BRICK)
         self.platform: Optional[TransformStamped] = None
+        self.platform_pose: Optional[Pose] = None
         self.tf_broadcaster = TransformBroadcaster(self)
         self.transforms: List[TransformStamped] = []
 
@@ -168,20 +169,22 @@ class Arena(Node):
         now = self.get_clock().now().nanoseconds
         if now == 0:
             return  # Simulated time that has not begun.
-        instants = self.clock_of_steps.due(now, due_instant(self.timer, now))
+        # A brick that rides is a step ahead: with its latest transform no older than the
+        # platform's, whoever looks both up sees them at one instant.
+        ahead = STEP if self.world.phase is Phase.RIDING else 0
+        instants = self.clock_of_steps.due(now + ahead, due_instant(self.timer, now))
         if self.clock_of_steps.restarts != self.restarts:
             self.restarts = self.clock_of_steps.restarts
-            self.tf_listener.news = True  # Forgotten is what was to come, if the clock went back.
             self.get_logger().warning('The clock has jumped: the physics goes on from now')
         if not instants:
             return
-        self.look_at_platform(now)
+        self.look_at_platform()
         while len(self.transforms) < len(instants):
-            self.transforms.append(between(WORLD, BRICK))
+            self.transforms.append(TransformStamped(child_frame_id=BRICK))
         for instant, message in zip(instants, self.transforms):
+            self.world.platform = self.platform_at(instant)
             self.world.step()
-            set_stamp(message.header.stamp, instant)
-            set_transform(message.transform, Pose(self.world.brick, self.world.orientation))
+            self.say_where(instant, message)
         self.tf_broadcaster.sendTransform(self.transforms[:len(instants)])
         self.steps_shown += len(instants)
         if self.world.phase is not self.shown:
@@ -189,21 +192,33 @@ class Arena(Node):
         elif self.steps_shown >= REMINDER:
             self.publish_marker()
 
-    def look_at_platform(self, now: int) -> None:
-        """Tell the physics where the platform is at an instant (ns), None if that is long ago."""
+    def look_at_platform(self) -> None:
+        """Take note of where the platform is, if there is news of it."""
         if self.tf_listener.news:
             self.tf_listener.news = False
             self.platform = latest(self.tf_buffer, PLATFORM)
-            if self.platform is not None:
-                self.world.platform = pose_of(self.platform.transform)
-        if self.platform is None or is_old(self.platform, now):
-            self.world.platform = None
+            self.platform_pose = (
+                pose_of(self.platform.transform) if self.platform is not None else None)
+
+    def platform_at(self, instant: int) -> Optional[Pose]:
+        """Return where the platform is at an instant (ns), None if nothing recent tells."""
+        if self.platform is None or is_old(self.platform, instant):
+            return None
+        return self.platform_pose
+
+    def say_where(self, instant: int, message: TransformStamped) -> None:
+        """Write into a message where the brick is at an instant (ns)."""
+        place = self.world.on_platform
+        set_stamp(message.header.stamp, instant)
+        message.header.frame_id = WORLD if place is None else PLATFORM
+        set_transform(message.transform,
+                      place or Pose(self.world.brick, self.world.orientation))
 
     def show(self, phase: Phase) -> None:
         """Give the brick the colour of what it does."""
         if self.shown is not None:
             self.get_logger().info(
-                'The brick is {} at ({:.3f}, {:.3f}, {:.3f})'.format(
+                'The brick is {} at ({:.5g}, {:.5g}, {:.5g})'.format(
                     phase.value, *self.world.brick))
         self.shown = phase
         set_color(self.marker, BRICK_COLORS[phase])

@@ -28,7 +28,6 @@ Parameters: those of config/turtle.yaml, read-only; it uses max_velocity, platfo
 platform_radius, platform_thickness, gravity_accel, brick_size and tilt_angle.
 """
 
-from math import isfinite
 import sys
 from typing import Any
 from typing import List
@@ -37,7 +36,6 @@ from typing import Optional
 from geometry_msgs.msg import PoseStamped
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
-from rclpy.time import Time
 from tf2_ros import Buffer
 from turtle_brick.catching import Catcher
 from turtle_brick.catching import Decision
@@ -98,13 +96,15 @@ class CatcherNode(Node):
 
     def on_brick(self, transform: TransformStamped) -> None:
         """Look at where the brick was; act at once if it has begun to fall."""
-        place = transform.transform.translation
-        if transform.header.frame_id != WORLD or not isfinite(place.x + place.y + place.z):
-            transform = latest(self.tf_buffer, BRICK, Time.from_msg(transform.header.stamp))
-        if transform is not None:
-            stamp = nanoseconds_of(transform.header.stamp)
-            if self.catcher.see_brick(stamp, pose_of(transform.transform).position):
-                self.update()
+        position = pose_of(transform.transform).position
+        parent = transform.header.frame_id
+        if parent != WORLD:
+            above = latest(self.tf_buffer, parent)
+            if above is None:
+                return
+            position = pose_of(above.transform).transform(position)
+        if self.catcher.see_brick(nanoseconds_of(transform.header.stamp), position, parent):
+            self.update()
 
     def update(self) -> None:
         """Let the catcher decide, and publish what it wants."""
@@ -154,7 +154,7 @@ class CatcherNode(Node):
 
     def explain(self, decision: Decision) -> None:
         """Say why, and by how much, a brick can be caught or not."""
-        place = f'The brick falls at ({decision.fall.x:.2f}, {decision.fall.y:.2f})'
+        place = f'The brick falls at ({decision.fall.x:.4g}, {decision.fall.y:.4g})'
         if decision.reachable:
             self.get_logger().info(
                 f'{place} and can be caught: down in {decision.available:.3f} s, the robot, '

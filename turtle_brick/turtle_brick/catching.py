@@ -28,6 +28,8 @@ from math import cos
 from math import dist
 from math import hypot
 from math import inf
+from math import isnan
+from math import nan
 from math import pi
 from math import sqrt
 from typing import Deque
@@ -41,6 +43,8 @@ from turtle_brick.driving import PERIOD
 from turtle_brick.driving import TRANSPORT
 from turtle_brick.driving import travel_time
 from turtle_brick.driving import within_arena
+from turtle_brick.geometry import axes
+from turtle_brick.geometry import FARTHEST
 from turtle_brick.geometry import Pose
 from turtle_brick.geometry import Vector
 from turtle_brick.parameters import Parameters
@@ -82,13 +86,21 @@ PATIENCE = 10.0
 """Time (s) for which the robot tries to get rid of a brick that does not slide."""
 
 SETTLED = 0.05
-"""Time (s) after which a brick that has not moved is at rest. On a tilted platform none is: it
-slides until its trailing edge has cleared, and floats from then on."""
+"""Time (s) after which a brick beside the tilted platform that has not moved floats: it slides
+until its trailing edge has cleared."""
 
 LAG = 0.5
 """How far (s) behind the robot the brick that it carries may come: on a busy machine the arena
-moves it with where the platform was. Only a brick that has not moved for so long is left behind.
-"""
+moves it with where the platform was. Only a brick that has not moved for so long is left behind,
+and only for so long may one that is still on the tilted platform stand still."""
+
+LYING = 1.0
+"""Time (s) for which a brick lies on the level platform of a robot at rest before it is carried
+off, wherever it has come from."""
+
+CLOCK_DIFFERENCE = 0.5
+"""How far (s) the stamp of a brick that begins to fall may be from the present: in between, the
+clocks of the two nodes have not both been set yet."""
 
 OUT_OF_SIGHT = 1.0
 """Time (s) for which a robot may be out of sight, as on a machine that stands still, before what
@@ -124,12 +136,18 @@ class Fall(NamedTuple):
         time = (stamp - self.stamp) * NANO
         return self.z - self.speed * time - 0.5 * gravity * time * time
 
+    def speed_at(self, height: float, gravity: float) -> float:
+        """Return how fast (m/s) the brick is at a height (m); NaN if it was released below it."""
+        square = self.speed * self.speed + 2.0 * gravity * (self.z - height)
+        return sqrt(square) if square >= 0.0 else nan
+
     def time_to(self, height: float, gravity: float) -> float:
-        """Return the time (s) from `stamp` until the brick is down at a height; -inf: it is."""
-        way = self.z - height
-        if way < 0.0:
-            return -inf
-        return (sqrt(self.speed * self.speed + 2.0 * gravity * way) - self.speed) / gravity
+        """
+        Return the time (s) from `stamp` until the brick is down at a height (m).
+
+        It is negative where the brick has passed the height, NaN where it was released below it.
+        """
+        return (self.speed_at(height, gravity) - self.speed) / gravity
 
 
 class FallDetector:
@@ -153,6 +171,9 @@ class FallDetector:
 
     DEVIATION = 0.01
     """Distance (m) from the recognised course at which the fall is over."""
+
+    INTERRUPTION = 0.05
+    """Longest time (s) that goes by between two positions while the clock is set back."""
 
     def __init__(self, gravity: float) -> None:
         """
@@ -188,7 +209,7 @@ class FallDetector:
                 if stamp < stamp_before:
                     samples.clear()
                     samples.append((stamp, x, y, z))
-                    self.fall = None
+                    self._resume(stamp, z, z_before)
                 return False
             if abs(x - x_before) + abs(y - y_before) > self.SIDEWAYS:
                 samples.clear()
@@ -209,10 +230,18 @@ class FallDetector:
         first, second = (t1 - t0) * NANO, (t2 - t1) * NANO
         speed_before, speed_after = (z0 - z1) / first, (z1 - z2) / second
         acceleration = (speed_after - speed_before) / (0.5 * (first + second))
-        if abs(acceleration - self.gravity) > self.TOLERANCE * self.gravity:
+        if not abs(acceleration - self.gravity) <= self.TOLERANCE * self.gravity:
             return False
         self.fall = Fall(t2, x, y, z2, speed_after + 0.5 * self.gravity * second)
         return True
+
+    def _resume(self, stamp: int, z: float, z_before: float) -> None:
+        """Go on with a fall from a height (m) after the clock was set back to an instant (ns)."""
+        if self.fall is not None:
+            speed = self.fall.speed_at(z, self.gravity)
+            longest = self.INTERRUPTION * speed
+            self.fall = self.fall._replace(stamp=stamp, z=z, speed=speed) if (
+                0.0 <= z_before - z <= longest) else None
 
 
 class Decision(NamedTuple):
@@ -244,6 +273,13 @@ class Robot(NamedTuple):
     bound_for: Tuple[Tuple[float, float], ...] = ()
     level: bool = True
     """Whether its platform is level, and will be seen so by everyone."""
+    reserve: float = 0.0
+    """How far (m) a motion that has not been seen yet may take it."""
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether it stands still, and will."""
+        return not self.bound_for and not self.reserve
 
 
 def resting_height(parameters: Parameters) -> float:
@@ -282,18 +318,20 @@ def reach(fall: Fall, now: int, robot: Optional[Robot], parameters: Parameters) 
     Returns:
         The decision. The brick is reachable if it comes down inside the arena and the time to
         travel (distance - platform_radius) at max_velocity plus the latency of the command path
-        is within the time until the contact. The distance of a moving robot is the largest that
-        the commands on their way may make of it.
+        is within the time until the contact; under a robot that is there already it always is.
+        The distance of a moving robot is the largest that the commands on their way may make of
+        it.
     """
     height = resting_height(parameters)
     time = fall.time_to(height, parameters.gravity_accel)
-    contact = fall.stamp + round(max(time, 0.0) / NANO)
+    contact = fall.stamp + (0 if isnan(time) else round(time / NANO))
     available = (contact - now) * NANO
     if robot is None:
         return Decision(False, fall, contact, available, inf, inf,
                         'the position of the robot is not known')
     distance = hypot(fall.x - robot.x, fall.y - robot.y)
-    farthest = max([distance] + [hypot(fall.x - x, fall.y - y) for x, y in robot.bound_for])
+    farthest = robot.reserve + max(
+        [distance] + [hypot(fall.x - x, fall.y - y) for x, y in robot.bound_for])
     needed = 0.0
     if farthest > parameters.platform_radius:
         needed = COMMAND_LATENCY + travel_time(
@@ -301,14 +339,16 @@ def reach(fall: Fall, now: int, robot: Optional[Robot], parameters: Parameters) 
     if not robot.level:
         needed = max(needed, LEVEL_LATENCY)
     reason = ''
-    if time < 0.0:
-        reason = (f'it falls from {fall.z:.2f} m, below the {height:.2f} m at which it would '
+    if isnan(time):
+        reason = (f'it falls from {fall.z:.4g} m, below the {height:.4g} m at which it would '
                   'lie on the platform')
     elif not (0.0 <= fall.x <= ARENA_SIZE and 0.0 <= fall.y <= ARENA_SIZE):
-        reason = f'({fall.x:.2f}, {fall.y:.2f}) is outside the arena'
-    elif needed > available:
+        reason = f'({fall.x:.4g}, {fall.y:.4g}) is outside the arena'
+    elif time < 0.0:
+        reason = f'at {fall.z:.4g} m it has passed the platform already'
+    elif needed > max(available, 0.0):
         reason = (f'the robot, {distance:.2f} m away, needs {needed:.3f} s and the brick is down '
-                  f'in {available:.3f} s, {needed - available:.3f} s too early')
+                  f'in {max(available, 0.0):.3f} s, {needed - available:.3f} s too early')
     return Decision(not reason, fall, contact, available, needed, distance, reason)
 
 
@@ -334,8 +374,8 @@ class Observation(NamedTuple):
     """The brick has left the tilted platform, whichever way."""
     out_of_patience: bool = False
     level: bool = True
-    fall_over: bool = False
-    """A fall has just ended."""
+    lying: bool = False
+    """The brick has lain on the level platform of the robot at rest for a while."""
     blind: bool = False
     """The robot has just got out of sight: what becomes of the brick on it can't be told."""
 
@@ -371,8 +411,9 @@ def transition(state: State, seen: Observation) -> State:
     elif state is State.LEVELLING:
         if seen.level:
             return State.WAITING
-    elif seen.fall_over and seen.on_platform:
-        # Called unreachable, and caught all the same by a robot that somebody has driven there.
+    elif seen.lying:
+        # Placed there, called unreachable and caught all the same, or left over from somebody
+        # who was interrupted.
         return State.CARRYING
     return state
 
@@ -416,44 +457,48 @@ class Catcher:
         self.parameters = parameters
         self.state = State.WAITING
         self.decision: Optional[Decision] = None
+        self._now = 0
         self._detector = FallDetector(parameters.gravity_accel)
-        self._undecided: Optional[Fall] = None
-        self._fall_over = False
+        self._undecided = False
         self._brick: Optional[Vector] = None
+        self._brick_parent = ''
         self._brick_seen = 0
         self._brick_moved = 0
+        self._hovers = False
         self._level_seen = 0
         self._robot_seen = -inf
         self._track: Deque[Tuple[int, float, float]] = deque()
         self._goals: Deque[Tuple[int, Drive]] = deque()
         self._since = 0
+        self._carrying_since = 0
         self._angle = 0.0
         self._angle_before = 0.0
         self._angle_set = 0
 
-    def see_brick(self, stamp: int, position: Vector) -> bool:
+    def see_brick(self, stamp: int, position: Vector, parent: str = 'world') -> bool:
         """
         Take note of where the brick is.
 
         Args:
             stamp: instant at which it was there (ns)
-            position: of its centre in the world (m)
+            position: of its centre in the world (m); one beyond FARTHEST is ignored
+            parent: the frame in which it is broadcast; a change of it counts as a motion
 
         Returns:
             Whether it has just begun to fall: then `update` should be called at once.
         """
-        if position != self._brick and (
-                self._brick is None or dist(position, self._brick) > ROUNDING):
-            self._brick = position
+        x, y, z = position
+        if not abs(x) + abs(y) + abs(z) <= FARTHEST:
+            return False
+        if stamp < self._brick_seen or parent != self._brick_parent or self._brick is None or (
+                position != self._brick and dist(position, self._brick) > ROUNDING):
+            self._brick, self._brick_parent = position, parent
             self._brick_moved = stamp
+            self._hovers = False
         self._brick_seen = stamp
-        detector = self._detector
-        fell = detector.fall is not None
-        if detector.observe(stamp, *position):
-            self._undecided = detector.fall
+        if self._detector.observe(stamp, x, y, z):
+            self._undecided = True
             return True
-        if fell and detector.fall is None:
-            self._fall_over = True
         return False
 
     def update(self, now: int, platform: Optional[Pose]) -> List[Action]:
@@ -461,20 +506,21 @@ class Catcher:
         Decide what is to be done now; to be called 50 times per second or more.
 
         Args:
-            now: the present instant (ns)
+            now: the present instant (ns); where it is before the last one, the clock was set back
             platform: pose of the platform's frame in the world, None where it is not known
 
         Returns:
             What is to be published, in order.
         """
-        robot = self._robot(now, platform)
-        at_rest = robot is not None and not robot.bound_for
+        if now < self._now:
+            self._start_afresh(now)
+        self._now = now
+        robot = self._observe_robot(now, platform)
+        fall = self._fall_to_decide(now)
+        lying = self.state is State.WAITING and self._is_lying(robot)
         actions: List[Action] = []
-        fall, self._undecided = self._undecided, None
-        if self.state is State.WAITING and fall is None and not self._fall_over:
-            return actions  # Only a fall, or the end of one, matters to who waits.
-        if robot is not None:
-            self._robot_seen = now
+        if self.state is State.WAITING and fall is None and not lying:
+            return actions
         blind = robot is None and (now - self._robot_seen) * NANO < OUT_OF_SIGHT
         if blind:
             self._brick_moved = self._brick_seen  # It has its time again when the robot is back.
@@ -484,18 +530,18 @@ class Catcher:
             reachable = self.decision.reachable
             if not reachable:
                 actions.append(Unreachable(fall.position))
+        at_rest = robot is not None and robot.at_rest
         state = transition(self.state, Observation(
             decision=reachable,
             falling=self._is_falling(),
-            on_platform=self._on_platform(robot),
+            on_platform=self._is_on_platform(robot),
             at_centre=at_rest
             and hypot(robot.x - CENTRE[0], robot.y - CENTRE[1]) <= AT_CENTRE,
-            off_platform=self._off_platform(now, platform),
+            off_platform=self._is_off_platform(platform),
             out_of_patience=(now - self._since) * NANO > PATIENCE,
             level=self._angle == 0.0,
-            fall_over=self._fall_over,
+            lying=lying,
             blind=blind))
-        self._fall_over = False
         if state is not self.state or reachable:
             self._since = now
             self._angle_before = self._angle
@@ -507,6 +553,24 @@ class Catcher:
         actions += self._move_platform(now)
         return actions
 
+    def _start_afresh(self, now: int) -> None:
+        """Begin every span of time at an instant (ns) before those that are remembered."""
+        self._track.clear()
+        self._goals.clear()
+        self._brick_seen = self._brick_moved = now
+        self._level_seen = self._robot_seen = self._since = self._carrying_since = now
+        self._angle_before, self._angle_set = self._angle, now
+
+    def _fall_to_decide(self, now: int) -> Optional[Fall]:
+        """Return the fall that is to be decided about now, if there is one."""
+        fall = self._detector.fall
+        if fall is None:
+            self._undecided = False
+        if not self._undecided or abs(now - self._brick_seen) * NANO > CLOCK_DIFFERENCE:
+            return None
+        self._undecided = False
+        return fall
+
     def _enter(self, state: State, now: int, robot: Optional[Robot]) -> List[Action]:
         """Return what is to be done on entering a state."""
         actions: List[Action] = []
@@ -515,13 +579,22 @@ class Catcher:
             self._angle, self._angle_set = 0.0, now
             actions = [Drive(self.decision.fall.x, self.decision.fall.y), Tilt(0.0)]
         elif state is State.CARRYING:
+            if self.state is not state:
+                self._carrying_since = now
             actions = [Drive(*CENTRE)]
-        elif (state is State.LEVELLING and robot is not None
-              and self.state in (State.APPROACHING, State.CARRYING)):
-            # What was to be caught or carried is gone: stop where the commands on their way
-            # will have led.
-            stop = robot.bound_for[0] if robot.bound_for else (robot.x, robot.y)
-            actions = [Drive(*within_arena(*stop))]
+        elif state is State.LEVELLING and robot is not None:
+            # A brick that has not moved, wherever the robot went and however it tilted, hovers.
+            since = self._carrying_since
+            self._hovers = (self.state in (State.CARRYING, State.TILTING)
+                            and self._brick_moved <= since
+                            and (self._brick_seen - since) * NANO >= SETTLED)
+            if self._hovers and self.state is State.CARRYING:
+                actions = [Drive(*within_arena(*self._brick[:2]))]
+            elif self.state in (State.APPROACHING, State.CARRYING):
+                # What was to be caught or carried is gone: stop where the commands on their way
+                # will have led.
+                stop = robot.bound_for[0] if robot.bound_for else (robot.x, robot.y)
+                actions = [Drive(*within_arena(*stop))]
         if actions:
             self._goals.append((now, actions[0]))
         return actions
@@ -543,35 +616,52 @@ class Catcher:
         return (self._detector.fall is not None
                 and self._brick[2] > resting_height(self.parameters) - ON_PLATFORM)
 
-    def _on_platform(self, robot: Optional[Robot]) -> bool:
+    def _is_at_rest_height(self) -> bool:
+        """Tell whether the brick is as high as one on the level platform, and does not fall."""
+        return (self._brick is not None and self._detector.fall is None
+                and abs(self._brick[2] - resting_height(self.parameters)) <= ON_PLATFORM)
+
+    def _is_on_platform(self, robot: Optional[Robot]) -> bool:
         """Tell whether the brick lies on the level platform."""
-        if robot is None or self._brick is None or self._detector.fall is not None:
-            return False
-        x, y, z = self._brick
-        if abs(z - resting_height(self.parameters)) > ON_PLATFORM:
+        if robot is None or not self._is_at_rest_height():
             return False
         if (self.state is State.CARRYING
                 and (self._brick_seen - self._brick_moved) * NANO < LAG):
             return True
         # The robot moves on while the transforms of the two are some ms apart.
         near = self.parameters.platform_radius + self.parameters.max_velocity * 0.1
-        return hypot(x - robot.x, y - robot.y) <= near
+        return hypot(self._brick[0] - robot.x, self._brick[1] - robot.y) <= near
 
-    def _off_platform(self, now: int, platform: Optional[Pose]) -> bool:
+    def _is_lying(self, robot: Optional[Robot]) -> bool:
+        """Tell whether the brick has lain on the level platform of a robot at rest for long."""
+        if (self._hovers or (self._brick_seen - self._brick_moved) * NANO < LYING
+                or robot is None or not self._is_at_rest_height()):
+            return False
+        near = self.parameters.platform_radius + ON_PLATFORM
+        return (robot.at_rest and robot.level
+                and hypot(self._brick[0] - robot.x, self._brick[1] - robot.y) <= near)
+
+    def _is_off_platform(self, platform: Optional[Pose]) -> bool:
         """Tell whether the brick does not move although the platform is tilted: it has left."""
         if self._brick is None or platform is None:
             return True
-        if is_level(platform):
-            self._level_seen = now
         # Counted to when it was last seen: one that is out of sight may move.
-        return (self._brick_seen - max(self._brick_moved, self._level_seen)) * NANO >= SETTLED
+        still = (self._brick_seen - max(self._brick_moved, self._level_seen)) * NANO
+        ex, ey, _ = axes(platform.orientation)
+        offset = [a - b for a, b in zip(self._brick, platform.position)]
+        place = [sum(a * b for a, b in zip(offset, axis)) for axis in (ex, ey)]
+        beside = hypot(*place) > self.parameters.platform_radius
+        return still >= (SETTLED if beside else LAG)
 
-    def _robot(self, now: int, platform: Optional[Pose]) -> Optional[Robot]:
-        """Return the robot, with all that what is seen and was ordered may make of it."""
+    def _observe_robot(self, now: int, platform: Optional[Pose]) -> Optional[Robot]:
+        """Take note of where the robot is; return what its motion and its orders may lead to."""
         track = self._track
         if platform is None:
             track.clear()
             return None
+        self._robot_seen = now
+        if is_level(platform):
+            self._level_seen = now
         x, y, _ = platform.position
         track.append((now, x, y))
         # One older position is kept: the robot may have been out of sight for a while.
@@ -599,4 +689,6 @@ class Catcher:
                     bound_for.append((x + part * (goal.x - x), y + part * (goal.y - y)))
         level = (is_level(platform)
                  and self._angle == 0.0 and (now - self._angle_set) * NANO > LEVEL_LATENCY)
-        return Robot(x, y, tuple(bound_for), level)
+        # Seen for too short a time, it may move as fast as it can to anywhere.
+        known = bool(bound_for) or (now - track[0][0]) * NANO >= self.MEMORY
+        return Robot(x, y, tuple(bound_for), level, 0.0 if known else way)

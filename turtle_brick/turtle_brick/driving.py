@@ -28,6 +28,7 @@ No clock is read here: every method is told the time, in seconds of one steady c
 from collections import deque
 from math import cos
 from math import hypot
+from math import isfinite
 from math import log
 from math import sin
 from typing import Deque
@@ -159,9 +160,12 @@ class CommandPath:
 
         Args:
             now: its time of arrival (s)
-            pose: the turtle's pose in the world, with the speed it reports (m, rad, m/s)
+            pose: the turtle's pose in the world, with the speed it reports (m, rad, m/s); one
+                that is not finite is no pose of turtlesim's, and ignored
 
         """
+        if not all(map(isfinite, pose)):
+            return
         if self.is_stale(now):
             # A turtlesim that was away has taken nothing of what was published meanwhile.
             self._ticks.forget()
@@ -196,7 +200,9 @@ class CommandPath:
         sent = self._sent
         first = self._count - len(sent)
         taken = self._taken
-        _, linear_x, linear_y = sent[max(taken - first, 0)]
+        linear_x = linear_y = 0.0
+        if taken >= first:
+            _, linear_x, linear_y = sent[taken - first]
         tick = self._ticks.last - 2.0 * TRANSPORT
         for _ in range(2 * QUEUE_DEPTH):
             tick += TICK
@@ -287,7 +293,12 @@ class Driver:
             x: the goal in the world (m), within the arena
             y: the goal in the world (m), within the arena
 
+        Raises:
+            ValueError: the goal is not finite; the one before stays
+
         """
+        if not (isfinite(x) and isfinite(y)):
+            raise ValueError(f'the goal ({x:g}, {y:g}) is not finite')
         if self.goal != (x, y):
             self.goal = (x, y)
             self._arrived = False

@@ -43,6 +43,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from turtle_brick.interrupts import INTERRUPTS
+from turtle_brick.node_tools import find_log_dir
 from turtle_brick.node_tools import make_executor
 from turtle_brick.parameters import default_path
 import xacro
@@ -119,9 +120,11 @@ class Graph:
             given = yaml.safe_load(self.params_file.read_text(encoding='utf-8'))
             self.params_file = self._parameter_file(
                 {**given['/**']['ros__parameters'], **overrides})
+        self._use_sim_time = bool(overrides) and overrides.get('use_sim_time', False)
         self.domain_id = domain_id
         self.context = Context()
         self._log_level = ['--log-level', 'warn'] if quiet else []
+        find_log_dir()
         rclpy.init(args=['--ros-args', *self._log_level], context=self.context,
                    domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)
         self.executor = make_executor(self.context)
@@ -178,7 +181,8 @@ class Graph:
         return self._add_foreign(
             'robot_state_publisher', 'robot_state_publisher', 'robot_state_publisher.node',
             'RobotStatePublisher',
-            {'robot_description': self.robot_description(), 'publish_frequency': 1000.0})
+            {'robot_description': self.robot_description(), 'publish_frequency': 1000.0,
+             'use_sim_time': self._use_sim_time})
 
     def robot_description(self) -> str:
         """Return the URDF of the robot that the parameters describe."""

@@ -142,6 +142,7 @@ class Simulation:
         self._tick_grid = uniform(TICK_PERIOD)
         self._tick_at = self._tick_grid
         self._catcher_at = uniform(CATCHER_PERIOD)
+        self._decided_at = 0
 
     def drive_to(self, x: float, y: float) -> None:
         """Order the robot to a point of the world (m), as a goal_pose does."""
@@ -276,6 +277,8 @@ class Simulation:
 
     def _decide(self, now: int) -> None:
         """Let the catcher decide what is to be done, and do it."""
+        # News of a fall is heard ahead of what happens until it has arrived.
+        self._decided_at = now = max(now, self._decided_at)
         catcher = self.catcher
         before = catcher.decision
         for action in catcher.update(now, self.world.platform):
