@@ -14,14 +14,21 @@
 """What the viewer shows of what it hears: robot, markers, frames and texts, on a page of paper."""
 
 from contextlib import nullcontext
+from itertools import chain
 from math import cos
+from math import dist
+from math import inf
 from math import nan
 from math import pi
 from math import sin
 
+from builtin_interfaces.msg import Duration
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point
 from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Quaternion
 from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import Vector3
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -32,6 +39,10 @@ from turtle_brick.arena import BRICK_COLORS
 from turtle_brick.arena import set_color
 from turtle_brick.arena import walls
 from turtle_brick.display import Display
+from turtle_brick.display import LONGEST_TEXT
+from turtle_brick.display import LONGEST_WARNING
+from turtle_brick.display import MOST_MARKERS
+from turtle_brick.display import MOST_POINTS
 from turtle_brick.display import shape_of
 from turtle_brick.frames import set_stamp
 from turtle_brick.frames import set_transform
@@ -42,6 +53,7 @@ from turtle_brick.geometry import multiply
 from turtle_brick.geometry import Pose
 from turtle_brick.geometry import rotate
 from turtle_brick.physics import Phase
+from turtle_brick.urdf_scene import LARGEST
 from turtle_brick.viewing import NANOSECONDS
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
@@ -123,7 +135,13 @@ class Bench:
         self.now = START
         self.paper = Paper()
         self.warnings = []
-        self.display = Display(self.paper, Buffer(), self.warnings.append)
+        self.topics = set()
+        self.display = Display(self.paper, Buffer(), self.warn)
+
+    def warn(self, topic, sentence):
+        """Take note of a warning of a topic."""
+        self.warnings.append(sentence)
+        self.topics.add(topic)
 
     def transform(self, parent, child, pose, static=False):
         """Say where a frame is."""
@@ -131,7 +149,8 @@ class Bench:
         message.header.frame_id, message.child_frame_id = parent, child
         set_stamp(message.header.stamp, self.now)
         set_transform(message.transform, pose)
-        self.display.hear_transforms(TFMessage(transforms=[message]), static, self.now)
+        self.display.hear_transforms(
+            TFMessage(transforms=[message]), static, self.now, self.now)
 
     def marker(self, topic='catcher_marker', frame='world', **fields):
         """Put a marker of a box."""
@@ -279,17 +298,232 @@ def test_marker_types():
         assert shape_of(marker).kind == name
 
 
-def test_what_cannot_be_drawn_is_said_once(bench):
-    for _ in range(3):
-        bench.marker(type=Marker.MESH_RESOURCE)
-    assert bench.warnings == ['Markers of type 10, as on catcher_marker, are not drawn']
-    pose = Marker().pose
-    pose.position.x = nan
-    for _ in range(3):
-        bench.marker(pose=pose)
-    assert len(bench.warnings) == 2
-    assert 'finite' in bench.warnings[1]
-    assert set(bench.draw()) == {'goal'}
+FAULTS = [
+    ({'header.stamp': Time(sec=-1)}, 'its stamp is -1 s and 0 ns'),
+    ({'header.stamp': Time(nanosec=NANOSECONDS)}, 'its stamp is 0 s and 1000000000 ns'),
+    ({'lifetime': Duration(sec=-3, nanosec=7)}, 'its lifetime is -3 s and 7 ns'),
+    ({'lifetime': Duration(nanosec=2**32 - 1)}, 'its lifetime is 0 s and 4294967295 ns'),
+    ({'pose.position': Point(y=inf)}, 'one of its numbers is inf'),
+    ({'pose.orientation': Quaternion(w=nan)}, 'one of its numbers is nan'),
+    ({'pose.orientation': Quaternion(x=1e308, w=1e308)}, 'one of its numbers is 1e+308'),
+    ({'scale': Vector3(x=-1e308)}, 'one of its numbers is -1e+308'),
+    ({'color.a': inf}, 'one of its numbers is inf'),
+    ({'type': Marker.LINE_LIST, 'points': [Point(), Point(z=nan)]}, 'one of its numbers is nan'),
+    ({'type': Marker.LINE_LIST, 'points': [Point()] * (MOST_POINTS + 1)}, 'it has 10001 points'),
+    ({'type': Marker.TEXT_VIEW_FACING, 'text': '9' * 10**6}, 'its texts have 1000005 characters'),
+    ({'ns': 'x' * (LONGEST_TEXT + 1)}, 'its texts have 1006 characters'),
+    ({'header.frame_id': ''}, 'its frame_id is empty'),
+    ({'type': -1}, 'its type is -1'),
+    ({'type': 2**31 - 1}, 'its type is 2147483647'),
+    ({'type': Marker.MESH_RESOURCE}, 'its type is 10'),
+    ({'action': 1}, 'its action is 1'),
+    ({'action': -2**31}, 'its action is -2147483648')]
+
+
+def changed(marker, changes):
+    """Return a marker some of whose fields, named from it on, are others."""
+    for path, value in changes.items():
+        *owners, name = path.split('.')
+        target = marker
+        for owner in owners:
+            target = getattr(target, owner)
+        setattr(target, name, value)
+    return marker
+
+
+def harmless():
+    """Return a marker with nothing wrong about it."""
+    marker = Marker(type=Marker.CUBE)
+    marker.header.frame_id = 'world'
+    return marker
+
+
+@pytest.mark.parametrize(('changes', 'fault'), FAULTS)
+@pytest.mark.parametrize('topic', ['walls', 'brick_marker', 'catcher_marker'])
+def test_a_marker_that_cannot_be_is_left_out_in_a_sentence(bench, topic, changes, fault):
+    bench.display.hear_marker(topic, harmless(), bench.now)
+    before = set(bench.draw())
+    for number in range(1, 4):
+        marker = changed(harmless(), changes)
+        marker.id = number
+        bench.display.hear_marker(topic, marker, bench.now)
+        assert set(bench.draw(after=NANOSECONDS)) == before
+    assert bench.warnings == 3 * [f'A marker on {topic} is left out: {fault}']
+    assert bench.topics == {topic}
+
+
+def test_there_are_only_so_many_markers_of_a_topic(bench):
+    for number in range(MOST_MARKERS + 1):
+        bench.marker(id=number)
+    bench.marker(id=0, frame='brick')
+    bench.marker('walls')
+    assert len(bench.draw()) == 1 + MOST_MARKERS + 1
+    assert bench.warnings == ['A marker on catcher_marker is left out: '
+                              f'there are {MOST_MARKERS} of them already']
+
+
+def test_a_lifetime_is_over_too_when_time_goes_back(bench):
+    bench.marker(lifetime=Duration(sec=3))
+    assert 'markers/catcher_marker/n/0' in bench.draw()
+    assert 'markers/catcher_marker/n/0' not in bench.draw(after=-3600 * NANOSECONDS)
+
+
+EXTREMES = st.sampled_from([0.0, 1.0, -1.0, nan, inf, -inf, 1e308, -1e308, 1e9, 5e-324, 0.7])
+SECONDS = st.sampled_from([0, 1, -1, -2**31, 2**31 - 1, 1_700_000_000])
+NAMES = st.sampled_from(['', '/', 'world', 'brick', 'base_link', 'arm', 'odom', 'nowhere',
+                         '/world', 'a b', '\x1b[2J', 'n' * 2000])
+POINTS = st.builds(Point, x=EXTREMES, y=EXTREMES, z=EXTREMES)
+VECTORS = st.builds(Vector3, x=EXTREMES, y=EXTREMES, z=EXTREMES)
+ROTATIONS = st.builds(Quaternion, x=EXTREMES, y=EXTREMES, z=EXTREMES, w=EXTREMES)
+STAMPS = st.builds(Time, sec=SECONDS, nanosec=st.integers(0, 2**32 - 1))
+MARKERS = st.builds(
+    changed, st.builds(
+        Marker, ns=NAMES, id=st.integers(-1, 1), text=NAMES, frame_locked=st.booleans(),
+        type=st.integers(-1, 12), action=st.sampled_from([0, 0, 0, 0, 1, 2, 3, -9]), scale=VECTORS,
+        lifetime=st.builds(Duration, sec=SECONDS, nanosec=st.integers(0, 2**32 - 1)),
+        points=st.lists(POINTS, max_size=3)),
+    st.fixed_dictionaries({'header.frame_id': NAMES, 'header.stamp': STAMPS, 'color.a': EXTREMES,
+                           'pose.position': POINTS, 'pose.orientation': ROTATIONS}))
+GOALS = st.builds(changed, st.builds(PoseStamped), st.fixed_dictionaries(
+    {'header.frame_id': NAMES, 'header.stamp': STAMPS, 'pose.position': POINTS}))
+TRANSFORMS = st.builds(
+    changed, st.builds(TransformStamped, child_frame_id=NAMES), st.fixed_dictionaries(
+        {'header.frame_id': NAMES, 'header.stamp': STAMPS, 'transform.translation': VECTORS,
+         'transform.rotation': ROTATIONS}))
+TOPICS = ('walls', 'brick_marker', 'catcher_marker')
+MESSAGES = st.one_of(
+    st.tuples(st.just('hear_marker'), st.sampled_from(TOPICS), MARKERS),
+    st.tuples(st.just('hear_goal'), GOALS),
+    st.tuples(st.just('hear_tilt'), st.builds(Tilt, angle=EXTREMES)),
+    st.tuples(st.just('hear_transforms'), st.builds(
+        TFMessage, transforms=st.lists(TRANSFORMS, max_size=3)), st.booleans()),
+    st.tuples(st.just('hear_description'), st.builds(
+        String, data=st.sampled_from([ROBOT, '', '<robot/>', ROBOT.replace('"1"', '"1e999"')]))))
+
+
+@given(st.lists(st.tuples(MESSAGES, st.sampled_from([0, 1, 10**7, -10**12])), max_size=25))
+def test_no_message_ends_it_or_gets_what_cannot_be_drawn_on_the_page(messages):
+    bench = Bench()
+    bench.paper.frames = True
+    bench.display.hear_description(String(data=ROBOT), bench.now)
+    bench.transform('world', 'base_link', Pose((1.0, 2.0, 0.0), IDENTITY))
+    bench.transform('world', 'brick', Pose((1.0, 2.0, 3.0), IDENTITY))
+    for (method, *arguments), after in messages:
+        if method == 'hear_transforms':
+            arguments.append(bench.now)
+        getattr(bench.display, method)(*arguments, bench.now)
+        for pose in filter(None, bench.draw(after).values()):
+            assert all(abs(part) <= LARGEST for part in chain(*pose))
+        for shape in chain(*bench.paper.things.values()):
+            assert shape.undrawable() is None
+        assert all(abs(value) <= LARGEST for value in bench.paper.texts['show_tilt'])
+        walls = bench.display.walls()
+        assert walls is None or all(abs(part) <= 4.0 * LARGEST for part in walls)
+    assert bench.topics <= {*TOPICS, 'goal_pose', 'tilt', '/tf', '/tf_static',
+                            'robot_description'}, 'no more kinds of warnings than topics'
+    assert all(len(warning) <= LONGEST_WARNING and warning.isprintable()
+               for warning in bench.warnings)
+
+
+@given(st.tuples(*[st.floats(-3.0, 3.0)] * 2), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0),
+       st.tuples(*[st.floats(-0.4, 0.4)] * 3), st.tuples(*[st.integers(0, 20_000_000)] * 3))
+def test_a_brick_on_the_platform_is_drawn_there_whatever_comes_when(
+        velocity, turning, tilting, place, delays):
+    """Robot at 100 Hz, platform at 100 Hz and brick at 250 Hz come late, each by its own time."""
+    def robot(time):
+        return Pose((5.0 + velocity[0] * time, 5.0 + velocity[1] * time, 0.0),
+                    from_yaw(turning * time))
+
+    def platform(time):
+        return Pose((0.0, 0.0, 1.5), from_pitch(tilting * time))
+
+    def brick(time):
+        return Pose(place, from_yaw(0.3))
+
+    bench = Bench()
+    bench.display.hear_description(
+        String(data=ROBOT.replace('arm', 'platform')), bench.now)
+    bench.transform('world', 'odom', Pose((1.0, 1.0, 0.0), IDENTITY), static=True)
+    coming = []
+    for parent, child, where, period, delay in (
+            ('odom', 'base_link', robot, 10_000_000, delays[0]),
+            ('base_link', 'platform', platform, 10_000_000, delays[1]),
+            ('platform', 'brick', brick, 4_000_000, delays[2])):
+        coming += [(stamp + delay, stamp, parent, child, where(stamp / NANOSECONDS))
+                   for stamp in range(delay % period, NANOSECONDS // 2, period)]
+    coming.sort(key=lambda entry: entry[0])
+    bench.brick(Phase.RIDING)
+    pictures = 0
+    for now in range(NANOSECONDS // 15, NANOSECONDS // 2, NANOSECONDS // 30):
+        while coming and coming[0][0] <= now:
+            _, stamp, parent, child, pose = coming.pop(0)
+            bench.now = START + stamp
+            bench.transform(parent, child, pose)
+        bench.now = START + now
+        poses = bench.draw()
+        plate, box = poses['robot/platform'], poses['markers/brick_marker//0']
+        expected = rotate(plate.orientation, place)
+        assert dist([a + b for a, b in zip(plate.position, expected)], box.position) < 1e-9
+        assert dist(rotate(box.orientation, (1.0, 0.0, 0.0)), rotate(
+            plate.orientation, rotate(from_yaw(0.3), (1.0, 0.0, 0.0)))) < 1e-9
+        base = poses['robot/base_link']
+        assert dist(base.position, plate.position) == pytest.approx(1.5, abs=1e-9)
+        assert bench.paper.poses['robot/platform'] == bench.display.drawn('platform')
+        pictures += 1
+    assert pictures == 14
+
+
+def test_a_brick_that_changes_its_parent_is_drawn_all_the_time(bench):
+    for step in range(100):
+        bench.now += NANOSECONDS // 250
+        height = 3.0 - step / 100.0
+        bench.transform('world', 'base_link', Pose((0.0, 0.0, 1.0), IDENTITY))
+        if step % 40 < 20:
+            bench.transform('world', 'brick', Pose((0.0, 0.0, height), IDENTITY))
+        else:
+            bench.transform('base_link', 'brick', Pose((0.0, 0.0, height - 1.0), IDENTITY))
+        bench.brick(Phase.RIDING)
+        assert bench.draw()['markers/brick_marker//0'].position[2] == pytest.approx(height)
+    assert dict(bench.display.rates(bench.now))['brick (TF)'] == pytest.approx(250.0)
+
+
+def test_a_transform_that_could_spoil_the_others_is_left_out(bench):
+    bench.transform('world', 'brick', Pose((0.0, 0.0, 3.0), IDENTITY))
+    bench.brick(Phase.HOVERING)
+    for parent, child, pose in (
+            ('world', 'brick', Pose((0.0, nan, 3.0), IDENTITY)),
+            ('world', 'brick', Pose((0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 0.0))),
+            ('nowhere', 'brick', Pose((0.0, 0.0, 1.0), IDENTITY))):
+        bench.transform(parent, child, pose)
+    bench.now += 6 * NANOSECONDS
+    bench.transform('world', 'odom', Pose((0.0, 0.0, 0.0), IDENTITY))
+    bench.now -= 6 * NANOSECONDS
+    assert bench.draw()['markers/brick_marker//0'].position == (0.0, 0.0, 3.0)
+    assert len(bench.warnings) == 3
+    assert all('"brick"' in warning for warning in bench.warnings)
+
+
+def test_the_clock_may_go_back(bench):
+    bench.transform('world', 'brick', Pose((0.0, 0.0, 3.0), IDENTITY))
+    bench.now -= 3600 * NANOSECONDS
+    bench.transform('world', 'brick', Pose((0.0, 0.0, 2.0), IDENTITY))
+    bench.brick(Phase.HOVERING)
+    assert bench.draw()['markers/brick_marker//0'].position == (0.0, 0.0, 2.0)
+    assert not bench.warnings
+
+
+def test_what_has_stopped_coming_is_where_it_was_last_and_holds_nothing_up(bench):
+    bench.display.hear_description(String(data=ROBOT), bench.now)
+    bench.brick(Phase.HOVERING)
+    bench.transform('world', 'brick', Pose((0.0, 0.0, 3.0), IDENTITY))
+    for step in range(1, 101):
+        bench.now += NANOSECONDS // 50
+        bench.transform('world', 'base_link', Pose((0.1 * step, 0.0, 0.0), IDENTITY))
+        bench.transform('base_link', 'arm', Pose((0.0, 0.0, 2.0), IDENTITY))
+        poses = bench.draw()
+    assert poses['markers/brick_marker//0'].position == (0.0, 0.0, 3.0)
+    assert poses['robot/base_link'].position[0] == pytest.approx(10.0)
+    assert poses['robot/arm'].position[0] == pytest.approx(10.0)
 
 
 def test_the_four_frames_can_be_switched_on_and_off(bench):
@@ -358,9 +592,33 @@ def test_nonsense_changes_nothing(bench):
     goal.header.frame_id = 'world'
     goal.pose.position.x = nan
     bench.display.hear_goal(goal, bench.now)
+    assert bench.warnings == [
+        'A tilt is not shown: it is nan rad',
+        "A goal is not shown: where its frame 'nowhere' is, is not known",
+        'A goal is not shown: a coordinate is nan']
     bench.transform('world', 'base_link', Pose((0.0, 0.0, 0.0), IDENTITY))
     assert bench.draw()['goal'] is None
     assert bench.paper.texts['show_tilt'] == (0.5,)
+
+
+@pytest.mark.parametrize(('changes', 'refused'), [
+    ({}, True), ({'text': 'unreachable'}, False), ({'text': 'Hello'}, False),
+    ({'text': ''}, False), ({'action': 1}, False), ({'action': Marker.DELETE}, False),
+    ({'type': Marker.CUBE}, False), ({'lifetime': Duration(sec=-1)}, False)])
+def test_only_the_text_unreachable_calls_a_brick_unreachable(bench, changes, refused):
+    bench.brick(Phase.FALLING)
+    bench.marker(**{'type': Marker.TEXT_VIEW_FACING, 'text': 'Unreachable', **changes})
+    bench.draw()
+    assert bench.paper.texts['show_account'] == (
+        ('Unreachable', True) if refused else ('The brick falls', False))
+
+
+def test_a_goal_without_a_frame_is_in_the_world(bench):
+    bench.transform('world', 'base_link', Pose((0.0, 0.0, 0.0), IDENTITY))
+    goal = PoseStamped()
+    goal.pose.position.x = 3.0
+    bench.display.hear_goal(goal, bench.now)
+    assert bench.draw()['goal'].position == (3.0, 0.0, 0.0)
 
 
 def test_rates_are_told_by_the_name_that_is_heard(bench):

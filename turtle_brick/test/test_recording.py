@@ -113,7 +113,8 @@ def test_a_video_is_made(tmp_path, monkeypatch):
         transform.header.stamp.nanosec = step * 10_000_000
         transform.transform.translation.x = 0.1 * (step // 10)
         transform.transform.rotation.w = 1.0
-        log.hear_transforms(TFMessage(transforms=[transform]), False, START + step * 10_000_000)
+        now = START + step * 10_000_000
+        log.hear_transforms(TFMessage(transforms=[transform]), False, now, now)
     video, picture = tmp_path / 'a.mp4', tmp_path / 'a.webp'
     recording.film(log, START, START + NANOSECONDS // 5, video, None)
     recording.animate(video, picture)

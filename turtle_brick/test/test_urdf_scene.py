@@ -25,6 +25,7 @@ from turtle_brick.parameters import default_path
 from turtle_brick.parameters import load
 from turtle_brick.urdf_scene import from_rpy
 from turtle_brick.urdf_scene import GREY
+from turtle_brick.urdf_scene import LONGEST
 from turtle_brick.urdf_scene import parse_urdf
 from turtle_brick.urdf_scene import UrdfError
 import xacro
@@ -125,6 +126,38 @@ def test_what_cannot_be_understood_is_named(before, after, said):
     with pytest.raises(UrdfError) as caught:
         parse_urdf(broken)
     assert said in str(caught.value)
+
+
+BOMB = '<!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa">{}]><robot name="&i;"/>'.format(''.join(
+    f'<!ENTITY {name} "{10 * f"&{before};"}">' for before, name in zip('abcdefgh', 'bcdefghi')))
+
+
+@pytest.mark.parametrize(('description', 'said'), [
+    (BOMB, '<!DOCTYPE>'),
+    ('<!DOCTYPE robot [<!ENTITY f SYSTEM "file:///etc/passwd">]><robot name="&f;"/>',
+     '<!DOCTYPE>'),
+    ('<robot>' + ' ' * LONGEST + '</robot>', '1000015 characters'),
+    ('<robot>' + '<a>' * 100_000 + '</a>' * 100_000 + '</robot>', 'no single root link, but none'),
+    ('<a>' * 300_000, 'is not XML'),
+    ('<robot>' + '<link name="a"/>' * 10_000 + '</robot>', '10000 times link'),
+    ('<robot><link name="a">' + '<visual/>' * 10_000 + '</link></robot>',
+     '10000 times link/visual'),
+    ('<robot>\ud800</robot>', 'is not XML'), ('<robot>\0</robot>', 'is not XML'),
+    ('', 'is not XML')])
+def test_what_would_take_too_long_is_refused(description, said):
+    with pytest.raises(UrdfError) as caught:
+        parse_urdf(description)
+    assert said in str(caught.value)
+
+
+@given(st.text(alphabet='<>/="&;! \0abrobotlink', max_size=60) | st.binary(max_size=30).map(
+    lambda data: data.decode('utf-16', 'surrogatepass') if len(data) % 2 == 0 else ''))
+def test_no_text_is_too_much(text):
+    for description in (text, f'<robot name="a">{text}</robot>'):
+        try:
+            parse_urdf(description)
+        except UrdfError:
+            pass
 
 
 def test_a_full_turn_is_none():

@@ -14,6 +14,8 @@
 """The viewer in a live graph: what it hears, what it does when asked, how it starts and ends."""
 
 from html import unescape
+from math import inf
+from math import nan
 from pathlib import Path
 import re
 import signal
@@ -22,13 +24,22 @@ from statistics import median
 import urllib.request
 
 from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import TransformStamped
 from live_graph import executable
 from live_graph import process
 import pytest
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+from test_display import changed
+from test_display import FAULTS
+from test_display import harmless
+from tf2_msgs.msg import TFMessage
 from turtle_brick import viewer
 from turtle_brick.graph import Graph
 from turtle_brick.physics import Phase
 from turtle_brick_interfaces.msg import Tilt
+from visualization_msgs.msg import Marker
+from visualization_msgs.msg import MarkerArray
 from witness import Witness
 
 needs_viser = pytest.mark.skipif(
@@ -56,7 +67,7 @@ def answer_of(graph, command):
     panel = graph.viewer.view.panel
     panel.show_answer('', True)
     blank = panel._answer.content
-    graph.viewer._commands.put(command)
+    graph.viewer._commands.append(command)
     graph.spin_until(lambda: panel._answer.content != blank, TIMEOUT, f'an answer to {command}')
     return unescape(re.sub('<[^>]*>', '', panel._answer.content))
 
@@ -151,8 +162,8 @@ def test_a_click_sends_the_robot_and_the_slider_tilts_it(live):
     tilts = witness.record(Tilt, 'tilt')
     live.spin_until(lambda: witness.count_publishers('tilt') and witness.count_publishers(
         'goal_pose') and live.viewer.count_subscribers('tilt') == 2, TIMEOUT, 'they meet')
-    live.viewer._commands.put(SendTo(3.0, 4.0))
-    live.viewer._commands.put(SetTilt(0.25))
+    live.viewer._commands.append(SendTo(3.0, 4.0))
+    live.viewer._commands.append(SetTilt(0.25))
     live.spin_until(lambda: goals and tilts, TIMEOUT, 'goal and tilt')
     (_, goal), (_, tilt) = goals[0], tilts[0]
     assert goal.header.frame_id == 'world'
@@ -162,7 +173,6 @@ def test_a_click_sends_the_robot_and_the_slider_tilts_it(live):
 
 @needs_viser
 def test_a_service_that_never_answers_is_reported(live, monkeypatch):
-    from std_srvs.srv import Trigger
     from turtle_brick.web_view import Drop
     monkeypatch.setattr(viewer, 'ANSWER_TIME', 200_000_000)
     silent = live.add(Witness, parameters=False)
@@ -171,6 +181,87 @@ def test_a_service_that_never_answers_is_reported(live, monkeypatch):
     live.executor.remove_node(silent)
     assert answer_of(live, Drop()) == 'drop: no answer'
     live.executor.add_node(silent)
+
+
+@needs_viser
+def test_an_answer_may_be_long_and_only_the_latest_commands_are_done(live):
+    from turtle_brick.web_view import Drop
+    from turtle_brick.web_view import SetTilt
+    witness = live.add(Witness, parameters=False)
+    tilts = witness.record(Tilt, 'tilt')
+
+    def answer(request, response):
+        response.message = 'x' * 10**6
+        return response
+
+    witness.create_service(Trigger, 'drop', answer)
+    live.spin_until(
+        lambda: live.viewer._drop_client.service_is_ready() and witness.count_publishers('tilt')
+        and live.viewer.count_subscribers('tilt') == 2, TIMEOUT, 'they meet')
+    assert answer_of(live, Drop()) == 'drop: ' + 'x' * (viewer.LONGEST_ANSWER - len('drop: '))
+    for number in range(10_000):
+        live.viewer._commands.append(SetTilt(number / 10_000.0))
+    live.spin_until(lambda: tilts and tilts[-1][1].angle == 0.9999, TIMEOUT, 'the last tilt')
+    assert len(tilts) == viewer.MOST_COMMANDS
+
+
+def nonsense():
+    """Return what nobody should say, by topic, with the kind of its messages."""
+    transforms = []
+    for parent, child, values in (
+            ('world', 'brick', {'header.stamp.sec': -1}),
+            ('world', 'brick', {'transform.translation.x': nan}),
+            ('nowhere', 'brick', {'transform.translation.x': 1e308}),
+            ('world', 'brick', {'transform.rotation.w': 0.0}),
+            ('world', 'brick', {'header.stamp.nanosec': 2**32 - 1}),
+            ('brick', 'brick', {}), ('', '', {}), ('brick', 'world', {})):
+        transform = TransformStamped(child_frame_id=child)
+        transforms.append(changed(transform, {
+            'header.frame_id': parent, 'transform.rotation.w': 1.0, **values}))
+    goals = [changed(PoseStamped(), {'header.frame_id': frame, 'pose.position.x': x})
+             for frame, x in (('nowhere', 1.0), ('world', nan), ('', inf), ('brick', 1e308))]
+    markers = [changed(harmless(), changes) for changes, _ in FAULTS]
+    return {
+        'robot_description': (String, [String(data=text) for text in (
+            '', 'x' * 2_000_000, '<robot/>', '<a>' * 100_000, '<robot><link name="a"><visual>'
+            '<geometry><box size="1 nan 1"/></geometry></visual></link></robot>')]),
+        '/tf': (TFMessage, [TFMessage(transforms=[one]) for one in transforms]),
+        '/tf_static': (TFMessage, [TFMessage(transforms=transforms)]),
+        'walls': (MarkerArray, [MarkerArray(markers=[harmless()] * 1000),
+                                MarkerArray(markers=markers)]),
+        'brick_marker': (Marker, markers), 'catcher_marker': (Marker, markers), 'goal_pose':
+        (PoseStamped, goals), 'tilt': (Tilt, [Tilt(angle=angle) for angle in (nan, inf, 1e308)])}
+
+
+@needs_viser
+def test_no_message_ends_it_holds_it_up_or_floods_its_log(live, capfd):
+    node, times = live.viewer, []
+    draw = node.display.draw
+    node.display.draw = lambda now: (times.append(now), draw(now))
+    witness = live.add(Witness, parameters=False)
+    said = nonsense()
+    publishers = {topic: witness.create_publisher(kind, topic, viewer.LATCHED)
+                  for topic, (kind, _) in said.items()}
+    live.spin_until(lambda: all(publisher.get_subscription_count() for publisher
+                                in publishers.values()), TIMEOUT, 'the viewer hears it all')
+    for number in range(2):
+        for topic, (_, messages) in said.items():
+            for message in messages:
+                publishers[topic].publish(message)
+        marker = changed(harmless(), {'id': number + 100})
+        publishers['catcher_marker'].publish(marker)
+        live.spin_until(lambda: f'markers/catcher_marker//{number + 100}'  # noqa: B023
+                        in node.view.scene.names(), TIMEOUT, 'what can be drawn is drawn')
+    times.clear()
+    live.spin_until(lambda: len(times) > 30, TIMEOUT, 'it goes on drawing')
+    warnings = [line for line in capfd.readouterr().err.splitlines()
+                if not line.startswith('Viewer: ')]
+    assert len(warnings) <= len(said), warnings
+    for topic in ('robot_description', 'walls', 'brick_marker', 'catcher_marker', 'goal_pose',
+                  'tilt'):
+        words = topic.replace('_pose', '').replace('robot_', '')
+        assert sum(words in warning for warning in warnings) == 1, (topic, warnings)
+    assert sum('Left out: the transform' in warning for warning in warnings) == 2, warnings
 
 
 @needs_viser

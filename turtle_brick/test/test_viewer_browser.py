@@ -24,12 +24,12 @@ from time import monotonic
 from geometry_msgs.msg import PoseStamped
 from live_graph import executable
 from live_graph import process
-from live_graph import reserved_domain
 import numpy
 import pytest
 from turtle_brick.browser import Chromium
 from turtle_brick.browser import find_chromium
 from turtle_brick.catching import CENTRE
+from turtle_brick.domains import reserved_domain
 from turtle_brick.graph import Graph
 from turtle_brick.parameters import load
 from turtle_brick.physics import Phase

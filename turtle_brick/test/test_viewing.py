@@ -19,6 +19,7 @@ import pytest
 from turtle_brick.physics import Phase
 from turtle_brick.urdf_scene import Shape
 from turtle_brick.viewing import Account
+from turtle_brick.viewing import common_instant
 from turtle_brick.viewing import Mark
 from turtle_brick.viewing import Marks
 from turtle_brick.viewing import NANOSECONDS
@@ -83,6 +84,40 @@ def test_a_change_of_rate_is_seen_after_the_window():
     for now in range(5 * NANOSECONDS, 8 * NANOSECONDS, NANOSECONDS // 50):
         rate.add(now)
     assert rate.value(now) == pytest.approx(50.0, rel=0.01)
+
+
+@given(st.lists(st.integers(0, 100)), st.integers(1, 40), st.integers(1_000, 2_000))
+def test_the_common_instant_is_the_least_of_those_that_are_about_the_same(stamps, apart, far):
+    found = common_instant(stamps, apart)
+    moving = sorted(filter(None, stamps))
+    if not moving:
+        assert found == 0
+        return
+    middle = moving[len(moving) // 2]
+    assert found == min(stamp for stamp in moving if stamp >= middle - apart)
+    if moving[-1] - moving[0] <= apart:
+        assert found == moving[0]
+        # Whoever is far ahead, or far behind, has no say, as long as these are the majority.
+        others = [10_000 + stamp for stamp in moving] + [far] * (len(moving) - 1)
+        assert common_instant(others, apart) == 10_000 + moving[0]
+
+
+def test_a_rate_begins_again_when_time_goes_back():
+    rate = Rate()
+    for step in range(300):
+        rate.add(1000 * NANOSECONDS + step * NANOSECONDS // 100)
+    for step in range(300):
+        now = step * NANOSECONDS // 50
+        rate.add(now)
+    assert rate.value(now) == pytest.approx(50.0)
+
+
+def test_what_comes_from_the_future_does_not_pile_up():
+    rate = Rate()
+    for step in range(1000):
+        rate.add(3600 * NANOSECONDS + step)
+        assert rate.value(0) is None
+    assert not rate._events
 
 
 def test_the_account_of_a_catch():

@@ -19,7 +19,7 @@ Messages come in here, and shapes, poses and sentences go out. It belongs to no 
 was heard can also be drawn later.
 """
 
-from math import isfinite
+from math import hypot
 from typing import Any
 from typing import Callable
 from typing import Dict
@@ -28,7 +28,9 @@ from typing import Optional
 from typing import Tuple
 from typing import TYPE_CHECKING
 
+from builtin_interfaces.msg import Time as TimeMessage
 from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import TransformStamped
 from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
@@ -37,21 +39,24 @@ from tf2_ros import TransformException
 from turtle_brick.arena import BRICK_COLORS
 from turtle_brick.frames import BASE_LINK
 from turtle_brick.frames import BRICK
+from turtle_brick.frames import Guard
 from turtle_brick.frames import LATEST
 from turtle_brick.frames import nanoseconds_of
 from turtle_brick.frames import ODOM
+from turtle_brick.frames import OLDEST
 from turtle_brick.frames import pose_of
 from turtle_brick.frames import WORLD
 from turtle_brick.geometry import Pose
-from turtle_brick.geometry import rotate
-from turtle_brick.geometry import Vector
 from turtle_brick.physics import Phase
+from turtle_brick.urdf_scene import LARGEST
 from turtle_brick.urdf_scene import ORIGIN
 from turtle_brick.urdf_scene import parse_urdf
 from turtle_brick.urdf_scene import Robot
 from turtle_brick.urdf_scene import Shape
+from turtle_brick.urdf_scene import undrawable
 from turtle_brick.urdf_scene import UrdfError
 from turtle_brick.viewing import Account
+from turtle_brick.viewing import common_instant
 from turtle_brick.viewing import Key
 from turtle_brick.viewing import Mark
 from turtle_brick.viewing import Marks
@@ -88,6 +93,21 @@ GOAL = Shape('cylinder', (0.24, 0.24, 0.01), (0.10, 0.75, 0.25, 1.0))
 GOAL_REACHED = 0.05
 """How far (m) from it the robot need not be told any more."""
 
+MOST_MARKERS = 100
+"""How many markers of one topic are drawn."""
+
+MOST_POINTS = 10_000
+"""How many points a marker may have."""
+
+LONGEST_TEXT = 1000
+"""How many characters the text, the namespace and the frame of a marker may have together."""
+
+UNREACHABLE = 'Unreachable'
+"""What catcher_marker says of a brick that is out of reach."""
+
+LONGEST_WARNING = 300
+"""How many characters a warning may have."""
+
 SOLIDS = {Marker.CUBE: 'box', Marker.SPHERE: 'sphere', Marker.CYLINDER: 'cylinder'}
 
 
@@ -99,26 +119,29 @@ class Display:
     drawn of an instant that is not before.
     """
 
-    def __init__(self, view: 'WebView', buffer: Buffer, warn: Callable[[str], Any]) -> None:
+    def __init__(self, view: 'WebView', buffer: Buffer, warn: Callable[[str, str], Any]) -> None:
         """
         Know nothing yet.
 
         Args:
             view: the page
             buffer: an empty one, for the transforms
-            warn: told what cannot be shown, in a sentence
+            warn: told of which topic something cannot be shown, and what, in a sentence
 
         """
         self._view = view
         self._buffer = buffer
         self._warn = warn
-        self._warned: set = set()
+        self._guard = Guard()
+        self._clock = 0
         self._known_frames: set = set()
         self._robot: Optional[Robot] = None
         self._marks = Marks()
         self._account = Account()
         self._goal: Optional[Tuple[float, float]] = None
         self._tilt = 0.0
+        self._instant = 0
+        self._drawn: Dict[str, Optional[Pose]] = {}
         self._text_time = 0
         self._suggested = False
         self._rates: Dict[str, Rate] = {
@@ -129,10 +152,14 @@ class Display:
         try:
             robot = parse_urdf(message.data)
         except UrdfError as error:
-            self._warn(f'The robot is not shown: {error}')
+            self._complain('robot_description', f'The robot is not shown: {error}')
             return
-        for what in robot.undrawn:
-            self._warn(f'The viewer draws boxes, cylinders and spheres, not {what}')
+        if robot == self._robot:
+            return
+        if robot.undrawn:
+            self._complain(
+                'robot_description', 'The viewer draws boxes, cylinders and spheres, not '
+                f'{", ".join(robot.undrawn)}')
         if self._robot is not None:
             for link in self._robot.links:
                 self._view.scene.remove(f'robot/{link}')
@@ -141,16 +168,21 @@ class Display:
             if shapes:
                 self._view.scene.put(f'robot/{link}', shapes)
 
-    def hear_transforms(self, message: TFMessage, static: bool, now: int) -> None:
-        """Take in transforms."""
+    def hear_transforms(self, message: TFMessage, static: bool, clock: int, now: int) -> None:
+        """Take in transforms, which are stamped by a clock that may be another one."""
+        if clock < self._clock - NANOSECONDS:
+            # What was to come would outlast what comes now. Less is no jump: messages of several
+            # senders are not heard in the order in which they were sent.
+            self._buffer.clear()
+        self._clock = clock
         keep = self._buffer.set_transform_static if static else self._buffer.set_transform
         bricks = 0
         for transform in message.transforms:
-            try:
-                keep(transform, 'viewer')
-            except TransformException as error:
-                self._warn_once(f'A transform is left out: {error}')
+            refusal = self._guard.refusal(transform, static, clock)
+            if refusal:
+                self._complain('/tf_static' if static else '/tf', f'Left out: {refusal}')
                 continue
+            keep(transform, 'viewer')
             self._known_frames.add(transform.header.frame_id)
             self._known_frames.add(transform.child_frame_id)
             bricks += transform.child_frame_id == BRICK
@@ -166,30 +198,31 @@ class Display:
         if message.action == Marker.DELETE:
             self._marks.remove(key)
             return
-        shape = shape_of(message)
-        if shape is None:
-            self._warn_once(f'Markers of type {message.type}, as on {topic}, are not drawn')
+        try:
+            mark = mark_of(message, now)
+            if key not in self._marks.shown and self._marks.count(topic) >= MOST_MARKERS:
+                raise ValueError(f'there are {MOST_MARKERS} of them already')
+        except ValueError as error:
+            self._complain(topic, f'A marker on {topic} is left out: {error}')
             return
-        if not shape.finite():
-            self._warn_once(f'A marker on {topic} is not drawn: its numbers are not all finite')
-            return
-        lifetime = nanoseconds_of(message.lifetime)
-        self._marks.put(key, Mark(
-            message.header.frame_id, shape, message.frame_locked,
-            nanoseconds_of(message.header.stamp), now + lifetime if lifetime else None))
+        self._marks.put(key, mark)
         if topic == BRICK_MARKER:
             self._account.see_phase(phase_of(message))
-        elif topic == CATCHER_MARKER:
+        elif topic == CATCHER_MARKER and mark.shape.text == UNREACHABLE:
             self._account.see_unreachable()
 
     def hear_goal(self, message: PoseStamped, now: int) -> None:
         """Take in where the robot is sent."""
-        frame = self.pose(message.header.frame_id)
+        frame = self.pose(message.header.frame_id or WORLD)
         if frame is None:
+            self._complain('goal_pose', 'A goal is not shown: where its frame '
+                           f'{message.header.frame_id!r} is, is not known')
             return
         point = message.pose.position
-        x, y, _ = transformed(frame, (point.x, point.y, point.z))
-        if not isfinite(x) or not isfinite(y):
+        x, y, _ = frame.transform((point.x, point.y, point.z))
+        wild = undrawable((x, y))
+        if wild is not None:
+            self._complain('goal_pose', f'A goal is not shown: a coordinate is {wild:g}')
             return
         self._goal = (x, y)
         brick = self.pose(BRICK)
@@ -197,9 +230,11 @@ class Display:
 
     def hear_tilt(self, message: Tilt, now: int) -> None:
         """Take in how the platform is tilted."""
-        if isfinite(message.angle):
-            self._tilt = message.angle
-            self._account.see_tilt(message.angle)
+        if undrawable((message.angle,)) is not None:
+            self._complain('tilt', f'A tilt is not shown: it is {message.angle:g} rad')
+            return
+        self._tilt = message.angle
+        self._account.see_tilt(message.angle)
 
     def hear_of(self, name: str, now: int) -> None:
         """Take note that a message has come, of which nothing else is of interest."""
@@ -219,7 +254,7 @@ class Display:
                    if key[0] == WALLS]
         if not corners:
             return None
-        spots = [transformed(frame, shape.pose.position) for frame, shape in corners]
+        spots = [frame.transform(shape.pose.position) for frame, shape in corners]
         xs, ys = [spot[0] for spot in spots], [spot[1] for spot in spots]
         return min(xs), max(xs), min(ys), max(ys)
 
@@ -233,20 +268,25 @@ class Display:
 
     def pose(self, frame: str, stamp: int = 0) -> Optional[Pose]:
         """Return where a frame is at an instant (ns; 0 for the latest), None if that's unknown."""
-        fixed = self._fixed_frame()
-        if frame == fixed:
+        if frame == self._fixed_frame():
             return ORIGIN
-        if frame not in self._known_frames:
+        transform = self._lookup(frame, stamp)
+        if transform is None:
             return None
-        when = Time(nanoseconds=stamp) if stamp else LATEST
-        try:
-            pose = pose_of(self._buffer.lookup_transform(fixed, frame, when).transform)
-        except TransformException:
-            return None
-        return pose if all(map(isfinite, pose.position + pose.orientation)) else None
+        pose = pose_of(transform.transform)
+        return pose if undrawable(pose.position + pose.orientation) is None else None
+
+    def drawn(self, frame: str) -> Optional[Pose]:
+        """Return where a frame is in the picture that was drawn last, None if it is not there."""
+        if frame not in self._drawn:
+            # What is not known of this instant, as it has stopped coming, is where it was last.
+            self._drawn[frame] = self.pose(frame, self._instant) or self.pose(frame)
+        return self._drawn[frame]
 
     def draw(self, now: int) -> None:
         """Bring the page up to date at an instant (ns)."""
+        self._instant = self._latest_instant()
+        self._drawn.clear()
         with self._view.together():
             self._draw_robot()
             self._draw_marks(now)
@@ -256,11 +296,28 @@ class Display:
                 self._text_time = now
                 self._write(now)
 
+    def _lookup(self, frame: str, stamp: int) -> Optional[TransformStamped]:
+        """Return the transform of a frame at an instant (ns; 0 for the latest) if it is known."""
+        if frame not in self._known_frames:
+            return None
+        time = Time(nanoseconds=stamp) if stamp else LATEST
+        try:
+            return self._buffer.lookup_transform(self._fixed_frame(), frame, time)
+        except TransformException:
+            return None
+
+    def _latest_instant(self) -> int:
+        """Return the latest instant (ns) at which robot and brick are known, 0 if none moves."""
+        moving = {BASE_LINK, BRICK}.union(self._robot.links if self._robot is not None else ())
+        found = (self._lookup(frame, 0) for frame in moving)
+        return common_instant((nanoseconds_of(transform.header.stamp) for transform in found
+                               if transform is not None), OLDEST)
+
     def _draw_robot(self) -> None:
         if self._robot is not None:
             for link, shapes in self._robot.links.items():
                 if shapes:
-                    self._view.scene.move(f'robot/{link}', self.pose(link))
+                    self._view.scene.move(f'robot/{link}', self.drawn(link))
 
     def _draw_marks(self, now: int) -> None:
         scene = self._view.scene
@@ -268,9 +325,10 @@ class Display:
         shown = {}
         for key, mark in self._marks.shown.items():
             if mark.locked:
-                pose = self.pose(mark.frame)
+                pose = self.drawn(mark.frame)
             else:
-                pose = mark.placed or self.pose(mark.frame, mark.stamp)
+                pose = mark.placed or (self.pose(mark.frame, mark.stamp) if mark.stamp
+                                       else self.drawn(mark.frame))
                 if pose is not mark.placed:
                     self._marks.put(key, mark._replace(placed=pose))
             shown['markers/{}/{}/{}'.format(*key)] = (mark.shape, pose)
@@ -286,13 +344,13 @@ class Display:
             name = f'frames/{frame}'
             if self._view.panel.frames:
                 self._view.scene.put(name, (), axes=True)
-                self._view.scene.move(name, self.pose(frame))
+                self._view.scene.move(name, self.drawn(frame))
             else:
                 self._view.scene.remove(name)
 
     def _draw_goal(self) -> None:
         self._view.scene.put('goal', (GOAL,))
-        robot = self.pose(BASE_LINK)
+        robot = self.drawn(BASE_LINK)
         pose = None
         if self._goal is not None and robot is not None:
             x, y = self._goal
@@ -302,7 +360,7 @@ class Display:
 
     def _write(self, now: int) -> None:
         panel = self._view.panel
-        brick = self.pose(BRICK)
+        brick = self.drawn(BRICK)
         phase = self._account.phase
         if brick is None:
             panel.show_brick('no brick in sight', None)
@@ -323,25 +381,62 @@ class Display:
             return WORLD
         return self._robot.root
 
-    def _warn_once(self, sentence: str) -> None:
-        """Say something that would otherwise be said again and again."""
-        if sentence not in self._warned:
-            self._warned.add(sentence)
-            self._warn(sentence)
+    def _complain(self, topic: str, sentence: str) -> None:
+        """Say what is wrong with a message, which may hold anything."""
+        self._warn(topic, ''.join(letter if letter.isprintable() else ' '
+                                  for letter in sentence[:LONGEST_WARNING]))
 
 
-def transformed(frame: Pose, point: Vector) -> Vector:
-    """Return a point of a frame in the frame's parent (m)."""
-    x, y, z = rotate(frame.orientation, point)
-    return (x + frame.position[0], y + frame.position[1], z + frame.position[2])
+def mark_of(marker: Marker, now: int) -> Mark:
+    """
+    Read a marker that is to be added.
+
+    Args:
+        marker: the message
+        now: the instant at which it came (ns)
+
+    Raises:
+        ValueError: it can't be drawn, for the reason that is given
+
+    """
+    frame = marker.header.frame_id
+    if marker.action != Marker.ADD:
+        raise ValueError(f'its action is {marker.action}')
+    if not frame:
+        raise ValueError('its frame_id is empty')
+    letters = len(marker.text) + len(marker.ns) + len(frame)
+    if letters > LONGEST_TEXT:
+        raise ValueError(f'its texts have {letters} characters')
+    if len(marker.points) > MOST_POINTS:
+        raise ValueError(f'it has {len(marker.points)} points')
+    stamp = _instant_of(marker.header.stamp, 'stamp')
+    lifetime = _instant_of(marker.lifetime, 'lifetime')
+    shape = shape_of(marker)
+    if shape is None:
+        raise ValueError(f'its type is {marker.type}')
+    wild = shape.undrawable()
+    if wild is not None:
+        raise ValueError(f'one of its numbers is {wild:g}')
+    expires = now + lifetime if lifetime else None
+    return Mark(frame, shape, marker.frame_locked, stamp, expires, heard=now)
+
+
+def _instant_of(stamp: TimeMessage, name: str) -> int:
+    """Return the instant (ns) of a stamp, or a duration."""
+    if stamp.sec < 0 or stamp.nanosec >= NANOSECONDS:
+        raise ValueError(f'its {name} is {stamp.sec} s and {stamp.nanosec} ns')
+    return nanoseconds_of(stamp)
 
 
 def shape_of(marker: Marker) -> Optional[Shape]:
     """Return what a marker looks like, None for a type that isn't drawn."""
     position, orientation = marker.pose.position, marker.pose.orientation
     quaternion = (orientation.x, orientation.y, orientation.z, orientation.w)
-    if not any(quaternion):
+    length = hypot(*quaternion)
+    if length == 0.0:
         quaternion = ORIGIN.orientation  # as rviz takes it
+    elif length <= LARGEST:
+        quaternion = tuple(part / length for part in quaternion)
     pose = Pose((position.x, position.y, position.z), quaternion)
     size = (marker.scale.x, marker.scale.y, marker.scale.z)
     color = (marker.color.r, marker.color.g, marker.color.b, marker.color.a)
@@ -349,11 +444,11 @@ def shape_of(marker: Marker) -> Optional[Shape]:
         return Shape(SOLIDS[marker.type], size, color, pose)
     if marker.type == Marker.TEXT_VIEW_FACING:
         return Shape('text', (size[2], size[2], size[2]), color, pose, text=marker.text)
+    if marker.type not in (Marker.LINE_STRIP, Marker.LINE_LIST):
+        return None
     points = [(point.x, point.y, point.z) for point in marker.points]
     if marker.type == Marker.LINE_STRIP:
         points = [point for pair in zip(points, points[1:]) for point in pair]
-    elif marker.type != Marker.LINE_LIST:
-        return None
     return Shape('lines', (size[0], size[0], size[0]), color, pose,
                  points=tuple(points[:len(points) // 2 * 2]))
 

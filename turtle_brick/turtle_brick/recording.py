@@ -104,9 +104,9 @@ class Log:
         """Keep a robot description."""
         self._keep('hear_description', message, now)
 
-    def hear_transforms(self, message: TFMessage, static: bool, now: int) -> None:
+    def hear_transforms(self, message: TFMessage, static: bool, clock: int, now: int) -> None:
         """Keep transforms."""
-        self._keep('hear_transforms', message, static, now)
+        self._keep('hear_transforms', message, static, clock, now)
 
     def hear_marker(self, topic: str, message: Marker, now: int) -> None:
         """Keep a marker."""
@@ -214,8 +214,8 @@ class Studio:
         from turtle_brick.web_view import WebView
         self._sky = sky()
         self.view = WebView('127.0.0.1', 0, lambda command: None)
-        self.display = Display(self.view, Buffer(), lambda sentence: print(sentence,
-                                                                           file=sys.stderr))
+        self.display = Display(self.view, Buffer(), lambda _, sentence: print(
+            sentence, file=sys.stderr))
         # What tells that the browser has come to show all that was sent before it.
         self._token = self.view.server.gui.add_html('')
         self._frames = 0
@@ -268,7 +268,7 @@ class Studio:
     def close_up(self, width: int, height: int) -> Optional['Image']:
         """Return a picture of the robot, as it is on the page; None if there's no robot."""
         from PIL import Image
-        robot = self.display.pose(BASE_LINK)
+        robot = self.display.drawn(BASE_LINK)
         if robot is None:
             return None
         (client,) = self.view.server.get_clients().values()

@@ -21,9 +21,9 @@ Lengths are in metres. What is understood is what a viewer needs: the links with
 
 from itertools import chain
 from math import cos
-from math import isfinite
 from math import sin
 from typing import Dict
+from typing import Iterable
 from typing import List
 from typing import NamedTuple
 from typing import Optional
@@ -44,6 +44,16 @@ GREY: Color = (0.7, 0.7, 0.7, 1.0)
 
 ORIGIN = Pose((0.0, 0.0, 0.0), IDENTITY)
 
+LARGEST = 1e6
+"""The largest number with which anything can be drawn."""
+
+LONGEST = 1_000_000
+"""How many characters a robot description may have."""
+
+MOST_LINKS = 200
+MOST_VISUALS = 1000
+"""How many links and visuals it may have."""
+
 
 class UrdfError(ValueError):
     """A robot description that cannot be understood."""
@@ -63,10 +73,10 @@ class Shape(NamedTuple):
     points: Tuple[Vector, ...] = ()
     """The ends of the lines, two each, in the shape's own frame (m)."""
 
-    def finite(self) -> bool:
-        """Return whether all of its numbers are finite."""
-        return all(map(isfinite, chain(
-            self.size, self.color, self.pose.position, self.pose.orientation, *self.points)))
+    def undrawable(self) -> Optional[float]:
+        """Return one of its numbers with which it can't be drawn, None if there is none."""
+        return undrawable(chain(
+            self.size, self.color, self.pose.position, self.pose.orientation, *self.points))
 
 
 class Robot(NamedTuple):
@@ -79,6 +89,11 @@ class Robot(NamedTuple):
     """The shapes of every link, those of a link in its frame."""
     undrawn: Tuple[str, ...]
     """What each visual that is left out is, in words."""
+
+
+def undrawable(numbers: Iterable[float]) -> Optional[float]:
+    """Return the first of some numbers that is not finite or too large to draw, if there is."""
+    return next((number for number in numbers if not abs(number) <= LARGEST), None)
 
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
@@ -100,16 +115,26 @@ def parse_urdf(description: str) -> Robot:
         Its links, with what is to be drawn of them.
 
     Raises:
-        UrdfError: it is no XML, no robot, or has a value that is no number
+        UrdfError: it is no XML, no robot, too large, or has a value that is no number
     """
+    if len(description) > LONGEST:
+        raise UrdfError(f'robot_description has {len(description)} characters, which are more '
+                        f'than {LONGEST}')
+    if '<!DOCTYPE' in description:
+        # It could define entities that are a million times as long as their names.
+        raise UrdfError('robot_description has a <!DOCTYPE>, which no URDF needs')
     try:
         robot = ElementTree.fromstring(description)
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, ValueError) as error:
         raise UrdfError(f'robot_description is not XML: {error}') from None
     if robot.tag != 'robot':
         raise UrdfError(f'robot_description has <{robot.tag}> where <robot> is expected')
     materials = {material.get('name', ''): color for material in robot.findall('material')
                  if (color := _color(material)) is not None}
+    for what, most in (('link', MOST_LINKS), ('link/visual', MOST_VISUALS)):
+        count = len(robot.findall(what))
+        if count > most:
+            raise UrdfError(f'robot_description has {count} times {what}, where {most} are drawn')
     links: Dict[str, Tuple[Shape, ...]] = {}
     undrawn: List[str] = []
     for link in robot.findall('link'):
@@ -137,7 +162,7 @@ def _numbers(element: ElementTree.Element, attribute: str, default: str = '',
         numbers = [float(word) for word in words]
     except ValueError:
         numbers = []
-    if len(numbers) != count or not all(map(isfinite, numbers)):
+    if len(numbers) != count or undrawable(numbers) is not None:
         raise UrdfError(f'robot_description has {attribute}="{element.get(attribute)}" in '
                         f'<{element.tag}>, where {count} numbers are expected')
     return numbers

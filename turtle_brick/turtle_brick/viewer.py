@@ -37,17 +37,20 @@ Calls, when it is asked to on the page:
     place (turtle_brick_interfaces/Place), drop (std_srvs/Trigger)
 
 Parameters, read-only:
-    host (string, 127.0.0.1): the interface on which the page is served; 0.0.0.0 for all of them
+    host (string, 127.0.0.1): the interface on which the page is served; 0.0.0.0 for all of them.
+        The page answers under this name, localhost and any address, and for 0.0.0.0 under the
+        name of this machine; to other names, and to pages of other origins, it is closed
     port (integer, 8080): the port; if it is taken, the next one that is free
 """
 
+from collections import deque
 from importlib.util import find_spec
-from queue import SimpleQueue
 from random import uniform
 import sys
 from time import time_ns
 from typing import Any
 from typing import Callable
+from typing import Deque
 from typing import Dict
 from typing import List
 from typing import Optional
@@ -70,10 +73,12 @@ from tf2_ros import Buffer
 from turtle_brick.display import BRICK_MARKER
 from turtle_brick.display import CATCHER_MARKER
 from turtle_brick.display import Display
+from turtle_brick.display import MOST_MARKERS
 from turtle_brick.display import WALLS
 from turtle_brick.frames import WORLD
 from turtle_brick.node_tools import PollingNode
 from turtle_brick.node_tools import run
+from turtle_brick.node_tools import Warner
 from turtle_brick.parameters import ParameterError
 from turtle_brick.viewing import NANOSECONDS
 from turtle_brick_interfaces.msg import Tilt
@@ -95,6 +100,12 @@ RANDOM_HEIGHTS = (3.0, 9.0)
 
 MARGIN = 0.5
 """How far (m) within the walls it then is."""
+
+MOST_COMMANDS = 10
+"""How much of what is asked for on the page is done between two pictures: the latest."""
+
+LONGEST_ANSWER = 300
+"""How many characters of an answer are shown."""
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """For what was published before the viewer was there."""
@@ -122,11 +133,14 @@ class Listener(PollingNode):
         def now(hear: Callable[..., None], *arguments: Any) -> Callable[[Any], None]:
             return lambda message: hear(*arguments, message, self.now())
 
+        def clock() -> int:
+            return self.get_clock().now().nanoseconds
+
         def on_static(message: TFMessage) -> None:
-            display.hear_transforms(message, True, self.now())
+            display.hear_transforms(message, True, clock(), self.now())
 
         def on_walls(message: MarkerArray) -> None:
-            for marker in message.markers:
+            for marker in message.markers[:MOST_MARKERS]:
                 display.hear_marker(WALLS, marker, self.now())
 
         several = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -144,7 +158,7 @@ class Listener(PollingNode):
             return info['source_timestamp'] or info['received_timestamp']
 
         self.poll(TFMessage, '/tf', lambda message, info: display.hear_transforms(
-            message, False, sent(info)), LOSSY)
+            message, False, clock(), sent(info)), LOSSY)
         for kind, topic in ((Twist, 'cmd_vel'), (Twist, 'turtle1/cmd_vel'), (Odometry, 'odom'),
                             (JointState, 'joint_states')):
             # Not looked into, hence not unpacked.
@@ -176,12 +190,13 @@ class Viewer(Listener):
         self._page = web_view
         host = self._parameter('host', '127.0.0.1', 'The interface on which the page is served')
         port = self._parameter('port', 8080, 'The port; if it is taken, the next free one')
-        self._commands: SimpleQueue = SimpleQueue()
+        self._commands: Deque[Any] = deque(maxlen=MOST_COMMANDS)
         try:
-            self.view = web_view.WebView(host, port, self._commands.put)
+            self.view = web_view.WebView(host, port, self._commands.append)
         except web_view.AddressError as error:
             raise ParameterError(str(error)) from None
-        self.display = Display(self.view, Buffer(node=self), self.get_logger().warning)
+        self.display = Display(self.view, Buffer(node=self), Warner(self).warn)
+        self._warner = Warner(self, limit=10)
         self._pending: List[Tuple[Future, str, int, Callable[[Any], None]]] = []
 
         self._goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', 10)
@@ -213,8 +228,8 @@ class Viewer(Listener):
     def _on_timer(self) -> None:
         """Fetch what has come, do what is asked for, and draw."""
         self.fetch()
-        while not self._commands.empty():
-            self._do(self._commands.get())
+        for _ in range(len(self._commands)):
+            self._do(self._commands.popleft())
         self._take_answers()
         self.display.draw(self.now())
 
@@ -285,9 +300,10 @@ class Viewer(Listener):
 
     def _answer(self, text: str, good: bool) -> None:
         """Show what came of a command."""
+        text = text[:LONGEST_ANSWER]
         self.view.panel.show_answer(text, good)
         if not good:
-            self.get_logger().warning(text)
+            self._warner.warn('answer', text)
 
 
 def main(args: Optional[List[str]] = None) -> int:

@@ -22,6 +22,7 @@ from collections import deque
 from math import hypot
 from typing import Deque
 from typing import Dict
+from typing import Iterable
 from typing import NamedTuple
 from typing import Optional
 from typing import Tuple
@@ -49,6 +50,8 @@ class Mark(NamedTuple):
     """The instant from which it is not to be seen any more, None for never."""
     placed: Optional[Pose] = None
     """Of its frame in the world, once that is known for one that isn't locked."""
+    heard: int = 0
+    """The instant before which it is not to be seen if it expires: time may go back."""
 
 
 class Marks:
@@ -71,11 +74,34 @@ class Marks:
         for key in [key for key in self.shown if key[0] == topic]:
             del self.shown[key]
 
+    def count(self, topic: str) -> int:
+        """Return how many markers of a topic there are."""
+        return sum(key[0] == topic for key in self.shown)
+
     def expire(self, now: int) -> None:
-        """Remove the markers whose lifetime is over."""
+        """Remove the markers whose lifetime is over, or has not begun."""
         for key in [key for key, mark in self.shown.items()
-                    if mark.expires is not None and now >= mark.expires]:
+                    if mark.expires is not None and not mark.heard <= now < mark.expires]:
             del self.shown[key]
+
+
+def common_instant(latest: Iterable[int], apart: int) -> int:
+    """
+    Return an instant at which it is known of all things where they are: the latest one.
+
+    At their own latest instants things that move together are drawn at places that they had one
+    after the other.
+
+    Args:
+        latest: the latest instant at which it is known of each (ns), 0 for one that stands still
+        apart: how far (ns) from the median one may be; farther from it one counts for nothing, as
+            it has stopped coming, or is stamped by another clock
+
+    Returns:
+        The instant, 0 if none moves.
+    """
+    moving = sorted(stamp for stamp in latest if stamp > 0)
+    return next((stamp for stamp in moving if stamp >= moving[len(moving) // 2] - apart), 0)
 
 
 class Rate:
@@ -94,19 +120,28 @@ class Rate:
         self._count = 0
 
     def add(self, stamp: int, count: int = 1) -> None:
-        """Count events at an instant that is not before that of the last ones."""
+        """Count events at an instant, long before that of the last ones if time has gone back."""
+        if self._events and stamp < self._events[-1][0] - self._window:
+            self._clear()
         self._events.append((stamp, count))
         self._count += count
 
     def value(self, now: int) -> Optional[float]:
         """Return events per second, None where fewer than two instants are in sight."""
         events = self._events
+        if events and events[-1][0] > now + self._window:
+            self._clear()
         while events and events[0][0] < now - self._window:
             self._count -= events.popleft()[1]
         if len(events) < 2 or events[-1][0] <= events[0][0]:
             return None
         # The first ones end the interval before them, which is not in the window.
         return (self._count - events[0][1]) * NANOSECONDS / (events[-1][0] - events[0][0])
+
+    def _clear(self) -> None:
+        """Begin again."""
+        self._events.clear()
+        self._count = 0
 
 
 class Account:

@@ -36,12 +36,17 @@ from typing import Optional
 from typing import Sequence
 from typing import Tuple
 from typing import Union
+from urllib.parse import quote
 
 import numpy
 import rich
 from turtle_brick.geometry import Pose
 from turtle_brick.geometry import Vector
 from turtle_brick.urdf_scene import Shape
+from turtle_brick.web_guard import BUTTONS
+from turtle_brick.web_guard import Door
+from turtle_brick.web_guard import EVERYWHERE
+from turtle_brick.web_guard import LoopEvent
 import viser
 
 TITLE = 'turtle_brick'
@@ -166,13 +171,18 @@ class WebView:
 
         """
         rich.get_console().quiet = True  # viser talks to it
-        self.server = viser.ViserServer(host, free_port(host, port), TITLE, verbose=False)
-        shown = host if host not in ('0.0.0.0', '::', '') else socket.gethostname()
+        door = Door(host)
+        with door.guarding():
+            self.server = viser.ViserServer(host, free_port(host, port), TITLE, verbose=False)
+        # A private name, as there is no other way to the event that it sets in the wrong thread.
+        self.server._websock_server._broadcast_buffer.message_event = LoopEvent()
+        shown = host if host not in EVERYWHERE else socket.gethostname()
         shown = f'[{shown}]' if ':' in shown else shown
         self.port = self.server.get_port()
         self.url = f'http://{shown}:{self.port}'
         self.scene = Scene(self.server)
         self.panel = Panel(self.server, on_command)
+        door.is_open = True
 
     def together(self) -> ContextManager[None]:
         """Return a context whose changes browsers see at once, not one after the other."""
@@ -234,7 +244,8 @@ class Scene:
         self.changes += 1
         pose = thing.pose if thing is not None else None
         self.remove(name)
-        path = f'/things/{name}'
+        # One step in viser's tree, whatever a name holds: no thing is a part of another.
+        path = f'/things/{quote(name, safe="")}'
         node = self._server.scene.add_frame(
             path, show_axes=axes, axes_length=0.6, axes_radius=0.018, visible=False)
         if axes:
@@ -276,7 +287,7 @@ class Scene:
         x, y, z, w = shape.pose.orientation
         where = {'position': shape.pose.position, 'wxyz': (w, x, y, z)}
         color = tuple(round(255 * min(max(part, 0.0), 1.0)) for part in shape.color[:3])
-        looks = {**where, 'opacity': shape.color[3] if shape.color[3] < 1.0 else None,
+        looks = {**where, 'opacity': max(shape.color[3], 0.0) if shape.color[3] < 1.0 else None,
                  'color': color, 'scale': shape.size}
         if shape.kind == 'box':
             scene.add_box(path, **looks)
@@ -314,7 +325,7 @@ class Panel:
         with gui.add_folder('Brick'):
             self._brick = gui.add_html('')
             self._place = gui.add_vector3('place (m)', (0.0, 0.0, 0.0), step=0.1)
-            buttons = gui.add_button_group('', ('Place', 'Drop', 'Drop at random'))
+            buttons = gui.add_button_group('', BUTTONS)
             self._answer = gui.add_html('')
         with gui.add_folder('Robot'):
             self._account = gui.add_html('')
@@ -332,28 +343,20 @@ class Panel:
                 on_command(Place(*self._place.value))
             elif event.target.value == 'Drop':
                 on_command(Drop())
-            else:
+            elif event.target.value == 'Drop at random':
                 on_command(DropAtRandom())
 
         @slider.on_update
         def _(event: viser.GuiEvent) -> None:
             if event.client is not None:  # else it was moved from here
                 self._dragged = monotonic()
-                on_command(SetTilt(float(slider.value)))
+                on_command(SetTilt(min(max(slider.value, -limit), limit)))
 
-        def on_click(event: viser.SceneClickEvent) -> None:
+        @server.scene.on_click()
+        def _(event: viser.SceneClickEvent) -> None:
             point = ground_under(event.ray_origin, event.ray_direction)
-            if point is not None:
+            if send.value and point is not None:
                 on_command(SendTo(*point))
-
-        @send.on_update
-        def _(event: viser.GuiEvent) -> None:
-            if send.value:
-                server.scene.on_click()(on_click)
-            else:
-                server.scene.remove_click_callback(on_click)
-
-        server.scene.on_click()(on_click)
 
     @property
     def frames(self) -> bool:
