@@ -1,0 +1,41 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""A short slice of the chaos: the graph comes back from what hurts most, and catches."""
+
+from random import Random
+
+from chaos import Scene
+import pytest
+
+
+@pytest.fixture
+def scene():
+    """Start the graph as processes."""
+    scene = Scene(Random(10))
+    yield scene
+    scene.close()
+
+
+def test_a_brick_that_rides_is_carried_off_whoever_dies_or_stands_still(scene):
+    """The catcher is killed while it carries a brick, then the arena is frozen, then fired at."""
+    scene.go_to('carrying')
+    scene.deal('catcher', None)
+    scene.recover()
+    scene.go_to('carrying')
+    scene.deal('arena', 2.0)
+    scene.recover()
+    scene.fire(500)
+    scene.calm_down()
+    scene.play()
+    scene.check_flood()
