@@ -86,13 +86,14 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
   fi
 
   # isolated (-I): no variable and no package of the caller's leads this program astray
-  _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 "$python" -I "$scripts/make_home.py" "$kind" </dev/null ||
-    return 1
+  _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 "$python" -I -X utf8 "$scripts/make_home.py" "$kind" \
+    </dev/null || return 1
 
   if [[ $kind == pypi ]]; then
     source "$home/venv/local_setup.bash" || return 1
   fi
-  source "$home/install/local_setup.bash" || return 1
+  # without IFS, since colcon's script starts Python unquoted, and a path may have blanks
+  IFS='' source "$home/install/local_setup.bash" || return 1
   export TURTLE_BRICK_HOME=$home
 }
 

@@ -67,6 +67,15 @@ GLIBC = (2, 28)
 FOREIGN_INCLUDE = re.compile(r'/opt/python/cp\w+-cp\w+/include/python3\.\d+t?')
 FOREIGN_PACKAGES = re.compile(r'/opt/python/cp\w+-cp\w+/lib/python3\.\d+t?/site-packages')
 
+# What in those files stumbles over a path like "Übung 2 (1)": commands whose arguments reach the
+# shell unquoted (ament_cmake_python), and a list of paths read as ASCII (rosidl_adapter).
+UNQUOTED_TARGET = re.compile(r'(add_custom_target\(\s*ament_cmake_python_\S+(?: ALL)?)')
+ASCII_LINES = re.compile(r'(file\(STRINGS "\$\{idl_output\}" idl_tuples)\)')
+
+# What a path may have besides letters and digits of any script. CMake, Ninja, colcon and search
+# paths have a meaning for most other characters, and no way to write them without it.
+FIT = '/ ._-+~@=!%&()#'
+
 # What is in a package's folder and of no weight for its build.
 NOT_BUILT = {'turtle_brick': ('scripts', 'standins', 'test')}
 
@@ -257,6 +266,19 @@ def alone() -> Iterator[None]:
 
 # -------------------------------------------------------------------------- what the machine has
 
+def check_path() -> None:
+    """
+    Check that a home can be made in this folder.
+
+    Raises:
+        HomeError: Its path has a character that CMake, colcon or search paths cannot take.
+    """
+    for character in str(HOME):
+        if not (character.isalnum() or character in FIT):
+            raise HomeError(f'The path {str(TOP)!r} has {character!r} in it, which CMake, colcon '
+                            'or search paths cannot take: move the folder.')
+
+
 def check_platform() -> None:
     """
     Check that the wheels of Jazzy can run on this machine.
@@ -376,7 +398,7 @@ def venv_fingerprint() -> str:
 
 def point_to_this_machine(text: str, include: str, packages: str) -> str:
     """
-    Replace the paths of the machine that built the wheels in an exported CMake file.
+    Repair an exported CMake file: it names the paths of the machine that built the wheels.
 
     Args:
         text: The CMake file.
@@ -384,10 +406,12 @@ def point_to_this_machine(text: str, include: str, packages: str) -> str:
         packages: The site-packages folder of the virtual environment.
 
     Returns:
-        The file with this machine's paths.
+        The file with this machine's paths, which may have any letter in them.
     """
     text = FOREIGN_INCLUDE.sub(lambda _: include, text)
-    return FOREIGN_PACKAGES.sub(lambda _: packages, text)
+    text = FOREIGN_PACKAGES.sub(lambda _: packages, text)
+    text = UNQUOTED_TARGET.sub(r'\1 VERBATIM', text)
+    return ASCII_LINES.sub(r'\1 ENCODING UTF-8)', text)
 
 
 def local_setup(venv: Path, packages: Path) -> str:
@@ -502,6 +526,9 @@ def make_venv() -> None:
         if new != text:
             path.write_text(new)
     (VENV / 'local_setup.bash').write_text(local_setup(VENV, packages))
+    # The kernel takes no interpreter with a blank in its path, nor one that is very long.
+    (packages / 'setuptools' / '_distutils' / 'distutils.cfg').write_text(
+        '[build_scripts]\nexecutable = /usr/bin/env python3\n')
 
     with step('a first start of rclpy'):
         env['ROS_LOG_DIR'] = str(HOME / 'log')
@@ -662,12 +689,10 @@ def make_pypi_home(record: Record) -> None:
     """
     mark = venv_fingerprint()
     if ('venv', mark) not in record or not VENV.is_dir():
+        check_path()
         check_platform()
         check_compilers()
         check_python()
-        if re.search(r'[:;\s]', str(HOME)):
-            raise HomeError(f'The folder {str(TOP)!r} has a blank, colon or semicolon in its '
-                            'name, which CMake and search paths cannot take: move it.')
         say('turtle_brick: no ROS 2 Jazzy is at hand, so its wheels go into .ros '
             '(once: a minute or two, 600 MB)')
         try:
@@ -686,7 +711,7 @@ def make_pypi_home(record: Record) -> None:
     # of another environment that is active, which CMake would search as well
     for name in ('CONDA_PREFIX', 'CMAKE_PREFIX_PATH'):
         env.pop(name, None)
-    env.update(CMAKE_GENERATOR='Ninja', COLCON_DEFAULTS_FILE=os.devnull)
+    env.update(CMAKE_GENERATOR='Ninja', COLCON_DEFAULTS_FILE=os.devnull, PYTHONUTF8='1')
     prefixes = [str(VENV)]
     build(packages_to_build(prefixes), underlay_fingerprint(prefixes, mark), record, in_venv(),
           env)

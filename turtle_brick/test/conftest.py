@@ -19,9 +19,9 @@ import tempfile
 from typing import Iterator
 from typing import List
 
-from live_graph import reserved_domain
 import pytest
 from steadiness import Steadiness
+from turtle_brick.domains import reserved_domain
 
 _session = contextlib.ExitStack()
 

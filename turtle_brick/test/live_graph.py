@@ -28,10 +28,8 @@ import codecs
 import contextlib
 import os
 from pathlib import Path
-import random
 import re
 import signal
-import socket
 import subprocess
 import threading
 import time
@@ -55,45 +53,6 @@ Result = TypeVar('Result')
 
 # How often (s) a condition is looked at that nothing in the graph reports, such as a discovery.
 GLANCE = 0.01
-
-
-# ------------------------------------------------------------------------------------ domains
-
-# A test that runs beside others marks its domain by holding the TCP port of this base plus the
-# domain, as ROS 2's own domain_coordinator does, so that the two respect each other.
-MARK_PORT_BASE = 32768
-
-# A DDS participant listens on the UDP port 7400 + 250 domain + 10 + 2 i, the i-th of its machine.
-DDS_PORT_BASE = 7400
-DDS_PORTS_PER_DOMAIN = 250
-DDS_UNICAST_OFFSET = 10
-
-
-@contextlib.contextmanager
-def reserved_domain() -> Iterator[int]:
-    """
-    Reserve a ROS domain that no test and no node on this machine uses.
-
-    Returns:
-        The domain's id, 1 to 100, reserved until the context ends.
-
-    Raises:
-        RuntimeError: All of them are in use.
-
-    """
-    for domain in random.sample(range(1, 101), 100):
-        with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as mark, \
-                socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
-            try:
-                mark.bind(('', MARK_PORT_BASE + domain))
-                participant.bind(
-                    ('', DDS_PORT_BASE + DDS_PORTS_PER_DOMAIN * domain + DDS_UNICAST_OFFSET))
-            except OSError:
-                continue
-            participant.close()
-            yield domain
-            return
-    raise RuntimeError('every ROS domain from 1 to 100 is in use on this machine')
 
 
 # ------------------------------------------------------------------------------ what is heard
@@ -399,9 +358,18 @@ class NodeProcess:
             return self._text
 
     @property
+    def pid(self) -> int:
+        """Return the number of the process."""
+        return self._popen.pid
+
+    @property
     def running(self) -> bool:
         """Return whether it has not ended yet."""
         return self._popen.poll() is None
+
+    def send(self, number: int) -> None:
+        """Send it a signal, and wait for nothing."""
+        self._popen.send_signal(number)
 
     def wait_for_output(self, pattern: str, timeout: float) -> re.Match:
         """

@@ -328,13 +328,6 @@ def test_what_is_wrong_with_the_options_is_said(args, words, capsys):
     assert words in capsys.readouterr().err
 
 
-def test_a_domain_in_use_is_not_taken(domain_id):
-    """A graph on this machine is left alone."""
-    with Graph(domain_id, quiet=True) as graph:
-        graph.add(benchmark.Observer, parameters=False)
-        assert all(benchmark.free_domain() != domain_id for _ in range(200))
-
-
 def test_a_node_that_cannot_run_is_named(tmp_path):
     """With the last that it said."""
     process = benchmark.Process(

@@ -22,9 +22,9 @@ colcon test runs it; to run it alone:
 import os
 import unittest
 
-from live_graph import reserved_domain
 import pytest
 from test_cmd_vel_rate import assert_cmd_vel_at_100_hz
+from turtle_brick.domains import reserved_domain
 
 pytest.importorskip('launch_testing', reason='launch_testing is not installed (not on PyPI)')
 

@@ -108,6 +108,26 @@ def test_the_shell_keeps_its_options_functions_and_variables(options):
 
 
 @with_home
+@with_wheels
+def test_the_home_has_no_executable_that_a_path_with_blanks_would_break():
+    """The kernel takes no interpreter with a blank in its path: it is looked up on the PATH."""
+    executables = list(Path(HOME, 'install').glob('*/lib/*/*'))
+    firsts = [path.read_bytes().split(b'\n')[0] for path in executables
+              if path.is_file() and os.access(path, os.X_OK) and '.so' not in path.name]
+    assert len(firsts) > 5
+    assert set(firsts) == {b'#!/usr/bin/env python3'}
+
+
+@with_home
+def test_colcons_script_is_sourced_without_splitting_paths(tmp_path):
+    """As if the Python of this home had a blank in its path."""
+    python = tmp_path / 'a b' / 'python'
+    python.parent.mkdir()
+    python.symlink_to(shutil.which('python3'))
+    assert sourced(IMPORTS, COLCON_PYTHON_EXECUTABLE=str(python)) == (0, '', '')
+
+
+@with_home
 def test_sourced_again_it_changes_nothing():
     status, output, _ = sourced(
         f'env -0; printf "again\\0"; source {shlex.quote(str(ENV))}; env -0; true')

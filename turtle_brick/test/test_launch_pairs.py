@@ -70,12 +70,14 @@ def text(node: ast.expr) -> str:
     if call == 'EnvironmentVariable':
         only(set(keywords), {'default_value'})
         return f"$(env {values[0]} '{keywords['default_value']}')"
+    if call == 'Command':
+        only(set(keywords), {'on_stderr'})
+        return f"$(command '{values[0]}' '{keywords['on_stderr']}')"
     assert not keywords
     written = {
         'LaunchConfiguration': '$(var {})',
         'FindPackageShare': '$(find-pkg-share {})',
         'EqualsSubstitution': '$(equals {} {})',
-        'Command': "$(command '{}')",
         'IfCondition': '{}',
     }
     return written[call].format(*values)

@@ -21,12 +21,12 @@ import time
 from live_graph import graph
 from live_graph import LiveGraph
 from live_graph import process
-from live_graph import reserved_domain
 import pytest
 from rclpy.context import Context
 from rclpy.node import Node
 from std_msgs.msg import Int64
 from std_srvs.srv import Trigger
+from turtle_brick.domains import reserved_domain
 
 
 class Counter(Node):
@@ -45,22 +45,6 @@ class Counter(Node):
 
     def fail(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         raise ZeroDivisionError('as asked')
-
-
-def test_reserved_domains_differ():
-    with reserved_domain() as first, reserved_domain() as second, reserved_domain() as third:
-        assert len({first, second, third}) == 3
-        assert all(1 <= domain <= 100 for domain in (first, second, third))
-
-
-def test_a_domain_with_a_node_in_it_is_not_reserved(domain_id, monkeypatch):
-    with reserved_domain() as free:
-        pass
-    with graph(free):
-        monkeypatch.setattr('random.sample', lambda *_: [free])
-        with pytest.raises(RuntimeError, match='in use'):
-            with reserved_domain():
-                pass
 
 
 def test_what_is_published_is_recorded_in_order(domain_id):

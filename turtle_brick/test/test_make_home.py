@@ -79,6 +79,20 @@ def test_exported_cmake_files_point_to_this_machine(top, tag, version):
         'LIBRARIES "${_IMPORT_PREFIX}/lib/python3.11/site-packages/a.so;/opt/other"\n')
 
 
+def test_exported_cmake_files_take_any_path(top):
+    make_home = load(top)
+    assert make_home.point_to_this_machine(
+        '  file(STRINGS "${idl_output}" idl_tuples)\n'
+        '  add_custom_target(\n    ament_cmake_python_copy_${package_name}\n    COMMAND a "b"\n'
+        '  add_custom_target(\n    ament_cmake_python_build_${package_name}_egg ALL\n'
+        '  add_custom_target(\n    ${target} ALL\n', '', '') == (
+        '  file(STRINGS "${idl_output}" idl_tuples ENCODING UTF-8)\n'
+        '  add_custom_target(\n    ament_cmake_python_copy_${package_name} VERBATIM\n'
+        '    COMMAND a "b"\n'
+        '  add_custom_target(\n    ament_cmake_python_build_${package_name}_egg ALL VERBATIM\n'
+        '  add_custom_target(\n    ${target} ALL\n')
+
+
 # --------------------------------------------------------------------------- what is out of date
 
 @pytest.mark.parametrize('change', [
@@ -272,9 +286,19 @@ def test_what_the_python_or_the_machine_lacks_is_said(top, before, words):
     assert all(word in sentence for word in words), sentence
 
 
-def test_a_folder_that_cmake_cannot_take_is_refused(top):
-    moved = top.rename(top.with_name('work space'))
-    assert "work space'" in refusal(moved)
+@pytest.mark.parametrize('character', ':;,"$`\\*?[]{}<>|^\'\n\x7f')
+def test_a_path_that_nothing_can_mend_is_refused_before_anything_is_fetched(top, character):
+    moved = top.rename(top.with_name(f'work{character}space'))
+    sentence = refusal(moved, before='import subprocess; subprocess.Popen = None')
+    assert f'has {character!r} in it' in sentence
+
+
+@pytest.mark.parametrize('name', ['Übung 2 (1)', 'C++ & co. #1', '日本 ~100%', 'a' * 200])
+def test_a_path_of_every_day_is_taken(top, name):
+    """Nothing is missed but what comes after the path: here, a machine that fits."""
+    moved = top.rename(top.with_name(name))
+    before = 'import platform; platform.machine = lambda: "aarch64"'
+    assert 'aarch64' in refusal(moved, before=before)
 
 
 WORKING = '#!/bin/sh\nexit 0\n'

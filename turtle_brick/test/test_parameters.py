@@ -28,7 +28,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 from turtle_brick.chassis import Chassis
-from turtle_brick.chassis import MIN_ROOM
+from turtle_brick.chassis import least_room
 from turtle_brick.parameters import default_path
 from turtle_brick.parameters import from_mapping
 from turtle_brick.parameters import load
@@ -75,11 +75,15 @@ def test_every_parameter_has_a_meaning():
 def test_values_in_range_are_kept_unless_the_geometry_forbids(mapping):
     height, radius = mapping['platform_height'], mapping['platform_radius']
     thickness, wheel = mapping['platform_thickness'], mapping['wheel_radius']
-    needed = 2 * wheel + math.hypot(radius, thickness) + thickness + MIN_ROOM
+    needed = 2 * wheel + math.hypot(radius, thickness) + thickness + least_room(radius, wheel)
     half_height = mapping['brick_size'][2] / 2
     assume(abs(height - needed) > 1e-9)
     if mapping['brick_start'][2] < half_height:
         assert f'at least {half_height:g} m' in refused(mapping)
+    elif not wheel / 3 <= radius <= 20 * wheel:
+        sentence = refused(mapping)
+        for words in (f'{radius:g} m', f'{wheel:g} m', f'{wheel / 3:g} to {20 * wheel:g} m'):
+            assert words in sentence
     elif height < needed:
         sentence = refused(mapping)
         for number in (height, radius, thickness, wheel, needed):
@@ -99,7 +103,8 @@ def test_values_in_range_are_kept_unless_the_geometry_forbids(mapping):
 def test_a_number_that_cannot_be_is_refused(name, value):
     sentence = refused({**DEFAULTS, name: value})
     assert sentence.startswith(f'{name} is ')
-    assert repr([] if value == () else value) in sentence
+    assert repr([] if value == () else value)[:80] in sentence
+    assert len(sentence) < 160
     assert f'from {RULES[name].lower:g} to {RULES[name].upper:g}' in sentence
     assert '\n' not in sentence
 
@@ -141,13 +146,25 @@ def test_brick_starts_at_or_above_the_ground(half_height):
 
 def test_platform_that_would_hit_the_base_is_refused():
     sentence = refused({**DEFAULTS, 'platform_height': 0.9})
-    for value in ('0.9 m', '0.5 m', '0.04 m', '0.2 m', 'at least 0.991597 m'):
+    for value in ('0.9 m', '0.5 m', '0.04 m', '0.2 m', 'at least 1.1416 m'):
         assert value in sentence
 
 
-@given(st.floats(0.01, 10), st.floats(0.001, 10), st.floats(0.01, 10), st.floats(1e-6, 50))
-def test_dimensions_fit_together(radius, thickness, wheel, spare):
-    height = 2 * wheel + math.hypot(radius, thickness) + thickness + MIN_ROOM + spare
+@pytest.mark.parametrize('wheel, words', [
+    (0.5, 'platform_height 1.6 m is too low'),  # it would leave a cube of 3 cm
+    (0.02, 'platform_radius 0.5 m is out of proportion'),
+    (3.0, 'platform_radius 0.5 m is out of proportion'),
+])
+def test_a_wheel_that_leaves_no_body_is_refused(wheel, words):
+    assert words in refused({**DEFAULTS, 'platform_height': 1.6, 'wheel_radius': wheel})
+    assert from_mapping({**DEFAULTS, 'platform_height': 3.0, 'wheel_radius': 0.5})
+
+
+@given(st.floats(0.01, 10), st.floats(0.001, 10), st.floats(1 / 3, 20), st.floats(1e-6, 50))
+def test_dimensions_fit_together(wheel, thickness, proportion, spare):
+    radius = min(max(proportion * wheel, wheel / 3), 20 * wheel)
+    height = (2 * wheel + math.hypot(radius, thickness) + thickness + least_room(radius, wheel)
+              + spare)
     chassis = Chassis.from_dimensions(height, radius, thickness, wheel)
     # From the ground up, nothing overlaps and everything has a size.
     assert 0 < chassis.wheel_top < chassis.cube_bottom < chassis.cube_top
@@ -156,14 +173,24 @@ def test_dimensions_fit_together(radius, thickness, wheel, spare):
     assert chassis.cube_top + chassis.post_length == pytest.approx(chassis.hinge_height)
     assert chassis.hinge_height + thickness == pytest.approx(height)
     assert min(chassis.wheel_width, chassis.stem_radius, chassis.post_radius) > 0
+    # And nothing vanishes beside the rest.
+    assert chassis.cube_side >= 0.499 * wheel
+    assert chassis.cube_side >= radius / 12
 
 
-def test_missing_and_unknown_are_named():
+def test_missing_are_named():
     some = {name: value for name, value in DEFAULTS.items() if 'brick' not in name}
     with pytest.raises(MissingParameterError) as caught:
         from_mapping(some)
     assert str(caught.value) == 'missing parameters: brick_size, brick_start'
-    assert refused({**DEFAULTS, 'max_velocty': 1.0}) == 'unknown parameters: max_velocty'
+
+
+def test_what_it_does_not_know_is_warned_of_and_nothing_else(tmp_path, caplog):
+    path = write(tmp_path, listed(max_velocty=1.0, port=8080, use_sim_time=True, **{
+        'qos_overrides./tf.publisher.depth': 3, 'start_type_description_service': False}))
+    assert load(path) == from_mapping(DEFAULTS)
+    (record,) = caplog.records
+    assert record.getMessage() == f'{path}: unknown parameters: max_velocty, port'
 
 
 def test_values_cannot_be_changed_unchecked():

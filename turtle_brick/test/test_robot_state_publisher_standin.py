@@ -333,6 +333,7 @@ def test_it_ends_quietly(command: List[str], domain_id: int, number: int) -> Non
     ('robot_description', '<car/>', '<car>'),
     ('publish_frequency', 2000.0, '2000'),
     ('publish_frequency', 30, 'publish_frequency'),
+    ('publish_frequency', 'abc', 'publish_frequency'),
 ])
 @for_standin
 def test_a_bad_parameter_ends_it_with_a_sentence(

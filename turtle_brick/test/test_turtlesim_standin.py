@@ -38,13 +38,13 @@ from live_graph import LiveGraph
 from live_graph import NodeProcess
 from live_graph import process
 from live_graph import Recording
-from live_graph import reserved_domain
 import pytest
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy
 from rclpy.qos import ReliabilityPolicy
 from std_srvs.srv import Empty
+from turtle_brick.domains import reserved_domain
 from turtle_brick.turtlesim_kinematics import ARENA_CENTER
 from turtle_brick.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.turtlesim_kinematics import TICK
@@ -274,6 +274,17 @@ def test_a_name_that_cannot_be_is_refused(world: World) -> None:
     turtlesim.wait_for_output(r'A turtle cannot be named \[no such name\]', 10.0)
     poses.clear()
     live.wait_for(lambda: len(poses.messages) > 2, 10.0, 'more poses')
+
+
+@pytest.mark.skipif(not is_standin(), reason='the real turtlesim aborts, and dumps core')
+def test_a_parameter_that_cannot_be_ends_it_with_a_sentence(command: List[str],
+                                                            domain_id: int) -> None:
+    """With what the real one says, as far as rclpy has the same words for it."""
+    with process([*command, '--ros-args', '-p', 'holonomic:=abc'], domain_id,
+                 stop=None) as running:
+        assert running.wait(20.0) == 1
+        assert "'holonomic' to 'abc'" in running.output
+        assert len(running.output.splitlines()) == 1
 
 
 @pytest.mark.skipif(not is_standin(), reason='the real turtlesim is no node of ours')

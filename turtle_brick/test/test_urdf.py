@@ -32,7 +32,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from turtle_brick.chassis import MIN_ROOM
+from turtle_brick.chassis import least_room
 from turtle_brick.parameters import default_path
 from turtle_brick.parameters import from_mapping
 from turtle_brick.parameters import load
@@ -239,12 +239,14 @@ def test_wheel_rolls_forward(robot):
 ADMISSIBLE = [
     dict(zip(('platform_height', 'wheel_radius', 'platform_radius', 'platform_thickness'), values))
     for values in product((0.5, 1.6, 3, 20.0), (0.05, 0.2, 0.7), (0.05, 0.5, 1.3), (0.01, 0.3))
-    if values[0] >= 2 * values[1] + math.hypot(values[2], values[3]) + values[3] + MIN_ROOM
+    if values[2] >= values[1] / 3 and values[2] <= 20 * values[1]
+    and values[0] >= (2 * values[1] + math.hypot(values[2], values[3]) + values[3]
+                      + least_room(values[2], values[1]))
 ]
 
 
 def test_geometry_follows_from_the_parameters(tmp_path):
-    assert len(ADMISSIBLE) > 30
+    assert len(ADMISSIBLE) > 25
     path = tmp_path / 'turtle.yaml'
     up, down = (0, 0, 1), (0, 0, -1)
     for changes in ADMISSIBLE:
@@ -306,13 +308,17 @@ def grid() -> Iterator[dict]:
     """Yield changes of the parameters, admissible and not."""
     for values in product((0.5, 0.99, 1.0, 1.6, 3), (0.05, 0.2, 0.7), (0.05, 0.5, 1.3)):
         yield dict(zip(('platform_height', 'wheel_radius', 'platform_radius'), values))
+    for wheel in (0.02, 0.025, math.nextafter(0.025, 0), 0.3, 0.35, 0.5, 1.5, 2.0):
+        for height in (1.6, 3.0, 9.0):
+            yield {'wheel_radius': wheel, 'platform_height': height}
     for entry in fields(Parameters):
         rule = meaning(entry)
         yield {entry.name: ...}
         for edge, outward in ((rule.lower, -math.inf), (rule.upper, math.inf)):
             for value in (edge, math.nextafter(edge, outward)):
                 yield {entry.name: value if rule.length == 1 else [1, value, 1.5]}
-    for value in (1, 3.5, 0, -1, 10 ** 30, math.nan, math.inf, True, None, '3', 'fast', [1.0]):
+    for value in (1, 3.5, 0, -1, 10 ** 30, 10 ** 309, math.nan, math.inf, True, None, '3', 'fast',
+                  [1.0]):
         yield {'max_velocity': value}
     for value in ([1, 2, 3], [0.4, 0.2], [0.4, 0.2, 0.1, 0.1], [], 1.0, 'abc', None,
                   [0.4, 'b', 0.1], [0.4, math.nan, 0.1], [math.nan, 0.4, 0.1], [True, 0.1, 0.1],
@@ -321,24 +327,31 @@ def grid() -> Iterator[dict]:
     yield {'brick_size': [0.4, 0.2, 4.0], 'brick_start': [1.0, 1.0, 2.0]}
     yield {'brick_size': [0.4, 0.2, 4.0], 'brick_start': [1.0, 1.0, 1.999]}
     yield {'max_velocty': 3.0}
-    yield {'use_sim_time': True}
+    yield {'use_sim_time': True, 'start_type_description_service': False}
+    yield {'qos_overrides': {'/tf': {'publisher': {'depth': 3}}}, 'a.b': 1, 'a.c': 2}
+    yield {'brick': {'size': 1}, 'wheel_radius': 0.5}
     yield {'max_velocty': 3.0, 'wheel': 1, 'gravity_accel': ...}
 
 
-def test_python_and_xacro_give_the_same_verdicts(tmp_path):
-    admitted = 0
+def test_python_and_xacro_give_the_same_verdicts(tmp_path, caplog, capsys):
+    admitted = warned = 0
     for changes in grid():
+        caplog.clear()
         python, from_xacro = verdicts(tmp_path, **changes)
         assert python == from_xacro, changes
+        warnings = [record.getMessage().partition('.yaml: ')[2] for record in caplog.records]
+        assert capsys.readouterr().err.splitlines() == [f'warning: {one}' for one in warnings]
         admitted += python is None
+        warned += len(warnings)
     assert admitted > 30
+    assert warned == 4
 
 
 @settings(deadline=None, max_examples=40)
 @given(st.floats(0.01, 1.0), st.floats(0.01, 1.0), st.floats(0.001, 0.5), st.integers(-3, 3))
 def test_verdicts_agree_at_the_edge_of_what_can_be(tmp_path_factory, wheel, radius, thickness,
                                                    ulps):
-    height = 2 * wheel + math.hypot(radius, thickness) + thickness + MIN_ROOM
+    height = 2 * wheel + math.hypot(radius, thickness) + thickness + least_room(radius, wheel)
     for _ in range(abs(ulps)):
         height = math.nextafter(height, math.copysign(math.inf, ulps))
     python, from_xacro = verdicts(
@@ -372,6 +385,14 @@ def test_command_makes_the_installed_robot_without_a_word(tmp_path):
     assert ElementTree.fromstring(ran.stdout).get('name') == 'turtle'
 
 
+def test_command_makes_the_same_robot_of_a_file_with_more_in_it(tmp_path):
+    path = tmp_path / 'more.yaml'
+    path.write_text(yaml.safe_dump({'/**': {'ros__parameters': {**DEFAULTS, 'port': 8080}}}))
+    ran = run_xacro(tmp_path, f'params_file:={path}')
+    assert (ran.returncode, ran.stderr) == (0, 'warning: unknown parameters: port\n')
+    assert ran.stdout == run_xacro(tmp_path).stdout
+
+
 def test_command_fails_with_the_sentence_first(tmp_path):
     values = {**DEFAULTS, 'platform_height': 0.9}
     path = tmp_path / 'low.yaml'
@@ -380,5 +401,5 @@ def test_command_fails_with_the_sentence_first(tmp_path):
     assert ran.returncode != 0
     assert ran.stdout == ''
     first = ran.stderr.splitlines()[0]
-    for value in ('0.9 m', '0.5 m', '0.04 m', '0.2 m', 'at least 0.991597 m'):
+    for value in ('0.9 m', '0.5 m', '0.04 m', '0.2 m', 'at least 1.1416 m'):
         assert value in first

@@ -62,7 +62,6 @@ import platform
 from random import Random
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 from tempfile import TemporaryDirectory
@@ -97,6 +96,7 @@ from turtle_brick.arena import STEP
 from turtle_brick.benchmark_nodes import REMAP
 from turtle_brick.catching import CENTRE
 from turtle_brick.catching import guaranteed_distance
+from turtle_brick.domains import reserved_domain
 from turtle_brick.frames import BASE_LINK
 from turtle_brick.frames import BRICK
 from turtle_brick.frames import nanoseconds_of
@@ -817,26 +817,6 @@ def plain(value: Any) -> Any:
     return float(f'{value:.7g}') if isinstance(value, float) else value
 
 
-def free_domain() -> int:
-    """
-    Return a ROS domain that nobody on this machine is in.
-
-    A DDS participant listens on UDP port 7400 + 250 domain + 10, the first of a machine.
-
-    Raises:
-        RuntimeError: there is none
-
-    """
-    for domain in Random().sample(range(1, 101), 100):
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            try:
-                probe.bind(('', 7400 + 250 * domain + 10))
-            except OSError:
-                continue
-            return domain
-    raise RuntimeError('every ROS domain from 1 to 100 is in use on this machine')
-
-
 def parse(args: Optional[Sequence[str]]) -> argparse.Namespace:
     """Read the command line; what is wrong with it ends the process with a sentence."""
     first, rest = __doc__.strip().split('\n\n', 1)
@@ -874,9 +854,10 @@ def main(args: Optional[Sequence[str]] = None) -> int:
     options = parse(args)
     INTERRUPTS.take_over()
     try:
-        os.environ['ROS_DOMAIN_ID'] = str(free_domain())
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-        found = Benchmark(options, load()).run()
+        with reserved_domain() as domain:
+            os.environ['ROS_DOMAIN_ID'] = str(domain)
+            found = Benchmark(options, load()).run()
         found.update(seconds=options.seconds, drops=options.drops)
         options.output.mkdir(parents=True, exist_ok=True)
         (options.output / 'benchmark.json').write_text(

@@ -36,6 +36,25 @@ import math
 MIN_ROOM = 0.05
 """Least height (m) between the wheel's top and the turning platform: neck, cube and clearance."""
 
+LEAST_PROPORTION, GREATEST_PROPORTION = 1 / 3, 20
+"""The platform's radius may be this many times that of the wheel."""
+
+
+def least_room(platform_radius: float, wheel_radius: float) -> float:
+    """
+    Tell how much height is to be left for the cube, lest it vanish beside wheel and platform.
+
+    Args:
+        platform_radius: The platform's radius, in metres.
+        wheel_radius: The wheel's radius, in metres.
+
+    Returns:
+        The least `Chassis.room`, in metres: the cube is then no smaller than half the wheel's
+        radius and a twelfth of the platform's.
+
+    """
+    return max(MIN_ROOM, wheel_radius, platform_radius / 5)
+
 
 @dataclass(frozen=True)
 class Chassis:
@@ -102,19 +121,26 @@ class Chassis:
             The dimensions of that robot.
 
         Raises:
-            ValueError: The platform would hit base_link when it turns over.
+            ValueError: The platform would hit base_link when it turns over, or base_link would
+                be out of proportion.
 
         """
+        least, greatest = LEAST_PROPORTION * wheel_radius, GREATEST_PROPORTION * wheel_radius
+        if not least <= platform_radius <= greatest:
+            raise ValueError(
+                f'platform_radius {platform_radius:g} m is out of proportion: with wheel_radius '
+                f'{wheel_radius:g} m it must be from {least:g} to {greatest:g} m')
         hinge_height = platform_height - platform_thickness
         reach = math.hypot(platform_radius, platform_thickness)
         wheel_top = 2 * wheel_radius
         room = hinge_height - reach - wheel_top
-        if room < MIN_ROOM:
+        min_room = least_room(platform_radius, wheel_radius)
+        if room < min_room:
             raise ValueError(
                 f'platform_height {platform_height:g} m is too low for a platform that turns over '
                 f'freely: with platform_radius {platform_radius:g} m, platform_thickness '
                 f'{platform_thickness:g} m and wheel_radius {wheel_radius:g} m it must be at '
-                f'least {wheel_top + reach + platform_thickness + MIN_ROOM:g} m')
+                f'least {wheel_top + reach + platform_thickness + min_room:g} m')
         cube_side = min(0.52 * room, 1.8 * wheel_radius, 1.5 * platform_radius)
         neck = 0.5 * cube_side
         cube_bottom = wheel_top + neck

@@ -22,12 +22,15 @@ carried to the centre and tipped off, and what can be caught in time was not cal
 """
 
 import argparse
+from contextlib import contextmanager
+from dataclasses import replace
 from math import cos
 from math import hypot
 from math import inf
 from math import isfinite
 from math import pi
 from math import sin
+import os
 from random import Random
 import sys
 from time import monotonic
@@ -36,24 +39,36 @@ from typing import List
 from typing import NamedTuple
 from typing import Optional
 from typing import Sequence
+from typing import Set
 from typing import Tuple
 
 from ament_index_python.packages import get_package_share_path
 from ament_index_python.packages import PackageNotFoundError
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
 from turtle_brick.catching import CENTRE
 from turtle_brick.catching import Decision
 from turtle_brick.catching import guaranteed_distance
 from turtle_brick.catching import NANO
 from turtle_brick.catching import resting_height
 from turtle_brick.catching import State
+from turtle_brick.domains import DomainError
+from turtle_brick.domains import DOMAINS
+from turtle_brick.domains import is_empty
+from turtle_brick.domains import keep_to_this_machine
+from turtle_brick.domains import LAST_DOMAIN
+from turtle_brick.domains import reserved_domain
 from turtle_brick.driving import within_arena
+from turtle_brick.frames import BASE_LINK
+from turtle_brick.frames import BRICK
 from turtle_brick.frames import WORLD
 from turtle_brick.geometry import Vector
 from turtle_brick.graph import Graph
 from turtle_brick.interrupts import INTERRUPTS
+from turtle_brick.node_tools import PollingNode
 from turtle_brick.node_tools import spare_collector
 from turtle_brick.parameters import load
 from turtle_brick.parameters import ParameterError
@@ -67,6 +82,10 @@ from visualization_msgs.msg import Marker
 START_TIME = 30.0
 """How long (s) the graph may take to come up."""
 
+DISCOVERY_TIME = 5.0
+"""How long (s) somebody else in the domain has to be found: it takes some tenths of a second, or,
+where the first announcement is lost, until the next one, which comes every 3 s."""
+
 SQUARE = 2.0
 """Side (m) of the square that is driven to warm up."""
 
@@ -75,6 +94,46 @@ HOVERING_TIME = 1.0
 
 NEAR_CENTRE = 0.02
 """How far (m) from the centre the robot may tilt."""
+
+
+class CompanyError(DomainError):
+    """Another robot is in the domain."""
+
+    def __init__(self, doing: str) -> None:
+        """
+        Say so.
+
+        Args:
+            doing: what it does
+
+        """
+        super().__init__(
+            f'another robot is in ROS domain {os.environ.get("ROS_DOMAIN_ID") or 0} (somebody '
+            f'{doing}): end it, or choose another ROS_DOMAIN_ID')
+
+
+class Lookout(PollingNode):
+    """Find another robot in the domain."""
+
+    TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom')
+
+    def __init__(self, **node_options: object) -> None:
+        """Begin to listen."""
+        super().__init__('lookout', **node_options)
+        self.frames: Set[str] = set()
+        self.poll(TFMessage, '/tf', self._hear, QoSProfile(depth=100))
+
+    def _hear(self, message: TFMessage, info: object) -> None:
+        """Take note of the frames that somebody broadcasts."""
+        self.frames.update(transform.child_frame_id for transform in message.transforms)
+
+    def found(self) -> str:
+        """Return what somebody else does that a robot of ours does, or nothing."""
+        self.fetch()
+        return ', '.join([
+            *(f'publishes {topic}' for topic in self.TOPICS if self.count_publishers(topic)),
+            *(f'broadcasts {frame}' for frame in (BASE_LINK, BRICK) if frame in self.frames),
+            *['serves drop'] * bool(self.count_services('drop'))])
 
 
 class Referee(Node):
@@ -195,7 +254,13 @@ class Match:
              'the transforms of robot and brick are there')
         spin(lambda: referee.place_client.service_is_ready()
              and referee.drop_client.service_is_ready(), START_TIME, 'the arena serves')
+        self.refuse_company()
         self.say('robot, arena and catcher see each other')
+
+    def refuse_company(self) -> None:
+        """Raise CompanyError if another robot has come, as when two demos start at once."""
+        if self.referee.count_publishers('turtle1/pose') > 1:
+            raise CompanyError('also publishes turtle1/pose')
 
     def warm_up(self) -> None:
         """Drive a square by goal_pose, and tell how often turtlesim says where the turtle is."""
@@ -229,6 +294,7 @@ class Match:
     def drop(self, brick: Vector) -> Outcome:
         """Place a brick, drop it, and tell and return what becomes of it."""
         world, catcher, spin = self.arena.world, self.catcher.catcher, self.graph.spin_until
+        self.refuse_company()
         request = Place.Request()
         request.location.x, request.location.y, request.location.z = brick
         self.call(self.referee.place_client, request)
@@ -343,6 +409,54 @@ def report(outcomes: Sequence[Outcome]) -> None:
     print(f'\n{len(outcomes)} dropped: {caught} caught, {refused} Unreachable, {faults} at fault')
 
 
+@contextmanager
+def chosen_domain() -> Iterator[bool]:
+    """
+    Take the ROS domain that the environment names, else one that nobody on this machine is in.
+
+    Returns:
+        Whether somebody else may be in it.
+
+    Raises:
+        DomainError: there is none, or the environment names none that can be
+
+    """
+    keep_to_this_machine()
+    local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') == 'LOCALHOST'
+    named = os.environ.get('ROS_DOMAIN_ID')
+    if named:
+        if not named.isdecimal() or int(named) > LAST_DOMAIN:
+            raise DomainError(f'ROS_DOMAIN_ID is {named!r:.40}, but must be a whole number '
+                              f'from 0 to {LAST_DOMAIN}')
+        yield not local or not is_empty(int(named))
+        return
+    # From 0, where whoever has chosen no domain is: most often there is nothing to be exported.
+    with reserved_domain(DOMAINS) as domain:
+        os.environ['ROS_DOMAIN_ID'] = str(domain)
+        print(f'In ROS domain {domain}; in another terminal: export ROS_DOMAIN_ID={domain}',
+              flush=True)
+        yield not local
+
+
+def look_out(graph: Graph) -> None:
+    """Raise CompanyError if another robot is found in the domain."""
+    lookout = graph.add(Lookout, parameters=False)
+    try:
+        graph.spin_until(lookout.found, DISCOVERY_TIME, 'another robot is found')
+    except TimeoutError:
+        graph.remove(lookout)
+    else:
+        raise CompanyError(lookout.found())
+
+
+def admitted(place: Sequence[float], parameters: Parameters) -> Vector:
+    """Return a place as it was given if a brick could start there, or raise ParameterError."""
+    try:
+        return replace(parameters, brick_start=tuple(place)).brick_start
+    except ParameterError as error:
+        raise ParameterError(str(error).replace('brick_start', '--place')) from None
+
+
 def main(args: Optional[Sequence[str]] = None) -> int:
     """Run the demo; return its exit status."""
     parser = argparse.ArgumentParser(prog='demo', description=__doc__.split('\n\n')[0].strip())
@@ -350,7 +464,7 @@ def main(args: Optional[Sequence[str]] = None) -> int:
         '--place', nargs=3, type=float, action='append', metavar=('X', 'Y', 'Z'), default=[],
         help='drop a brick from here (m, in the world) instead of the usual two; repeatable')
     parser.add_argument(
-        '--drops', type=int, default=0, metavar='N', help='drop N random bricks instead')
+        '--drops', type=int, metavar='N', help='drop N random bricks instead')
     parser.add_argument(
         '--seed', type=int, default=1, metavar='N', help='of the random bricks (default: 1)')
     parser.add_argument(
@@ -360,10 +474,15 @@ def main(args: Optional[Sequence[str]] = None) -> int:
     parser.add_argument(
         '--verbose', action='store_true', help='show what the nodes log, not just warnings')
     options = parser.parse_args(args)
+    if options.drops is not None and options.drops < 1:
+        parser.error(f'--drops {options.drops}: at least 1')
     INTERRUPTS.take_over()
     try:
         parameters = load()
-        with Graph(quiet=not options.verbose) as graph:
+        options.place = [admitted(place, parameters) for place in options.place]
+        with chosen_domain() as shared, Graph(quiet=not options.verbose) as graph:
+            if shared:
+                look_out(graph)
             if options.rviz:
                 graph.add_process('rviz2', 'rviz2', '-d', str(
                     get_package_share_path('turtle_brick') / 'config' / 'turtle_arena.rviz'))
@@ -375,7 +494,7 @@ def main(args: Optional[Sequence[str]] = None) -> int:
     except PackageNotFoundError as error:
         print(f'demo: the package {error} is not installed here', file=sys.stderr)
         return 1
-    except (ParameterError, TimeoutError, ValueError) as error:
+    except (DomainError, ParameterError, TimeoutError, ValueError) as error:
         print(f'demo: {error}', file=sys.stderr)
         return 1
 
@@ -388,7 +507,7 @@ def play(match: Match, options: argparse.Namespace) -> int:
     if options.drops:
         bricks = random_bricks(match, options.seed, options.drops)
     else:
-        bricks = [tuple(place) for place in options.place] or two_bricks(match.parameters)
+        bricks = options.place or two_bricks(match.parameters)
     outcomes = []
     for brick in bricks:
         print()

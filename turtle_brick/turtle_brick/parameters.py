@@ -24,11 +24,13 @@ admissible.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from collections.abc import Mapping
 from dataclasses import dataclass
 from dataclasses import Field
 from dataclasses import field
 from dataclasses import fields
+import logging
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -36,11 +38,16 @@ from typing import Any
 from turtle_brick.chassis import Chassis
 import yaml
 
+OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+"""Parameters, or beginnings of their names, that ROS itself gives to nodes."""
+
+LOGGER = logging.getLogger(__name__)
+
 Triple = tuple[float, float, float]
 
 
 class ParameterError(ValueError):
-    """A parameter is missing, unknown or inadmissible."""
+    """A parameter is missing or inadmissible."""
 
 
 class MissingParameterError(ParameterError):
@@ -167,34 +174,36 @@ def _refusal(entry: Field[Any], value: object) -> ParameterError:
     else:
         shown = value.tolist() if hasattr(value, 'tolist') else value
     return ParameterError(
-        f'{entry.name} is {shown!r}, but must be {meaning(entry).expectation()}')
+        f'{entry.name} is {shown!r:.80}, but must be {meaning(entry).expectation()}')
 
 
-def from_mapping(mapping: Mapping[str, object]) -> Parameters:
+def from_mapping(mapping: Mapping[object, object],
+                 warn: Callable[[str], object] = LOGGER.warning) -> Parameters:
     """
     Make Parameters of a mapping from names to values.
 
     Args:
         mapping: A value for each field of Parameters: a number (integers are as good as floats)
-            or a sequence of three.
+            or a sequence of three. What else is in it makes no difference.
+        warn: Called with a sentence that names what is in it and means nothing to anybody.
 
     Returns:
         The values.
 
     Raises:
         MissingParameterError: A value is missing.
-        ParameterError: A value is unknown, of the wrong type or out of range, or the robot that
-            they describe cannot be.
+        ParameterError: A value is of the wrong type or out of range, or the robot that they
+            describe cannot be.
 
     """
     names = [entry.name for entry in fields(Parameters)]
+    unknown = {str(name).partition('.')[0] for name in mapping}.difference(names, OF_EVERY_NODE)
+    if unknown:
+        warn(f'unknown parameters: {", ".join(sorted(unknown))}')
     missing = sorted(name for name in names if name not in mapping)
     if missing:
         raise MissingParameterError(f'missing parameters: {", ".join(missing)}')
-    unknown = sorted(str(name) for name in mapping if name not in names)
-    if unknown:
-        raise ParameterError(f'unknown parameters: {", ".join(unknown)}')
-    return Parameters(**mapping)
+    return Parameters(**{name: mapping[name] for name in names})
 
 
 def default_path() -> Path:
@@ -220,6 +229,7 @@ def load(path: str | Path | None = None) -> Parameters:
     Read a ROS parameter file without ROS.
 
     Of the file's sections only `/**: ros__parameters:` is read, the one that holds for every node.
+    LOGGER warns of names in it that mean nothing.
 
     Args:
         path: The file; config/turtle.yaml if None.
@@ -246,7 +256,6 @@ def load(path: str | Path | None = None) -> Parameters:
     if not isinstance(section, dict):
         raise ParameterError(f"{path}: there are no parameters under '/**: ros__parameters:'")
     try:
-        # use_sim_time is a parameter of every node, and none of the physical numbers.
-        return from_mapping({k: v for k, v in section.items() if k != 'use_sim_time'})
+        return from_mapping(section, lambda sentence: LOGGER.warning(f'{path}: {sentence}'))
     except ParameterError as error:
         raise type(error)(f'{path}: {error}') from None

@@ -40,7 +40,6 @@ from typing import Tuple
 
 from geometry_msgs.msg import TransformStamped
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy
@@ -94,13 +93,10 @@ class RobotStatePublisher(Node):
 
         """
         super().__init__('robot_state_publisher', **node_arguments)
-        try:
-            description = self.declare_parameter('robot_description', '').value
-            self._frequency = self.declare_parameter('publish_frequency', 20.0).value
-            self._prefix = self.declare_parameter('frame_prefix', '').value
-            self._ignore_stamp = self.declare_parameter('ignore_timestamp', False).value
-        except InvalidParameterTypeException as error:
-            raise ParameterError(str(error)) from None
+        description = self.declare_parameter('robot_description', '').value
+        self._frequency = self.declare_parameter('publish_frequency', 20.0).value
+        self._prefix = self.declare_parameter('frame_prefix', '').value
+        self._ignore_stamp = self.declare_parameter('ignore_timestamp', False).value
         if not description:
             raise ParameterError('robot_description parameter must not be empty')
         if not 0.0 <= self._frequency <= 1000.0:

@@ -1,0 +1,93 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""ROS domains of this machine: which one nobody is in, and how far away one is heard. No ROS."""
+
+from contextlib import contextmanager
+import os
+import random
+import socket
+from typing import Iterable
+from typing import Iterator
+from typing import Optional
+
+DOMAINS = range(101)
+"""Those whose ports are below the ones that Linux gives to anybody."""
+
+LAST_DOMAIN = 232
+"""The last one that has any ports."""
+
+# A process marks its domain by holding the TCP port of this base plus the domain, as ROS 2's own
+# domain_coordinator does, so that the two respect each other.
+MARK_PORT_BASE = 32768
+
+# A DDS participant listens on the UDP port 7400 + 250 domain + 10 + 2 i, the i-th of its machine.
+DDS_PORT_BASE = 7400
+DDS_PORTS_PER_DOMAIN = 250
+DDS_UNICAST_OFFSET = 10
+PARTICIPANTS = 32
+"""How many of a domain's participants are looked for: the first ones may have left."""
+
+RANGE_VARIABLES = ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_STATIC_PEERS', 'ROS_LOCALHOST_ONLY')
+"""The environment variables in which a user says how far ROS is heard."""
+
+
+class DomainError(RuntimeError):
+    """A ROS domain cannot be used."""
+
+
+def keep_to_this_machine() -> None:
+    """Have ROS speak to this machine only, unless the environment says how far."""
+    if not any(os.environ.get(name) for name in RANGE_VARIABLES):
+        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+
+
+def is_empty(domain: int) -> bool:
+    """Tell whether no node on this machine is in a domain."""
+    first = DDS_PORT_BASE + DDS_PORTS_PER_DOMAIN * domain + DDS_UNICAST_OFFSET
+    for port in range(first, first + 2 * PARTICIPANTS, 2):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
+            try:
+                participant.bind(('', port))
+            except OSError:
+                return False
+    return True
+
+
+@contextmanager
+def reserved_domain(candidates: Optional[Iterable[int]] = None) -> Iterator[int]:
+    """
+    Reserve a ROS domain that no node on this machine is in, and that nobody else reserves.
+
+    Args:
+        candidates: the domains to choose from, the first one first; if None, 1 to 100 in any
+            order, for nobody to be in the way of people, who are in 0
+
+    Returns:
+        The domain's id, reserved until the context ends.
+
+    Raises:
+        DomainError: all of them are in use
+
+    """
+    for domain in candidates or random.sample(DOMAINS[1:], len(DOMAINS) - 1):
+        with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as mark:
+            try:
+                mark.bind(('', MARK_PORT_BASE + domain))
+            except OSError:
+                continue
+            if is_empty(domain):
+                yield domain
+                return
+    raise DomainError('every ROS domain from 0 to 100 is in use on this machine')
