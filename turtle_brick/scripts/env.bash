@@ -91,6 +91,7 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
 
   if [[ $kind == pypi ]]; then
     source "$home/venv/local_setup.bash" || return 1
+    export FASTRTPS_DEFAULT_PROFILES_FILE=${FASTRTPS_DEFAULT_PROFILES_FILE:-$scripts/fastdds.xml}
   fi
   # without IFS, since colcon's script starts Python unquoted, and a path may have blanks
   IFS='' source "$home/install/local_setup.bash" || return 1
