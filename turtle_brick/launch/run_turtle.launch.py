@@ -33,7 +33,7 @@ def generate_launch_description():
                         'turtle_brick.'),
         DeclareLaunchArgument(
             'view',
-            default_value='rviz',
+            default_value=EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
             choices=['rviz', 'web', 'none'],
             description='What shows the robot: rviz2 (rviz), a page in the browser (web) or '
                         'nothing, for a machine without a display (none).'),

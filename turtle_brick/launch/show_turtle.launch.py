@@ -17,6 +17,7 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
 from launch.conditions import IfCondition
 from launch.substitutions import Command
+from launch.substitutions import EnvironmentVariable
 from launch.substitutions import EqualsSubstitution
 from launch.substitutions import LaunchConfiguration
 from launch.substitutions import PathJoinSubstitution
@@ -41,7 +42,7 @@ def generate_launch_description():
                         'turtle_brick.'),
         DeclareLaunchArgument(
             'view',
-            default_value='rviz',
+            default_value=EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
             choices=['rviz', 'web', 'none'],
             description='What shows the robot: rviz2 (rviz), a page in the browser (web) or '
                         'nothing, for a machine without a display (none).'),

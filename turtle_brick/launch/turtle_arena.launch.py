@@ -16,6 +16,7 @@
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
 from launch.actions import IncludeLaunchDescription
+from launch.substitutions import EnvironmentVariable
 from launch.substitutions import LaunchConfiguration
 from launch.substitutions import PathJoinSubstitution
 from launch_ros.actions import Node
@@ -32,7 +33,7 @@ def generate_launch_description():
                         'turtle_brick.'),
         DeclareLaunchArgument(
             'view',
-            default_value='rviz',
+            default_value=EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
             choices=['rviz', 'web', 'none'],
             description='What shows robot, arena and brick: rviz2 (rviz), a page in the browser '
                         '(web) or nothing, for a machine without a display (none).'),

@@ -22,6 +22,8 @@
 #
 #   PYTHON=...   the Python, 3.10 to 3.13, on which a home of wheels is to stand (else python3,
 #                or the first that fits of python3.13, python3.12, python3.11, python3.10)
+#   TURTLE_BRICK_VIEW=...   what the launch files show the robot with: rviz, web or none (else
+#                rviz, or web where there is no rviz2)
 
 if [ -z "${BASH_VERSION-}" ]; then
   echo 'turtle_brick: env.bash is for bash: start one, and source it there.' >&2
@@ -96,6 +98,18 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
   # without IFS, since colcon's script starts Python unquoted, and a path may have blanks
   IFS='' source "$home/install/local_setup.bash" || return 1
   export TURTLE_BRICK_HOME=$home
+
+  # What do the launch files show the robot with?
+  if [[ -z ${TURTLE_BRICK_VIEW-} ]]; then
+    local -a prefixes
+    IFS=: read -ra prefixes <<<"${AMENT_PREFIX_PATH-}"
+    export TURTLE_BRICK_VIEW=web
+    for candidate in "${prefixes[@]}"; do
+      if [[ -e $candidate/share/ament_index/resource_index/packages/rviz2 ]]; then
+        TURTLE_BRICK_VIEW=rviz
+      fi
+    done
+  fi
 }
 
 if _turtle_brick_env; then

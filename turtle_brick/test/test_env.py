@@ -115,7 +115,7 @@ def test_the_home_has_no_executable_that_a_path_with_blanks_would_break():
     firsts = [path.read_bytes().split(b'\n')[0] for path in executables
               if path.is_file() and os.access(path, os.X_OK) and '.so' not in path.name]
     assert len(firsts) > 5
-    assert set(firsts) == {b'#!/usr/bin/env python3'}
+    assert set(firsts) <= {b'#!/usr/bin/env python3', b'#!/bin/sh'}
 
 
 @with_home

@@ -214,7 +214,8 @@ def test_arguments_are_those_of_the_assignment():
         assert (SHARE / default).is_file()
         assert 'share directory' in description
         default, description, choices = arguments(name)['view']
-        assert (default, choices) == ('rviz', ['rviz', 'web', 'none'])
+        assert (default, choices) == (
+            "$(env TURTLE_BRICK_VIEW 'rviz')", ['rviz', 'web', 'none'])
 
 
 @pytest.mark.parametrize('name', NAMES)
@@ -291,10 +292,12 @@ def evaluated(name: str, language: str, **given: str) -> list:
             for file in files:
                 for node, section in yaml.safe_load(Path(file).read_text('utf-8')).items():
                     merged.setdefault(node, {}).update(section['ros__parameters'])
+            environment = action.additional_env or {}
             actions.append((
                 value(action.node_package), value(action.node_executable),
                 [part for part in rest if part != '--params-file'], merged,
-                [(value(key), value(entry)) for key, entry in action.additional_env or []],
+                [(value(key), value(entry)) for key, entry in
+                 getattr(environment, 'items', lambda: environment)()],
                 condition))
         else:
             assert isinstance(action, IncludeLaunchDescription)
@@ -315,7 +318,8 @@ CASES += [(name, {'rviz_config': 'config/own.rviz'}) for name in NAMES]
 
 
 @pytest.mark.parametrize('name, given', CASES)
-def test_twins_do_the_same(name, given):
+def test_twins_do_the_same(name, given, monkeypatch):
+    monkeypatch.delenv('TURTLE_BRICK_VIEW', raising=False)
     pytest.importorskip('launch_ros', reason='launch is not installed')
     pytest.importorskip('launch_xml', reason='launch_xml is not installed')
     python, xml = evaluated(name, 'py', **given), evaluated(name, 'xml', **given)

@@ -1,0 +1,180 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Publishes the joint states of a robot: stands in for joint_state_publisher and its _gui 2.4.0.
+
+Publishes: joint_states (sensor_msgs/JointState), `rate` times per second.
+Subscribes: robot_description (std_msgs/String, latched), unless a URDF file is given as an
+    argument; the topics of source_list (sensor_msgs/JointState), which set positions.
+Parameters: rate (integer, 10), source_list (strings), zeros.JOINT (double),
+    publish_default_positions (true), publish_default_velocities, publish_default_efforts (false).
+The _gui is a page on 127.0.0.1 instead of a window.
+"""
+
+from math import pi
+from random import uniform
+import sys
+from xml.etree import ElementTree
+
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy
+from rclpy.qos import QoSProfile
+from rclpy.utilities import remove_ros_args
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from turtle_brick.node_tools import run
+from turtle_brick.parameters import ParameterError
+
+DEFAULTS = {'rate': 10, 'source_list': [''], 'publish_default_positions': True,
+            'publish_default_velocities': False, 'publish_default_efforts': False}
+LEFT_OUT = ('delta', 'dependent_joints', 'use_mimic_tags', 'use_smallest_joint_limits')
+
+
+class JointStatePublisher(Node):
+    """Publishes the positions of all joints."""
+
+    def __init__(self):
+        super().__init__('joint_state_publisher',
+                         automatically_declare_parameters_from_overrides=True)
+        for name in LEFT_OUT:
+            if self.get_parameters_by_prefix(name) or self.has_parameter(name):
+                raise ParameterError(
+                    f'{name} needs the real joint_state_publisher: it is not in the stand-in')
+        self.given = {name: self.get_parameter_or(name).value for name in DEFAULTS}
+        self.given.update((name, value) for name, value in DEFAULTS.items()
+                          if self.given[name] is None)
+        if not self.given['rate'] > 0:
+            raise ParameterError(f'rate is {self.given["rate"]}, but must be more than 0')
+        self.limits = {}  # of the joints that are free: least, greatest, zero
+        self.mimics = {}  # of those that follow another: which, factor, offset
+        self.names, self.positions = [], {}
+        path = remove_ros_args(sys.argv)[1:]
+        if path:
+            with open(path[0]) as file:
+                self.configure(file.read())
+        else:
+            self.get_logger().info('Waiting for robot_description to be published on the '
+                                   'robot_description topic...')
+            self.create_subscription(String, 'robot_description', lambda message: self.configure(
+                message.data), QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        for source in filter(None, self.given['source_list']):
+            self.create_subscription(JointState, source, self.follow, 10)
+        self.publisher = self.create_publisher(JointState, 'joint_states', 10)
+        self.create_timer(1.0 / self.given['rate'], self.publish)
+
+    def configure(self, description):
+        """Take the joints of a robot's description."""
+        try:
+            robot = ElementTree.fromstring(description.encode())
+        except ElementTree.ParseError:
+            return self.get_logger().warning('Invalid robot_description given, ignoring')
+        self.limits, self.mimics, self.names = {}, {}, []
+        for joint in robot.findall('joint'):
+            name, limit, mimic = joint.get('name'), joint.find('limit'), joint.find('mimic')
+            if joint.get('type') in ('fixed', 'floating', 'planar'):
+                continue
+            try:
+                least, greatest = (-pi, pi) if joint.get('type') == 'continuous' else (
+                    float(limit.get('lower')), float(limit.get('upper')))
+            except (AttributeError, TypeError, ValueError):
+                self.get_logger().warning(
+                    f'{name} is not fixed, nor continuous, but limits are not specified!')
+                continue
+            self.names.append(name)
+            if mimic is not None:
+                self.mimics[name] = (mimic.get('joint'), float(mimic.get('multiplier', 1)),
+                                     float(mimic.get('offset', 0)))
+            else:
+                zero = self.get_parameter_or(f'zeros.{name}').value
+                middle = (least + greatest) / 2 if least > 0 or greatest < 0 else 0.0
+                self.limits[name] = least, greatest, middle if zero is None else zero
+        self.positions = {name: zero for name, (_, _, zero) in self.limits.items()}
+
+    def follow(self, message):
+        """Take positions from another source."""
+        self.positions.update((name, position) for name, position in zip(
+            message.name, message.position) if name in self.limits)
+
+    def position(self, name, depth=0):
+        """Return a joint's position, which may be that of another one, multiplied and shifted."""
+        if name not in self.mimics or depth == len(self.mimics):
+            return self.positions.get(name, 0.0)
+        other, factor, offset = self.mimics[name]
+        return factor * self.position(other, depth + 1) + offset
+
+    def publish(self):
+        """Publish the state of all joints."""
+        message = JointState(name=self.names)
+        message.header.stamp = self.get_clock().now().to_msg()
+        if self.given['publish_default_positions'] or self.mimics:
+            message.position = [float(self.position(name)) for name in self.names]
+        zeros = [0.0] * len(self.names)
+        message.velocity = zeros if self.given['publish_default_velocities'] else []
+        message.effort = zeros if self.given['publish_default_efforts'] else []
+        self.publisher.publish(message)
+
+
+class Gui(JointStatePublisher):
+    """Publishes them as they are set on a page in the browser."""
+
+    def __init__(self):
+        import rich
+        from turtle_brick.web_view import free_port
+        import viser
+        rich.get_console().quiet = True  # viser talks to it
+        self.sliders, self.server = {}, viser.ViserServer(
+            '127.0.0.1', free_port('127.0.0.1', 8081), 'Joint State Publisher', verbose=False)
+        super().__init__()
+        print(f'Joint State Publisher: http://127.0.0.1:{self.server.get_port()}',
+              file=sys.stderr, flush=True)
+
+    def configure(self, description):
+        """Take the joints, and make a slider for each that is free."""
+        super().configure(description)
+        gui = self.server.gui
+        gui.reset()
+        gui.add_button('Randomize').on_click(lambda _: self.show(
+            {name: uniform(*limits[:2]) for name, limits in self.limits.items()}))
+        gui.add_button('Center').on_click(lambda _: self.show(
+            {name: zero for name, (_, _, zero) in self.limits.items()}))
+        self.sliders = {
+            name: gui.add_slider(name, least, greatest, (greatest - least) / 10000,
+                                 min(max(zero, least), greatest))
+            for name, (least, greatest, zero) in self.limits.items()}
+        for name, slider in self.sliders.items():
+            slider.on_update(lambda event, name=name: self.positions.update(
+                {name: event.target.value}))
+
+    def follow(self, message):
+        super().follow(message)
+        self.show(dict(self.positions))
+
+    def show(self, positions):
+        """Move the sliders, and the joints with them."""
+        for name, position in positions.items():
+            self.sliders[name].value = self.positions[name] = position
+
+    def destroy_node(self):
+        self.server.stop()
+        super().destroy_node()
+
+
+def main():
+    """Run the node."""
+    return run(JointStatePublisher)
+
+
+def main_gui():
+    """Run the node with its page."""
+    return run(Gui)

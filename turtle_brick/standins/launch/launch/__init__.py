@@ -1,0 +1,252 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Describe what is to be launched, and launch it: stands in for launch 3.4.3; names as there."""
+
+import asyncio
+from contextlib import suppress
+from importlib.machinery import SourceFileLoader
+from importlib.util import module_from_spec
+from importlib.util import spec_from_loader
+import os
+import signal
+import sys
+
+from launch import actions
+from launch import substitutions
+from launch.actions import Action
+from launch.actions import DeclareLaunchArgument
+from launch.substitutions import get_logger
+from launch.substitutions import launch_config
+from launch.substitutions import log_file
+from launch.substitutions import needs_real
+from launch.substitutions import outside
+from launch.substitutions import perform
+from launch.substitutions import Substitution
+
+__all__ = ['Action', 'LaunchContext', 'LaunchDescription', 'LaunchService', 'Substitution']
+__getattr__ = outside(__name__)
+actions.__getattr__ = outside('launch.actions')
+substitutions.__getattr__ = outside('launch.substitutions')
+for name in ('conditions', 'logging', 'utilities'):  # modules of their own in the real one
+    sys.modules[f'launch.{name}'] = globals()[name] = substitutions
+sys.modules['launch.launch_description_sources'] = sys.modules[__name__]
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT, signal.SIGHUP)
+
+
+class LaunchDescription:
+    """Entities, actions mostly, to be visited one after the other."""
+
+    condition = None
+
+    def __init__(self, initial_entities=()):
+        self.entities = list(initial_entities)
+        self.add_action = self.add_entity = self.entities.append
+
+    def get_sub_entities(self, context=None):
+        return self.entities
+
+    execute = get_sub_entities
+
+    def declared_arguments(self, entity=None, given=(), conditional=False):
+        """Return all arguments, of what is included too, and whether each has to be given."""
+        found = []
+        for each in (entity or self).get_sub_entities():
+            under = conditional or each.condition is not None
+            names = [name for name, _ in getattr(each, 'launch_arguments', ())]
+            if isinstance(each, DeclareLaunchArgument):
+                found.append((each, each.default_value is None and not under
+                              and each.name not in given))
+            else:
+                found += self.declared_arguments(each, (*given, *names), under)
+        return found
+
+    def get_launch_arguments(self):
+        """Return the arguments that are declared here and in what is included, each name once."""
+        found = {}
+        for argument, _ in self.declared_arguments():
+            found.setdefault(argument.name, argument)
+        return list(found.values())
+
+
+class InvalidLaunchFileError(Exception):
+    """A file is no launch file."""
+
+
+class InvalidPythonLaunchFileError(InvalidLaunchFileError):
+    """A Python file describes nothing."""
+
+
+def get_launch_description_from_python_launch_file(path):
+    loader = SourceFileLoader('python_launch_file', path)
+    module = module_from_spec(spec_from_loader(loader.name, loader))
+    loader.exec_module(module)
+    if not hasattr(module, 'generate_launch_description'):
+        raise InvalidPythonLaunchFileError(
+            f"launch file at '{path}' does not contain the required function "
+            "'generate_launch_description()'")
+    return module.generate_launch_description()
+
+
+def get_launch_description_from_any_launch_file(path):
+    suffix = os.path.splitext(path)[1][1:]
+    if suffix in ('yaml', 'yml'):
+        raise InvalidLaunchFileError(needs_real('a launch file in YAML'))
+    if suffix not in ('py', 'xml'):
+        raise InvalidLaunchFileError(
+            'The launch file may have a syntax error, or its format is unknown')
+    try:
+        if suffix == 'py':
+            return get_launch_description_from_python_launch_file(path)
+        from launch_xml import parse
+        return parse(path)
+    except Exception as error:
+        raise InvalidLaunchFileError(
+            f'Caught multiple exceptions when trying to load file of format [{suffix}]:\n'
+            f' - {type(error).__name__}: {error}') from error
+
+
+class LaunchDescriptionSource:
+    """A launch file, whose path may be made of substitutions."""
+
+    def __init__(self, launch_file_path):
+        self.location = launch_file_path
+        self._description = None
+
+    def get_launch_description(self, context):
+        if self._description is None:
+            self.location = perform(context, self.location)
+            self._description = get_launch_description_from_any_launch_file(self.location)
+        return self._description
+
+    def try_get_launch_description_without_context(self):
+        with suppress(Exception):  # more than the environment may be needed to know it
+            return self.get_launch_description(LaunchContext())
+
+
+# The suffix of the file tells them apart.
+AnyLaunchDescriptionSource = PythonLaunchDescriptionSource = LaunchDescriptionSource
+XMLLaunchDescriptionSource = FrontendLaunchDescriptionSource = LaunchDescriptionSource
+
+
+class LaunchContext:
+    """The state: configurations, environment and what is going on."""
+
+    def __init__(self, *, argv=None, noninteractive=False):
+        self.launch_configurations = {}
+        self.environment = os.environ
+        self.initial_environment = dict(os.environ)
+        self.launch_file = ''
+        self.shutting_down = asyncio.Event()
+        self.tasks = []
+        self.processes = []  # actions
+        self.process_count = 0
+        self.listeners = []  # functions that are told what happens
+        self.signal = signal.SIGINT  # which ends everything, or the first of them
+        self.perform_substitution = lambda substitution: substitution.perform(self)
+        self.create_task = lambda coroutine: self.tasks.append(asyncio.ensure_future(coroutine))
+
+    def set_environment(self, environment):
+        """Replace the environment, which is that of this process."""
+        self.environment.clear()
+        self.environment.update(environment)
+
+    def tell(self, *happened):
+        """Tell the listeners what has happened."""
+        for listener in self.listeners:
+            listener(*happened)
+
+    def visit(self, entity):
+        """Execute an action, and what comes of it, if its condition is true."""
+        if entity.condition is None or entity.condition.evaluate(self):
+            for each in entity.execute(self) or ():
+                self.visit(each)
+
+    async def pause(self, seconds):
+        """Wait, but not longer than to the end of everything."""
+        with suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(self.shutting_down.wait(), seconds)
+
+    def shutdown(self):
+        """End everything."""
+        self.shutting_down.set()
+        for process in self.processes:
+            process.end(self.signal)
+
+
+class LaunchService:
+    """Launches, and ends what it has launched."""
+
+    def __init__(self, *, argv=None, noninteractive=False, debug=False):
+        self.context = LaunchContext(argv=argv, noninteractive=noninteractive)
+        self._descriptions = []
+        self.include_launch_description = self._descriptions.append
+        self._level = 'DEBUG' if debug else 'INFO'
+        self._logger = get_logger('launch')
+        self._status = 0
+        self._loop = None
+
+    def shutdown(self):
+        """End everything; may be called from any thread."""
+        with suppress(RuntimeError):  # it has ended
+            self._loop.call_soon_threadsafe(self.context.shutdown)
+
+    def run(self, *, shutdown_when_idle=True):
+        """Launch, in the main thread, until all has ended, and return the exit code."""
+        status = asyncio.run(self.run_async())
+        number = self.context.signal
+        if number != signal.SIGINT:
+            signal.signal(number, signal.SIG_DFL)
+            os.kill(os.getpid(), number)
+        return status
+
+    async def run_async(self):
+        """Launch until all has ended, and return the exit code."""
+        context, self._loop = self.context, asyncio.get_running_loop()
+        launch_config.level, launch_config.on_closed_stdout = self._level, self._on_closed_stdout
+        handlers = {number: signal.signal(number, lambda number, frame: (
+            self._loop.call_soon_threadsafe(self._on_signal, number))) for number in SIGNALS}
+        log_file('launch.log')
+        self._logger.info(f'All log files can be found below {launch_config.log_dir}')
+        self._logger.info(f'Default logging verbosity is set to {self._level}')
+        try:
+            for description in self._descriptions:
+                context.visit(description)
+        except Exception as error:
+            self._fail(error)
+        while context.tasks:
+            done, _ = await asyncio.wait(context.tasks, return_when=asyncio.FIRST_COMPLETED)
+            context.tasks = [task for task in context.tasks if task not in done]
+            for error in filter(None, [task.exception() for task in done]):
+                self._fail(error)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        return self._status
+
+    def _fail(self, error):
+        self._logger.error(f'Caught exception in launch (see debug for traceback): {error}')
+        self._status = 1
+        self.context.shutdown()
+
+    def _on_signal(self, number):
+        if number == signal.SIGINT:
+            again = ' again, ignoring...' if self.context.shutting_down.is_set() else ''
+            self._logger.warning(f'user interrupted with ctrl-c (SIGINT){again}')
+            if again:
+                return
+        self.context.signal = number
+        self.context.shutdown()
+
+    def _on_closed_stdout(self):
+        self._status = 120
+        self.context.shutdown()

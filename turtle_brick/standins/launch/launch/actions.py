@@ -1,0 +1,309 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""What a launch description is made of; names as the real."""
+
+import asyncio
+import codecs
+import os
+import pty
+import shlex
+import signal
+import subprocess
+import threading
+import traceback
+import tty
+
+from launch.substitutions import get_logger
+from launch.substitutions import Later
+from launch.substitutions import LaunchConfiguration
+from launch.substitutions import needs_real
+from launch.substitutions import normalize_to_list_of_substitutions
+from launch.substitutions import perform
+from launch.substitutions import read_typed
+from launch.substitutions import write
+
+
+class Action(Later):
+    """Does what a function of the context and of the arguments does, if a condition is true."""
+
+    actions = ()
+    execute = Later.call
+
+    def __init__(self, *args, condition=None, **kwargs):
+        super().__init__(*args, **kwargs)
+        self.condition = condition
+
+    def get_sub_entities(self):
+        """Return the entities that may come of it, as far as they are known."""
+        return self.actions
+
+
+def action(name, function):
+    """Make an action of a function, which may return entities to be visited."""
+    return type(name, (Action,), {'do': staticmethod(function)})
+
+
+def _append(context, name, value, prepend=False, separator=os.pathsep):
+    name = perform(context, name)
+    values = [context.environment.get(name, ''), perform(context, value)]
+    if prepend is True or prepend is not False and read_typed(perform(context, prepend), bool):
+        values.reverse()
+    context.environment[name] = perform(context, separator).join(filter(None, values))
+
+
+OpaqueFunction = action(
+    'OpaqueFunction', lambda context, *, function, args=(), kwargs={}: function(
+        context, *args, **kwargs))
+SetLaunchConfiguration = action(
+    'SetLaunchConfiguration', lambda context, name, value: context.launch_configurations.update(
+        {perform(context, name): perform(context, value)}))
+SetEnvironmentVariable = action(
+    'SetEnvironmentVariable', lambda context, name, value: context.environment.update(
+        {perform(context, name): perform(context, value)}))
+UnsetEnvironmentVariable = action(
+    'UnsetEnvironmentVariable', lambda context, name: context.environment.pop(
+        perform(context, name), None) and None)
+AppendEnvironmentVariable = action('AppendEnvironmentVariable', _append)
+LogInfo = action('LogInfo', lambda context, *, msg: get_logger('launch.user').info(
+    perform(context, msg)))
+Shutdown = action('Shutdown', lambda context, *, reason='': context.shutdown())
+
+
+class DeclareLaunchArgument(Action):
+
+    def __init__(self, *args, **kwargs):
+        super().__init__(*args, **kwargs)
+        default, choices = self.default_value, self.choices
+        if choices and isinstance(default, str) and default not in choices:
+            raise RuntimeError(
+                f'Provided default_value "{default}" is not in provided choices "{choices}".')
+        if default is not None:
+            self.default_value = normalize_to_list_of_substitutions(default)
+        if self.description and choices:
+            self.description = f'{self.description.rstrip(".")}. Valid choices are: {choices}'
+        self.description = self.description or (
+            f'One of: {choices}' if choices else 'no description given')
+
+    def do(self, context, name, *, default_value=None, description=None, choices=None):
+        values, error = context.launch_configurations, None
+        if name not in values and default_value is None:
+            error = f'Required launch argument "{name}" was not provided.'
+        elif name not in values:
+            values[name] = perform(context, default_value)
+        if not error and choices and values[name] not in choices:
+            error = (f'Argument "{name}" provided value "{values[name]}" is not valid. '
+                     f'Valid options are: {choices}')
+        if error:
+            get_logger('launch.actions.declare_launch_argument').error(error)
+            raise RuntimeError(error)
+
+
+class GroupAction(Action):
+
+    def do(self, context, actions, *, scoped=True, forwarding=True, launch_configurations={}):
+        outer, environment = context.launch_configurations, dict(context.environment)
+        kept = {perform(context, name): perform(context, value)
+                for name, value in launch_configurations.items()}
+
+        def end(context):
+            context.launch_configurations = outer
+            context.set_environment(environment)
+
+        if scoped:
+            context.launch_configurations = dict(outer) if forwarding else {}
+            context.set_environment(environment if forwarding else context.initial_environment)
+        context.launch_configurations.update(kept)
+        return [*actions, *([OpaqueFunction(function=end)] if scoped else [])]
+
+
+class IncludeLaunchDescription(Action):
+
+    def __init__(self, launch_description_source, **options):
+        from launch import LaunchDescriptionSource
+        if not isinstance(launch_description_source, LaunchDescriptionSource):
+            launch_description_source = LaunchDescriptionSource(launch_description_source)
+        super().__init__(launch_description_source, **options)
+        self.launch_arguments = self.given.arguments['launch_arguments'] = list(
+            self.launch_arguments or ())
+
+    def get_sub_entities(self):
+        found = self.launch_description_source.try_get_launch_description_without_context()
+        return [found] if found else []
+
+    def do(self, context, launch_description_source, *, launch_arguments=()):
+        description = launch_description_source.get_launch_description(context)
+        context.launch_file = os.path.abspath(launch_description_source.location)
+        names = [perform(context, name) for name, _ in launch_arguments]
+        for argument, required in description.declared_arguments():
+            if required and argument.name not in names:
+                raise RuntimeError(
+                    f"Included launch description missing required argument '{argument.name}' "
+                    f"(description: '{argument.description}'), given: [{', '.join(names)}]")
+        return [*(SetLaunchConfiguration(*each) for each in launch_arguments), description]
+
+
+class TimerAction(Action):
+
+    def do(self, context, *, period, actions):
+        async def wait():
+            await context.pause(period if isinstance(period, (int, float)) else float(
+                perform(context, period)))
+            for each in actions if not context.shutting_down.is_set() else ():
+                context.visit(each)
+        context.create_task(wait())
+
+
+class ExecuteProcess(Action):
+
+    popen = None  # while it runs
+
+    def do(self, context, *, cmd, prefix=None, name=None, cwd=None, env=None, additional_env={},
+           shell=False, emulate_tty=False, output='log', on_exit=(), respawn=False,
+           respawn_delay=None, respawn_max_retries=-1,
+           sigterm_timeout=LaunchConfiguration('sigterm_timeout', default=5),
+           sigkill_timeout=LaunchConfiguration('sigkill_timeout', default=5)):
+        """Have it started as soon as all that is to be visited now has been visited."""
+        def text(value):
+            return None if value is None else perform(context, value)
+
+        self.command = [*shlex.split(text(prefix) or ''), *map(text, cmd)]
+        context.process_count += 1
+        self.label = f'{text(name) or os.path.basename(self.command[0])}-{context.process_count}'
+        self.variables = dict(context.environment if env is None else (map(text, each)
+                                                                       for each in env.items()))
+        self.variables.update(map(text, each) for each in (additional_env or {}).items())
+        self.directory = text(cwd)
+        output = os.environ.get('OVERRIDE_LAUNCH_PROCESS_OUTPUT') or text(output)
+        both, own = ['screen', 'launch.log'], f'{self.label}.log'
+        targets = {  # of what comes on stdout, and on stderr
+            'screen': (['screen'], ['screen']), 'log': (['launch.log'], both),
+            'both': (both, both),
+            'own_log': ([own, f'{self.label}-stdout.log'], [own, f'{self.label}-stderr.log'])}
+        if output not in targets:
+            raise ValueError(needs_real(f"output='{output}'"))
+        self.targets = targets[output]
+        self.timeouts = text(sigterm_timeout), text(sigkill_timeout)
+        self.respawn = respawn if isinstance(respawn, bool) else read_typed(text(respawn), bool)
+        self.context = context
+        self.logger = get_logger(self.label)
+        if not context.shutting_down.is_set():
+            context.processes.append(self)
+            context.create_task(self._run())
+
+    async def _run(self):
+        retries = self.respawn_max_retries
+        while not self.context.shutting_down.is_set():
+            try:
+                await self._run_once()
+            except (OSError, ValueError):
+                return self.logger.error(
+                    f'exception occurred while executing process:\n{traceback.format_exc()}')
+            if not self.respawn or not retries:
+                return
+            retries -= 1
+            await self.context.pause(self.respawn_delay or 0)
+
+    async def _run_once(self):
+        pipes = [pty.openpty() if self.emulate_tty else os.pipe() for _ in range(2)]
+        try:
+            for _, end in pipes if self.emulate_tty else ():
+                tty.setraw(end)
+            self.popen = subprocess.Popen(
+                ' '.join(self.command) if self.shell else self.command, shell=self.shell,
+                cwd=self.directory, env=self.variables, stdin=subprocess.PIPE,
+                stdout=pipes[0][1], stderr=pipes[1][1])
+        except BaseException:
+            os.close(pipes[0][0]), os.close(pipes[1][0])
+            raise
+        finally:
+            os.close(pipes[0][1]), os.close(pipes[1][1])
+        pid = self.popen.pid
+        self.logger.info(f'process started with pid [{pid}]')
+        self.context.tell('started', self)
+        loop = asyncio.get_running_loop()
+        streams = [_Stream(self, index, end) for index, (end, _) in enumerate(pipes)]
+        self.ended = loop.create_future()
+        threading.Thread(daemon=True, target=lambda: loop.call_soon_threadsafe(
+            self.ended.set_result, self.popen.wait())).start()
+        code = await self.ended
+        for stream in streams:
+            for _ in range(20):  # the pipe has room for 16 times as much as is read at once
+                stream.read()
+        if code == 0:
+            self.logger.info(f'process has finished cleanly [pid {pid}]')
+        else:
+            cmd = ' '.join(filter(str.strip, self.command))
+            self.logger.error(f"process has died [pid {pid}, exit code {code}, cmd '{cmd}'].")
+        for stream in streams:
+            stream.close()
+        self.popen.stdin.close()
+        self.context.tell('exited', self, code)
+        for each in self.on_exit if isinstance(self.on_exit, (list, tuple)) else [self.on_exit]:
+            if isinstance(each, Shutdown):
+                get_logger('launch').info(
+                    f'process[{self.label}] was required: shutting down launched system')
+            self.context.visit(each)
+
+    def end(self, number):
+        """Send SIGINT, or else SIGTERM, and stronger ones if it does not end in time."""
+        if self.popen and self.popen.poll() is None:
+            self.context.create_task(self._end(number))
+
+    async def _end(self, first):
+        term, kill = self.timeouts
+        both = float(term) + float(kill) if first == signal.SIGINT else kill
+        for number, seconds, said, stronger in (
+                (signal.SIGINT, float(term), term, 'SIGTERM'),
+                (signal.SIGTERM, float(kill), both, 'SIGKILL'),
+                (signal.SIGKILL, None, None, None))[first != signal.SIGINT:]:
+            self.logger.info(f"sending signal '{number.name}' to process[{self.label}]")
+            self.popen.send_signal(number)
+            await asyncio.wait([self.ended], timeout=seconds)
+            if self.ended.done():
+                return
+            self.logger.error(
+                f"process[{self.label}] failed to terminate '{said}' seconds after receiving "
+                f"'{number.name}', escalating to '{stronger}'")
+
+
+class _Stream:
+    """What a process writes to stdout (index 0) or stderr (1), line by line."""
+
+    def __init__(self, process, index, end):
+        os.set_blocking(end, False)
+        self.process, self.index, self.end, self.rest = process, index, end, ''
+        self.decode = codecs.getincrementaldecoder('utf-8')('replace').decode
+        asyncio.get_running_loop().add_reader(end, self.read)
+
+    def read(self):
+        try:
+            data = os.read(self.end, 65536)
+        except BlockingIOError:
+            return
+        except OSError:  # a terminal that is closed
+            data = b''
+        if not data:
+            asyncio.get_running_loop().remove_reader(self.end)
+        self.process.context.tell('output', self.process, data, self.index)
+        *lines, self.rest = (self.rest + self.decode(data)).split('\n')
+        self.write(lines)
+
+    def write(self, lines):
+        for line in lines:
+            write(f'[{self.process.label}] {line}', self.process.targets[self.index])
+
+    def close(self):
+        self.write([self.rest] if self.rest else [])
+        asyncio.get_running_loop().remove_reader(self.end)
+        os.close(self.end)

@@ -1,0 +1,309 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""What launch says and reads: log lines, values, substitutions, conditions; names as the real."""
+
+from datetime import datetime
+from functools import lru_cache
+import importlib
+import inspect
+import math
+import os
+import re
+import shlex
+import shutil
+import socket
+import subprocess
+import sys
+import time
+from types import SimpleNamespace
+
+import yaml
+
+# -------------------------------------------------------------------------------- launch.logging
+
+launch_config = SimpleNamespace(level='INFO', on_closed_stdout=lambda: None)
+
+
+@lru_cache(None)
+def log_file(name):
+    """Return a file in the log directory of this run, which is made with the first of them."""
+    if not hasattr(launch_config, 'log_dir'):
+        base = os.environ.get('ROS_LOG_DIR') or os.path.join(
+            os.environ.get('ROS_HOME') or os.path.join('~', '.ros'), 'log')
+        stamp = datetime.now().strftime('%Y-%m-%d-%H-%M-%S-%f')
+        launch_config.log_dir = os.path.join(
+            os.path.expanduser(base), f'{stamp}-{socket.gethostname()}-{os.getpid()}')
+        os.makedirs(launch_config.log_dir)
+    return open(os.path.join(launch_config.log_dir, name), 'a', 1, 'utf-8', newline='')
+
+
+def write(line, targets=('screen', 'launch.log')):
+    """Write a line on the screen, flushed, and to log files."""
+    for name in set(targets) - {'screen'}:
+        stamp = f'{time.time():.7f} ' if name == 'launch.log' else ''
+        log_file(name).write(f'{stamp}{line}\n')
+    if 'screen' in targets:
+        try:
+            sys.stdout.write(f'{line}\n')
+            sys.stdout.flush()
+        except OSError:  # nobody reads it any more
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            launch_config.on_closed_stdout()
+
+
+class get_logger:
+    """Says, with debug(), info(), warning() or error(), what a part of launch has to say."""
+
+    def __init__(self, name='root'):
+        self.name = name
+
+    def __getattr__(self, level):
+        return lambda message: (level == 'debug' and launch_config.level != 'DEBUG') or write(
+            f'[{level.upper()}] [{self.name}]: {message}')
+
+
+# ------------------------------------------------------------------------------ launch.utilities
+
+def needs_real(feature):
+    """Return the sentence about something that only the real launch has."""
+    return f'{feature} is not in the stand-in of launch: it needs the real launch'
+
+
+def outside(module):
+    """Return a module's __getattr__, which says of a class that it needs the real launch."""
+    def __getattr__(name):
+        raise (ImportError if name[0].isupper() else AttributeError)(
+            needs_real(f'{module}.{name}'))
+    return __getattr__
+
+
+class Later:
+    """Arguments of self.do, which is called with the context and them: later, if at all."""
+
+    def __init__(self, *args, **kwargs):
+        signature = inspect.signature(self.do)
+        for name in set(kwargs) - set(signature.parameters):
+            raise TypeError(needs_real(f'{type(self).__name__}({name}=...)'))
+        try:
+            self.given = signature.bind(None, *args, **kwargs)
+        except TypeError as error:
+            raise TypeError(f'{type(self).__name__}.__init__() {error}') from None
+        self.given.apply_defaults()
+        self.__dict__.update(self.given.arguments)
+
+    def call(self, context):
+        return self.do(context, *self.given.args[1:], **self.given.kwargs)
+
+
+def normalize_to_list_of_substitutions(value):
+    """Return a text, a substitution or a list of both as a list of substitutions."""
+    return [part if isinstance(part, Substitution) else TextSubstitution(text=part)
+            for part in (value if isinstance(value, (list, tuple)) else [value])]
+
+
+def perform_substitutions(context, value):
+    """Return what a text, a substitution or a list of both amounts to."""
+    return ''.join(part.perform(context) for part in normalize_to_list_of_substitutions(value))
+
+
+perform = perform_substitutions
+
+
+def read_typed(text, kind=None):
+    """Read a value of a type: str, int, float, bool, list[int] and so on, or None for YAML's."""
+    if kind in (str, int, float):
+        return kind(text)
+    if kind is bool and text in ('0', '1'):
+        return text == '1'
+    value = yaml.safe_load(text) if text else text
+    scalar = getattr(kind, '__args__', [kind])[0] or (str, int, float, bool)
+    parts = value if isinstance(value, list) else [value]
+    if (kind and isinstance(value, list) is (scalar is kind) or len(set(map(type, parts))) > 1
+            or not all(isinstance(part, scalar) for part in parts)):
+        raise ValueError(f"'{text}' can not be converted to {kind or 'one of the types'}")
+    return value
+
+
+# -------------------------------------------------------------------------- launch.substitutions
+
+class SubstitutionFailure(RuntimeError):
+    """A substitution has no value."""
+
+
+class Substitution(Later):
+    """Stands for the text that a function of the context and of the arguments returns."""
+
+    perform = Later.call
+
+    def describe(self):
+        """Return it unexpanded, as arguments are shown."""
+        return self.description.format(**{
+            name: ' + '.join(part.describe() for part in normalize_to_list_of_substitutions(value))
+            for name, value in self.given.arguments.items() if f'{{{name}}}' in self.description})
+
+    def __repr__(self):
+        name = type(self).__name__
+        module = re.sub(r'(?<!^)(?=[A-Z])', '_', name).lower()
+        return f'<launch.substitutions.{module}.{name} object at {id(self):#x}>'
+
+
+def substitution(name, description, function):
+    """Make a substitution of a function."""
+    return type(name, (Substitution,), {'description': description, 'do': staticmethod(function)})
+
+
+class TextSubstitution(Substitution):
+
+    def __init__(self, *, text):
+        self.text = os.fspath(text)
+
+    def describe(self):
+        return f"'{self.text}'"
+
+    def perform(self, context):
+        return self.text
+
+
+def _look_up(what, values, name, default, context):
+    if name in values:
+        return values[name]
+    if default is None:
+        raise SubstitutionFailure(f"{what} '{name}' does not exist")
+    return perform(context, [part if isinstance(part, Substitution) else str(part) for part in (
+        default if isinstance(default, (list, tuple)) else [default])])
+
+
+LaunchConfiguration = substitution(
+    'LaunchConfiguration', 'LaunchConfig({variable_name})',
+    lambda context, variable_name, *, default=None: _look_up(
+        'launch configuration', context.launch_configurations, perform(context, variable_name),
+        default, context))
+EnvironmentVariable = substitution(
+    'EnvironmentVariable', 'EnvVar({name})',
+    lambda context, name, *, default_value=None: _look_up(
+        'environment variable', context.environment, perform(context, name), default_value,
+        context))
+ThisLaunchFile = substitution(
+    'ThisLaunchFile', 'ThisLaunchFile()', lambda context: context.launch_file)
+ThisLaunchFileDir = substitution(
+    'ThisLaunchFileDir', 'ThisLaunchFileDir()',
+    lambda context: os.path.dirname(context.launch_file))
+PathJoinSubstitution = substitution(
+    'PathJoinSubstitution', "PathJoin('{substitutions}')",
+    lambda context, substitutions: os.path.join(*(perform(context, each)
+                                                  for each in substitutions)))
+
+
+def _find_executable(context, *, name):
+    path = shutil.which(perform(context, name))
+    if path is None:
+        raise SubstitutionFailure(f"executable '{name}' not found on the PATH")
+    return path
+
+
+def _command(context, command, *, on_stderr='fail'):
+    command, on_stderr = perform(context, command), perform(context, on_stderr)
+    if on_stderr not in ('fail', 'ignore', 'warn', 'capture'):
+        raise SubstitutionFailure(
+            "expected 'on_stderr' to be one of: 'fail', 'ignore', 'warn' or 'capture'")
+    try:
+        done = subprocess.run(
+            shlex.split(command), stdout=subprocess.PIPE, text=True,
+            stderr=subprocess.STDOUT if on_stderr == 'capture' else subprocess.PIPE)
+    except FileNotFoundError as error:
+        raise SubstitutionFailure(f'file not found: {error}') from None
+    if done.returncode:
+        captured = f'\nCaptured stderr output: {done.stderr}' if done.stderr else ''
+        raise SubstitutionFailure(f'executed command failed. Command: {command}{captured}')
+    if done.stderr and on_stderr != 'ignore':
+        message = (f'executed command showed stderr output. Command: {command}\n'
+                   f'Captured stderr output:\n{done.stderr}')
+        if on_stderr == 'fail':
+            raise SubstitutionFailure(message)
+        get_logger().warning(message)
+    return done.stdout
+
+
+def _evaluate(context, expression, python_modules=('math',)):
+    modules = [importlib.import_module(name.strip())
+               for each in normalize_to_list_of_substitutions(python_modules)
+               for name in each.perform(context).split(',')]
+    names = dict(vars(math)) if math in modules else {}
+    names.update((each.__name__, each) for each in modules)
+    return str(eval(perform(context, expression), {}, names))
+
+
+FindExecutable = substitution('FindExecutable', 'FindExec({name})', _find_executable)
+Command = substitution('Command', 'Command({command})', _command)
+PythonExpression = substitution(
+    'PythonExpression', 'PythonExpr({expression}, [{python_modules}])', _evaluate)
+
+
+def _equal(context, *sides):
+    left, right = (
+        perform(context, each) if isinstance(each, (Substitution, list, tuple)) else
+        '' if each is None else str(each).lower() if isinstance(each, bool) else str(each)
+        for each in sides)
+    if {left.lower(), right.lower()} <= {'true', 'false', '1', '0'}:
+        return (left.lower() in ('true', '1')) == (right.lower() in ('true', '1'))
+    try:
+        return math.isclose(float(left), float(right))
+    except ValueError:
+        return left == right
+
+
+def _truths(context, *values):
+    try:
+        return [read_typed(perform(context, each), bool) for each in values]
+    except ValueError as error:
+        raise SubstitutionFailure(error) from None
+
+
+def _logic(name, arguments, function):
+    do = {'left right': lambda context, left, right: str(function(context, left, right)).lower(),
+          'value': lambda context, value: str(function(context, value)).lower(),
+          '*values': lambda context, *values: str(function(context, *values)).lower()}[arguments]
+    return substitution(name, f'{name}(...)', do)
+
+
+EqualsSubstitution = _logic('EqualsSubstitution', 'left right', _equal)
+NotEqualsSubstitution = _logic('NotEqualsSubstitution', 'left right', lambda *a: not _equal(*a))
+AndSubstitution = _logic('AndSubstitution', 'left right', lambda *a: all(_truths(*a)))
+OrSubstitution = _logic('OrSubstitution', 'left right', lambda *a: any(_truths(*a)))
+NotSubstitution = _logic('NotSubstitution', 'value', lambda *a: not all(_truths(*a)))
+AllSubstitution = _logic('AllSubstitution', '*values', lambda *a: all(_truths(*a)))
+AnySubstitution = _logic('AnySubstitution', '*values', lambda *a: any(_truths(*a)))
+
+
+# ----------------------------------------------------------------------------- launch.conditions
+
+class IfCondition:
+
+    wanted = ('true', '1')
+
+    def __init__(self, predicate_expression):
+        self.expression = normalize_to_list_of_substitutions(predicate_expression)
+
+    def evaluate(self, context):
+        value = perform(context, self.expression).strip().lower()
+        if value not in ('true', '1', 'false', '0'):
+            raise ValueError(
+                'invalid condition expression, expected one of [true, 1, false, 0] but got '
+                f"'{value}', expanded from '{' + '.join(map(str, self.expression))}'")
+        return value in self.wanted
+
+
+class UnlessCondition(IfCondition):
+
+    wanted = ('false', '0')

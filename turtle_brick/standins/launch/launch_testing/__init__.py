@@ -1,0 +1,265 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Tests of what is launched: stands in for launch_testing 3.4.3, with its plugin for pytest."""
+
+import argparse
+import functools
+import importlib.util
+import inspect
+import os
+import re
+import signal
+import sys
+import threading
+from types import SimpleNamespace
+import unittest
+
+from launch import LaunchDescription
+from launch import LaunchService
+from launch.actions import action
+from launch.actions import SetLaunchConfiguration
+from launch.substitutions import needs_real
+from launch.substitutions import outside
+import pytest
+
+__getattr__ = outside(__name__)
+for name in ('actions', 'asserts'):
+    sys.modules[f'{__name__}.{name}'] = sys.modules[__name__]  # modules of the real one
+START_TIME = 15.0
+ReadyToTest = action('ReadyToTest', lambda context: context.tell('ready'))
+
+
+def post_shutdown_test():
+    """Mark a class of tests that run when all processes have ended."""
+    def mark(test_class):
+        test_class.after_shutdown = True
+        return test_class
+    return mark
+
+
+class Processes:
+    """What is known of the processes: tests get it as proc_info and as proc_output."""
+
+    def __init__(self):
+        self.changed, self.ready, self.found = threading.Condition(), threading.Event(), {}
+
+    def hear(self, what, process=None, *details):
+        """Note what launch tells."""
+        with self.changed:
+            if what == 'ready':
+                self.ready.set()
+            elif what == 'started':
+                self.found.setdefault(process, SimpleNamespace(
+                    process_name=process.label, action=process, output=([], []))).returncode = None
+            elif what == 'exited':
+                self.found[process].returncode, = details
+            else:
+                self.found[process].output[details[1]].append(details[0])
+            self.changed.notify_all()
+
+    def __iter__(self):
+        return iter(list(self.found.values()))
+
+    def select(self, process=None):
+        """Return those that an action, or a part of a name, means; all of them if it is None."""
+        return [each for each in self if process in (None, each.action) or (
+            isinstance(process, str) and process in each.process_name)]
+
+    def wrote(self, expected, process, stream):
+        """Tell whether a process has written a text, or something that a pattern matches."""
+        pattern = expected if isinstance(expected, re.Pattern) else re.compile(re.escape(expected))
+        return any(pattern.search(b''.join(each.output[stream != 'stdout']).decode(
+            errors='replace')) for each in self.select(process))
+
+    def _wait(self, happened, timeout, what):
+        with self.changed:
+            assert self.changed.wait_for(happened, timeout), f'Timed out waiting for {what}'
+
+    def assertWaitForStartup(self, process, *, timeout=10):
+        self._wait(lambda: self.select(process), timeout, f'process {process} to start')
+
+    def assertWaitForShutdown(self, process, *, timeout=10):
+        self._wait(lambda: any(each.returncode is not None for each in self.select(process)),
+                   timeout, f'process {process} to end')
+
+    def assertWaitFor(self, expected_output, process=None, *, timeout=10, stream='stderr'):
+        self._wait(lambda: self.wrote(expected_output, process, stream), timeout,
+                   f"output '{expected_output}'")
+
+
+def assertExitCodes(proc_info, allowable_exit_codes=(0,), process=None):
+    for each in proc_info.select(process):
+        assert each.returncode in allowable_exit_codes, (
+            f'Proc {each.process_name} exited with code {each.returncode}')
+
+
+def assertInStdout(proc_output, expected_output, process, stream='stdout'):
+    names = ', '.join(each.process_name for each in proc_output.select(process))
+    assert proc_output.wrote(expected_output, process, stream), (
+        f"Did not find '{expected_output}' in output for any of the matching processes: {names}")
+
+
+assertInStderr = functools.partial(assertInStdout, stream='stderr')
+
+
+def tests_of(module, given):
+    """Return a module's tests, those for running processes first, with what is given to them."""
+    suites = unittest.TestSuite(), unittest.TestSuite()
+    for suite in unittest.defaultTestLoader.loadTestsFromModule(module):
+        for test in suite:
+            method = getattr(test, test._testMethodName)
+            wanted = set(given) & set(inspect.signature(method).parameters)
+            test.__dict__.update(given, **{test._testMethodName: functools.wraps(method)(
+                functools.partial(method, **{name: given[name] for name in wanted}))})
+            suites[getattr(test, 'after_shutdown', False)].addTest(test)
+    return suites
+
+
+def has_ready_to_test(entity):
+    return isinstance(entity, ReadyToTest) or any(
+        map(has_ready_to_test, entity.get_sub_entities()))
+
+
+def run(module, arguments=(), debug=False):
+    """Launch what a module describes and run its tests; return (name, text) of what failed."""
+    description = module.generate_test_description()
+    description, named = description if isinstance(description, tuple) else (description, {})
+    if not has_ready_to_test(description):
+        raise Exception('generate_test_description functions must return a LaunchDescription '
+                        'containing a ReadyToTest action')
+    processes, service, results = Processes(), LaunchService(debug=debug), []
+    service.context.listeners.append(processes.hear)
+    service.include_launch_description(LaunchDescription(
+        [*(SetLaunchConfiguration(*each) for each in arguments), description]))
+    running, ended = tests_of(module, {
+        **named, 'launch_service': service, 'proc_info': processes, 'proc_output': processes,
+        'test_args': dict(arguments)})
+    names = [test.id() for test in running]
+
+    def test():
+        if processes.ready.wait(START_TIME):
+            results.append(unittest.TextTestRunner(verbosity=2).run(running))
+        else:
+            print('Timed out waiting for processes to start up')
+        service.shutdown()
+
+    threading.Thread(target=test, daemon=True).start()
+    service.run()
+    if not results:
+        print('Processes under test stopped before tests completed')
+        for each in filter(lambda each: each.returncode, processes):
+            print(f"Process '{each.process_name}' exited with {each.returncode}\n"
+                  f"##### '{each.process_name}' output #####")
+            print(*(text.decode(errors='replace') for text in sum(each.output, [])), sep='\n')
+            print('#' * (len(each.process_name) + 21))
+        return [(name, 'Exception: Launch stopped before the active tests finished.\n')
+                for name in names]
+    results.append(unittest.TextTestRunner(verbosity=2).run(ended))
+    return [(test.id(), text) for result in results
+            for test, text in (*result.errors, *result.failures)]
+
+
+def main():
+    """Run a test file: the command launch_test."""
+    parser = argparse.ArgumentParser(description='Launch integration testing tool.')
+    parser.add_argument('launch_test_file', help='Path to the launch test.')
+    parser.add_argument('--package-name', help='Name of the package the test is in. Useful to '
+                        'aggregate xUnit reports.')
+    parser.add_argument('-v', '--verbose', action='store_true', help='Run with verbose output')
+    parser.add_argument('-s', '--show-args', '--show-arguments', action='store_true',
+                        help='Show arguments that may be given to the launch test.')
+    parser.add_argument('launch_arguments', nargs='*', help="Arguments in '<name>:=<value>' "
+                        'format (for duplicates, last one wins).')
+    parser.add_argument('--junit-xml', metavar='XMLPATH',
+                        help='Do write xUnit reports to specified path.')
+    options = parser.parse_args()
+    path = options.launch_test_file
+    if not os.path.isfile(path):
+        parser.error(f"Test file '{path}' does not exist")
+    for given, name in ((options.show_args, '-s'), (options.junit_xml, '--junit-xml')):
+        if given:
+            parser.error(needs_real(f'launch_test {name}'))
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # before and after launch, which handles it
+    name = os.path.splitext(os.path.basename(path))[0]
+    spec = importlib.util.spec_from_file_location(name, path)
+    module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+        return bool(run(module, [each.partition(':=')[::2] for each in options.launch_arguments],
+                        options.verbose))
+    except Exception as error:
+        parser.error(error)
+
+
+# ------------------------------------------------------------------------------- the pytest plugin
+
+def pytest_configure(config):
+    config.addinivalue_line('markers', 'launch_test: the function describes what to launch')
+
+
+def pytest_pycollect_makemodule(module_path, parent):
+    """Take a module whose generate_test_description has the mark launch_test for one test."""
+    if b'launch_test' not in module_path.read_bytes():
+        return None
+    module = pytest.Module.from_parent(parent, path=module_path)
+    try:
+        marks = getattr(getattr(module.obj, 'generate_test_description', None), 'pytestmark', ())
+    except (Exception, pytest.skip.Exception):
+        return module  # which says so itself
+    if any(mark.name == 'launch_test' for mark in marks):
+        return LaunchTestFile.from_parent(parent, path=module_path, module=module.obj)
+    return module
+
+
+class LaunchTestFile(pytest.File):
+    """A file that is one test."""
+
+    def __init__(self, module, **options):
+        super().__init__(**options)
+        self.module = module
+
+    def collect(self):
+        return [LaunchTest.from_parent(self, name=self.path.stem)]
+
+
+class Failures(Exception):
+    """What has failed; it is at the same time the report of it."""
+
+    @property
+    def reprcrash(self):
+        """Say it in short."""
+        return SimpleNamespace(message='\n'.join(f'{name} failed' for name, _ in self.args))
+
+    def __str__(self):
+        width = max(len(line) for _, text in self.args for line in text.splitlines())
+        return '\n' + '\n\n'.join(f'{"=" * width}\nFAIL: {name}\n{"-" * width}\n{text}'
+                                  for name, text in self.args)
+
+    def toterminal(self, out):
+        out.write(str(self))
+
+
+class LaunchTest(pytest.Item):
+    """The test that a file is."""
+
+    def runtest(self):
+        failures = run(self.parent.module)
+        if failures:
+            raise Failures(*failures)
+
+    def repr_failure(self, excinfo):
+        return excinfo.value if excinfo.errisinstance(Failures) else super().repr_failure(excinfo)
+
+    def reportinfo(self):
+        return self.path, 0, f'launch tests: {self.name}'

@@ -1,0 +1,214 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Read launch files in XML: stands in for launch_xml 3.4.3, and for launch.frontend."""
+
+import inspect
+from pathlib import Path
+import re
+import shlex
+from xml.etree import ElementTree
+
+from lark import Lark
+from lark import Transformer
+from launch import actions
+from launch import LaunchDescription
+from launch import substitutions
+from launch.substitutions import IfCondition
+from launch.substitutions import needs_real
+from launch.substitutions import perform
+from launch.substitutions import read_typed
+from launch.substitutions import Substitution
+from launch.substitutions import TextSubstitution
+from launch.substitutions import UnlessCondition
+import launch_ros
+
+PARSER = Lark(Path(__file__).with_name('grammar.lark').read_text(), start='template')
+SUBSTITUTIONS = {
+    'var': substitutions.LaunchConfiguration, 'env': substitutions.EnvironmentVariable,
+    'find-exec': substitutions.FindExecutable, 'dirname': substitutions.ThisLaunchFileDir,
+    'filename': substitutions.ThisLaunchFile, 'eval': substitutions.PythonExpression,
+    'command': substitutions.Command, 'equals': substitutions.EqualsSubstitution,
+    'not-equals': substitutions.NotEqualsSubstitution, 'not': substitutions.NotSubstitution,
+    'and': substitutions.AndSubstitution, 'or': substitutions.OrSubstitution,
+    'find-pkg-share': launch_ros.FindPackageShare, 'exec-in-pkg': launch_ros.ExecutableInPackage,
+    'find-pkg-prefix': launch_ros.FindPackagePrefix}
+ACTIONS = {
+    'let': actions.SetLaunchConfiguration, 'set_env': actions.SetEnvironmentVariable,
+    'unset_env': actions.UnsetEnvironmentVariable, 'append_env': actions.AppendEnvironmentVariable,
+    'log': actions.LogInfo, 'shutdown': actions.Shutdown, 'arg': actions.DeclareLaunchArgument,
+    'include': actions.IncludeLaunchDescription, 'group': actions.GroupAction,
+    'timer': actions.TimerAction, 'executable': actions.ExecuteProcess, 'node': launch_ros.Node,
+    'push_ros_namespace': launch_ros.PushROSNamespace,
+    'push-ros-namespace': launch_ros.PushROSNamespace, 'set_remap': launch_ros.SetRemap,
+    'set_parameter': launch_ros.SetParameter,
+    'set_parameters_from_file': launch_ros.SetParametersFromFile}
+PYTHON = {  # what attributes are called in Python, if that is not the same
+    'default': 'default_value', 'message': 'msg', 'file': 'launch_description_source',
+    'pkg': 'package', 'exec': 'executable', 'args': 'arguments', 'ros_args': 'ros_arguments',
+    'launch-prefix': 'prefix', 'from': 'src', 'to': 'dst'}
+OTHERS = ('load_composable_node', 'node_container', 'reset', 'reset_env', 'ros_timer',
+          'set_ros_log_dir', 'set_use_sim_time', 'anon', 'file-content', 'if', 'launch_log_dir',
+          'log_dir', 'param')
+
+
+class InvalidFrontendLaunchFileError(Exception):
+    """A file is not XML."""
+
+
+def unescape(text):
+    """Return a text without its backslashes."""
+    return re.sub(r'\\(.)', r'\1', text)
+
+
+class ToSubstitutions(Transformer):
+    """Makes substitutions of what the grammar has found."""
+
+    def template(self, parts):
+        return [part if isinstance(part, Substitution) else TextSubstitution(text=unescape(part))
+                for part in parts]
+
+    value = template
+
+    def substitution(self, parts):
+        name, *given = parts
+        if name in ('any', 'all'):  # as the real one
+            raise TypeError(f'{name.title()}Substitution.__init__() got an unexpected keyword '
+                            "argument 'args'")
+        if name not in SUBSTITUTIONS:
+            raise RuntimeError(needs_real(f'$({name} ...)') if name in OTHERS
+                               else f'Unknown substitution: {name}')
+        names = list(inspect.signature(SUBSTITUTIONS[name].do).parameters)[1:]
+        if len(given) > len(names):
+            raise TypeError(f'{name} substitution expects {len(names)} argument(s) at most')
+        return SUBSTITUTIONS[name](**dict(zip(names, given)))
+
+
+def substitute(text):
+    """Read a text with substitutions in it."""
+    return ToSubstitutions().transform(PARSER.parse(text)) if text else [TextSubstitution(text='')]
+
+
+def split(text):
+    """Read the words of a command; a blank in what is substituted does not end a word."""
+    words, word = [], []
+    for part in substitute(text):
+        if not isinstance(part, TextSubstitution):
+            word.append(part)
+            continue
+        tokens = [[TextSubstitution(text=each)] for each in shlex.split(part.text)] or [[]]
+        if part.text[:1].isspace() and tokens[0] and word:
+            words.append(word)
+            word = []
+        words += [[*word, *tokens[0]], *tokens[1:]]
+        word = [] if part.text[-1:].isspace() or not tokens[0] else words.pop()
+    return [*words, *([word] if word else [])]
+
+
+READERS = {  # of attributes that are not read as texts with substitutions, by their Python names
+    'arguments': split, 'ros_arguments': split, 'cmd': split, 'description': unescape,
+    'respawn_max_retries': int, 'respawn_delay': float,
+    'on_exit': lambda text: [{'shutdown': actions.Shutdown}[text]()],
+    **dict.fromkeys(('shell', 'emulate_tty', 'scoped', 'forwarding', 'prepend'),
+                    lambda text: read_typed(text, bool))}
+TYPES = {each.__name__: each for each in (str, int, float, bool)}
+TYPES.update({f'list_of_{name}': list[each] for name, each in TYPES.items()})
+
+
+def attributes(element, known):
+    """Read an element's attributes, by their names in Python."""
+    found = {PYTHON.get(name, name): text for name, text in element.attrib.items()}
+    unknown = {name for name in element.attrib
+               if PYTHON.get(name, name) not in known or name in PYTHON.values()}
+    if unknown:
+        raise ValueError(f'Unexpected attribute(s) found in `{element.tag}`: {unknown}')
+    return {name: READERS.get(name, substitute)(text) for name, text in found.items()}
+
+
+def parameter(element):
+    """Read a parameter: a path, or a dictionary."""
+    if 'from' in element.attrib:
+        return attributes(element, ['src'])['src']
+    given = {**attributes(element, ['name', 'value', 'type', 'value-sep']), **element.attrib}
+    name, text, separator = tuple(substitute(given['name'])), given.get('value'), (
+        given.get('value-sep'))
+    if text is None:
+        return {name: {key: value for each in element for key, value in parameter(each).items()}}
+    kind = TYPES[given['type']] if 'type' in given else None
+    values = [substitute(each) for each in (text.split(separator) if separator else [text])]
+    try:
+        scalar = getattr(kind, '__args__', [kind])[0] if separator else kind
+        values = [value if any(not isinstance(each, TextSubstitution) for each in value)
+                  else read_typed(perform(None, value), scalar) for value in values]
+    except ValueError:
+        raise TypeError(f"Attribute 'value' of Entity 'param' expected to be of type '{kind}'."
+                        f"'{text}' can not be converted to one of those types") from None
+    value = values if separator else values[0]
+    return {name: launch_ros.ParameterValue(
+        value, value_type=str if isinstance(value, str) else kind)}
+
+
+def action(element):
+    """Read an action."""
+    if element.tag not in ACTIONS:
+        raise RuntimeError(needs_real(f'<{element.tag}>') if element.tag in OTHERS
+                           else f'Unrecognized entity of the type: {element.tag}')
+    kind, options, inner = ACTIONS[element.tag], {}, list(element)
+
+    def take(tag, *names):
+        taken = [[attributes(each, names)[name] for name in names] for each in inner
+                 if each.tag == tag]
+        inner[:] = [each for each in inner if each.tag != tag]
+        return taken
+
+    for name, condition in (('if', IfCondition), ('unless', UnlessCondition)):
+        if name in element.attrib:
+            options['condition'] = condition(substitute(element.attrib.pop(name)))
+    known = set(inspect.signature(kind.do).parameters)
+    if element.tag == 'node':
+        known |= set(inspect.signature(kind.__init__).parameters)
+    options.update(attributes(element, known))
+    if element.tag == 'arg':
+        options['name'] = unescape(element.attrib['name'])
+        options['choices'] = [perform(None, value) for value, in take('choice', 'value')] or None
+    elif element.tag == 'include':
+        options['launch_arguments'] = take('arg', 'name', 'value')
+    elif element.tag == 'group':
+        options['launch_configurations'] = {
+            tuple(name): value for name, value in take('keep', 'name', 'value')}
+    elif element.tag in ('executable', 'node'):
+        options['additional_env'] = {tuple(name): value
+                                     for name, value in take('env', 'name', 'value')}
+    if element.tag == 'node':
+        options['remappings'] = take('remap', 'src', 'dst')
+        options['parameters'] = [parameter(each) for each in inner if each.tag == 'param']
+        inner = [each for each in inner if each.tag != 'param']
+    if element.tag in ('group', 'timer'):
+        options['actions'] = [action(each) for each in inner]
+    elif inner:
+        raise ValueError(f'Unexpected nested tag(s) found in `{element.tag}`: '
+                         f'{ {each.tag for each in inner} }')
+    return kind(**options)
+
+
+def parse(path):
+    """Read a launch file."""
+    try:
+        root = ElementTree.parse(path).getroot()
+    except ElementTree.ParseError as error:
+        raise InvalidFrontendLaunchFileError(
+            'Caught multiple exceptions when trying to load file of format [xml]:\n'
+            f' - ParseError: {error}') from None
+    if root.tag != 'launch':
+        raise RuntimeError("Expected 'launch' as root tag")
+    return LaunchDescription([action(each) for each in root])
