@@ -1,0 +1,169 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""The verbs that look at what is installed, and those that run it."""
+
+import os
+from pathlib import Path
+import shlex
+import signal
+import subprocess
+import sys
+
+import ament_index_python as index
+from rosidl_adapter.parser import parse_message_string
+
+
+def executables(package):
+    """Return the paths of a package's executables, sorted."""
+    try:
+        folder = os.path.join(index.get_package_prefix(package), 'lib', package)
+    except (index.PackageNotFoundError, ValueError):
+        raise RuntimeError(f"Package '{package}' not found") from None
+    paths = (os.path.join(root, name) for root, _, names in os.walk(folder) for name in names)
+    return sorted(path for path in paths
+                  if os.access(path, os.X_OK) and '/.' not in os.path.dirname(path)[len(folder):])
+
+
+def pkg_executables(args):
+    """Print the executables of a package, or of all."""
+    given = args.package_name is not None
+    for package in sorted([args.package_name] if given else index.get_packages_with_prefixes()):
+        for path in executables(package):
+            print(path if args.full_path else f'{package} {os.path.basename(path)}')
+
+
+def pkg_list(args):
+    """Print the names of all packages."""
+    print(*sorted(index.get_packages_with_prefixes()), sep='\n')
+
+
+def pkg_prefix(args):
+    """Print where a package is installed."""
+    find = index.get_package_share_directory if args.share else index.get_package_prefix
+    try:
+        print(find(args.package_name))
+    except (index.PackageNotFoundError, ValueError):
+        return 'Package not found'
+
+
+def interface_show(args):
+    """Print an interface's definition."""
+    show(sys.stdin.readline().strip() if args.type == '-' else args.type, not args.no_comments,
+         args.all_comments)
+
+
+def show(name, comments, nested_comments, indent=''):
+    """Print an interface's definition, with those of the types that it is made of."""
+    parts = name.split('/')
+    if len(parts) != 3:
+        raise RuntimeError(f"Invalid name '{name}'. Expected three parts separated by '/'")
+    prefix = index.has_resource('packages', parts[0] or ' ')
+    if not prefix:
+        raise RuntimeError(f"Unknown package '{parts[0]}'")
+    path = Path(prefix, 'share', f'{name}.{parts[1]}')
+    if not path.is_file():
+        raise RuntimeError(f"Could not find the interface '{path.with_suffix('.idl')}'")
+    for line in path.read_text(encoding='utf-8').splitlines():
+        line = text = line.rstrip()
+        spec = parse_message_string(parts[0], parts[2], '' if line == '---' else line)
+        for entry in (*spec.fields, *spec.constants):
+            if not comments and entry.annotations['comment']:
+                text = line[:line.find(entry.annotations['comment'][0]) - 1].strip()
+        if comments or line and not spec.annotations['comment']:
+            print(f'{indent}{text}' if text else '')
+        if spec.fields and spec.fields[0].type.pkg_name:
+            nested = spec.fields[0].type
+            show(f'{nested.pkg_name}/msg/{nested.type}', nested_comments, nested_comments,
+                 indent + '\t')
+
+
+def run(args):
+    """Run an executable, which does not outlive this process."""
+    paths = [path for path in executables(args.package_name)
+             if os.path.basename(path) == args.executable_name]
+    if len(paths) != 1:
+        return '\n- '.join(['Multiple executables found:', *paths]) if paths else (
+            'No executable found')
+    # A terminal's Ctrl-C reaches the child by itself; what only this process gets is passed on.
+    # All of it waits until there is a child.
+    passed_on = {signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT}
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, *passed_on})
+    with subprocess.Popen(
+            [*shlex.split(args.prefix or ''), paths[0], *args.argv],
+            preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_SETMASK, before)) as child:
+        signal.signal(signal.SIGINT, lambda *_: None)
+        for number in passed_on:
+            signal.signal(number, lambda number, _: child.send_signal(number))
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        status = child.wait()
+    if status:
+        print('[ros2run]:', signal.strsignal(-status) if status < 0
+              else f'Process exited with failure {status}')
+    return status
+
+
+def launch(args):
+    """Launch a file, or print its arguments."""
+    # Not at the top, since no other verb needs it.
+    from launch import LaunchDescription
+    from launch import LaunchService
+    from launch.actions import IncludeLaunchDescription
+    from launch.launch_description_sources import AnyLaunchDescriptionSource
+    from launch.launch_description_sources import get_launch_description_from_any_launch_file
+
+    path, arguments = args.package_name, args.launch_arguments
+    if not os.path.isfile(path):
+        path = launch_file(path, args.launch_file_name)
+    elif args.launch_file_name is not None:
+        arguments = [args.launch_file_name, *arguments]
+    if args.show_args:
+        try:
+            description = get_launch_description_from_any_launch_file(path)
+        except Exception as error:  # noqa: B902 -- a launch file is a program
+            return f'{type(error).__name__}: {error}'
+        print("Arguments (pass arguments as '<name>:=<value>'):")
+        for each in description.get_launch_arguments():
+            print(f"\n    '{each.name}':\n        {each.description}")
+            if each.default_value is not None:
+                default = ' + '.join(part.describe() for part in each.default_value)
+                print(f'        (default: {default})')
+        return print('' if description.get_launch_arguments() else '\n  No arguments.\n', end='')
+    if args.show_all_subprocesses_output:
+        os.environ['OVERRIDE_LAUNCH_PROCESS_OUTPUT'] = 'both'
+    values = {}
+    for text in arguments:
+        name, _, value = text.partition(':=')
+        values[name] = value
+        if not name or not value:
+            return f"malformed launch argument '{text}', expected format '<name>:=<value>'"
+    service = LaunchService(argv=arguments, debug=args.debug,
+                            noninteractive=args.noninteractive or not sys.stdin.isatty())
+    service.include_launch_description(LaunchDescription([IncludeLaunchDescription(
+        AnyLaunchDescriptionSource(path), launch_arguments=values.items())]))
+    return service.run()
+
+
+def launch_file(package, name):
+    """Return the path of a file somewhere in a package's share directory."""
+    try:
+        share = index.get_package_share_directory(package)
+    except index.PackageNotFoundError as error:
+        raise RuntimeError(f"Package '{package}' not found: {error}") from None
+    paths = [os.path.join(root, name) for root, _, names in os.walk(share) if name in names]
+    where = f"in the share directory of package '{package}'"
+    if not paths:
+        raise RuntimeError(f"file '{name}' was not found {where} which is at '{share}'")
+    if len(paths) > 1:
+        raise RuntimeError(f"file '{name}' was found more than once {where}: {paths}")
+    return paths[0]

@@ -1,0 +1,266 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""The verbs that take part in the traffic: topic echo, hz and pub, and service call."""
+
+from array import array
+from importlib import import_module
+import re
+import statistics
+import sys
+
+import numpy
+from rclpy.duration import Duration
+from rclpy.expand_topic_name import expand_topic_name
+import rclpy.qos as ros_qos
+from ros2cli.graph import observer
+import yaml
+
+
+def interface(name, kind, problem):
+    """Return the class of a type such as std_msgs/msg/String, whose middle may be missing."""
+    package, *middle, own_name = name.split('/')
+    try:
+        return getattr(import_module('.'.join([package, *(middle or [kind])])), own_name)
+    except (AttributeError, ImportError, TypeError, ValueError):
+        raise RuntimeError(problem) from None
+
+
+def read(args):
+    """Return the values that the command line, or standard input, gives."""
+    return yaml.safe_load(sys.stdin.read() if args.stdin else args.values)
+
+
+def fill(message, values, stamps=None):
+    """Set fields of a message, and note in `stamps` those that are to get the time of sending."""
+    if not isinstance(values, dict):
+        raise TypeError(f"Value '{values}' is expected to be a dictionary but is a "
+                        f'{type(values).__name__}')
+    for name, value in values.items():
+        field = getattr(message, name)
+        kind = type(field)
+        item = re.search(r'\w+/\w+', message.get_fields_and_field_types()[name])
+        if kind is array:
+            value = array(field.typecode, value)
+        elif kind is numpy.ndarray:
+            value = numpy.array(value, dtype=field.dtype)
+        elif stamps is not None and (kind.__name__, value) in (
+                ('Header', 'auto'), ('Time', 'now')):
+            stamps.append((field, 'stamp') if value == 'auto' else (message, name))
+            continue
+        elif hasattr(field, 'SLOT_TYPES'):
+            fill(field, value, stamps)
+            continue
+        elif item:
+            value = [(interface(item[0], 'msg', item[0])(), each) for each in value]
+            for each in value:
+                fill(*each, stamps)
+            value = [each for each, _ in value]
+        else:
+            value = kind(value)
+        setattr(message, name, value)
+
+
+def filled(kind, values, stamps=None):
+    """Return a message with values that the user gives."""
+    message = kind()
+    try:
+        fill(message, values, stamps)
+    except Exception as error:  # noqa: B902 -- whatever a message has against a value
+        raise RuntimeError(f'Failed to populate field: {error}') from None
+    return message
+
+
+class Fields(dict):
+    """The fields of a message, which YAML writes in their order, and never in one line."""
+
+
+yaml.add_representer(Fields, lambda dumper, fields: yaml.MappingNode(
+    'tag:yaml.org,2002:map', [(dumper.represent_data(name), dumper.represent_data(value))
+                              for name, value in fields.items()]))
+
+
+def plain(value, args, kind=None):
+    """Return a message, or a part of one, as YAML can have it, cut as the options say."""
+    if hasattr(value, 'SLOT_TYPES'):
+        return Fields((name, plain(getattr(value, name), args, kind))
+                      for name, kind in value.get_fields_and_field_types().items())
+    length = sys.maxsize if args.full_length else args.truncate_length
+    value = value.decode('latin-1') if isinstance(value, bytes) else value
+    if isinstance(value, str):
+        return f'<string length: <{len(value)}>>' if args.no_str else (
+            value[:length] + '...' * (len(value) > length))
+    value = value.tolist() if hasattr(value, 'tolist') else value
+    if not isinstance(value, list):
+        return value
+    if args.no_arr and kind:
+        item, _, bound = kind.replace('/', '/msg/').rstrip('>').partition(', ')
+        return f'<array type: {item}>' if '<' not in item else (
+            f'<{item.replace("<", " type: ")}{f"[{bound}]" * bool(bound)}, length: {len(value)}>')
+    return [plain(each, args) for each in value[:length]] + ['...'] * (len(value) > length)
+
+
+def flat(value):
+    """Return all values of what plain() has returned, separated by commas."""
+    if isinstance(value, (dict, list)):
+        return ','.join(map(flat, value.values() if isinstance(value, dict) else value))
+    return str(value)
+
+
+def expression(text):
+    """Return a filter of messages: a Python expression of m, or None for all of them."""
+    def passes(m):
+        try:
+            return text is None or eval(text)
+        except Exception as error:  # noqa: B902 -- the user's expression can raise anything
+            raise RuntimeError(f"Invalid filter '{text}': {error}") from None
+    return passes
+
+
+def topic_class(graph, topic):
+    """Return the class of a topic's messages, None if there is no such topic."""
+    name = expand_topic_name(topic, graph.get_name(), graph.get_namespace())
+    types = graph.topic_types().get(name, ())
+    if len(types) > 1:
+        raise RuntimeError(f"Cannot echo topic '{topic}', as it contains more than one type: "
+                           f'[{", ".join(types)}]')
+    return interface(*types, 'msg', f"The message type '{types[0]}' is invalid") if types else None
+
+
+def quality(args, publishers=()):
+    """Return the quality of service of the options or, without any, one to hear all publishers."""
+    qos = ros_qos.QoSPresetProfiles.get_from_short_key(args.qos_profile)
+    chosen = {name[len('qos_'):]: value for name, value in vars(args).items()
+              if name.startswith('qos_') and name != 'qos_profile' and value is not None}
+    for name, value in chosen.items():
+        if name != 'depth':
+            value = getattr(ros_qos, f'{name.capitalize()}Policy').get_from_short_key(value)
+        setattr(qos, name, value)
+    for name, best, other in (('reliability', 'RELIABLE', 'BEST_EFFORT'),
+                              ('durability', 'TRANSIENT_LOCAL', 'VOLATILE')):
+        if publishers and not chosen:
+            offers = {getattr(info.qos_profile, name).name for info in publishers}
+            setattr(qos, name, getattr(ros_qos, f'{name.capitalize()}Policy')[
+                best if offers == {best} else other])
+    return qos
+
+
+def topic_echo(args):
+    """Print the messages of a topic."""
+    passes, done = expression(args.filter_expr), False
+
+    def on_message(message):
+        nonlocal done
+        for name in filter(None, (args.field or '').split('.')):
+            try:
+                message = getattr(message, name)
+            except AttributeError as error:
+                raise RuntimeError(f"Invalid field '{args.field}': {error}") from None
+        if not passes(message) or done and args.once:
+            return
+        done = True
+        if not hasattr(message, 'SLOT_TYPES'):
+            print(message, end='\n---\n')
+        elif args.csv:
+            print(flat(plain(message, args)))
+        else:
+            print(yaml.dump(plain(message, args), allow_unicode=True, width=sys.maxsize,
+                            default_flow_style=args.flow_style), end='---\n')
+
+    with observer(lambda graph: args.message_type or topic_class(
+            graph, args.topic_name)) as graph:
+        kind = topic_class(graph, args.topic_name) if args.message_type is None else interface(
+            args.message_type, 'msg', 'The passed message type is invalid')
+        if kind is None:
+            print(f'WARNING: topic [{args.topic_name}] does not appear to be published yet')
+            return 'Could not determine the type for the passed topic'
+        graph.create_subscription(
+            kind, args.topic_name, on_message,
+            quality(args, graph.get_publishers_info_by_topic(args.topic_name)), raw=args.raw)
+        graph.spin_until(lambda: done and args.once, args.timeout or float('inf'))
+
+
+def topic_hz(args):
+    """Print, once a second, the rate of a topic."""
+    passes, times, printed = expression(args.filter_expr), [], 0
+    with observer(lambda graph: topic_class(graph, args.topic_name)) as graph:
+        def on_message(message):
+            nonlocal printed
+            if not passes(message):
+                return
+            times.append(graph.get_clock().now().nanoseconds * 1e-9)
+            del times[:-args.window_size - 1]
+            printed = printed or times[-1]
+            if times[-1] >= printed + 1.0:
+                printed = times[-1]
+                gaps = [end - start for start, end in zip(times, times[1:])]
+                print(f'average rate: {1 / statistics.fmean(gaps):.3f}\n\tmin: {min(gaps):.3f}s '
+                      f'max: {max(gaps):.3f}s std dev: {statistics.pstdev(gaps):.5f}s '
+                      f'window: {len(gaps)}')
+
+        if not topic_class(graph, args.topic_name):
+            print(f'WARNING: topic [{args.topic_name}] does not appear to be published yet')
+        graph.spin_until(lambda: topic_class(graph, args.topic_name))
+        graph.create_subscription(topic_class(graph, args.topic_name), args.topic_name,
+                                  on_message, ros_qos.qos_profile_sensor_data)
+        graph.spin_until(lambda: False)
+
+
+def topic_pub(args):
+    """Publish messages."""
+    kind = interface(args.message_type, 'msg', 'The passed message type is invalid')
+    values, count, stamps = read(args), 0, []
+    if not isinstance(values, dict):
+        return 'The passed value needs to be a dictionary in YAML format'
+    times, wanted = 1 if args.once else args.times, args.wait_matching_subscriptions
+    wanted = int(times > 0) if wanted is None else wanted
+    with observer(name=args.node_name) as graph:
+        publisher = graph.create_publisher(kind, args.topic_name, quality(args))
+        while publisher.get_subscription_count() < wanted:
+            print(f'Waiting for at least {wanted} matching subscription(s)...')
+            graph.spin_until(lambda: publisher.get_subscription_count() >= wanted, 1.0)
+        message = filled(kind, values, stamps)
+        print('publisher: beginning loop')
+
+        def publish():
+            nonlocal count
+            for owner, name in stamps:
+                setattr(owner, name, graph.get_clock().now().to_msg())
+            count += 1
+            if args.print and count % args.print == 0:
+                print(f'publishing #{count}: {message!r}\n')
+            publisher.publish(message)
+
+        publish()
+        timer = graph.create_timer(1 / args.rate, publish)
+        graph.spin_until(lambda: count == times)
+        timer.cancel()
+        publisher.wait_for_all_acked(Duration(seconds=1))  # who is slow to match hears it too
+        graph.spin_until(lambda: False, args.keep_alive)
+
+
+def service_call(args):
+    """Call a service."""
+    kind = interface(args.service_type, 'srv', 'The passed service type is invalid')
+    if not hasattr(kind, 'Request'):
+        return 'The passed type is not a service'
+    request = filled(kind.Request, read(args))
+    with observer() as graph:
+        client = graph.create_client(kind, args.service_name)
+        if not graph.spin_until(client.service_is_ready, 1.0):
+            print('waiting for service to become available...')
+        graph.spin_until(client.service_is_ready)
+        print(f'requester: making request: {request!r}\n')
+        future = client.call_async(request)
+        graph.spin_until(future.done)
+        print(f'response:\n{future.result()!r}\n')
