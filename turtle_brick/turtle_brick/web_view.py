@@ -154,6 +154,28 @@ def free_port(host: str, port: int) -> int:
     raise AddressError(f'port is {port}, but it and the next {PORTS - 1} are taken')
 
 
+def make_server(host: str, port: int, title: str) -> Tuple[viser.ViserServer, Door]:
+    """
+    Make a server of pages, and its door, which is still closed.
+
+    Args:
+        host: the interface to serve on
+        port: the wanted port; the next free one is taken
+        title: what stands over the page
+
+    Raises:
+        AddressError: no page can be served there
+
+    """
+    rich.get_console().quiet = True  # viser talks to it
+    door = Door(host)
+    with door.guarding():
+        server = viser.ViserServer(host, free_port(host, port), title, verbose=False)
+    # A private name, as there is no other way to the event that it sets in the wrong thread.
+    server._websock_server._broadcast_buffer.message_event = LoopEvent()
+    return server, door
+
+
 class WebView:
     """The page: what is seen, what can be read and what can be done."""
 
@@ -170,12 +192,7 @@ class WebView:
             AddressError: the page cannot be served there
 
         """
-        rich.get_console().quiet = True  # viser talks to it
-        door = Door(host)
-        with door.guarding():
-            self.server = viser.ViserServer(host, free_port(host, port), TITLE, verbose=False)
-        # A private name, as there is no other way to the event that it sets in the wrong thread.
-        self.server._websock_server._broadcast_buffer.message_event = LoopEvent()
+        self.server, door = make_server(host, port, TITLE)
         shown = host if host not in EVERYWHERE else socket.gethostname()
         shown = f'[{shown}]' if ':' in shown else shown
         self.port = self.server.get_port()

@@ -129,13 +129,11 @@ class Gui(JointStatePublisher):
     """Publishes them as they are set on a page in the browser."""
 
     def __init__(self):
-        import rich
-        from turtle_brick.web_view import free_port
-        import viser
-        rich.get_console().quiet = True  # viser talks to it
-        self.sliders, self.server = {}, viser.ViserServer(
-            '127.0.0.1', free_port('127.0.0.1', 8081), 'Joint State Publisher', verbose=False)
+        from turtle_brick.web_view import make_server  # with viser, which takes its time
+        self.sliders = {}
+        self.server, door = make_server('127.0.0.1', 8081, 'Joint State Publisher')
         super().__init__()
+        door.is_open = True
         print(f'Joint State Publisher: http://127.0.0.1:{self.server.get_port()}',
               file=sys.stderr, flush=True)
 
