@@ -23,11 +23,18 @@ from live_graph import process
 import pytest
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
+from turtle_brick.browser import Chromium
+from turtle_brick.browser import find_chromium
 from turtle_brick.parameters import default_path
 from turtlesim.msg import Pose
 import witness
 
 pytest.importorskip('launch', reason='launch is not installed')
+joint_state_publisher = pytest.importorskip(
+    'joint_state_publisher', reason='joint_state_publisher is not installed')
+
+# In JavaScript, a button by its text.
+BUTTON = '[...document.querySelectorAll("button")].find(each => each.innerText == "{}")'
 
 LAUNCH = """
 import signal
@@ -72,7 +79,6 @@ def rate(live, topic, message_type, count):
 
 @pytest.mark.parametrize('language', ['py', 'xml'])
 def test_show_turtle(language, domain_id):
-    pytest.importorskip('joint_state_publisher', reason='joint_state_publisher is not installed')
     with launched('show_turtle', language, domain_id, 'use_jsp:=jsp', 'view:=none') as launching:
         with graph(domain_id) as live:
             assert rate(live, 'joint_states', JointState, 30) == pytest.approx(10.0, rel=0.1)
@@ -80,6 +86,26 @@ def test_show_turtle(language, domain_id):
             live.wait_for(lambda: states.last and states.last.name, 10.0, 'joints')
             assert states.last.name == ['stem_joint', 'wheel_joint', 'platform_joint']
             assert list(states.last.position) == [0.0] * 3
+        assert ended(launching) == 2
+
+
+@pytest.mark.skipif(not hasattr(joint_state_publisher, 'Gui'),
+                    reason='the real joint_state_publisher_gui has a window')
+@pytest.mark.skipif(find_chromium() is None,
+                    reason='Chromium is not installed here: apt-get install chromium')
+def test_sliders(domain_id):
+    """On the page that stands in for the window, Randomize moves the joints, and Center back."""
+    with launched('show_turtle', 'py', domain_id, 'view:=none') as launching:
+        page = launching.wait_for_output(r'Joint State Publisher: (\S+)', 30.0)[1]
+        with graph(domain_id) as live, Chromium() as browser:
+            states = live.record('joint_states', JointState)
+            browser.go_to(page)
+            for name, moved in (('Randomize', True), ('Center', False)):
+                button = BUTTON.format(name)
+                browser.wait_for(button)
+                browser.evaluate(f'{button}.click()')
+                live.wait_for(lambda: states.last and states.last.position and all(
+                    (position != 0.0) is moved for position in states.last.position), 10.0, name)
         assert ended(launching) == 2
 
 
