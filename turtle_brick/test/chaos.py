@@ -172,6 +172,8 @@ class Spectator(Node):
         self.counts: Counter[str] = Counter()
         self.phase: Phase | None = None
         self.angle = 0.0
+        self.tilts = 0
+        """How often the platform has begun to tilt: a busy machine may tell of it afterwards."""
         self.sent: list[tuple[float, float]] = [CENTRE]
         """Where the robot has been sent, one after another."""
         self.verdicts = 0
@@ -204,6 +206,7 @@ class Spectator(Node):
 
     def on_tilt(self, message: Tilt) -> None:
         """Take note of the angle that the platform is told to have."""
+        self.tilts += self.angle == 0.0 != message.angle
         self.angle = message.angle
 
     def on_goal(self, message: PoseStamped) -> None:
@@ -446,7 +449,7 @@ class Scene:
         """Drop an easy brick, and see it caught, carried to the centre and tipped off."""
         seen = self.spectator
         self.place(*self.easy_place())
-        verdicts = seen.verdicts
+        verdicts, tilts = seen.verdicts, seen.tilts
         self.drop()
         self.until(lambda: seen.phase in (Phase.RIDING, Phase.GROUNDED), PLAY_TIME,
                    'the easy brick is down')
@@ -454,7 +457,7 @@ class Scene:
             raise Fault(f'an easy brick is called Unreachable ({self.situation()})')
         if seen.phase is Phase.GROUNDED:
             raise Fault(f'an easy brick is missed ({self.situation()})')
-        self.until(lambda: seen.angle > 0.0, PLAY_TIME, 'the platform tilts')
+        self.until(lambda: seen.tilts > tilts, PLAY_TIME, 'the platform tilts')
         x, y, _ = seen.see('platform').position
         if dist((x, y), CENTRE) > 0.05:
             raise Fault(f'the brick is tipped off at ({x:.2f}, {y:.2f}), not in the centre')
@@ -477,6 +480,12 @@ class Scene:
         if stage == 'hovering':
             return
         self.drop()
+        tilts = seen.tilts
+
+        def is_over() -> bool:
+            """Tell whether it has all happened, and was heard of too late."""
+            return seen.tilts > tilts and seen.phase is Phase.FLOATING and self.is_level()
+
         for name, reached in (
                 ('falling', lambda: seen.phase is Phase.FALLING and seen.goal != CENTRE),
                 ('carrying', lambda: seen.phase is Phase.RIDING and seen.goal == CENTRE),
@@ -484,7 +493,10 @@ class Scene:
                 ('levelling', lambda: seen.phase is Phase.FLOATING
                  and 0.0 < seen.angle < 0.7 * PARAMETERS.tilt_angle),
                 ('floating', self.is_level)):
-            self.until(reached, PLAY_TIME, f'before the blow: {name}')
+            self.until(lambda: reached() or is_over(), PLAY_TIME, f'before the blow: {name}')
+            if is_over() and stage != 'floating':
+                self.go_to(stage)
+                return
             if name == stage:
                 return
 
