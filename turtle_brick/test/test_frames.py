@@ -26,6 +26,7 @@ from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from turtle_brick.frames import AHEAD
 from turtle_brick.frames import between
+from turtle_brick.frames import ECHO
 from turtle_brick.frames import Guard
 from turtle_brick.frames import GuardedListener
 from turtle_brick.frames import latest
@@ -192,6 +193,20 @@ def test_one_message_makes_no_frame_move(guard):
     for _ in range(2 * STEADY):
         assert guard.refusal(transform('world', 'odom'), False, NOW)
     assert guard.refusal(transform('world', 'odom'), True, NOW) == ''
+
+
+@pytest.mark.parametrize('back', [0.6, 3.0, 4.999, 5.0, 60.0])
+def test_nothing_outlasts_a_clock_that_is_set_back(guard, back):
+    """What is on its way then has the time before, and would be the latest for as long."""
+    back = round(back * 1e9)
+    tick = 4_000_000
+    assert guard.refusal(transform('world', 'brick'), False, NOW) == ''
+    assert 'ahead' in guard.refusal(transform('world', 'brick', -tick), False, NOW - back)
+    assert guard.refusal(transform('world', 'brick', back), False, NOW - back) == ''
+    assert guard.refusal(transform('world', 'brick', back - tick), False, NOW - back) == ''
+    late = NOW - back + ECHO
+    assert 'ahead' not in guard.refusal(
+        transform('world', 'brick', NOW - late - AHEAD), False, late)
 
 
 class Ears:

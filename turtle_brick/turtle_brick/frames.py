@@ -48,6 +48,10 @@ AHEAD = 5_000_000_000
 would outlast all that come after it: tf2 forgets what is 10 s older than its latest, and so hears
 nothing else of that frame until its time comes."""
 
+ECHO = 1_000_000_000
+"""How long (ns) after a clock was set back transforms may come that were stamped before. They are
+those whose stamps are nearer to the time before: in a buffer they would be the latest."""
+
 PAST = 10_000_000_000
 """Age (ns) at which tf2 refuses a transform, with a message in the log for each."""
 
@@ -128,6 +132,9 @@ class Guard:
         self._parents: Dict[str, str] = {}
         self._static: Dict[str, bool] = {}
         self._claims: Dict[str, Deque[int]] = {}
+        self._now = 0
+        self._jump = 0
+        self._echo_ends = 0
 
     def refusal(self, transform: TransformStamped, static: bool, now: int) -> str:
         """
@@ -159,7 +166,7 @@ class Guard:
         if stamp.sec < 0 or stamp.nanosec >= 1_000_000_000:
             return f'has the stamp {stamp.sec} s {stamp.nanosec} ns, which is no time'
         age = now - nanoseconds_of(stamp)
-        if not static and not -AHEAD <= age <= PAST:
+        if not static and not -self._ahead(now) <= age <= PAST:
             return f'has a stamp that is {abs(age) * 1e-9:g} s {"old" if age > 0 else "ahead"}'
         parent = transform.header.frame_id.removeprefix('/')
         child = transform.child_frame_id.removeprefix('/')
@@ -186,6 +193,13 @@ class Guard:
             self._parents[child] = parent
         self._static[child] = static
         return ''
+
+    def _ahead(self, now: int) -> int:
+        """Return how far (ns) ahead a stamp may be now (ns): not for long where time went back."""
+        if self._now - now > OLDEST:
+            self._jump, self._echo_ends = self._now - now, now + ECHO
+        self._now = now
+        return min(AHEAD, self._jump // 2) if now < self._echo_ends else AHEAD
 
     def _is_steady(self, frame: str, static: bool, now: int) -> bool:
         """Tell whether a frame is broadcast on /tf so often that it moves, this time counted."""
