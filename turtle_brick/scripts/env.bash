@@ -24,6 +24,8 @@
 #                or the first that fits of python3.13, python3.12, python3.11, python3.10)
 #   TURTLE_BRICK_VIEW=...   what the launch files show the robot with: rviz, web or none (else
 #                rviz, or web where there is no rviz2)
+#   FASTRTPS_DEFAULT_PROFILES_FILE=...   how the nodes of a home of wheels find each other (else
+#                fastdds.xml)
 
 if [ -z "${BASH_VERSION-}" ]; then
   echo 'turtle_brick: env.bash is for bash: start one, and source it there.' >&2
