@@ -124,6 +124,8 @@ def step(what: str) -> Iterator[None]:
     say(f' {time.monotonic() - start:.0f} s')
 
 
+INTERRUPTIONS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
 # Locks that every command inherits: one that outlives this process by force still holds them.
 locks: list[int] = []
 
@@ -139,16 +141,23 @@ def run(command: list[str], env: dict[str, str]) -> tuple[int, str]:
     Returns:
         Its status and what it wrote to standard output and standard error.
     """
-    with subprocess.Popen(command, cwd=TOP, env=env, stdin=subprocess.DEVNULL,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                          errors='replace', start_new_session=True,
-                          pass_fds=locks) as process:
-        try:
-            output, _ = process.communicate()
-        except BaseException:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
-            raise
+    # An interruption waits until it is known whom it ends.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, INTERRUPTIONS)
+    try:
+        with subprocess.Popen(
+                command, cwd=TOP, env=env, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT, text=True, errors='replace', start_new_session=True,
+                pass_fds=locks,
+                preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_SETMASK, before)) as process:
+            try:
+                signal.pthread_sigmask(signal.SIG_SETMASK, before)
+                output, _ = process.communicate()
+            except BaseException:
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGKILL)
+                raise
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
     return process.returncode, output
 
 
@@ -703,7 +712,7 @@ def make_pypi_home(record: Record) -> None:
             record.add('venv', mark)
         except BaseException:
             # an interruption must not interrupt the tidying
-            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            for number in INTERRUPTIONS:
                 signal.signal(number, signal.SIG_IGN)
             remove_home()
             raise
@@ -732,7 +741,7 @@ def main() -> int:
     def interrupt(*_: object) -> None:
         raise SystemExit('turtle_brick: Interrupted: the home is not ready.')
 
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for number in INTERRUPTIONS:
         signal.signal(number, interrupt)
     try:
         with alone():
