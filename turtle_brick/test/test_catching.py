@@ -382,7 +382,7 @@ def test_reachable_is_what_the_robot_has_the_time_for(
         assert decision.needed == COMMAND_LATENCY + travel_time(
             distance, parameters.platform_radius, parameters.max_velocity)
         assert decision.needed >= COMMAND_LATENCY + way / parameters.max_velocity - 1e-12
-    assert decision.reachable == (decision.needed <= decision.available)
+    assert decision.reachable == (decision.needed <= max(decision.available, 0.0))
     assert decision.reachable == (decision.reason == '')
     # A fall is known by its third sample, 8 ms later.
     if way > 0.0 and way <= parameters.max_velocity * (available + late - 0.13) and late <= 0.01:
