@@ -101,6 +101,7 @@ class Steadiness:
         if not isinstance(item, pytest.Function):
             return None
         item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
+        repeated = []
         for attempt in range(ATTEMPTS):
             begin = monotonic()
             reports = runtestprotocol(item, nextitem=nextitem, log=False)
@@ -108,14 +109,19 @@ class Steadiness:
             if attempt == ATTEMPTS - 1 or not stalls or not any(
                     report.failed for report in reports):
                 break
-            self.repeated.append(f'{item.nodeid}: run again, since the machine stood still for '
-                                 f'{max(stalls):.2f} s while it failed')
+            repeated.append(f'{item.nodeid}: run again, since the machine stood still for '
+                            f'{max(stalls):.2f} s while it failed')
             self.watch.wait_for_quiet()
             item._initrequest()
+        reports[-1].user_properties += [('repeated', text) for text in repeated]
         for report in reports:
             item.ihook.pytest_runtest_logreport(report=report)
         item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
         return True
+
+    def pytest_runtest_logreport(self, report):
+        """Take note of what was run again, here or in another process."""
+        self.repeated += [text for name, text in report.user_properties if name == 'repeated']
 
     def pytest_terminal_summary(self, terminalreporter):
         """Say which tests were run again."""
