@@ -22,17 +22,14 @@ colcon test runs it; to run it alone:
 import os
 import unittest
 
+from launch import LaunchDescription
+from launch.substitutions import PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.substitutions import FindPackageShare
+from launch_testing.actions import ReadyToTest
 import pytest
 from test_cmd_vel_rate import assert_cmd_vel_at_100_hz
 from turtle_brick.domains import reserved_domain
-
-pytest.importorskip('launch_testing', reason='launch_testing is not installed (not on PyPI)')
-
-from launch import LaunchDescription  # noqa: E402, I100
-from launch.substitutions import PathJoinSubstitution  # noqa: E402
-from launch_ros.actions import Node  # noqa: E402
-from launch_ros.substitutions import FindPackageShare  # noqa: E402
-from launch_testing.actions import ReadyToTest  # noqa: E402
 
 
 DOMAIN = reserved_domain()

@@ -18,6 +18,7 @@ import sys
 
 from geometry_msgs.msg import PoseStamped
 from geometry_msgs.msg import Twist
+import joint_state_publisher
 from live_graph import graph
 from live_graph import process
 import pytest
@@ -29,22 +30,16 @@ from turtle_brick.parameters import default_path
 from turtlesim.msg import Pose
 import witness
 
-pytest.importorskip('launch', reason='launch is not installed')
-joint_state_publisher = pytest.importorskip(
-    'joint_state_publisher', reason='joint_state_publisher is not installed')
-
 # In JavaScript, a button by its text.
 BUTTON = '[...document.querySelectorAll("button")].find(each => each.innerText == "{}")'
 
 LAUNCH = """
-import signal
 import sys
 from launch import LaunchDescription
 from launch import LaunchService
 from launch.actions import IncludeLaunchDescription
 from launch.launch_description_sources import AnyLaunchDescriptionSource
-signal.signal(signal.SIGINT, signal.SIG_IGN)  # launch handles it
-service = LaunchService()
+service = LaunchService(noninteractive=True)  # not only the terminal interrupts
 service.include_launch_description(LaunchDescription([IncludeLaunchDescription(
     AnyLaunchDescriptionSource(sys.argv[1]),
     launch_arguments=[argument.split(':=') for argument in sys.argv[2:]])]))

@@ -320,8 +320,6 @@ CASES += [(name, {'rviz_config': 'config/own.rviz'}) for name in NAMES]
 @pytest.mark.parametrize('name, given', CASES)
 def test_twins_do_the_same(name, given, monkeypatch):
     monkeypatch.delenv('TURTLE_BRICK_VIEW', raising=False)
-    pytest.importorskip('launch_ros', reason='launch is not installed')
-    pytest.importorskip('launch_xml', reason='launch_xml is not installed')
     python, xml = evaluated(name, 'py', **given), evaluated(name, 'xml', **given)
     assert python == xml
     if name == 'show_turtle':
@@ -344,6 +342,5 @@ def test_twins_do_the_same(name, given, monkeypatch):
 @pytest.mark.parametrize('name, argument', [
     ('show_turtle', 'use_jsp'), *((name, 'view') for name in NAMES)])
 def test_value_that_is_no_choice_is_refused(name, argument, language):
-    pytest.importorskip('launch_ros', reason='launch is not installed')
     with pytest.raises(RuntimeError, match=f'"{argument}" provided value "both" is not valid'):
         evaluated(name, language, **{argument: 'both'})

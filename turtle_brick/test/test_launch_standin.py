@@ -35,18 +35,16 @@ import threading
 from types import SimpleNamespace
 
 from ament_index_python.packages import get_package_share_directory
+import launch
+from launch.actions import IncludeLaunchDescription
+from launch.launch_description_sources import AnyLaunchDescriptionSource
+from launch.launch_description_sources import get_launch_description_from_any_launch_file
 import pytest
 import yaml
 
-pytest.importorskip('launch', reason='launch is not installed')
-if importlib.metadata.version('launch') != '1.0.0':
-    pytest.skip('this is the real launch, which the recordings are of', allow_module_level=True)
-
-import launch  # noqa: E402, I100
-from launch.actions import IncludeLaunchDescription  # noqa: E402
-from launch.launch_description_sources import AnyLaunchDescriptionSource  # noqa: E402
-from launch.launch_description_sources import (  # noqa: E402
-    get_launch_description_from_any_launch_file)
+# Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
+pytestmark = pytest.mark.skipif(importlib.metadata.version('launch') != '1.0.0',
+                                reason='this is the real launch, which the recordings are of')
 
 DATA = Path(__file__).parent / 'data' / 'ros2'
 SHARE = get_package_share_directory('turtle_brick')
