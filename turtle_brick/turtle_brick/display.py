@@ -39,7 +39,7 @@ from tf2_ros import TransformException
 from turtle_brick.arena import BRICK_COLORS
 from turtle_brick.frames import BASE_LINK
 from turtle_brick.frames import BRICK
-from turtle_brick.frames import Guard
+from turtle_brick.frames import Intake
 from turtle_brick.frames import LATEST
 from turtle_brick.frames import nanoseconds_of
 from turtle_brick.frames import ODOM
@@ -132,8 +132,8 @@ class Display:
         self._view = view
         self._buffer = buffer
         self._warn = warn
-        self._guard = Guard()
-        self._clock = 0
+        # Messages of several senders are not heard in the order in which they were sent.
+        self._intake = Intake(buffer, self._complain, jitter=NANOSECONDS)
         self._known_frames: set = set()
         self._robot: Optional[Robot] = None
         self._marks = Marks()
@@ -170,19 +170,8 @@ class Display:
 
     def hear_transforms(self, message: TFMessage, static: bool, clock: int, now: int) -> None:
         """Take in transforms, which are stamped by a clock that may be another one."""
-        if clock < self._clock - NANOSECONDS:
-            # What was to come would outlast what comes now. Less is no jump: messages of several
-            # senders are not heard in the order in which they were sent.
-            self._buffer.clear()
-        self._clock = clock
-        keep = self._buffer.set_transform_static if static else self._buffer.set_transform
         bricks = 0
-        for transform in message.transforms:
-            refusal = self._guard.refusal(transform, static, clock)
-            if refusal:
-                self._complain('/tf_static' if static else '/tf', f'Left out: {refusal}')
-                continue
-            keep(transform, 'viewer')
+        for transform in self._intake.take_in(message, static, clock):
             self._known_frames.add(transform.header.frame_id)
             self._known_frames.add(transform.child_frame_id)
             bricks += transform.child_frame_id == BRICK

@@ -15,6 +15,7 @@
 """What the nodes share about TF: frame names, poses as messages and back, news of a frame."""
 
 from collections import deque
+from typing import Any
 from typing import Callable
 from typing import Deque
 from typing import Dict
@@ -220,6 +221,43 @@ def _topic(static: bool) -> str:
     return '/tf_static' if static else '/tf'
 
 
+class Intake:
+    """Fills a buffer that nobody can spoil; also when the clock is set back."""
+
+    def __init__(self, buffer: Buffer, complain: Callable[[str, str], Any],
+                 jitter: int = 0) -> None:
+        """
+        Begin with an empty buffer.
+
+        Args:
+            buffer: what to fill
+            complain: told of which topic a transform is left out, and why, in a sentence
+            jitter: how far back (ns) the time may go without having been set back
+
+        """
+        self._buffer = buffer
+        self._complain = complain
+        self._jitter = jitter
+        self._guard = Guard()
+        self._now = 0
+
+    def take_in(self, message: TFMessage, static: bool, now: int) -> List[TransformStamped]:
+        """Fill the buffer with the transforms that can be used now (ns), and return them."""
+        if now < self._now - self._jitter:
+            self._buffer.clear()  # What was to come would outlast what comes now.
+        self._now = now
+        keep = self._buffer.set_transform_static if static else self._buffer.set_transform
+        taken = []
+        for transform in message.transforms:
+            refusal = self._guard.refusal(transform, static, now)
+            if refusal:
+                self._complain(_topic(static), f'Left out: {refusal}')
+            else:
+                keep(transform, 'default_authority')
+                taken.append(transform)
+        return taken
+
+
 class GuardedListener(TransformListener):
     """A TransformListener whose buffer nobody can spoil; also when the clock is set back."""
 
@@ -232,9 +270,8 @@ class GuardedListener(TransformListener):
             node: the node to listen with
 
         """
-        self._guard = Guard()
-        self._warner = Warner(node)
-        self._now = 0
+        warner = Warner(node)
+        self._intake = Intake(buffer, lambda _, sentence: warner.warn('transform', sentence))
         super().__init__(buffer, node)
 
     def callback(self, data: TFMessage) -> None:
@@ -247,20 +284,7 @@ class GuardedListener(TransformListener):
 
     def take_in(self, data: TFMessage, static: bool) -> List[TransformStamped]:
         """Fill the buffer with the transforms that can be used, and return them."""
-        now = self.node.get_clock().now().nanoseconds
-        if now < self._now:
-            self.buffer.clear()  # What was to come would outlast what comes now.
-        self._now = now
-        keep = self.buffer.set_transform_static if static else self.buffer.set_transform
-        taken = []
-        for transform in data.transforms:
-            refusal = self._guard.refusal(transform, static, now)
-            if refusal:
-                self._warner.warn('transform', f'Left out: {refusal}')
-            else:
-                keep(transform, 'default_authority')
-                taken.append(transform)
-        return taken
+        return self._intake.take_in(data, static, self.node.get_clock().now().nanoseconds)
 
 
 class OthersListener(GuardedListener):
