@@ -47,11 +47,16 @@ class LeftOut(argparse.Action):
 
 
 @contextmanager
-def undisturbed():
-    """Have Ctrl-C and SIGTERM wait: what they find half imported or made complains."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+def undisturbed(*others):
+    """
+    Have Ctrl-C, SIGTERM and others wait: what they find half imported or made complains.
+
+    Returns:
+        The signals that were held before, for a process that is started meanwhile.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, *others})
     try:
-        yield
+        yield before
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 

@@ -21,6 +21,7 @@ import subprocess
 import sys
 
 import ament_index_python as index
+from ros2cli.cli import undisturbed
 from rosidl_adapter.parser import parse_message_string
 
 
@@ -98,15 +99,14 @@ def run(args):
     # A terminal's Ctrl-C reaches the child by itself; what only this process gets is passed on.
     # All of it waits until there is a child.
     passed_on = {signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT}
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, *passed_on})
-    with subprocess.Popen(
+    with undisturbed(*passed_on) as before:
+        child = subprocess.Popen(
             [*shlex.split(args.prefix or ''), paths[0], *args.argv],
-            preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_SETMASK, before)) as child:
+            preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_SETMASK, before))
         signal.signal(signal.SIGINT, lambda *_: None)
         for number in passed_on:
             signal.signal(number, lambda number, _: child.send_signal(number))
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        status = child.wait()
+    status = child.wait()
     if status:
         print('[ros2run]:', signal.strsignal(-status) if status < 0
               else f'Process exited with failure {status}')
