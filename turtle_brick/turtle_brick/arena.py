@@ -134,11 +134,13 @@ class Arena(Node):
         place = self.create_service(Place, 'place', self.on_place)
         drop = self.create_service(Trigger, 'drop', self.on_drop)
         x, y, z = parameters.brick_start
+        self.commands = (
+            f'ros2 service call {place.service_name} turtle_brick_interfaces/srv/Place '
+            f'"{{location: {{x: {x:g}, y: {y:g}, z: {z:g}}}}}"',
+            f'ros2 service call {drop.service_name} std_srvs/srv/Trigger')
+        """What to type to place the brick and to drop it."""
         self.get_logger().info(
-            'To place the brick and to drop it:\n'
-            f'  ros2 service call {place.service_name} turtle_brick_interfaces/srv/Place '
-            f'"{{location: {{x: {x:g}, y: {y:g}, z: {z:g}}}}}"\n'
-            f'  ros2 service call {drop.service_name} std_srvs/srv/Trigger')
+            '\n  '.join(('To place the brick and to drop it:', *self.commands)))
         self.timer = self.create_timer(STEP * 1e-9, self.on_timer)
 
     def on_place(self, request: Place.Request, response: Place.Response) -> Place.Response:

@@ -518,13 +518,10 @@ def play(match: Match, options: argparse.Namespace) -> int:
         good = good and outcomes[0].caught and outcomes[1].unreachable
     if sys.stdin.isatty() and sys.stdout.isatty():
         domain = os.environ.get('ROS_DOMAIN_ID') or '0'
-        ros2 = 'ros2' if domain == '0' else f'ROS_DOMAIN_ID={domain} ros2'
-        x, y, z = match.parameters.brick_start
+        prefix = '' if domain == '0' else f'ROS_DOMAIN_ID={domain} '
         print('\nThe graph stays up until Ctrl-C. In another terminal, after "source '
-              'turtle_brick/scripts/env.bash":\n\n'
-              f'  {ros2} service call /place turtle_brick_interfaces/srv/Place '
-              f'"{{location: {{x: {x:g}, y: {y:g}, z: {z:g}}}}}"\n'
-              f'  {ros2} service call /drop std_srvs/srv/Trigger\n')
+              'turtle_brick/scripts/env.bash":\n',
+              *(f'  {prefix}{command}' for command in match.arena.commands), '', sep='\n')
         match.graph.spin_until(lambda: False, inf, 'Ctrl-C')
     return 0 if good else 1
 
