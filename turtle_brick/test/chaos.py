@@ -68,9 +68,9 @@ from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from tf2_ros import TransformException
 from tf2_ros import TransformListener
-from turtle_brick.arena import BRICK_COLORS
 from turtle_brick.catching import CENTRE
 from turtle_brick.catching import guaranteed_distance
+from turtle_brick.display import phase_of
 from turtle_brick.domains import reserved_domain
 from turtle_brick.driving import within_arena
 from turtle_brick.frames import pose_of
@@ -196,9 +196,7 @@ class Spectator(Node):
 
     def on_brick(self, message: Marker) -> None:
         """Tell from its colour what the brick does."""
-        seen = (message.color.r, message.color.g, message.color.b)
-        self.phase = next((phase for phase, color in BRICK_COLORS.items()
-                           if dist(seen, color[:3]) < 1e-3), self.phase)
+        self.phase = phase_of(message) or self.phase
 
     def on_verdict(self, message: Marker) -> None:
         """Count how often the brick was called unreachable."""

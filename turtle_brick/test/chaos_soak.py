@@ -22,6 +22,7 @@ from math import sin
 import os
 from pathlib import Path
 from random import Random
+from statistics import linear_regression
 from time import monotonic
 from typing import Any
 
@@ -59,15 +60,6 @@ def memory(process: int) -> float:
 def open_files(process: int) -> int:
     """Return how many file descriptors a process has open."""
     return len(os.listdir(f'/proc/{process}/fd'))
-
-
-def slope(points: list[tuple[float, float]]) -> float:
-    """Return the slope of the line that fits points best, 0 for less than two."""
-    if len(points) < 2:
-        return 0.0
-    x_mean, y_mean = (sum(values) / len(points) for values in zip(*points))
-    return (sum((x - x_mean) * (y - y_mean) for x, y in points)
-            / sum((x - x_mean) ** 2 for x, _ in points))
 
 
 def somewhere(random: Random, robot: Vector) -> Vector:
@@ -144,7 +136,8 @@ def soak(scene: Any, seconds: float, every: float, watch: Any) -> list[str]:
           f'{"open files":>12s}')
     for name, taken in samples.items():
         taken = [sample for sample in taken if sample[0] >= WARM_UP] or taken[-1:]
-        growth = slope([(time / 60.0, size) for time, size, _ in taken])
+        growth = 0.0 if len(taken) < 2 else linear_regression(
+            [time / 60.0 for time, _, _ in taken], [size for _, size, _ in taken]).slope
         files = sorted({count for *_, count in taken})
         print(f'{name:24s}{taken[0][1]:9.2f}{taken[-1][1]:15.2f}{growth:10.3f}'
               f'{"-".join(map(str, files)):>12s}')

@@ -438,7 +438,7 @@ class NodeProcess:
 
         """
         if self.running:
-            self._popen.send_signal(number)
+            self.send(number)
         return self.wait(timeout)
 
     def kill(self) -> None:

@@ -31,6 +31,7 @@ import re
 import signal
 import subprocess
 import sys
+from tempfile import gettempdir
 import threading
 from types import SimpleNamespace
 
@@ -40,13 +41,15 @@ from launch.actions import IncludeLaunchDescription
 from launch.launch_description_sources import AnyLaunchDescriptionSource
 from launch.launch_description_sources import get_launch_description_from_any_launch_file
 import pytest
+from recorded import DATA
+from recorded import with_paths
+from recorded import write_files
 import yaml
 
 # Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
 pytestmark = pytest.mark.skipif(importlib.metadata.version('launch') != '1.0.0',
                                 reason='this is the real launch, which the recordings are of')
 
-DATA = Path(__file__).parent / 'data' / 'ros2'
 SHARE = get_package_share_directory('turtle_brick')
 HEADER = ['[INFO] [launch]: All log files can be found below $LOGDIR',
           '[INFO] [launch]: Default logging verbosity is set to INFO']
@@ -76,11 +79,7 @@ def recorded(name, *more):
 def files(tmp_path_factory):
     """Write the files that were launched."""
     top = tmp_path_factory.mktemp('ros2')
-    for name, file in json.loads((DATA / 'files.json').read_text()).items():
-        path = top / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(file['text'])
-        path.chmod(0o755 if file.get('executable') else 0o644)
+    write_files(top)
     for package in ('rviz2', 'joint_state_publisher', 'joint_state_publisher_gui'):
         program = top / 'others' / 'lib' / package / package
         mark = top / 'others/share/ament_index/resource_index/packages' / package
@@ -114,14 +113,14 @@ def normal(text, files, log_dir=None):
     text = re.sub(r'(pid \[?)\d+', r'\1$PID', text)
     text = re.sub(r'0x[0-9a-f]+', '0x$ADDRESS', text)
     text = re.sub(r'(?m)^(\[.*?\] )?(Traceback .*:)(\n\1?  .*)+', r'\1\2\n\1  $TRACEBACK', text)
-    text = re.sub(r'/tmp/launch_params_\w+', '$TMP1', text)
+    text = re.sub(rf'{re.escape(gettempdir())}/launch_params_\w+', '$TMP1', text)
     return re.sub(r'([=_-])\1{2,}', r'\1\1\1', re.sub(r'in \d+\.\d+s', 'in $N s', text))
 
 
 def found_in(command, files):
     """Return the path of a launch file that a recorded command names, and its arguments."""
-    _, _, *rest = [part.replace('$FILES', str(files)).replace('$PROBE', f'{files}/probe')
-                   for part in command if part not in ('-s', '-a', '-n', '--show-args')]
+    _, _, *rest = [part for part in with_paths(command, files)
+                   if part not in ('-s', '-a', '-n', '--show-args')]
     if not os.path.isfile(rest[0]):
         package, name, *arguments = rest
         rest = [str(next(Path(get_package_share_directory(package)).rglob(name))), *arguments]
@@ -298,8 +297,8 @@ class Run:
             path, arguments = found_in(command, files)
             command = [sys.executable, '-c', LAUNCH, path]
         else:
-            command = [sys.executable if part == 'python' else
-                       part.replace('$FILES', str(files)) for part in command]
+            command = [sys.executable if part == 'python' else part
+                       for part in with_paths(command, files)]
         self.terminal = None
         options = {'stdin': subprocess.PIPE, 'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE}
         if record.get('terminal'):

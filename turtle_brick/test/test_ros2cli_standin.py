@@ -47,6 +47,9 @@ from rcl_interfaces.msg import ParameterDescriptor
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.action import ActionServer
 from rclpy.node import Node
+from recorded import DATA
+from recorded import with_paths
+from recorded import write_files
 from std_srvs.srv import Empty
 from turtle_brick.domains import reserved_domain
 from turtle_brick.graph import Graph
@@ -59,7 +62,6 @@ STAND_IN = find_spec('ros2cli.traffic') is not None
 pytestmark = pytest.mark.skipif(not STAND_IN and 'TURTLE_BRICK_ORACLE' not in os.environ,
                                 reason='the real ros2cli is not tested here')
 
-DATA = Path(__file__).parent / 'data' / 'ros2'
 RECORDS = {record['name']: record
            for file in ('cli', 'launch_show_args', 'launch_errors')
            for record in json.loads((DATA / f'{file}.json').read_text())['records']}
@@ -109,11 +111,7 @@ FIRST = [name for name in REPLAYED if not re.match('echo|pub|topic_hz', name)]
 def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Write the files that were recorded with."""
     top = tmp_path_factory.mktemp('ros2')
-    for name, file in json.loads((DATA / 'files.json').read_text()).items():
-        path = top / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(file['text'])
-        path.chmod(0o755 if file.get('executable') else 0o644)
+    write_files(top)
     with pytest.MonkeyPatch.context() as environment:
         environment.setenv('COLUMNS', '100')
         environment.setenv('AMENT_PREFIX_PATH',
@@ -219,9 +217,8 @@ class Command:
 
 def replay(record: Dict[str, Any], domain: int, arena: Node, files: Path) -> Outcome:
     """Do what was recorded, with its signals when what they waited for has come."""
-    words = [word.replace('$FILES', str(files)).replace('$PROBE', f'{files}/probe')
-             for word in record['command']]
-    command = Command(words, domain, record.get('stdin', ''))
+    command = Command(
+        with_paths(record['command'], files), domain, record.get('stdin', ''))
     topics = [word for word in record['command'][3:] if word.startswith('/')]
     expected = record['stdout'].replace('$MORE\n', '').count('\n')
 
