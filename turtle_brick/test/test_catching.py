@@ -37,13 +37,14 @@ from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st
 import pytest
-from turtle_brick.catching import AT_CENTRE
+from turtle_brick.catching import ARRIVED
 from turtle_brick.catching import Catcher
 from turtle_brick.catching import CENTRE
 from turtle_brick.catching import COMMAND_LATENCY
 from turtle_brick.catching import Drive
 from turtle_brick.catching import Fall
 from turtle_brick.catching import FallDetector
+from turtle_brick.catching import LAST_WORD
 from turtle_brick.catching import LEVEL_LATENCY
 from turtle_brick.catching import Observation
 from turtle_brick.catching import PATIENCE
@@ -419,7 +420,7 @@ def test_brick_below_the_platform_or_outside_the_arena_is_out_of_reach():
 def test_brick_of_a_robot_that_is_not_known_is_out_of_reach():
     decision = reach(Fall(SECOND, 5.0, 5.0, 9.0, 0.0), SECOND, None, PARAMETERS)
     assert not decision.reachable
-    assert 'not known' in decision.reason
+    assert 'no robot' in decision.reason
     assert decision.needed == inf
 
 
@@ -620,7 +621,7 @@ def test_catches_carries_and_tips_off_any_number_of_bricks(every):
         stage.reach_state(State.CARRYING)
         assert stage.world.phase is Phase.RIDING
         stage.reach_state(State.TILTING)
-        assert hypot(stage.robot[0] - CENTRE[0], stage.robot[1] - CENTRE[1]) <= AT_CENTRE
+        assert hypot(stage.robot[0] - CENTRE[0], stage.robot[1] - CENTRE[1]) <= ARRIVED
         assert stage.world.phase is Phase.RIDING
         stage.reach_state(State.WAITING)
         assert stage.world.phase is Phase.FLOATING
@@ -824,13 +825,63 @@ def test_robot_that_comes_in_sight_is_not_taken_to_be_at_rest():
     assert decisions[0].needed > decisions[1].needed
 
 
-def test_says_unreachable_while_the_robot_is_out_of_sight():
+@pytest.mark.parametrize('unseen', (0.0, 0.3, 0.6, 0.9))
+def test_waits_for_a_robot_that_is_out_of_sight_as_long_as_there_is_time(unseen):
+    """As a catcher that was asleep does: it may see the brick before the robot."""
     stage = Stage()
     stage.visible = False
-    stage.drop(5.0, 5.0, 9.0)
-    stage.run(2.0)
+    stage.drop(6.5, 6.0, REST + 0.5 * GRAVITY * 1.3 ** 2)
+    stage.run(unseen)
+    assert stage.actions == []
+    stage.visible = True
+    stage.reach_state(State.WAITING)
+    assert stage.states == COURSE
+    assert stage.told(Unreachable) == []
+    assert stage.world.phase is Phase.FLOATING
+
+
+@pytest.mark.parametrize('height, place', ((9.0, (-0.1, 5.0)), (REST - 0.1, CENTRE)))
+def test_does_not_wait_for_a_robot_that_could_not_help(height, place):
+    stage = Stage()
+    stage.visible = False
+    stage.drop(*place, height)
+    stage.run(0.1)
     assert [type(action) for _, action in stage.actions] == [Unreachable]
-    assert 'not known' in stage.catcher.decision.reason
+
+
+@pytest.mark.parametrize('lost', (1, 2, 3))
+def test_order_that_is_lost_is_given_again(lost):
+    """Until the robot is seen to obey."""
+    stage = Stage()
+    decide = stage.decide
+
+    def decide_deaf():
+        nonlocal lost
+        drives, goal = len(stage.told(Drive)), stage.goal
+        decide()
+        if len(stage.told(Drive)) > drives and lost:
+            lost, stage.goal = lost - 1, goal
+
+    stage.decide = decide_deaf
+    stage.drop(6.5, 6.0, REST + 0.5 * GRAVITY * 1.3 ** 2)
+    stage.reach_state(State.WAITING)
+    assert lost == 0
+    assert stage.states == COURSE
+    assert stage.world.phase is Phase.FLOATING
+
+
+@pytest.mark.parametrize('height', (REST + 0.2, 5.0, 9.0))
+def test_says_unreachable_while_the_robot_is_out_of_sight(height):
+    """Once, when it has the last word, and before the brick is down."""
+    stage = Stage()
+    stage.visible = False
+    stage.drop(5.0, 5.0, height)
+    stage.run(2.0)
+    (told, action), = stage.actions
+    assert isinstance(action, Unreachable)
+    time = (stage.catcher.decision.contact - told) * 1e-9
+    assert 0.8 * LAST_WORD - 1e-6 <= time <= LAST_WORD
+    assert 'no robot' in stage.catcher.decision.reason
 
 
 @pytest.mark.parametrize('state', COURSE[:4])

@@ -110,7 +110,8 @@ class CatcherNode(Node):
         """Let the catcher decide, and publish what it wants."""
         now = self.get_clock().now().nanoseconds
         state, decision = self.catcher.state, self.catcher.decision
-        actions = self.catcher.update(now, recent(self.tf_buffer, PLATFORM, now))
+        platform = recent(self.tf_buffer, PLATFORM, now) if self.is_heard() else None
+        actions = self.catcher.update(now, platform)
         if self.catcher.decision is not decision:
             self.explain(self.catcher.decision)
         for action in actions:
@@ -124,6 +125,11 @@ class CatcherNode(Node):
             self.get_logger().info(f'Now {self.catcher.state.value}')
         if not self.complete:
             self.wait_quietly()
+
+    def is_heard(self) -> bool:
+        """Tell whether there is a robot that hears what it is told; else nothing is promised."""
+        return all(publisher.get_subscription_count() > 0
+                   for publisher in (self.goal_publisher, self.tilt_publisher))
 
     def drive_to(self, x: float, y: float) -> None:
         """Send the robot to a point of the world (m)."""
@@ -163,12 +169,14 @@ class CatcherNode(Node):
             self.get_logger().info(f'{place}: unreachable, {decision.reason}')
 
     def wait_quietly(self) -> None:
-        """Say once which frames are missing, and once that none is any more."""
-        missing = [frame for frame in (PLATFORM, BRICK)
+        """Say once what is missing, and once that nothing is any more."""
+        missing = [f'the transform of {frame}' for frame in (PLATFORM, BRICK)
                    if latest(self.tf_buffer, frame) is None]
+        if not self.is_heard():
+            missing.append('a robot that hears goal_pose and tilt')
         if missing and not self.waiting:
             self.waiting = True
-            self.get_logger().info(f'Waiting for the transform of {" and ".join(missing)}')
+            self.get_logger().info(f'Waiting for {" and ".join(missing)}')
         if not missing:
             self.complete = True
             self.get_logger().info('Robot and brick are in sight: waiting for a fall')

@@ -102,12 +102,15 @@ CLOCK_DIFFERENCE = 0.5
 """How far (s) the stamp of a brick that begins to fall may be from the present: in between, the
 clocks of the two nodes have not both been set yet."""
 
+LAST_WORD = 0.1
+"""How long (s) before a brick is down it is decided about, if the robot has not come in sight."""
+
 OUT_OF_SIGHT = 1.0
 """Time (s) for which a robot may be out of sight, as on a machine that stands still, before what
 was to be caught or carried is given up."""
 
-AT_CENTRE = 0.02
-"""Distance (m) from the centre at which the robot, at rest, may tilt."""
+ARRIVED = 0.02
+"""Distance (m) from where it was sent at which the robot, at rest, is there, and may tilt."""
 
 ROUNDING = 1e-9
 """Distance (m) by which the transforms of what stands still may differ: tf2 interpolates them."""
@@ -328,7 +331,7 @@ def reach(fall: Fall, now: int, robot: Optional[Robot], parameters: Parameters) 
     available = (contact - now) * NANO
     if robot is None:
         return Decision(False, fall, contact, available, inf, inf,
-                        'the position of the robot is not known')
+                        'no robot is known that could come')
     distance = hypot(fall.x - robot.x, fall.y - robot.y)
     farthest = robot.reserve + max(
         [distance] + [hypot(fall.x - x, fall.y - y) for x, y in robot.bound_for])
@@ -516,27 +519,26 @@ class Catcher:
             self._start_afresh(now)
         self._now = now
         robot = self._observe_robot(now, platform)
-        fall = self._fall_to_decide(now)
+        decision = self._decide(now, robot)
         lying = self.state is State.WAITING and self._is_lying(robot)
         actions: List[Action] = []
-        if self.state is State.WAITING and fall is None and not lying:
+        if self.state is State.WAITING and decision is None and not lying:
             return actions
         blind = robot is None and (now - self._robot_seen) * NANO < OUT_OF_SIGHT
         if blind:
             self._brick_moved = self._brick_seen  # It has its time again when the robot is back.
         reachable = None
-        if fall is not None:
-            self.decision = reach(fall, now, robot, self.parameters)
-            reachable = self.decision.reachable
+        if decision is not None:
+            self.decision, reachable = decision, decision.reachable
             if not reachable:
-                actions.append(Unreachable(fall.position))
+                actions.append(Unreachable(decision.fall.position))
         at_rest = robot is not None and robot.at_rest
         state = transition(self.state, Observation(
             decision=reachable,
             falling=self._is_falling(),
             on_platform=self._is_on_platform(robot),
             at_centre=at_rest
-            and hypot(robot.x - CENTRE[0], robot.y - CENTRE[1]) <= AT_CENTRE,
+            and hypot(robot.x - CENTRE[0], robot.y - CENTRE[1]) <= ARRIVED,
             off_platform=self._is_off_platform(platform),
             out_of_patience=(now - self._since) * NANO > PATIENCE,
             level=self._angle == 0.0,
@@ -547,29 +549,38 @@ class Catcher:
             self._angle_before = self._angle
             actions += self._enter(state, now, robot)
             self.state = state
-        elif state is State.CARRYING and at_rest:
-            # Not at the centre, or it would tilt: somebody else has sent it elsewhere.
-            actions += self._enter(state, now, robot)
+        elif at_rest and state in (State.APPROACHING, State.CARRYING):
+            goal = self._goals[-1][1]
+            if hypot(robot.x - goal.x, robot.y - goal.y) > ARRIVED:
+                # The order was lost on its way, or somebody else has sent it there.
+                self._goals.append((now, goal))
+                actions.append(goal)
         actions += self._move_platform(now)
         return actions
 
     def _start_afresh(self, now: int) -> None:
         """Begin every span of time at an instant (ns) before those that are remembered."""
         self._track.clear()
-        self._goals.clear()
+        self._goals = deque((now, goal) for _, goal in self._goals)
         self._brick_seen = self._brick_moved = now
         self._level_seen = self._robot_seen = self._since = self._carrying_since = now
         self._angle_before, self._angle_set = self._angle, now
 
-    def _fall_to_decide(self, now: int) -> Optional[Fall]:
-        """Return the fall that is to be decided about now, if there is one."""
+    def _decide(self, now: int, robot: Optional[Robot]) -> Optional[Decision]:
+        """Return what is found about a fall that has not been decided about, once it is time."""
         fall = self._detector.fall
         if fall is None:
             self._undecided = False
         if not self._undecided or abs(now - self._brick_seen) * NANO > CLOCK_DIFFERENCE:
             return None
+        decision = reach(fall, now, robot, self.parameters)
+        # A robot that is seen too little may turn out to be near, and to stand still.
+        hoped_for = (Robot(fall.x, fall.y) if robot is None else robot._replace(reserve=0.0))
+        if (not decision.reachable and decision.available > LAST_WORD
+                and reach(fall, now, hoped_for, self.parameters).reachable):
+            return None
         self._undecided = False
-        return fall
+        return decision
 
     def _enter(self, state: State, now: int, robot: Optional[Robot]) -> List[Action]:
         """Return what is to be done on entering a state."""
