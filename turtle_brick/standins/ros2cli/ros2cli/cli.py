@@ -119,10 +119,18 @@ def parse(argv):
 
 def main():
     """Do what the command line says."""
-    # What has been begun is tidied up on SIGTERM as well; the status is the real one's. A shell
-    # has its background jobs ignore SIGINT.
-    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(number))
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+    status = None
+
+    def interrupt(number, _):
+        """End with the real one's status, whatever a middleware makes of the exception."""
+        nonlocal status
+        status = int(number)
+        raise KeyboardInterrupt
+
+    # What has been begun is tidied up on SIGTERM as well. A shell has its background jobs ignore
+    # SIGINT.
+    signal.signal(signal.SIGTERM, interrupt)
+    signal.signal(signal.SIGINT, interrupt)
     try:
         with undisturbed():
             args = parse(sys.argv[1:])
@@ -131,12 +139,12 @@ def main():
         status = args.function(args)
         sys.stdout.flush()
     except KeyboardInterrupt:
-        status = int(signal.SIGINT)
+        pass
     except BrokenPipeError:  # nobody reads on, as in `ros2 topic echo /odom | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         status = 1
     except RuntimeError as error:
-        status = str(error)
+        status = status or str(error)
     except (ValueError, re.error, yaml.YAMLError) as error:  # the end of the real one's traceback
         status = ''.join(traceback.format_exception_only(type(error), error)).rstrip()
     signal.signal(signal.SIGINT, signal.SIG_IGN)

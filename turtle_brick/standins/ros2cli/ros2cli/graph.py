@@ -33,9 +33,9 @@ from ros2cli.cli import undisturbed
 GLANCE = 0.02
 
 # Who is there says so each 0.3 s (fastdds.xml) and when it hears of somebody new: a graph is known
-# when nothing in it has changed for longer than that, and not so soon if what the user asks for is
-# missing. In glances, of which a machine that is short of time makes fewer in a second.
-QUIET, MISSING, LIMIT = 25, 100, 250
+# when nothing in it has changed for longer than that, what the user asks for is found in less, and
+# what is missing is waited for. In glances, of which a busy machine makes fewer in a second.
+KNOWN, FOUND, MISSING, LIMIT = 40, 25, 100, 250
 
 # How long (s) a parameter service may take to be there, and to answer.
 TIMEOUT = 5.0
@@ -63,8 +63,8 @@ class Observer(Node):
             self._spinner.spin_once(timeout_sec=GLANCE)
         return True
 
-    def discover(self, found):
-        """Wait until the graph is known, and what the user asks for is found if it is there."""
+    def discover(self, found=None):
+        """Wait until the graph is known, or what the user asks for is found if it is there."""
         seen = quiet = None
         for glance in range(LIMIT):
             before, seen = seen, (
@@ -72,9 +72,8 @@ class Observer(Node):
                 [(name, self.count_publishers(name), self.count_subscribers(name))
                  for name, _ in self.get_topic_names_and_types()])
             quiet = quiet + 1 if seen == before else 0
-            nobody = all(name[0] == '_' for name in seen[0])
-            needed = MISSING if nobody or not found(self) else QUIET
-            if quiet >= QUIET and glance >= needed:
+            missing = all(name[0] == '_' for name in seen[0]) or found and not found(self)
+            if quiet >= (FOUND if found else KNOWN) and (glance >= MISSING or not missing):
                 return
             self._spinner.spin_once(timeout_sec=GLANCE)
 
@@ -94,7 +93,7 @@ class Observer(Node):
 
 
 @contextlib.contextmanager
-def observer(found=lambda graph: True, name=None):
+def observer(found=None, name=None):
     """Enter the graph, wait until it is known, and leave it afterwards."""
     try:
         with undisturbed():
