@@ -21,15 +21,12 @@ from setuptools import setup
 package_name = 'turtle_brick'
 
 
-def shared(directory: str) -> tuple:
+def shared(directory: str) -> tuple[str, list[str]]:
     """
     Install the files of a source directory into the share subdirectory of its name.
 
-    Args:
-        directory: The source directory, relative to this file.
-
-    Returns:
-        An entry of setuptools' data_files: the destination and its files.
+    :param directory: The source directory, relative to this file.
+    :return: An entry of setuptools' data_files: the destination and its files.
     """
     return (f'share/{package_name}/{directory}', sorted(glob(f'{directory}/*.*')))
 

@@ -30,6 +30,8 @@ that the home is ready; otherwise one sentence has said what is missing and how 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from collections.abc import Iterator
 import contextlib
 import fcntl
 import functools
@@ -48,8 +50,6 @@ import sys
 import sysconfig
 import tempfile
 import time
-from typing import Iterable
-from typing import Iterator
 from xml.etree import ElementTree
 
 TOP = Path(__file__).resolve().parents[2]
@@ -111,8 +111,7 @@ def step(what: str) -> Iterator[None]:
     """
     Say what is done while it is done, and how long it took.
 
-    Args:
-        what: The step, in a few words.
+    :param what: The step, in a few words.
     """
     start = time.monotonic()
     try:
@@ -134,12 +133,9 @@ def run(command: list[str], env: dict[str, str]) -> tuple[int, str]:
     """
     Run a command in a process group of its own, which an interruption ends at once.
 
-    Args:
-        command: The program and its arguments.
-        env: Its environment.
-
-    Returns:
-        Its status and what it wrote to standard output and standard error.
+    :param command: The program and its arguments.
+    :param env: Its environment.
+    :return: Its status and what it wrote to standard output and standard error.
     """
     # An interruption waits until it is known whom it ends.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, INTERRUPTIONS)
@@ -191,9 +187,8 @@ def folder_fingerprint(folder: Path, without: Iterable[str] = ()) -> str:
     """
     Return a hash of the names, modes and contents of a folder's files.
 
-    Args:
-        folder: The folder.
-        without: Names at its top that do not count. Hidden files and bytecode never do.
+    :param folder: The folder.
+    :param without: Names at its top that do not count. Hidden files and bytecode never do.
     """
     skipped = {folder / name for name in without}
     digest = hashlib.sha256()
@@ -219,8 +214,7 @@ class Record:
         """
         Read the record.
 
-        Args:
-            path: Its file. One that is not there, or not readable, says that nothing is made.
+        :param path: Its file. One that is not there, or not readable, says that nothing is made.
         """
         self._path = path
         try:
@@ -279,8 +273,7 @@ def check_path() -> None:
     """
     Check that a home can be made in this folder.
 
-    Raises:
-        HomeError: Its path has a character that CMake, colcon or search paths cannot take.
+    :raises HomeError: Its path has a character that CMake, colcon or search paths cannot take.
     """
     for character in str(HOME):
         if not (character.isalnum() or character in FIT):
@@ -292,8 +285,7 @@ def check_platform() -> None:
     """
     Check that the wheels of Jazzy can run on this machine.
 
-    Raises:
-        HomeError: It is no x86-64 Linux with glibc.
+    :raises HomeError: It is no x86-64 Linux with glibc.
     """
     otherwise = ('on this machine, install ROS 2 Jazzy itself (or use its container) and source '
                  'it first')
@@ -313,16 +305,11 @@ def find_compiler(language: str, variable: str, names: Iterable[str]) -> list[st
     """
     Find a compiler as CMake does: the one that the environment names, else a usual one.
 
-    Args:
-        language: Its language, for the message.
-        variable: The environment variable that may name it.
-        names: The usual names of its program.
-
-    Returns:
-        The program's path, and arguments that the variable gives.
-
-    Raises:
-        HomeError: There is none.
+    :param language: Its language, for the message.
+    :param variable: The environment variable that may name it.
+    :param names: The usual names of its program.
+    :return: The program's path, and arguments that the variable gives.
+    :raises HomeError: There is none.
     """
     named = shlex.split(os.environ.get(variable, ''))
     for candidate in [named] if named else [[name] for name in names]:
@@ -334,13 +321,12 @@ def find_compiler(language: str, variable: str, names: Iterable[str]) -> list[st
                     'for example with "sudo apt install build-essential".')
 
 
-@functools.lru_cache(maxsize=None)
+@functools.cache
 def check_compilers() -> None:
     """
     Check that C and C++ programs can be built.
 
-    Raises:
-        HomeError: A compiler is missing or does not work.
+    :raises HomeError: A compiler is missing or does not work.
     """
     compilers = (
         ('C', '.c', '#include <stdlib.h>',
@@ -365,8 +351,7 @@ def check_python() -> None:
     """
     Check that this Python can make a virtual environment and be compiled against.
 
-    Raises:
-        HomeError: Its venv module or its C headers are missing.
+    :raises HomeError: Its venv module or its C headers are missing.
     """
     version = '{}.{}'.format(*sys.version_info[:2])
     try:
@@ -388,8 +373,7 @@ def check_colcon() -> None:
     """
     Check that the ROS home which is sourced has what builds packages.
 
-    Raises:
-        HomeError: colcon or CMake is missing.
+    :raises HomeError: colcon or CMake is missing.
     """
     for program, package in (('colcon', 'python3-colcon-common-extensions'), ('cmake', 'cmake')):
         if not shutil.which(program):
@@ -409,13 +393,10 @@ def point_to_this_machine(text: str, include: str, packages: str) -> str:
     """
     Repair an exported CMake file: it names the paths of the machine that built the wheels.
 
-    Args:
-        text: The CMake file.
-        include: The folder of this Python's headers.
-        packages: The site-packages folder of the virtual environment.
-
-    Returns:
-        The file with this machine's paths, which may have any letter in them.
+    :param text: The CMake file.
+    :param include: The folder of this Python's headers.
+    :param packages: The site-packages folder of the virtual environment.
+    :return: The file with this machine's paths, which may have any letter in them.
     """
     text = FOREIGN_INCLUDE.sub(lambda _: include, text)
     text = FOREIGN_PACKAGES.sub(lambda _: packages, text)
@@ -427,12 +408,9 @@ def local_setup(venv: Path, packages: Path) -> str:
     """
     Write the script that makes a shell use a virtual environment as its ROS prefix.
 
-    Args:
-        venv: The virtual environment.
-        packages: Its site-packages folder.
-
-    Returns:
-        The text of a bash script.
+    :param venv: The virtual environment.
+    :param packages: Its site-packages folder.
+    :return: The text of a bash script.
     """
     libraries = [venv / 'lib', *sorted(packages.glob('ros_*.libs'))]
     quoted = {name: shlex.quote(str(value)) for name, value in (
@@ -476,11 +454,8 @@ def pip_sentence(output: str) -> str:
     """
     Say in one sentence why pip failed.
 
-    Args:
-        output: All that it printed.
-
-    Returns:
-        The sentence.
+    :param output: All that it printed.
+    :return: The sentence.
     """
     missing = re.search(r'No matching distribution found for (\S+)', output)
     if UNREACHABLE.search(output):
@@ -500,8 +475,7 @@ def make_venv() -> None:
     """
     Make the virtual environment, from nothing.
 
-    Raises:
-        HomeError: It cannot be made.
+    :raises HomeError: It cannot be made.
     """
     env = clean_environment()
     for name in ('PYTHONPATH', 'PYTHONHOME', 'PIP_TARGET', 'PIP_PREFIX', 'PIP_ROOT',
@@ -557,12 +531,9 @@ def find_prefix(package: str, prefixes: Iterable[str]) -> str | None:
     """
     Find a package in the ament index.
 
-    Args:
-        package: Its name.
-        prefixes: The prefixes to look in, the first one first.
-
-    Returns:
-        The prefix that has it, or None.
+    :param package: Its name.
+    :param prefixes: The prefixes to look in, the first one first.
+    :return: The prefix that has it, or None.
     """
     for prefix in prefixes:
         if Path(prefix, 'share/ament_index/resource_index/packages', package).is_file():
@@ -574,12 +545,9 @@ def packages_to_build(prefixes: list[str]) -> dict[str, Path]:
     """
     Tell which packages the workspace is to hold.
 
-    Args:
-        prefixes: The prefixes of the home underneath.
-
-    Returns:
-        The folder of each package, by its name: the stand-ins of what is in no prefix, then the
-        two packages themselves.
+    :param prefixes: The prefixes of the home underneath.
+    :return: The folder of each package, by its name: the stand-ins of what is in no prefix, then
+        the two packages themselves.
     """
     folders = {}
     for manifest in sorted(TOP.glob('turtle_brick/standins/*/package.xml')):
@@ -595,9 +563,8 @@ def underlay_fingerprint(prefixes: list[str], python: str) -> str:
     """
     Return a fingerprint of the home underneath, as far as packages are built against it.
 
-    Args:
-        prefixes: Its prefixes.
-        python: What tells its Python from another.
+    :param prefixes: Its prefixes.
+    :param python: What tells its Python from another.
     """
     return fingerprint(HOME, python, Path(__file__).read_bytes(), *(
         find_prefix(name, prefixes)
@@ -609,16 +576,13 @@ def build(folders: dict[str, Path], underlay: str, record: Record, launcher: lis
     """
     Build the packages that changed, and delete those that are no longer wanted.
 
-    Args:
-        folders: The folder of each package that the workspace is to hold, by its name.
-        underlay: The fingerprint of the home underneath.
-        record: What is made so far.
-        launcher: The beginning of a command that is to run in the home underneath.
-        env: The environment of colcon.
-
-    Raises:
-        HomeError: Something that builds need is missing, or a package could not be built;
-            colcon's output has then been shown.
+    :param folders: The folder of each package that the workspace is to hold, by its name.
+    :param underlay: The fingerprint of the home underneath.
+    :param record: What is made so far.
+    :param launcher: The beginning of a command that is to run in the home underneath.
+    :param env: The environment of colcon.
+    :raises HomeError: Something that builds need is missing, or a package could not be built;
+        colcon's output has then been shown.
     """
     marks = {name: fingerprint(underlay, folder_fingerprint(folder, NOT_BUILT.get(name, ())))
              for name, folder in folders.items()}
@@ -672,11 +636,8 @@ def make_native_home(record: Record) -> None:
     """
     Build the packages on the ROS home that the environment has sourced.
 
-    Args:
-        record: What is made so far.
-
-    Raises:
-        HomeError: Something is missing, or a build failed.
+    :param record: What is made so far.
+    :raises HomeError: Something is missing, or a build failed.
     """
     env = clean_environment()
     env['COLCON_DEFAULTS_FILE'] = os.devnull  # a user's own layout is not this one
@@ -689,12 +650,9 @@ def make_pypi_home(record: Record) -> None:
     """
     Make the virtual environment, unless it is there and good, and build the packages on it.
 
-    Args:
-        record: What is made so far.
-
-    Raises:
-        HomeError: Something is missing, or a build failed. If it was the virtual environment
-            that could not be made, nothing is left behind.
+    :param record: What is made so far.
+    :raises HomeError: Something is missing, or a build failed. If it was the virtual environment
+        that could not be made, nothing is left behind.
     """
     mark = venv_fingerprint()
     if ('venv', mark) not in record or not VENV.is_dir():
@@ -730,8 +688,7 @@ def main() -> int:
     """
     Make the home that the command line names.
 
-    Returns:
-        The status of the process: 0 if the home is ready.
+    :return: The status of the process: 0 if the home is ready.
     """
     homes = {'native': make_native_home, 'pypi': make_pypi_home}
     if len(sys.argv) != 2 or sys.argv[1] not in homes:

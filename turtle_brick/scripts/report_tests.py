@@ -16,10 +16,10 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 import re
 import sys
-from typing import Iterable
 from typing import NamedTuple
 from xml.etree import ElementTree
 
@@ -41,12 +41,9 @@ def reason_of(skip: ElementTree.Element) -> str:
     """
     Find out why a test was skipped.
 
-    Args:
-        skip: The element that says that it was.
-
-    Returns:
-        The reason. For a file that was skipped as a whole, pytest has it in the text alone, as
-        the last of ('file', line, 'Skipped: reason').
+    :param skip: The element that says that it was.
+    :return: The reason. For a file that was skipped as a whole, pytest has it in the text alone,
+        as the last of ('file', line, 'Skipped: reason').
     """
     whole_file = re.search(r"""Skipped: (.*)['"]\)\s*$""", skip.text or '', re.DOTALL)
     if skip.get('message') == 'collection skipped' and whole_file:
@@ -58,11 +55,8 @@ def summarise(folders: Iterable[Path]) -> Summary:
     """
     Read the JUnit files that pytest and ctest leave in the build folders of packages.
 
-    Args:
-        folders: The build folders.
-
-    Returns:
-        What they say. A file that cannot be read counts as one failed test.
+    :param folders: The build folders.
+    :return: What they say. A file that cannot be read counts as one failed test.
     """
     passed = failed = 0
     skipped = []
@@ -89,8 +83,7 @@ def main() -> int:
     """
     Print what was skipped with its reason, one line for all cases of a test, then the numbers.
 
-    Returns:
-        The status of the process: 0 if nothing failed and something passed.
+    :return: The status of the process: 0 if nothing failed and something passed.
     """
     passed, failed, skipped = summarise(map(Path, sys.argv[1:]))
     cases = Counter((name.partition('[')[0], reason) for name, reason in skipped)

@@ -28,6 +28,9 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
+from collections.abc import Callable
+from collections.abc import Iterator
+from collections.abc import Sequence
 import contextlib
 from dataclasses import asdict
 from dataclasses import dataclass
@@ -45,9 +48,6 @@ import sys
 from tempfile import TemporaryDirectory
 from time import monotonic
 from typing import Any
-from typing import Callable
-from typing import Iterator
-from typing import Sequence
 
 from chaos_messages import FORESIGHT
 from chaos_messages import Injector
@@ -230,9 +230,7 @@ class Scene:
         """
         Start all nodes in a ROS domain of their own, and wait until they play together.
 
-        Args:
-            random: says where easy bricks fall
-
+        :param random: says where easy bricks fall
         """
         self.random = random
         self._stack = contextlib.ExitStack()
@@ -514,10 +512,8 @@ class Scene:
         """
         Send random messages; return how many to which topic.
 
-        Args:
-            count: how many
-            pattern: a regular expression that their names are to match
-
+        :param count: how many
+        :param pattern: a regular expression that their names are to match
         """
         # With all it has heard: what lingers in it would be the spectator's own fault.
         self.graph.close()

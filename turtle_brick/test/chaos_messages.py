@@ -20,6 +20,7 @@ field, and in some nothing is right.
 """
 
 from collections import Counter
+from collections.abc import Callable
 from math import inf
 from math import nan
 from random import Random
@@ -27,7 +28,6 @@ import re
 from time import monotonic
 from time import time_ns
 from typing import Any
-from typing import Callable
 from typing import NamedTuple
 
 from builtin_interfaces.msg import Time
@@ -91,9 +91,7 @@ class Filler:
         """
         Draw how wild this one is to be.
 
-        Args:
-            random: where chance comes from
-
+        :param random: where chance comes from
         """
         self.random = random
         self.wildness = random.choice(WILDNESS)
@@ -251,11 +249,9 @@ class Injector(Node):
         """
         Make ready.
 
-        Args:
-            random: where chance comes from
-            pattern: a regular expression that the names of topics and services are to match
-            node_options: passed on to rclpy.node.Node
-
+        :param random: where chance comes from
+        :param pattern: a regular expression that the names of topics and services are to match
+        :param node_options: passed on to rclpy.node.Node
         """
         super().__init__('injector', **node_options)
         self._random = random

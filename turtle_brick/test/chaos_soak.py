@@ -76,14 +76,11 @@ def soak(scene: Any, seconds: float, every: float, watch: Any) -> list[str]:
     """
     Drop a brick again and again, whatever the robot is doing.
 
-    Args:
-        scene: the graph
-        seconds: how long (s)
-        every: time (s) from one drop to the next
-        watch: knows when the machine stood still
-
-    Returns:
-        What went wrong, in words.
+    :param scene: the graph
+    :param seconds: how long (s)
+    :param every: time (s) from one drop to the next
+    :param watch: knows when the machine stood still
+    :return: What went wrong, in words.
     """
     seen = scene.spectator
     faults: list[str] = []

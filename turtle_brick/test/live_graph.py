@@ -25,6 +25,10 @@ The fixture `domain_id` (conftest.py) gives a test a ROS domain that nobody else
 from __future__ import annotations
 
 import codecs
+from collections.abc import Callable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from collections.abc import Sequence
 import contextlib
 import os
 from pathlib import Path
@@ -34,10 +38,6 @@ import subprocess
 import threading
 import time
 from typing import Any
-from typing import Callable
-from typing import Iterator
-from typing import Mapping
-from typing import Sequence
 from typing import TypeVar
 
 from ament_index_python.packages import get_package_prefix
@@ -64,9 +64,7 @@ class Recording:
         """
         Start with none.
 
-        Args:
-            name: the topic's name
-
+        :param name: the topic's name
         """
         self.name = name
         self.messages: list[Any] = []
@@ -95,11 +93,9 @@ class LiveGraph:
         """
         Start the nodes and spin them.
 
-        Args:
-            domain_id: the ROS domain
-            node_factories: make the nodes, each called with the context as `context=`; a node's
-                class is one, and so is a functools.partial of it
-
+        :param domain_id: the ROS domain
+        :param node_factories: make the nodes, each called with the context as `context=`; a node's
+            class is one, and so is a functools.partial of it
         """
         self.context = Context()
         rclpy.init(context=self.context, domain_id=domain_id,
@@ -147,9 +143,7 @@ class LiveGraph:
         """
         End the nodes.
 
-        Raises:
-            RuntimeError: A callback did not return.
-
+        :raises RuntimeError: A callback did not return.
         """
         self._end.set()
         self.executor.create_task(lambda: None)  # something to wake up for
@@ -167,17 +161,11 @@ class LiveGraph:
         """
         Wait until something is so.
 
-        Args:
-            predicate: tells whether it is; asked after everything that happens in the graph
-            timeout: how long (s) at most
-            what: what is waited for, for the message
-
-        Returns:
-            What the predicate returned at last, which is true.
-
-        Raises:
-            TimeoutError: It was not so in time.
-
+        :param predicate: tells whether it is; asked after everything that happens in the graph
+        :param timeout: how long (s) at most
+        :param what: what is waited for, for the message
+        :return: What the predicate returned at last, which is true.
+        :raises TimeoutError: It was not so in time.
         """
         deadline = time.monotonic() + timeout
         with self._happened:
@@ -195,13 +183,9 @@ class LiveGraph:
         """
         Do something in the graph's thread, between two callbacks.
 
-        Args:
-            action: what is done
-            timeout: how long (s) it may take to be its turn
-
-        Returns:
-            What the action returned. What it raises, this raises.
-
+        :param action: what is done
+        :param timeout: how long (s) it may take to be its turn
+        :return: What the action returned. What it raises, this raises.
         """
         results: list[Result] = []
         errors: list[Exception] = []
@@ -222,15 +206,11 @@ class LiveGraph:
         """
         Record a topic from now on.
 
-        Args:
-            topic: its name
-            message_type: the type of its messages
-            qos: the quality of service, or a depth: deep, so that a rate is not that of a
-                reader which falls behind
-
-        Returns:
-            The recording, which goes on until the graph ends.
-
+        :param topic: its name
+        :param message_type: the type of its messages
+        :param qos: the quality of service, or a depth: deep, so that a rate is not that of a
+            reader which falls behind
+        :return: The recording, which goes on until the graph ends.
         """
         recording = Recording(topic)
         self.do(lambda: self.listener.create_subscription(
@@ -242,19 +222,13 @@ class LiveGraph:
         """
         Make a publisher that is heard.
 
-        Args:
-            topic: the topic's name
-            message_type: the type of its messages
-            qos: the quality of service, or a depth
-            readers: how many subscriptions are waited for
-            timeout: how long (s) at most
-
-        Returns:
-            The publisher.
-
-        Raises:
-            TimeoutError: So many do not subscribe.
-
+        :param topic: the topic's name
+        :param message_type: the type of its messages
+        :param qos: the quality of service, or a depth
+        :param readers: how many subscriptions are waited for
+        :param timeout: how long (s) at most
+        :return: The publisher.
+        :raises TimeoutError: So many do not subscribe.
         """
         publisher = self.do(lambda: self.listener.create_publisher(message_type, topic, qos))
         self.wait_for(lambda: publisher.get_subscription_count() >= readers, timeout,
@@ -266,18 +240,12 @@ class LiveGraph:
         """
         Call a service.
 
-        Args:
-            service: its name
-            service_type: its type
-            request: the request; an empty one if None
-            timeout: how long (s) it may take until the service is there, and until it answers
-
-        Returns:
-            The response.
-
-        Raises:
-            TimeoutError: There is no such service, or no answer.
-
+        :param service: its name
+        :param service_type: its type
+        :param request: the request; an empty one if None
+        :param timeout: how long (s) it may take until the service is there, and until it answers
+        :return: The response.
+        :raises TimeoutError: There is no such service, or no answer.
         """
         client = self.do(lambda: self.listener.create_client(service_type, service))
         self.wait_for(client.service_is_ready, timeout, f'the service {service}')
@@ -292,14 +260,10 @@ def graph(domain_id: int, *node_factories: Callable[..., Node]) -> Iterator[Live
     """
     Run nodes in this process; see LiveGraph.
 
-    Args:
-        domain_id: the ROS domain
-        node_factories: make the nodes
-
-    Returns:
-        The graph. When the context ends its nodes have ended, and what a callback raised is
+    :param domain_id: the ROS domain
+    :param node_factories: make the nodes
+    :return: The graph. When the context ends its nodes have ended, and what a callback raised is
         raised again.
-
     """
     live = LiveGraph(domain_id, *node_factories)
     try:
@@ -324,11 +288,9 @@ class NodeProcess:
         """
         Start it.
 
-        Args:
-            command: the program and its arguments
-            domain_id: the ROS domain it is in
-            environment: further variables, besides those of this process
-
+        :param command: the program and its arguments
+        :param domain_id: the ROS domain it is in
+        :param environment: further variables, besides those of this process
         """
         self.command = list(command)
         self._printed = threading.Condition()
@@ -375,16 +337,10 @@ class NodeProcess:
         """
         Wait until it has printed something.
 
-        Args:
-            pattern: a regular expression, searched in all of its output
-            timeout: how long (s) at most
-
-        Returns:
-            The match.
-
-        Raises:
-            TimeoutError: It did not print that in time, or ended without.
-
+        :param pattern: a regular expression, searched in all of its output
+        :param timeout: how long (s) at most
+        :return: The match.
+        :raises TimeoutError: It did not print that in time, or ended without.
         """
         deadline = time.monotonic() + timeout
         with self._printed:
@@ -404,15 +360,9 @@ class NodeProcess:
         """
         Wait until it ends by itself.
 
-        Args:
-            timeout: how long (s) at most
-
-        Returns:
-            Its status.
-
-        Raises:
-            TimeoutError: It did not end in time.
-
+        :param timeout: how long (s) at most
+        :return: Its status.
+        :raises TimeoutError: It did not end in time.
         """
         try:
             status = self._popen.wait(timeout)
@@ -426,16 +376,10 @@ class NodeProcess:
         """
         Ask it to end.
 
-        Args:
-            number: the signal that asks
-            timeout: how long (s) it may take
-
-        Returns:
-            Its status.
-
-        Raises:
-            TimeoutError: It did not end in time.
-
+        :param number: the signal that asks
+        :param timeout: how long (s) it may take
+        :return: Its status.
+        :raises TimeoutError: It did not end in time.
         """
         if self.running:
             self.send(number)
@@ -456,20 +400,14 @@ def process(command: Sequence[str], domain_id: int, *, stop: int | None = signal
     """
     Run a process and see that it ends as it should.
 
-    Args:
-        command: the program and its arguments
-        domain_id: the ROS domain it is in
-        stop: the signal that ends it when the context ends; None if the test has ended it, or
-            does not care how it ends
-        timeout: how long (s) it may take to end
-
-    Returns:
-        The process.
-
-    Raises:
-        AssertionError: It did not end with status 0 when it was asked to.
-        TimeoutError: It did not end in time.
-
+    :param command: the program and its arguments
+    :param domain_id: the ROS domain it is in
+    :param stop: the signal that ends it when the context ends; None if the test has ended it, or
+        does not care how it ends
+    :param timeout: how long (s) it may take to end
+    :return: The process.
+    :raises AssertionError: It did not end with status 0 when it was asked to.
+    :raises TimeoutError: It did not end in time.
     """
     running = NodeProcess(command, domain_id)
     try:

@@ -28,12 +28,8 @@ def assert_cmd_vel_at_100_hz(domain_id):
     """
     Measure the mean rate of cmd_vel over 3 s.
 
-    Args:
-        domain_id: the ROS domain in which one turtle_robot runs
-
-    Raises:
-        AssertionError: It is off 100 Hz by over 1 %, or a command is not for standing still.
-
+    :param domain_id: the ROS domain in which one turtle_robot runs
+    :raises AssertionError: It is off 100 Hz by over 1 %, or a command is not for standing still.
     """
     with Graph(domain_id) as graph:
         witness = graph.add(Witness, parameters=False)

@@ -153,7 +153,7 @@ def test_the_users_domain_is_left_alone():
 
 
 def test_run_instead_of_sourced_it_says_so():
-    done = subprocess.run(['bash', str(ENV)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    done = subprocess.run(['bash', str(ENV)], capture_output=True,
                           text=True)
     assert done.returncode == 1 and done.stdout == ''
     assert 'to be sourced' in done.stderr and len(done.stderr.splitlines()) == 1

@@ -1,4 +1,4 @@
-# Copyright 2026 the turtle_brick developers
+# Copyright 2017 Open Source Robotics Foundation, Inc.
 #
 # Licensed under the Apache License, Version 2.0 (the "License");
 # you may not use this file except in compliance with the License.
@@ -11,7 +11,6 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The code of both packages and of the stand-ins is in ament's style."""
 
 from ament_flake8.main import main_with_errors
 import pytest
@@ -20,5 +19,7 @@ import pytest
 @pytest.mark.flake8
 @pytest.mark.linter
 def test_flake8():
-    status, errors = main_with_errors(argv=[])
-    assert status == 0, f'{len(errors)} code style errors:\n' + '\n'.join(errors)
+    rc, errors = main_with_errors(argv=[])
+    assert rc == 0, \
+        'Found %d code style errors / warnings:\n' % len(errors) + \
+        '\n'.join(errors)

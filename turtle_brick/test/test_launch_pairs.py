@@ -332,7 +332,7 @@ def test_twins_do_the_same(name, given, monkeypatch):
             'rviz2': given.get('view', 'rviz') == 'rviz',
             'viewer': given.get('view') == 'web',
         }
-        (published,) = [a[3] for a in python if a[0] == 'robot_state_publisher']
+        (published,) = (a[3] for a in python if a[0] == 'robot_state_publisher')
         (section,) = published.values()
         assert section['publish_frequency'] == 1000.0
         assert '<robot name="turtle"' in section['robot_description']

@@ -119,8 +119,8 @@ def normal(text, files, log_dir=None):
 
 def found_in(command, files):
     """Return the path of a launch file that a recorded command names, and its arguments."""
-    _, _, *rest = [part for part in with_paths(command, files)
-                   if part not in ('-s', '-a', '-n', '--show-args')]
+    _, _, *rest = (part for part in with_paths(command, files)
+                   if part not in ('-s', '-a', '-n', '--show-args'))
     if not os.path.isfile(rest[0]):
         package, name, *arguments = rest
         rest = [str(next(Path(get_package_share_directory(package)).rglob(name))), *arguments]
@@ -440,7 +440,7 @@ def has_ended(text):
 @pytest.mark.parametrize('record', recorded('dynamic', 'logs_and_terminal'))
 def test_runs_are_those_recorded(record, runs, files):
     run = runs[record['name']].result()
-    (log_dir,) = [path.parent for path in run.top.rglob('launch.log')]
+    (log_dir,) = (path.parent for path in run.top.rglob('launch.log'))
     said = normal(run.text, files, log_dir).replace(str(run.top), '$WORK')
     expected = record['stdout']
     if '$RUN' in expected:

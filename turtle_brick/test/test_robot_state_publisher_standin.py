@@ -17,6 +17,8 @@ The robot_state_publisher of this home against recordings of the real one.
 Where the real one is installed it is tested itself, as far as it can be from outside.
 """
 
+from collections.abc import Iterator
+from collections.abc import Sequence
 from functools import partial
 from importlib.util import find_spec
 import json
@@ -26,10 +28,6 @@ from math import sin
 from pathlib import Path
 import signal
 from typing import Any
-from typing import Dict
-from typing import Iterator
-from typing import List
-from typing import Sequence
 
 from ament_index_python.packages import get_package_prefix
 from ament_index_python.packages import PackageNotFoundError
@@ -67,7 +65,7 @@ if IS_STANDIN:
     from robot_state_publisher.node import RobotStatePublisher
 
 
-def by_name(name: str) -> Dict[str, Any]:
+def by_name(name: str) -> dict[str, Any]:
     """Find a recording."""
     return next(recording for recording in RECORDINGS if recording['name'] == name)
 
@@ -77,17 +75,13 @@ def nanoseconds(stamp: Sequence[int]) -> int:
     return stamp[0] * SECOND + stamp[1]
 
 
-def joint_state(row: Dict[str, Any], shift: int) -> JointState:
+def joint_state(row: dict[str, Any], shift: int) -> JointState:
     """
     Make the message that a row of a recording tells of.
 
-    Args:
-        row: The row.
-        shift: What to add to its stamp, unless that is zero, in ns.
-
-    Returns:
-        The message.
-
+    :param row: The row.
+    :param shift: What to add to its stamp, unless that is zero, in ns.
+    :return: The message.
     """
     message = JointState(name=row['name'], position=[float(value) for value in row['position']])
     if nanoseconds(row['stamp']):
@@ -96,17 +90,15 @@ def joint_state(row: Dict[str, Any], shift: int) -> JointState:
     return message
 
 
-def assert_transforms(message: TFMessage, recorded: List[dict], shift: int = 0,
+def assert_transforms(message: TFMessage, recorded: list[dict], shift: int = 0,
                       stamps: bool = True) -> None:
     """
     Compare a message with a recorded one.
 
-    Args:
-        message: The message.
-        recorded: The transforms of the recorded one.
-        shift: By how much its stamps are later, in ns.
-        stamps: Whether stamps count.
-
+    :param message: The message.
+    :param recorded: The transforms of the recorded one.
+    :param shift: By how much its stamps are later, in ns.
+    :param stamps: Whether stamps count.
     """
     assert len(message.transforms) == len(recorded)
     for found, wanted in zip(message.transforms, recorded):
@@ -122,7 +114,7 @@ def assert_transforms(message: TFMessage, recorded: List[dict], shift: int = 0,
 
 # ----------------------------------------------------------------------------------- recordings
 
-def shift_to_past(live: LiveGraph, recording: Dict[str, Any]) -> int:
+def shift_to_past(live: LiveGraph, recording: dict[str, Any]) -> int:
     """Tell what to add to the recorded stamps, so that the last is a second ago, in ns."""
     now = live.listener.get_clock().now().nanoseconds
     return now - SECOND - nanoseconds(recording['sent'][-1]['stamp'])
@@ -131,7 +123,7 @@ def shift_to_past(live: LiveGraph, recording: Dict[str, Any]) -> int:
 @for_standin
 @pytest.mark.parametrize('recording', RECORDINGS, ids=lambda recording: recording['name'])
 def test_every_recorded_joint_state_has_its_recorded_effect(
-        recording: Dict[str, Any], domain_id: int) -> None:
+        recording: dict[str, Any], domain_id: int) -> None:
     """Message by message: which are thinned out, what the others move, what is latched."""
     urdf = (DATA / recording.get('urdf', 'r2.urdf')).read_text()
     overrides = [Parameter(name, value=value) for name, value in
@@ -203,7 +195,7 @@ def test_no_limit_and_no_stamps(domain_id: int) -> None:
 # ------------------------------------------------------------------------------- as a process
 
 @pytest.fixture
-def command(tmp_path: Path) -> List[str]:
+def command(tmp_path: Path) -> list[str]:
     """Write the command that runs the executable with the recorded robot, at 1000 Hz."""
     try:
         get_package_prefix('robot_state_publisher')
@@ -217,7 +209,7 @@ def command(tmp_path: Path) -> List[str]:
 
 
 @pytest.fixture
-def publisher(command: List[str], domain_id: int) -> Iterator[NodeProcess]:
+def publisher(command: list[str], domain_id: int) -> Iterator[NodeProcess]:
     """Run it until the test ends, with Ctrl-C and status 0."""
     with process(command, domain_id) as running:
         yield running
@@ -227,18 +219,14 @@ def send(live: LiveGraph, state: JointState, tf: Recording) -> TFMessage:
     """
     Publish a joint state until it has an effect.
 
-    Args:
-        live: The graph.
-        state: The joint state; joint_states are best effort, so one may get lost.
-        tf: The recording of /tf.
-
-    Returns:
-        The first message on /tf with the stamp of the joint state.
-
+    :param live: The graph.
+    :param state: The joint state; joint_states are best effort, so one may get lost.
+    :param tf: The recording of /tf.
+    :return: The first message on /tf with the stamp of the joint state.
     """
     sender = live.publisher('joint_states', JointState, qos_profile_sensor_data)
 
-    def answer() -> List[TFMessage]:
+    def answer() -> list[TFMessage]:
         """Find what has that stamp."""
         return [message for message in tf.messages
                 if message.transforms and message.transforms[0].header.stamp == state.header.stamp]
@@ -316,7 +304,7 @@ def test_parameters_can_change_while_it_runs(publisher: NodeProcess, domain_id: 
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_it_ends_quietly(command: List[str], domain_id: int, number: int) -> None:
+def test_it_ends_quietly(command: list[str], domain_id: int, number: int) -> None:
     """Ctrl-C and SIGTERM end it with status 0 and without another word."""
     with graph(domain_id) as live, process(command, domain_id, stop=None) as running:
         live.publisher('joint_states', JointState, qos_profile_sensor_data, timeout=20.0)

@@ -19,6 +19,9 @@ ros2cli is installed, and TURTLE_BRICK_ORACLE set, that is held to the same reco
 because of its daemon, which takes some minutes and shows that the comparison is right.
 """
 
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 import contextlib
 from importlib.util import find_spec
@@ -32,13 +35,7 @@ import sys
 import threading
 import time
 from typing import Any
-from typing import Callable
-from typing import Dict
-from typing import Iterable
-from typing import Iterator
-from typing import List
 from typing import NamedTuple
-from typing import Optional
 
 from ament_index_python.packages import get_package_share_directory
 from live_graph import GLANCE
@@ -90,7 +87,7 @@ LEFT_OUT = {
 }
 
 
-def verb(record: Dict[str, Any]) -> Optional[str]:
+def verb(record: dict[str, Any]) -> str | None:
     """Return the verb that the stand-in does not have and that a record is about, if it is."""
     words = ' '.join(record['command'][1:]) + ' '
     return next((verb for verb in LEFT_OUT_VERBS if words.startswith(f'{verb} ')), None)
@@ -185,15 +182,15 @@ def arena() -> Iterator[Node]:
 class Command:
     """A command that runs, with what it has printed so far."""
 
-    def __init__(self, words: List[str], domain: int, stdin: str = '') -> None:
+    def __init__(self, words: list[str], domain: int, stdin: str = '') -> None:
         """Start it in a process group of its own, as a shell does."""
         self.popen = subprocess.Popen(
             words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             text=True, env={**os.environ, 'ROS_DOMAIN_ID': str(domain)}, start_new_session=True)
         self.popen.stdin.write(stdin)
         self.popen.stdin.close()
-        self.lines: List[str] = []
-        self.errors: List[str] = []
+        self.lines: list[str] = []
+        self.errors: list[str] = []
         self.readers = [
             threading.Thread(target=lines.extend, args=(stream,))
             for lines, stream in ((self.lines, self.popen.stdout),
@@ -217,14 +214,14 @@ class Command:
         return Outcome(self.popen.wait(), ''.join(self.lines), ''.join(self.errors))
 
 
-def replay(record: Dict[str, Any], domain: int, arena: Node, files: Path) -> Outcome:
+def replay(record: dict[str, Any], domain: int, arena: Node, files: Path) -> Outcome:
     """Do what was recorded, with its signals when what they waited for has come."""
     command = Command(
         with_paths(record['command'], files), domain, record.get('stdin', ''))
     topics = [word for word in record['command'][3:] if word.startswith('/')]
     expected = record['stdout'].replace('$MORE\n', '').count('\n')
 
-    def reached(when: List[Any]) -> bool:
+    def reached(when: list[Any]) -> bool:
         """Return whether what a signal waits for has come."""
         if when[0] == 'line':
             pattern, number = when[1] if isinstance(when[1], list) else (when[1], 1)
@@ -254,7 +251,7 @@ class Replays:
         self._arena = arena
         self.files = files
         self._empty = empty
-        self._outcomes: Dict[str, Outcome] = {}
+        self._outcomes: dict[str, Outcome] = {}
         with ThreadPoolExecutor(4 if STAND_IN else 1) as pool:
             for part in (FIRST, REPLAYED):
                 now = [name for name in part if name in wanted and name not in self._outcomes

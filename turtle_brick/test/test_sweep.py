@@ -118,7 +118,7 @@ def test_what_stands_above_the_table_makes_it_again(tmp_path, capsys):
                        '--params-file', str(params_file), '--workers', '1', '--no-figures',
                        '--output', str(tmp_path / 'first')]) == 0
     rows, above = read(tmp_path / 'first' / sweep.TABLE)
-    first, _, *parameters = [line.lstrip('# ') for line in above.splitlines()]
+    first, _, *parameters = (line.lstrip('# ') for line in above.splitlines())
     assert from_mapping(yaml.safe_load('\n'.join(parameters))) == replace(
         PARAMETERS, max_velocity=2.0)
     program, _, options = first.partition(': sweep ')

@@ -17,6 +17,7 @@ The buffer of this home's tf2_ros against recordings of the real one and against
 Where the real tf2_ros is installed it is tested itself, which shows that the tests are right.
 """
 
+from collections.abc import Sequence
 from functools import partial
 import inspect
 import json
@@ -26,10 +27,6 @@ from threading import Thread
 from time import monotonic
 from time import perf_counter
 from typing import Any
-from typing import Dict
-from typing import List
-from typing import Sequence
-from typing import Tuple
 
 from geometry_msgs.msg import TransformStamped
 from hypothesis import given
@@ -76,16 +73,12 @@ def stamped(parent: str, child: str, time: int, translation: Sequence[float] = (
     """
     Write a transform.
 
-    Args:
-        parent: The frame.
-        child: The child frame.
-        time: The time in ns.
-        translation: x, y, z.
-        rotation: The quaternion x, y, z, w.
-
-    Returns:
-        The message.
-
+    :param parent: The frame.
+    :param child: The child frame.
+    :param time: The time in ns.
+    :param translation: x, y, z.
+    :param rotation: The quaternion x, y, z, w.
+    :return: The message.
     """
     message = TransformStamped()
     message.header.stamp.sec, message.header.stamp.nanosec = divmod(time, SECOND)
@@ -97,7 +90,7 @@ def stamped(parent: str, child: str, time: int, translation: Sequence[float] = (
     return message
 
 
-def numbers(message: TransformStamped) -> List[float]:
+def numbers(message: TransformStamped) -> list[float]:
     """Read x, y, z and the quaternion x, y, z, w of a transform."""
     t, r = message.transform.translation, message.transform.rotation
     return [t.x, t.y, t.z, r.x, r.y, r.z, r.w]
@@ -107,12 +100,8 @@ def matrix(values: Sequence[float]) -> np.ndarray:
     """
     Write a transform as a homogeneous matrix.
 
-    Args:
-        values: x, y, z and the quaternion x, y, z, w.
-
-    Returns:
-        The matrix, (4, 4).
-
+    :param values: x, y, z and the quaternion x, y, z, w.
+    :return: The matrix, (4, 4).
     """
     x, y, z, qx, qy, qz, qw = values
     cross = np.array([[0.0, -qz, qy], [qz, 0.0, -qx], [-qy, qx, 0.0]])
@@ -129,17 +118,13 @@ def seconds(time: float) -> Time:
 
 # ----------------------------------------------------------------------------------- recordings
 
-def ask(buffer: Buffer, call: Dict[str, Any]) -> TransformStamped:
+def ask(buffer: Buffer, call: dict[str, Any]) -> TransformStamped:
     """
     Repeat a recorded lookup.
 
-    Args:
-        buffer: The buffer to ask.
-        call: The call.
-
-    Returns:
-        What the buffer returns.
-
+    :param buffer: The buffer to ask.
+    :param call: The call.
+    :return: What the buffer returns.
     """
     if call['op'] == 'lookup':
         return buffer.lookup_transform(call['target'], call['source'], seconds(call['t']))
@@ -149,7 +134,7 @@ def ask(buffer: Buffer, call: Dict[str, Any]) -> TransformStamped:
 
 
 @pytest.mark.parametrize('script', RECORDED + RANDOM, ids=lambda script: script['name'])
-def test_every_recorded_call_is_answered_as_recorded(script: Dict[str, Any]) -> None:
+def test_every_recorded_call_is_answered_as_recorded(script: dict[str, Any]) -> None:
     """Values to 1e-9, exceptions to the letter, descriptions of the frames likewise."""
     buffer = Buffer(Duration(seconds=CACHE_TIME.get(script['name'], 10.0)))
     for call in script['ops']:
@@ -201,7 +186,7 @@ TRANSFORMS = st.tuples(st.tuples(*[COORDINATES] * 3), QUATERNIONS)
 
 
 @st.composite
-def trees(draw: st.DrawFn) -> List[Tuple[int, bool, tuple]]:
+def trees(draw: st.DrawFn) -> list[tuple[int, bool, tuple]]:
     """Draw a tree: for each frame after the first its parent, whether it is static, its pose."""
     count = draw(st.integers(1, 8))
     return [(draw(st.integers(0, index)), draw(st.booleans()), draw(TRANSFORMS))
@@ -256,7 +241,7 @@ def test_between_two_times_motion_is_uniform(first: tuple, second: tuple, percen
 
 
 @given(st.permutations(range(30)), st.lists(st.integers(0, 2900), min_size=1, max_size=20))
-def test_the_order_of_arrival_does_not_matter(order: List[int], times: List[int]) -> None:
+def test_the_order_of_arrival_does_not_matter(order: list[int], times: list[int]) -> None:
     """Transforms that come late and in disorder are sorted in."""
     buffer = Buffer()
     for index in order:
@@ -308,7 +293,7 @@ def test_a_lookup_in_a_full_cache_takes_less_than_100_us() -> None:
 def test_a_lookup_waits_until_the_transform_comes() -> None:
     """A transform that comes within the timeout is returned soon after."""
     buffer = Buffer()
-    found: List[TransformStamped] = []
+    found: list[TransformStamped] = []
     waiter = Thread(target=lambda: found.append(
         buffer.lookup_transform('w', 'x', LATEST, Duration(seconds=20.0))))
     waiter.start()

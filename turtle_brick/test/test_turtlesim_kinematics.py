@@ -21,6 +21,8 @@ recorded one in a single bit. What remains at the end explains the whole recordi
 """
 
 from bisect import bisect_right
+from collections.abc import Iterator
+from collections.abc import Sequence
 import json
 from math import hypot
 from math import inf
@@ -31,11 +33,7 @@ from pathlib import Path
 import pickle
 from statistics import median
 import struct
-from typing import Iterator
-from typing import List
 from typing import NamedTuple
-from typing import Sequence
-from typing import Tuple
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -75,16 +73,12 @@ class Explanation(NamedTuple):
     sim: bytes
 
 
-def calls_of(events: List[list]) -> List[Call]:
+def calls_of(events: list[list]) -> list[Call]:
     """
     Read the service calls of a recording.
 
-    Args:
-        events: The rows [t, 'call' | 'done' | 'reply' | 'poses', service, content].
-
-    Returns:
-        The calls in order; a row 'poses' (one pose per turtle of its own) becomes a call too.
-
+    :param events: The rows [t, 'call' | 'done' | 'reply' | 'poses', service, content].
+    :return: The calls in order; a row 'poses' (one pose per turtle of its own) becomes a call too.
     """
     calls = []
     for index, (begin, kind, name, content) in enumerate(events):
@@ -101,14 +95,10 @@ def perform(call: Call, sim: TurtleSim, now: float) -> bool:
     """
     Make a recorded service call.
 
-    Args:
-        call: The call.
-        sim: The simulator that serves it.
-        now: The time in s.
-
-    Returns:
-        Whether it was answered as recorded.
-
+    :param call: The call.
+    :param sim: The simulator that serves it.
+    :param now: The time in s.
+    :return: Whether it was answered as recorded.
     """
     if call.service == 'poses':
         poses = {sim.turtles[name].pose[:3] for name in ('far', 'turtle2')}
@@ -128,30 +118,22 @@ def bits(values: Sequence[float]) -> bytes:
     """
     Write numbers as float32.
 
-    Args:
-        values: The numbers.
-
-    Returns:
-        Their bits.
-
+    :param values: The numbers.
+    :return: Their bits.
     """
     return struct.pack(f'{len(values)}f', *values)
 
 
-def following(state: Explanation, time: float, commands: List[list],
-              calls: List[Call]) -> Iterator[Tuple[Explanation, Pose]]:
+def following(state: Explanation, time: float, commands: list[list],
+              calls: list[Call]) -> Iterator[tuple[Explanation, Pose]]:
     """
     Follow every order of arrivals in which a tick can have happened.
 
-    Args:
-        state: What had happened at the tick before.
-        time: When the pose of this tick was received, in s.
-        commands: All commands [t, linear.x, linear.y, angular.z] of the recording.
-        calls: All service calls of the recording.
-
-    Yields:
-        What can have happened at this tick, and the pose that turtle1 then has.
-
+    :param state: What had happened at the tick before.
+    :param time: When the pose of this tick was received, in s.
+    :param commands: All commands [t, linear.x, linear.y, angular.z] of the recording.
+    :param calls: All service calls of the recording.
+    :yields: What can have happened at this tick, and the pose that turtle1 then has.
     """
     published = [command[0] for command in commands]
     surely_arrived = max(bisect_right(published, time - ARRIVAL_JITTER), state.commands)
@@ -209,11 +191,11 @@ def test_a_burst_leaves_its_last_seven_commands() -> None:
 
 
 @given(st.lists(st.integers(0, 12), min_size=1, max_size=40))
-def test_queue_is_keep_last_seven_and_one_per_tick(arrivals: List[int]) -> None:
+def test_queue_is_keep_last_seven_and_one_per_tick(arrivals: list[int]) -> None:
     """However many commands arrive between ticks, what is taken follows the queue's law."""
     turtle = Turtle()
     issued = 0
-    waiting: List[float] = []
+    waiting: list[float] = []
     speed = 0.0
     for tick, count in enumerate(arrivals):
         for _ in range(count):
@@ -230,12 +212,8 @@ def command_latency(offset: float) -> float:
     """
     Measure how long turtlesim takes to show a change in a 100 Hz stream of commands.
 
-    Args:
-        offset: By how much the commands are shifted against the ticks, in s.
-
-    Returns:
-        The time in s from publishing the changed command to the pose that shows the change.
-
+    :param offset: By how much the commands are shifted against the ticks, in s.
+    :return: The time in s from publishing the changed command to the pose that shows the change.
     """
     turtle = Turtle()
     issued = 0
@@ -346,7 +324,7 @@ ACTIONS = st.one_of(
 
 @given(st.booleans(), st.lists(ACTIONS, max_size=60))
 def test_poses_stay_in_the_arena_and_a_resting_turtle_stays(
-        holonomic: bool, actions: List[Tuple[str, Tuple[float, ...]]]) -> None:
+        holonomic: bool, actions: list[tuple[str, tuple[float, ...]]]) -> None:
     """Whatever is asked of a turtle, its pose is in range; left alone, it comes to rest."""
     turtle = Turtle(holonomic=holonomic)
     now = 0.0

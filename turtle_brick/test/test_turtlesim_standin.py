@@ -18,16 +18,14 @@ Its motion is held to recordings in test_turtlesim_kinematics.py. Where the real
 installed it is tested itself, without a window, which shows that the tests are right.
 """
 
+from collections.abc import Callable
+from collections.abc import Iterator
 from math import hypot
 from math import pi
 import os
 import signal
 from statistics import median
-from typing import Callable
-from typing import Iterator
-from typing import List
 from typing import NamedTuple
-from typing import Optional
 
 from ament_index_python.packages import get_package_prefix
 from ament_index_python.packages import PackageNotFoundError
@@ -57,7 +55,7 @@ from witness import rate
 
 
 @pytest.fixture(scope='module')
-def command() -> Iterator[List[str]]:
+def command() -> Iterator[list[str]]:
     """Find the executable; the real one needs no display."""
     try:
         get_package_prefix('turtlesim')
@@ -77,7 +75,7 @@ class World(NamedTuple):
 
 
 @pytest.fixture(scope='module')
-def shared(command: List[str]) -> Iterator[World]:
+def shared(command: list[str]) -> Iterator[World]:
     """Run one turtlesim for all tests that only talk to it."""
     with reserved_domain() as domain_id:
         # The real one ends by the signal itself, so that its status is not zero.
@@ -112,7 +110,7 @@ def poses_of(live: LiveGraph, turtle: str) -> Recording:
 
 def settle(live: LiveGraph, poses: Recording, wanted: Callable[[Pose], bool], what: str) -> Pose:
     """Wait until the latest pose is as wanted, and return it."""
-    def find() -> Optional[Pose]:
+    def find() -> Pose | None:
         """Return the latest pose, if there is one and it is as wanted."""
         pose = poses.last
         return pose if pose is not None and wanted(pose) else None
@@ -228,7 +226,7 @@ def test_turtles_come_and_go(shared: World) -> None:
     assert spawn('') == 'turtle2'
 
 
-def test_all_names_are_relative(command: List[str], domain_id: int) -> None:
+def test_all_names_are_relative(command: list[str], domain_id: int) -> None:
     """In a namespace everything is under it, and works."""
     arguments = ['--ros-args', '-r', '__ns:=/one/two', '-p', 'holonomic:=true']
     with process([*command, *arguments], domain_id, stop=None), graph(domain_id) as live:
@@ -255,7 +253,7 @@ def test_quality_of_service_is_the_real_one(world: World) -> None:
         assert end.qos_profile.durability == DurabilityPolicy.VOLATILE
 
 
-def is_standin() -> Optional[bool]:
+def is_standin() -> bool | None:
     """Tell whether turtlesim is the stand-in."""
     try:
         import turtlesim_standin.node  # noqa: F401
@@ -277,7 +275,7 @@ def test_a_name_that_cannot_be_is_refused(world: World) -> None:
 
 
 @pytest.mark.skipif(not is_standin(), reason='the real turtlesim aborts, and dumps core')
-def test_a_parameter_that_cannot_be_ends_it_with_a_sentence(command: List[str],
+def test_a_parameter_that_cannot_be_ends_it_with_a_sentence(command: list[str],
                                                             domain_id: int) -> None:
     """With what the real one says, as far as rclpy has the same words for it."""
     with process([*command, '--ros-args', '-p', 'holonomic:=abc'], domain_id,
@@ -289,7 +287,7 @@ def test_a_parameter_that_cannot_be_ends_it_with_a_sentence(command: List[str],
 
 @pytest.mark.skipif(not is_standin(), reason='the real turtlesim is no node of ours')
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_it_ends_quietly(command: List[str], domain_id: int, number: int) -> None:
+def test_it_ends_quietly(command: list[str], domain_id: int, number: int) -> None:
     """Ctrl-C and SIGTERM end it with status 0 and without another word."""
     with graph(domain_id) as live, process(command, domain_id, stop=None) as running:
         poses_of(live, 'turtle1')

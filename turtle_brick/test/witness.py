@@ -32,13 +32,10 @@ class Witness(Node):
         """
         Record a topic from now on.
 
-        Args:
-            message_type: its type
-            topic: its name
-            qos: what differs from reliable, volatile and a depth of 1000
-
-        Returns:
-            A growing list of (time of receipt in s, message).
+        :param message_type: its type
+        :param topic: its name
+        :param qos: what differs from reliable, volatile and a depth of 1000
+        :return: A growing list of (time of receipt in s, message).
         """
         received = []
         self.create_subscription(
@@ -50,13 +47,10 @@ class Witness(Node):
         """
         Record the transforms to a frame from now on.
 
-        Args:
-            child: the frame
-            topic: /tf or /tf_static
-            qos: as for `record`
-
-        Returns:
-            A growing list of (time of receipt in s, TransformStamped).
+        :param child: the frame
+        :param topic: /tf or /tf_static
+        :param qos: as for `record`
+        :return: A growing list of (time of receipt in s, TransformStamped).
         """
         received = []
 
@@ -75,11 +69,8 @@ def rate(received):
     Messages can only be late, never early, and on a busy machine all are, more or less. In each
     of the two thirds the one counts that is the least late.
 
-    Args:
-        received: (time of receipt in s, message), in order
-
-    Returns:
-        The rate in Hz, 0 for less than six.
+    :param received: (time of receipt in s, message), in order
+    :return: The rate in Hz, 0 for less than six.
     """
     count = len(received)
     if count < 6:
@@ -99,14 +90,11 @@ def measure(graph, recordings, seconds, warm_up=20):
     """
     Measure the rates of recordings while a graph works.
 
-    Args:
-        graph: the graph, spun here
-        recordings: lists that grow, as `Witness.record` returns them
-        seconds: how long to measure (s)
-        warm_up: messages on each that come first and don't count
-
-    Returns:
-        The rates (Hz), in the recordings' order.
+    :param graph: the graph, spun here
+    :param recordings: lists that grow, as `Witness.record` returns them
+    :param seconds: how long to measure (s)
+    :param warm_up: messages on each that come first and don't count
+    :return: The rates (Hz), in the recordings' order.
     """
     for recording in recordings:
         recording.clear()

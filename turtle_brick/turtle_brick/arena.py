@@ -37,8 +37,6 @@ platform_thickness, brick_size, brick_start and wall_height.
 
 import sys
 from typing import Any
-from typing import List
-from typing import Optional
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
@@ -57,6 +55,7 @@ from turtle_brick.frames import set_stamp
 from turtle_brick.frames import set_transform
 from turtle_brick.frames import WORLD
 from turtle_brick.geometry import Pose
+from turtle_brick.geometry import Vector
 from turtle_brick.node_tools import declare_parameters
 from turtle_brick.node_tools import due_instant
 from turtle_brick.node_tools import run
@@ -76,7 +75,10 @@ REMINDER = 250
 before the transform does, as may happen while it discovers the two."""
 
 WALL_THICKNESS = 0.1
-"""Of the walls (m), which stand outside the arena."""
+"""Thickness of the walls (m), which stand outside the arena."""
+
+Color = tuple[float, float, float, float]
+"""Red, green, blue and alpha, in [0, 1]."""
 
 WALL_COLOR = (0.55, 0.62, 0.72, 1.0)
 
@@ -99,12 +101,8 @@ class Arena(Node):
         """
         Let the brick hover at its start.
 
-        Args:
-            node_options: passed on to rclpy.node.Node
-
-        Raises:
-            ParameterError: a parameter is missing or inadmissible
-
+        :param node_options: passed on to rclpy.node.Node
+        :raises ParameterError: a parameter is missing or inadmissible
         """
         super().__init__('arena', **node_options)
         parameters = declare_parameters(self)
@@ -114,15 +112,15 @@ class Arena(Node):
         self.world.thickness = parameters.platform_thickness
         self.clock_of_steps = StepClock(STEP)
         self.restarts = 0
-        self.shown: Optional[Phase] = None
+        self.shown: Phase | None = None
         self.steps_shown = 0
 
         self.tf_buffer = Buffer(node=self)
         self.tf_listener = OthersListener(self.tf_buffer, self, BRICK)
-        self.platform: Optional[TransformStamped] = None
-        self.platform_pose: Optional[Pose] = None
+        self.platform: TransformStamped | None = None
+        self.platform_pose: Pose | None = None
         self.tf_broadcaster = TransformBroadcaster(self)
-        self.transforms: List[TransformStamped] = []
+        self.transforms: list[TransformStamped] = []
 
         self.walls_publisher = self.create_publisher(MarkerArray, 'walls', LATCHED)
         self.walls_publisher.publish(walls(ARENA_SIZE, parameters.wall_height))
@@ -202,7 +200,7 @@ class Arena(Node):
             self.platform_pose = (
                 pose_of(self.platform.transform) if self.platform is not None else None)
 
-    def platform_at(self, instant: int) -> Optional[Pose]:
+    def platform_at(self, instant: int) -> Pose | None:
         """Return where the platform is at an instant (ns), None if nothing recent tells."""
         if self.platform is None or is_old(self.platform, instant):
             return None
@@ -232,12 +230,12 @@ class Arena(Node):
         self.steps_shown = 0
 
 
-def set_color(marker: Marker, color: tuple) -> None:
-    """Give a marker a colour: red, green, blue, alpha in [0, 1]."""
+def set_color(marker: Marker, color: Color) -> None:
+    """Give a marker a colour."""
     marker.color.r, marker.color.g, marker.color.b, marker.color.a = color
 
 
-def box(frame: str, namespace: str, number: int, pose: Pose, size: tuple) -> Marker:
+def box(frame: str, namespace: str, number: int, pose: Pose, size: Vector) -> Marker:
     """Return the marker of a box with its centre at a pose of a frame; no stamp: at any time."""
     marker = Marker()
     marker.header.frame_id = frame
@@ -268,7 +266,7 @@ def walls(size: float, height: float) -> MarkerArray:
     return markers
 
 
-def main(args: Optional[List[str]] = None) -> int:
+def main(args: list[str] | None = None) -> int:
     """Run the node until it is told to stop."""
     return run(Arena, args)
 

@@ -47,6 +47,8 @@ machine keeps from it: while it does, everything comes late, and the percentiles
 
 import argparse
 from collections import Counter
+from collections.abc import Iterator
+from collections.abc import Sequence
 from datetime import datetime
 from datetime import timezone
 from importlib.util import find_spec
@@ -70,14 +72,7 @@ from time import monotonic
 from time import process_time
 from time import time_ns
 from typing import Any
-from typing import Dict
-from typing import Iterator
-from typing import List
 from typing import NamedTuple
-from typing import Optional
-from typing import Sequence
-from typing import Tuple
-from typing import Type
 from xml.etree import ElementTree
 
 from ament_index_python.packages import get_package_prefix
@@ -166,16 +161,14 @@ class Process:
     """A program of its own, and what it uses."""
 
     def __init__(self, name: str, command: Sequence[str], log: Path,
-                 environment: Optional[Dict[str, str]] = None) -> None:
+                 environment: dict[str, str] | None = None) -> None:
         """
         Start it.
 
-        Args:
-            name: what to call it
-            command: its command line
-            log: the file for all that it says
-            environment: variables besides those of this process
-
+        :param name: what to call it
+        :param command: its command line
+        :param log: the file for all that it says
+        :param environment: variables besides those of this process
         """
         self.name = name
         self._log = log
@@ -195,9 +188,7 @@ class Process:
         """
         See that it still runs.
 
-        Raises:
-            RuntimeError: it does not; the text holds the last of what it said
-
+        :raises RuntimeError: it does not; the text holds the last of what it said
         """
         if self._process.poll() is not None:
             said = self._log.read_text(errors='replace').strip().splitlines() or ['nothing']
@@ -223,7 +214,7 @@ class Processes:
     def __init__(self) -> None:
         """Begin with none."""
         self._files = TemporaryDirectory()
-        self.all: List[Process] = []
+        self.all: list[Process] = []
 
     def __enter__(self) -> 'Processes':
         """Return the processes themselves."""
@@ -245,7 +236,7 @@ class Processes:
             self.all.append(Process(name, command, Path(self._files.name, f'{name}.log'),
                                     environment))
 
-    def parameter_file(self, name: str, parameters: Dict[str, Any]) -> str:
+    def parameter_file(self, name: str, parameters: dict[str, Any]) -> str:
         """Write parameters for any node; return the file's path."""
         path = Path(self._files.name, f'{name}.yaml')
         path.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}),
@@ -258,7 +249,7 @@ class Processes:
             process.check()
 
 
-def composable() -> List[str]:
+def composable() -> list[str]:
     """Return the nodes that can be composed here: ours, and the stand-ins."""
     return [*OURS, *(name for name, module in FOREIGN.items() if find_spec(module) is not None)]
 
@@ -267,12 +258,10 @@ def start_graph(processes: Processes, watch: Graph, kind: str, composed: bool) -
     """
     Start a graph.
 
-    Args:
-        processes: what to add its processes to
-        watch: knows the robot's description
-        kind: 'real' or 'bare'
-        composed: whether as many nodes as possible share a process
-
+    :param processes: what to add its processes to
+    :param watch: knows the robot's description
+    :param kind: 'real' or 'bare'
+    :param composed: whether as many nodes as possible share a process
     """
     together = composable() if composed else []
     host = [sys.executable, '-m', 'turtle_brick.benchmark_nodes', kind]
@@ -299,20 +288,20 @@ def start_graph(processes: Processes, watch: Graph, kind: str, composed: bool) -
 class Recording:
     """Messages of a topic, as they were sent, and when."""
 
-    def __init__(self, message_type: Type) -> None:
+    def __init__(self, message_type: type) -> None:
         """Begin with none."""
         self._type = message_type
-        self.published: List[int] = []
-        self.received: List[int] = []
-        self._data: List[bytes] = []
+        self.published: list[int] = []
+        self.received: list[int] = []
+        self._data: list[bytes] = []
 
-    def take(self, data: bytes, info: Dict[str, int]) -> None:
+    def take(self, data: bytes, info: dict[str, int]) -> None:
         """Keep a message, with what rmw knows of its way."""
         self.published.append(info['source_timestamp'])
         self.received.append(info['received_timestamp'])
         self._data.append(data)
 
-    def messages(self) -> Iterator[Tuple[int, Any]]:
+    def messages(self) -> Iterator[tuple[int, Any]]:
         """Yield the messages, each with the instant of its publication (ns)."""
         for published, data in zip(self.published, self._data):
             yield published, deserialize_message(data, self._type)
@@ -330,7 +319,7 @@ class Observer(PollingNode):
         'goal': (PoseStamped, 'goal_pose'),
     }
 
-    def __init__(self, **node_options: object) -> None:
+    def __init__(self, **node_options: Any) -> None:
         """Listen to nothing but what tells how drops end: the platform's angle, the verdict."""
         super().__init__('benchmark', **node_options)
         self.place_client = self.create_client(Place, 'place')
@@ -338,7 +327,7 @@ class Observer(PollingNode):
         self.create_subscription(Tilt, 'tilt', self._on_tilt, 10)
         self.create_subscription(Marker, 'catcher_marker', self._on_marker, 10)
         self.create_timer(FETCH_PERIOD, self.fetch)
-        self._listening: List[Subscription] = []
+        self._listening: list[Subscription] = []
         self.tilted = False
         self.levelled = False
         self.refused = False
@@ -357,7 +346,7 @@ class Observer(PollingNode):
         """Tell whether no other node is left."""
         return self.count_publishers('/tf') == 0 and self.count_subscribers('/tf') == 0
 
-    def record(self) -> Dict[str, Recording]:
+    def record(self) -> dict[str, Recording]:
         """Listen to everything from now on."""
         recordings = {}
         for name, (message_type, topic) in self.TOPICS.items():
@@ -393,7 +382,7 @@ class Window(NamedTuple):
     """What was used in a stretch of time."""
 
     seconds: float
-    cores: Dict[str, float]
+    cores: dict[str, float]
     """Of each process: processor time per time."""
     others: float
     """Of all programs that are not part of the benchmark."""
@@ -417,23 +406,21 @@ class Benchmark:
         """
         Measure nothing yet.
 
-        Args:
-            options: of the command line
-            parameters: the physical numbers
-
+        :param options: of the command line
+        :param parameters: the physical numbers
         """
         self.options = options
         self.parameters = parameters
         self.random = Random(1)
-        self.others: List[float] = []
+        self.others: list[float] = []
 
     def say(self, text: str) -> None:
         """Tell what is being done."""
         print(text, file=sys.stderr, flush=True)
 
-    def run(self) -> Dict[str, Any]:
+    def run(self) -> dict[str, Any]:
         """Measure everything; return what was found."""
-        found: Dict[str, Any] = {'machine': machine()}
+        found: dict[str, Any] = {'machine': machine()}
         begin, stolen = monotonic(), stolen_time()
         if self.options.setup is not None:
             self.say('set-up: a fresh clone')
@@ -451,7 +438,7 @@ class Benchmark:
         found['stolen_cores'] = (stolen_time() - stolen) / (monotonic() - begin)
         return found
 
-    def with_graph(self, kind: str, composed: bool, measure: Any) -> Dict[str, Any]:
+    def with_graph(self, kind: str, composed: bool, measure: Any) -> dict[str, Any]:
         """Start a graph, measure it and end it."""
         with Graph(quiet=True) as watch, Processes() as processes:
             observer = watch.add(Observer, parameters=False)
@@ -475,15 +462,15 @@ class Benchmark:
         watch.spin_until(holds, timeout, what)
 
     def measure_floor(self, watch: Graph, processes: Processes,
-                      observer: Observer) -> Dict[str, Any]:
+                      observer: Observer) -> dict[str, Any]:
         """Measure bare nodes, which nobody listens to."""
         window = self.window(processes, lambda: Event().wait(self.options.seconds))
         return {'cores': window.cores, 'memory': memory(processes)}
 
-    def measure(self, watch: Graph, processes: Processes, observer: Observer) -> Dict[str, Any]:
+    def measure(self, watch: Graph, processes: Processes, observer: Observer) -> dict[str, Any]:
         """Measure the real nodes in every way."""
         seconds = self.options.seconds
-        found: Dict[str, Any] = {}
+        found: dict[str, Any] = {}
         self.say('  idle, nobody listening')
         found['idle'] = self.window(processes, lambda: Event().wait(seconds)).cores
         self.say('  catching, nobody listening')
@@ -510,7 +497,7 @@ class Benchmark:
 
     def window(self, processes: Processes, action: Any) -> Window:
         """Return what is used while something happens."""
-        def snapshot() -> Tuple[float, float, float, Dict[str, float]]:
+        def snapshot() -> tuple[float, float, float, dict[str, float]]:
             return (monotonic(), busy_time(), process_time(),
                     {process.name: processor_time(process.pid) for process in processes.all})
 
@@ -528,17 +515,11 @@ class Benchmark:
         """
         Place a brick where it can be caught, drop it and wait until all is over.
 
-        Args:
-            watch: the graph that the observer is in
-            processes: the nodes
-            observer: calls the services
-
-        Returns:
-            How it went.
-
-        Raises:
-            ValueError: a service has refused
-
+        :param watch: the graph that the observer is in
+        :param processes: the nodes
+        :param observer: calls the services
+        :return: How it went.
+        :raises ValueError: a service has refused
         """
         x, y, z = self.brick()
         request = Place.Request()
@@ -571,13 +552,13 @@ class Benchmark:
         if not future.result().success:
             raise ValueError(f'{client.srv_name}: {future.result().message}')
 
-    def listen(self, watch: Graph, observer: Observer) -> Tuple[Dict[str, Any], Drift]:
+    def listen(self, watch: Graph, observer: Observer) -> tuple[dict[str, Any], Drift]:
         """Return the spreads of all intervals over a window, and the drift of the physics."""
         recordings = observer.record()
         watch.spin_for(self.options.seconds)
         observer.stop_listening()
-        steps: List[Tuple[int, int]] = []
-        instants: Dict[str, List[int]] = {
+        steps: list[tuple[int, int]] = []
+        instants: dict[str, list[int]] = {
             name: recordings[name].published for name in ('cmd_vel', 'odom', 'joint_states')}
         instants.update({'odom -> base_link': [], 'world -> brick': []})
         for published, message in recordings['tf'].messages():
@@ -592,7 +573,7 @@ class Benchmark:
                 drift(*zip(*steps), STEP))
 
     def measure_latency(self, watch: Graph, processes: Processes, observer: Observer,
-                        outcomes: Counter) -> List[Dict[str, float]]:
+                        outcomes: Counter) -> list[dict[str, float]]:
         """Return the chain of each of some drops, and count how they ended."""
         chains = []
         for _ in range(self.options.drops):
@@ -608,14 +589,14 @@ class Benchmark:
         return chains
 
 
-def events(recordings: Dict[str, Recording], begin: int, end: int) -> Events:
+def events(recordings: dict[str, Recording], begin: int, end: int) -> Events:
     """Return what was heard in a stretch of time (ns), as `measuring.chain` wants it."""
-    def part(name: str) -> Iterator[Tuple[int, Any]]:
+    def part(name: str) -> Iterator[tuple[int, Any]]:
         return ((published, message) for published, message in recordings[name].messages()
                 if begin <= published <= end)
 
-    brick: List[BrickSample] = []
-    transforms: List[RobotPlace] = []
+    brick: list[BrickSample] = []
+    transforms: list[RobotPlace] = []
     for published, message in part('tf'):
         for transform in message.transforms:
             place = transform.transform.translation
@@ -633,7 +614,7 @@ def events(recordings: Dict[str, Recording], begin: int, end: int) -> Events:
         transforms=transforms)
 
 
-def mean_floor(before: Dict[str, Any], after: Dict[str, Any]) -> Dict[str, Any]:
+def mean_floor(before: dict[str, Any], after: dict[str, Any]) -> dict[str, Any]:
     """Return the mean of two floors; of their peak memories the greater."""
     return {
         'cores': {name: (cores + after['cores'][name]) / 2.0
@@ -643,12 +624,12 @@ def mean_floor(before: Dict[str, Any], after: Dict[str, Any]) -> Dict[str, Any]:
     }
 
 
-def memory(processes: Processes) -> Dict[str, int]:
+def memory(processes: Processes) -> dict[str, int]:
     """Return the peak memory of each process so far, in bytes."""
     return {process.name: peak_memory(process.pid) for process in processes.all}
 
 
-def measure_headless(parameters: Parameters) -> Dict[str, float]:
+def measure_headless(parameters: Parameters) -> dict[str, float]:
     """Return how many drops a core makes per second, and at how many times real time."""
     simulated, drops = 0.0, 0
     begin = process_time()
@@ -660,19 +641,13 @@ def measure_headless(parameters: Parameters) -> Dict[str, float]:
     return {'drops': drops, 'drops_per_second': drops / cost, 'real_time_factor': simulated / cost}
 
 
-def measure_set_up(repository: Path) -> Dict[str, float]:
+def measure_set_up(repository: Path) -> dict[str, float]:
     """
     Return how long (s) env.bash takes in a fresh clone, and once more.
 
-    Args:
-        repository: what is cloned
-
-    Returns:
-        'cold' and 'warm'.
-
-    Raises:
-        RuntimeError: it failed; the text holds the last of what it said
-
+    :param repository: what is cloned
+    :return: 'cold' and 'warm'.
+    :raises RuntimeError: it failed; the text holds the last of what it said
     """
     with TemporaryDirectory() as directory:
         clone, home = Path(directory, 'clone'), Path(directory, 'home')
@@ -703,7 +678,7 @@ def measure_set_up(repository: Path) -> Dict[str, float]:
         return taken
 
 
-def machine() -> Dict[str, Any]:
+def machine() -> dict[str, Any]:
     """Return what the numbers were measured on and with."""
     def package_version(name: str) -> str:
         manifest = get_package_share_path(name) / 'package.xml'
@@ -724,15 +699,12 @@ def machine() -> Dict[str, Any]:
     }
 
 
-def report(found: Dict[str, Any]) -> str:
+def report(found: dict[str, Any]) -> str:
     """
     Make a table of what was found.
 
-    Args:
-        found: by `Benchmark.run`
-
-    Returns:
-        The text for the terminal.
+    :param found: by `Benchmark.run`
+    :return: The text for the terminal.
     """
     what = found['machine']
     lines = [
@@ -747,7 +719,7 @@ def report(found: Dict[str, Any]) -> str:
         f'the host of this virtual machine kept {found["stolen_cores"]:.3f} cores for itself',
         '', 'processor time, % of a core      idle  catching     floor  idle/floor   peak memory']
 
-    def usage(name: str, which: Sequence[str], run: Dict[str, Any]) -> str:
+    def usage(name: str, which: Sequence[str], run: dict[str, Any]) -> str:
         idle, catching, floor = (sum(cores[one] for one in which) for cores in (
             run['idle'], run['catching'], run['floor']['cores']))
         most = sum(run['memory'][one] for one in which)
@@ -817,7 +789,7 @@ def plain(value: Any) -> Any:
     return float(f'{value:.7g}') if isinstance(value, float) else value
 
 
-def parse(args: Optional[Sequence[str]]) -> argparse.Namespace:
+def parse(args: Sequence[str] | None) -> argparse.Namespace:
     """Read the command line; what is wrong with it ends the process with a sentence."""
     first, rest = __doc__.strip().split('\n\n', 1)
     parser = argparse.ArgumentParser(
@@ -849,7 +821,7 @@ def parse(args: Optional[Sequence[str]]) -> argparse.Namespace:
     return options
 
 
-def main(args: Optional[Sequence[str]] = None) -> int:
+def main(args: Sequence[str] | None = None) -> int:
     """Run the benchmark; return its exit status."""
     options = parse(args)
     INTERRUPTS.take_over()
@@ -875,7 +847,7 @@ def main(args: Optional[Sequence[str]] = None) -> int:
     return 0
 
 
-def draw(found: Dict[str, Any], path: Path) -> None:
+def draw(found: dict[str, Any], path: Path) -> None:
     """Make the figure of the chain from release to motion, if matplotlib is there."""
     if find_spec('matplotlib') is None:
         print('No figure: it needs matplotlib (apt: python3-matplotlib, pip: matplotlib).')

@@ -24,14 +24,10 @@ message is made once.
 Several nodes share a process and an executor.
 """
 
+from collections.abc import Sequence
 from math import inf
 import sys
 from typing import Any
-from typing import List
-from typing import Optional
-from typing import Sequence
-from typing import Tuple
-from typing import Type
 
 from geometry_msgs.msg import PoseStamped
 from geometry_msgs.msg import Twist
@@ -75,15 +71,13 @@ class BareNode(Node):
         """
         Say and hear nothing yet.
 
-        Args:
-            name: of the node
-            node_options: passed on to rclpy.node.Node
-
+        :param name: of the node
+        :param node_options: passed on to rclpy.node.Node
         """
         super().__init__(name, **node_options)
-        self._outgoing: List[Tuple[Publisher, Any]] = []
+        self._outgoing: list[tuple[Publisher, Any]] = []
 
-    def hear(self, message_type: Type, topic: str, qos: Any = 10) -> None:
+    def hear(self, message_type: type, topic: str, qos: Any = 10) -> None:
         """Subscribe to a topic."""
         self.create_subscription(message_type, topic, self._ignore, qos)
 
@@ -205,7 +199,7 @@ def add_bare(graph: Graph, name: str) -> None:
     graph.add(BARE_NODES[name], *REMAP.get(name, ()), parameters=False)
 
 
-def main(args: Optional[Sequence[str]] = None) -> int:
+def main(args: Sequence[str] | None = None) -> int:
     """Run nodes until Ctrl-C or SIGTERM."""
     kind, *names = args or sys.argv[1:]
     if '--ros-args' in names:

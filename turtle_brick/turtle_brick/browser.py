@@ -29,8 +29,6 @@ from tempfile import TemporaryDirectory
 from threading import Thread
 from time import monotonic
 from typing import Any
-from typing import Optional
-from typing import Tuple
 
 NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable')
 """What the program may be called."""
@@ -50,7 +48,7 @@ class BrowserError(RuntimeError):
     """The browser does not start, does not answer or does not come to show what it should."""
 
 
-def find_chromium() -> Optional[str]:
+def find_chromium() -> str | None:
     """Return the path of Chromium, None where it is not installed."""
     return next(filter(None, map(shutil.which, NAMES)), None)
 
@@ -62,13 +60,9 @@ class Chromium:
         """
         Start it.
 
-        Args:
-            width: of the page (pixels)
-            height: of the page (pixels)
-
-        Raises:
-            BrowserError: it is not there, or does not start
-
+        :param width: of the page (pixels)
+        :param height: of the page (pixels)
+        :raises BrowserError: it is not there, or does not start
         """
         program = find_chromium()
         if program is None:
@@ -120,13 +114,9 @@ class Chromium:
         """
         Wait until a JavaScript expression is true.
 
-        Args:
-            expression: what is asked for, again and again
-            timeout: longest time (s) that it may take
-
-        Raises:
-            BrowserError: it has not become true
-
+        :param expression: what is asked for, again and again
+        :param timeout: longest time (s) that it may take
+        :raises BrowserError: it has not become true
         """
         deadline = monotonic() + timeout
         while monotonic() < deadline:
@@ -150,7 +140,7 @@ class Chromium:
         """Write where the cursor is, in place of what is selected."""
         self._call('Input.insertText', text=text)
 
-    def centre_of(self, expression: str) -> Tuple[float, float]:
+    def centre_of(self, expression: str) -> tuple[float, float]:
         """Return the centre (pixels) of the element that a JavaScript expression yields."""
         x, y, width, height = self.evaluate(
             f'(r => [r.x, r.y, r.width, r.height])(({expression}).getBoundingClientRect())')

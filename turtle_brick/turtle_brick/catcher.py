@@ -30,8 +30,6 @@ platform_radius, platform_thickness, gravity_accel, brick_size and tilt_angle.
 
 import sys
 from typing import Any
-from typing import List
-from typing import Optional
 
 from geometry_msgs.msg import PoseStamped
 from geometry_msgs.msg import TransformStamped
@@ -74,12 +72,8 @@ class CatcherNode(Node):
         """
         Wait for a brick to fall.
 
-        Args:
-            node_options: passed on to rclpy.node.Node
-
-        Raises:
-            ParameterError: a parameter is missing or inadmissible
-
+        :param node_options: passed on to rclpy.node.Node
+        :raises ParameterError: a parameter is missing or inadmissible
         """
         super().__init__('catcher', **node_options)
         self.catcher = Catcher(declare_parameters(self))
@@ -182,7 +176,7 @@ class CatcherNode(Node):
             self.get_logger().info('Robot and brick are in sight: waiting for a fall')
 
 
-def main(args: Optional[List[str]] = None) -> int:
+def main(args: list[str] | None = None) -> int:
     """Run the node until it is told to stop."""
     return run(CatcherNode, args)
 

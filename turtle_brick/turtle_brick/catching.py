@@ -32,12 +32,7 @@ from math import isnan
 from math import nan
 from math import pi
 from math import sqrt
-from typing import Deque
-from typing import List
 from typing import NamedTuple
-from typing import Optional
-from typing import Tuple
-from typing import Union
 
 from turtle_brick.driving import PERIOD
 from turtle_brick.driving import TRANSPORT
@@ -182,27 +177,22 @@ class FallDetector:
         """
         Know no position yet.
 
-        Args:
-            gravity: the acceleration due to gravity (m/s^2)
-
+        :param gravity: the acceleration due to gravity (m/s^2)
         """
         self.gravity = gravity
-        self.fall: Optional[Fall] = None
-        self._samples: Deque[Tuple[int, float, float, float]] = deque(maxlen=3)
+        self.fall: Fall | None = None
+        self._samples: deque[tuple[int, float, float, float]] = deque(maxlen=3)
 
     def observe(self, stamp: int, x: float, y: float, z: float) -> bool:
         """
         Take note of a position.
 
-        Args:
-            stamp: instant at which the brick was there (ns)
-            x: its position in the world (m)
-            y: its position in the world (m)
-            z: its position in the world (m)
-
-        Returns:
-            Whether a fall has been recognised that was not known before. `fall` holds it until
-            the brick no longer follows its course.
+        :param stamp: instant at which the brick was there (ns)
+        :param x: its position in the world (m)
+        :param y: its position in the world (m)
+        :param z: its position in the world (m)
+        :return: Whether a fall has been recognised that was not known before. `fall` holds it
+            until the brick no longer follows its course.
         """
         samples = self._samples
         descends = False
@@ -273,7 +263,7 @@ class Robot(NamedTuple):
 
     x: float
     y: float
-    bound_for: Tuple[Tuple[float, float], ...] = ()
+    bound_for: tuple[tuple[float, float], ...] = ()
     level: bool = True
     """Whether its platform is level, and will be seen so by everyone."""
     reserve: float = 0.0
@@ -294,12 +284,9 @@ def guaranteed_distance(height: float, parameters: Parameters) -> float:
     """
     Return how far from a robot at rest a brick is sure to be caught inside the arena.
 
-    Args:
-        height: of the brick's centre when it is released (m)
-        parameters: the physical numbers
-
-    Returns:
-        The distance (m); negative where nothing is promised.
+    :param height: of the brick's centre when it is released (m)
+    :param parameters: the physical numbers
+    :return: The distance (m); negative where nothing is promised.
     """
     fall = height - resting_height(parameters)
     if fall < 0.0:
@@ -308,22 +295,18 @@ def guaranteed_distance(height: float, parameters: Parameters) -> float:
     return parameters.max_velocity * (time - GUARANTEED_LATENCY) + parameters.platform_radius
 
 
-def reach(fall: Fall, now: int, robot: Optional[Robot], parameters: Parameters) -> Decision:
+def reach(fall: Fall, now: int, robot: Robot | None, parameters: Parameters) -> Decision:
     """
     Compute whether the robot can be under a falling brick when it comes down.
 
-    Args:
-        fall: the fall
-        now: the present instant (ns)
-        robot: the robot, None where it is not known
-        parameters: max_velocity, platform_height, platform_radius, gravity_accel, brick_size
-
-    Returns:
-        The decision. The brick is reachable if it comes down inside the arena and the time to
-        travel (distance - platform_radius) at max_velocity plus the latency of the command path
-        is within the time until the contact; under a robot that is there already it always is.
-        The distance of a moving robot is the largest that the commands on their way may make of
-        it.
+    :param fall: the fall
+    :param now: the present instant (ns)
+    :param robot: the robot, None where it is not known
+    :param parameters: max_velocity, platform_height, platform_radius, gravity_accel, brick_size
+    :return: The decision. The brick is reachable if it comes down inside the arena and the time to
+        travel (distance - platform_radius) at max_velocity plus the latency of the command path is
+        within the time until the contact; under a robot that is there already it always is. The
+        distance of a moving robot is the largest that the commands on their way may make of it.
     """
     height = resting_height(parameters)
     time = fall.time_to(height, parameters.gravity_accel)
@@ -368,7 +351,7 @@ class State(Enum):
 class Observation(NamedTuple):
     """What matters for the next state."""
 
-    decision: Optional[bool] = None
+    decision: bool | None = None
     """Whether a brick that has just begun to fall can be caught; None: none has."""
     falling: bool = False
     on_platform: bool = False
@@ -387,12 +370,9 @@ def transition(state: State, seen: Observation) -> State:
     """
     Return the state that follows.
 
-    Args:
-        state: the present state
-        seen: what is seen in it
-
-    Returns:
-        The next state, often the same.
+    :param state: the present state
+    :param seen: what is seen in it
+    :return: The next state, often the same.
     """
     if seen.decision:
         return State.APPROACHING
@@ -440,7 +420,7 @@ class Unreachable(NamedTuple):
     position: Vector
 
 
-Action = Union[Drive, Tilt, Unreachable]
+Action = Drive | Tilt | Unreachable
 
 
 class Catcher:
@@ -453,25 +433,23 @@ class Catcher:
         """
         Wait for a brick to fall.
 
-        Args:
-            parameters: the physical numbers of robot, brick and world
-
+        :param parameters: the physical numbers of robot, brick and world
         """
         self.parameters = parameters
         self.state = State.WAITING
-        self.decision: Optional[Decision] = None
+        self.decision: Decision | None = None
         self._now = 0
         self._detector = FallDetector(parameters.gravity_accel)
         self._undecided = False
-        self._brick: Optional[Vector] = None
+        self._brick: Vector | None = None
         self._brick_parent = ''
         self._brick_seen = 0
         self._brick_moved = 0
         self._hovers = False
         self._level_seen = 0
         self._robot_seen = -inf
-        self._track: Deque[Tuple[int, float, float]] = deque()
-        self._goals: Deque[Tuple[int, Drive]] = deque()
+        self._track: deque[tuple[int, float, float]] = deque()
+        self._goals: deque[tuple[int, Drive]] = deque()
         self._since = 0
         self._carrying_since = 0
         self._angle = 0.0
@@ -482,13 +460,10 @@ class Catcher:
         """
         Take note of where the brick is.
 
-        Args:
-            stamp: instant at which it was there (ns)
-            position: of its centre in the world (m); one beyond FARTHEST is ignored
-            parent: the frame in which it is broadcast; a change of it counts as a motion
-
-        Returns:
-            Whether it has just begun to fall: then `update` should be called at once.
+        :param stamp: instant at which it was there (ns)
+        :param position: of its centre in the world (m); one beyond FARTHEST is ignored
+        :param parent: the frame in which it is broadcast; a change of it counts as a motion
+        :return: Whether it has just begun to fall: then `update` should be called at once.
         """
         x, y, z = position
         if not abs(x) + abs(y) + abs(z) <= FARTHEST:
@@ -504,16 +479,14 @@ class Catcher:
             return True
         return False
 
-    def update(self, now: int, platform: Optional[Pose]) -> List[Action]:
+    def update(self, now: int, platform: Pose | None) -> list[Action]:
         """
         Decide what is to be done now; to be called 50 times per second or more.
 
-        Args:
-            now: the present instant (ns); where it is before the last one, the clock was set back
-            platform: pose of the platform's frame in the world, None where it is not known
-
-        Returns:
-            What is to be published, in order.
+        :param now: the present instant (ns); where it is before the last one, the clock was set
+            back
+        :param platform: pose of the platform's frame in the world, None where it is not known
+        :return: What is to be published, in order.
         """
         if now < self._now:
             self._start_afresh(now)
@@ -521,7 +494,7 @@ class Catcher:
         robot = self._observe_robot(now, platform)
         decision = self._decide(now, robot)
         lying = self.state is State.WAITING and self._is_lying(robot)
-        actions: List[Action] = []
+        actions: list[Action] = []
         if self.state is State.WAITING and decision is None and not lying:
             return actions
         blind = robot is None and (now - self._robot_seen) * NANO < OUT_OF_SIGHT
@@ -566,7 +539,7 @@ class Catcher:
         self._level_seen = self._robot_seen = self._since = self._carrying_since = now
         self._angle_before, self._angle_set = self._angle, now
 
-    def _decide(self, now: int, robot: Optional[Robot]) -> Optional[Decision]:
+    def _decide(self, now: int, robot: Robot | None) -> Decision | None:
         """Return what is found about a fall that has not been decided about, once it is time."""
         fall = self._detector.fall
         if fall is None:
@@ -582,9 +555,9 @@ class Catcher:
         self._undecided = False
         return decision
 
-    def _enter(self, state: State, now: int, robot: Optional[Robot]) -> List[Action]:
+    def _enter(self, state: State, now: int, robot: Robot | None) -> list[Action]:
         """Return what is to be done on entering a state."""
-        actions: List[Action] = []
+        actions: list[Action] = []
         if state is State.APPROACHING:
             # Level at once, whoever has tilted the platform.
             self._angle, self._angle_set = 0.0, now
@@ -610,7 +583,7 @@ class Catcher:
             self._goals.append((now, actions[0]))
         return actions
 
-    def _move_platform(self, now: int) -> List[Action]:
+    def _move_platform(self, now: int) -> list[Action]:
         """Return the platform's next angle, if it is to change."""
         wanted = self.parameters.tilt_angle if self.state is State.TILTING else 0.0
         if self._angle == wanted:
@@ -632,7 +605,7 @@ class Catcher:
         return (self._brick is not None and self._detector.fall is None
                 and abs(self._brick[2] - resting_height(self.parameters)) <= ON_PLATFORM)
 
-    def _is_on_platform(self, robot: Optional[Robot]) -> bool:
+    def _is_on_platform(self, robot: Robot | None) -> bool:
         """Tell whether the brick lies on the level platform."""
         if robot is None or not self._is_at_rest_height():
             return False
@@ -643,7 +616,7 @@ class Catcher:
         near = self.parameters.platform_radius + self.parameters.max_velocity * 0.1
         return hypot(self._brick[0] - robot.x, self._brick[1] - robot.y) <= near
 
-    def _is_lying(self, robot: Optional[Robot]) -> bool:
+    def _is_lying(self, robot: Robot | None) -> bool:
         """Tell whether the brick has lain on the level platform of a robot at rest for long."""
         if (self._hovers or (self._brick_seen - self._brick_moved) * NANO < LYING
                 or robot is None or not self._is_at_rest_height()):
@@ -652,7 +625,7 @@ class Catcher:
         return (robot.at_rest and robot.level
                 and hypot(self._brick[0] - robot.x, self._brick[1] - robot.y) <= near)
 
-    def _is_off_platform(self, platform: Optional[Pose]) -> bool:
+    def _is_off_platform(self, platform: Pose | None) -> bool:
         """Tell whether the brick does not move although the platform is tilted: it has left."""
         if self._brick is None or platform is None:
             return True
@@ -664,7 +637,7 @@ class Catcher:
         beside = hypot(*place) > self.parameters.platform_radius
         return still >= (SETTLED if beside else LAG)
 
-    def _observe_robot(self, now: int, platform: Optional[Pose]) -> Optional[Robot]:
+    def _observe_robot(self, now: int, platform: Pose | None) -> Robot | None:
         """Take note of where the robot is; return what its motion and its orders may lead to."""
         track = self._track
         if platform is None:

@@ -44,61 +44,52 @@ def least_room(platform_radius: float, wheel_radius: float) -> float:
     """
     Tell how much height is to be left for the cube, lest it vanish beside wheel and platform.
 
-    Args:
-        platform_radius: The platform's radius, in metres.
-        wheel_radius: The wheel's radius, in metres.
-
-    Returns:
-        The least `Chassis.room`, in metres: the cube is then no smaller than half the wheel's
+    :param platform_radius: The platform's radius, in metres.
+    :param wheel_radius: The wheel's radius, in metres.
+    :return: The least `Chassis.room`, in metres: the cube is then no smaller than half the wheel's
         radius and a twelfth of the platform's.
-
     """
     return max(MIN_ROOM, wheel_radius, platform_radius / 5)
 
 
 @dataclass(frozen=True)
 class Chassis:
-    """
-    The robot's dimensions in metres; heights are above the ground, in base_link.
-
-    Attributes:
-        platform_height: The level platform's top.
-        platform_radius: The platform's radius.
-        platform_thickness: The platform's thickness.
-        wheel_radius: The wheel's radius, hence also the height of its axle.
-        wheel_width: The wheel's extent along its axle.
-        wheel_top: The wheel's highest point.
-        hinge_height: The platform's hinge, at the centre of its base and on the post's top.
-        reach: The distance from the hinge of the platform's farthest point.
-        room: The height between the wheel's top and the lowest point of the turning platform.
-        neck: The height between the wheel's top and the cube.
-        cube_side: The side of base_link's cube.
-        cube_bottom: The cube's underside, where the stem begins.
-        cube_top: The cube's upper side, where the post begins.
-        stem_length: The length of the stem's cylinder, which ends a little above the wheel.
-        stem_radius: The radius of the stem's cylinder.
-        post_length: The length of the post.
-        post_radius: The radius of the post.
-
-    """
+    """The robot's dimensions in metres; heights are above the ground, in base_link."""
 
     platform_height: float
+    """The level platform's top."""
     platform_radius: float
+    """The platform's radius."""
     platform_thickness: float
+    """The platform's thickness."""
     wheel_radius: float
+    """The wheel's radius, hence also the height of its axle."""
     wheel_width: float
+    """The wheel's extent along its axle."""
     wheel_top: float
+    """The wheel's highest point."""
     hinge_height: float
+    """The platform's hinge, at the centre of its base and on the post's top."""
     reach: float
+    """The distance from the hinge of the platform's farthest point."""
     room: float
+    """The height between the wheel's top and the lowest point of the turning platform."""
     neck: float
+    """The height between the wheel's top and the cube."""
     cube_side: float
+    """The side of base_link's cube."""
     cube_bottom: float
+    """The cube's underside, where the stem begins."""
     cube_top: float
+    """The cube's upper side, where the post begins."""
     stem_length: float
+    """The length of the stem's cylinder, which ends a little above the wheel."""
     stem_radius: float
+    """The radius of the stem's cylinder."""
     post_length: float
+    """The length of the post."""
     post_radius: float
+    """The radius of the post."""
 
     @classmethod
     def from_dimensions(
@@ -111,19 +102,13 @@ class Chassis:
         """
         Derive the dimensions from the four configured ones.
 
-        Args:
-            platform_height: The level platform's top above the ground, in metres.
-            platform_radius: The platform's radius, in metres.
-            platform_thickness: The platform's thickness, in metres.
-            wheel_radius: The wheel's radius, in metres.
-
-        Returns:
-            The dimensions of that robot.
-
-        Raises:
-            ValueError: The platform would hit base_link when it turns over, or base_link would
-                be out of proportion.
-
+        :param platform_height: The level platform's top above the ground, in metres.
+        :param platform_radius: The platform's radius, in metres.
+        :param platform_thickness: The platform's thickness, in metres.
+        :param wheel_radius: The wheel's radius, in metres.
+        :return: The dimensions of that robot.
+        :raises ValueError: The platform would hit base_link when it turns over, or base_link would
+            be out of proportion.
         """
         least, greatest = LEAST_PROPORTION * wheel_radius, GREATEST_PROPORTION * wheel_radius
         if not least <= platform_radius <= greatest:

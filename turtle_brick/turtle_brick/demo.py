@@ -22,6 +22,8 @@ carried to the centre and tipped off, and what can be caught in time was not cal
 """
 
 import argparse
+from collections.abc import Iterator
+from collections.abc import Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from math import cos
@@ -34,17 +36,13 @@ import os
 from random import Random
 import sys
 from time import monotonic
-from typing import Iterator
-from typing import List
+from typing import Any
 from typing import NamedTuple
-from typing import Optional
-from typing import Sequence
-from typing import Set
-from typing import Tuple
 
 from ament_index_python.packages import get_package_share_path
 from ament_index_python.packages import PackageNotFoundError
 from geometry_msgs.msg import PoseStamped
+from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
@@ -103,9 +101,7 @@ class CompanyError(DomainError):
         """
         Say so.
 
-        Args:
-            doing: what it does
-
+        :param doing: what it does
         """
         super().__init__(
             f'another robot is in ROS domain {os.environ.get("ROS_DOMAIN_ID") or 0} (somebody '
@@ -117,13 +113,13 @@ class Lookout(PollingNode):
 
     TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom')
 
-    def __init__(self, **node_options: object) -> None:
+    def __init__(self, **node_options: Any) -> None:
         """Begin to listen."""
         super().__init__('lookout', **node_options)
-        self.frames: Set[str] = set()
+        self.frames: set[str] = set()
         self.poll(TFMessage, '/tf', self._hear, QoSProfile(depth=100))
 
-    def _hear(self, message: TFMessage, info: object) -> None:
+    def _hear(self, message: TFMessage, info: dict[str, int]) -> None:
         """Take note of the frames that somebody broadcasts."""
         self.frames.update(transform.child_frame_id for transform in message.transforms)
 
@@ -139,13 +135,13 @@ class Lookout(PollingNode):
 class Referee(Node):
     """What a person at the edge of the arena would have: two services and two eyes."""
 
-    def __init__(self, **node_options: object) -> None:
+    def __init__(self, **node_options: Any) -> None:
         """Look at nothing yet."""
         super().__init__('demo', **node_options)
         self.place_client = self.create_client(Place, 'place')
         self.drop_client = self.create_client(Trigger, 'drop')
-        self.pose: Optional[TurtlePose] = None
-        self.pose_times: List[float] = []
+        self.pose: TurtlePose | None = None
+        self.pose_times: list[float] = []
         self.verdicts = 0
         self.goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', 10)
         self.create_subscription(TurtlePose, 'turtle1/pose', self.on_pose, 100)
@@ -182,19 +178,19 @@ class Outcome(NamedTuple):
     """From the robot at rest to the brick, before the drop."""
     limit: float
     """The distance within which a catch is promised."""
-    decision: Optional[Decision]
+    decision: Decision | None
     predicted: float
     """From release to contact, as the catcher reckons."""
     unreachable: bool
     """Whether the marker said so, once."""
     caught: bool
     fall_time: float
-    carried_to: Optional[Tuple[float, float]]
+    carried_to: tuple[float, float] | None
     slide_time: float
     finished: bool
 
     @property
-    def faults(self) -> List[str]:
+    def faults(self) -> list[str]:
         """Return what went wrong, in words."""
         found = []
         reachable = self.decision is not None and self.decision.reachable
@@ -222,11 +218,9 @@ class Match:
         """
         Bring every node up.
 
-        Args:
-            graph: an empty graph
-            parameters: those that its nodes have
-            hovering_time: how long (s) a brick hovers before it is dropped
-
+        :param graph: an empty graph
+        :param parameters: those that its nodes have
+        :param hovering_time: how long (s) a brick hovers before it is dropped
         """
         self.hovering_time = hovering_time
         self.graph = graph
@@ -283,7 +277,7 @@ class Match:
         """Tell whether the robot stands at its goal."""
         return self.robot.driver.arrived and self.referee.pose.linear_velocity == 0.0
 
-    def call(self, client: object, request: object) -> None:
+    def call(self, client: Client, request: Any) -> None:
         """Call a service of the arena; a refusal ends the demo with its reason."""
         future = client.call_async(request)
         self.graph.spin_until(future.done, 5.0, f'{client.srv_name} answers')
@@ -357,11 +351,9 @@ def random_bricks(match: Match, seed: int, count: int) -> Iterator[Vector]:
     """
     Yield random bricks, each from 0.2 to 1.2 of the farthest that is promised to be caught.
 
-    Args:
-        match: tells where the robot is when a brick is asked for
-        seed: of the random numbers
-        count: how many
-
+    :param match: tells where the robot is when a brick is asked for
+    :param seed: of the random numbers
+    :param count: how many
     """
     random = Random(seed)
     for _ in range(count):
@@ -376,7 +368,7 @@ def random_bricks(match: Match, seed: int, count: int) -> Iterator[Vector]:
                 break
 
 
-def two_bricks(parameters: Parameters) -> List[Vector]:
+def two_bricks(parameters: Parameters) -> list[Vector]:
     """Return where a brick can be caught, and where one can't."""
     corner = (0.5, 0.5, resting_height(parameters) + 1.0)
     return [parameters.brick_start, corner]
@@ -414,12 +406,8 @@ def chosen_domain() -> Iterator[bool]:
     """
     Take the ROS domain that the environment names, else one that nobody on this machine is in.
 
-    Returns:
-        Whether somebody else may be in it.
-
-    Raises:
-        DomainError: there is none, or the environment names none that can be
-
+    :return: Whether somebody else may be in it.
+    :raises DomainError: there is none, or the environment names none that can be
     """
     keep_to_this_machine()
     local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') == 'LOCALHOST'
@@ -457,7 +445,7 @@ def admitted(place: Sequence[float], parameters: Parameters) -> Vector:
         raise ParameterError(str(error).replace('brick_start', '--place')) from None
 
 
-def main(args: Optional[Sequence[str]] = None) -> int:
+def main(args: Sequence[str] | None = None) -> int:
     """Run the demo; return its exit status."""
     parser = argparse.ArgumentParser(prog='demo', description=__doc__.split('\n\n')[0].strip())
     parser.add_argument(

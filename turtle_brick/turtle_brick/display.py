@@ -19,13 +19,9 @@ Messages come in here, and shapes, poses and sentences go out. It belongs to no 
 was heard can also be drawn later.
 """
 
+from collections.abc import Callable
 from math import hypot
 from typing import Any
-from typing import Callable
-from typing import Dict
-from typing import List
-from typing import Optional
-from typing import Tuple
 from typing import TYPE_CHECKING
 
 from builtin_interfaces.msg import Time as TimeMessage
@@ -123,11 +119,9 @@ class Display:
         """
         Know nothing yet.
 
-        Args:
-            view: the page
-            buffer: an empty one, for the transforms
-            warn: told of which topic something cannot be shown, and what, in a sentence
-
+        :param view: the page
+        :param buffer: an empty one, for the transforms
+        :param warn: told of which topic something cannot be shown, and what, in a sentence
         """
         self._view = view
         self._buffer = buffer
@@ -135,16 +129,16 @@ class Display:
         # Messages of several senders are not heard in the order in which they were sent.
         self._intake = Intake(buffer, self._complain, jitter=NANOSECONDS)
         self._known_frames: set = set()
-        self._robot: Optional[Robot] = None
+        self._robot: Robot | None = None
         self._marks = Marks()
         self._account = Account()
-        self._goal: Optional[Tuple[float, float]] = None
+        self._goal: tuple[float, float] | None = None
         self._tilt = 0.0
         self._instant = 0
-        self._drawn: Dict[str, Optional[Pose]] = {}
+        self._drawn: dict[str, Pose | None] = {}
         self._text_time = 0
         self._suggested = False
-        self._rates: Dict[str, Rate] = {
+        self._rates: dict[str, Rate] = {
             name: Rate() for names in COUNTED for name in names}
 
     def hear_description(self, message: String, now: int) -> None:
@@ -233,11 +227,11 @@ class Display:
         """Say what the robot is up to with the brick."""
         return self._account.sentence()
 
-    def phase(self) -> Optional[Phase]:
+    def phase(self) -> Phase | None:
         """Return what the brick does, None if that can't be told."""
         return self._account.phase
 
-    def walls(self) -> Optional[Tuple[float, float, float, float]]:
+    def walls(self) -> tuple[float, float, float, float] | None:
         """Return in m the least and the greatest x, then y, of the walls, None without walls."""
         corners = [(mark.placed or ORIGIN, mark.shape) for key, mark in self._marks.shown.items()
                    if key[0] == WALLS]
@@ -247,7 +241,7 @@ class Display:
         xs, ys = [spot[0] for spot in spots], [spot[1] for spot in spots]
         return min(xs), max(xs), min(ys), max(ys)
 
-    def rates(self, now: int) -> List[Tuple[str, Optional[float]]]:
+    def rates(self, now: int) -> list[tuple[str, float | None]]:
         """Return how often (Hz) each of what is counted comes at an instant (ns), if it does."""
         found = []
         for names in COUNTED:
@@ -255,7 +249,7 @@ class Display:
             found.append(next((entry for entry in rates if entry[1] is not None), rates[0]))
         return found
 
-    def pose(self, frame: str, stamp: int = 0) -> Optional[Pose]:
+    def pose(self, frame: str, stamp: int = 0) -> Pose | None:
         """Return where a frame is at an instant (ns; 0 for the latest), None if that's unknown."""
         if frame == self._fixed_frame():
             return ORIGIN
@@ -265,7 +259,7 @@ class Display:
         pose = pose_of(transform.transform)
         return pose if undrawable(pose.position + pose.orientation) is None else None
 
-    def drawn(self, frame: str) -> Optional[Pose]:
+    def drawn(self, frame: str) -> Pose | None:
         """Return where a frame is in the picture that was drawn last, None if it is not there."""
         if frame not in self._drawn:
             # What is not known of this instant, as it has stopped coming, is where it was last.
@@ -285,7 +279,7 @@ class Display:
                 self._text_time = now
                 self._write(now)
 
-    def _lookup(self, frame: str, stamp: int) -> Optional[TransformStamped]:
+    def _lookup(self, frame: str, stamp: int) -> TransformStamped | None:
         """Return the transform of a frame at an instant (ns; 0 for the latest) if it is known."""
         if frame not in self._known_frames:
             return None
@@ -380,13 +374,9 @@ def mark_of(marker: Marker, now: int) -> Mark:
     """
     Read a marker that is to be added.
 
-    Args:
-        marker: the message
-        now: the instant at which it came (ns)
-
-    Raises:
-        ValueError: it can't be drawn, for the reason that is given
-
+    :param marker: the message
+    :param now: the instant at which it came (ns)
+    :raises ValueError: it can't be drawn, for the reason that is given
     """
     frame = marker.header.frame_id
     if marker.action != Marker.ADD:
@@ -417,7 +407,7 @@ def _instant_of(stamp: TimeMessage, name: str) -> int:
     return nanoseconds_of(stamp)
 
 
-def shape_of(marker: Marker) -> Optional[Shape]:
+def shape_of(marker: Marker) -> Shape | None:
     """Return what a marker looks like, None for a type that isn't drawn."""
     position, orientation = marker.pose.position, marker.pose.orientation
     quaternion = (orientation.x, orientation.y, orientation.z, orientation.w)
@@ -442,7 +432,7 @@ def shape_of(marker: Marker) -> Optional[Shape]:
                  points=tuple(points[:len(points) // 2 * 2]))
 
 
-def phase_of(marker: Marker) -> Optional[Phase]:
+def phase_of(marker: Marker) -> Phase | None:
     """Return what the brick does by the colour of its marker, None if that tells nothing."""
     color = (marker.color.r, marker.color.g, marker.color.b)
     for phase, known in BRICK_COLORS.items():

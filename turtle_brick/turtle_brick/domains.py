@@ -14,13 +14,12 @@
 
 """ROS domains of this machine: which one nobody is in, and how far away one is heard. No ROS."""
 
+from collections.abc import Iterable
+from collections.abc import Iterator
 from contextlib import contextmanager
 import os
 import random
 import socket
-from typing import Iterable
-from typing import Iterator
-from typing import Optional
 
 DOMAINS = range(101)
 """Those whose ports are below the ones that Linux gives to anybody."""
@@ -66,20 +65,14 @@ def is_empty(domain: int) -> bool:
 
 
 @contextmanager
-def reserved_domain(candidates: Optional[Iterable[int]] = None) -> Iterator[int]:
+def reserved_domain(candidates: Iterable[int] | None = None) -> Iterator[int]:
     """
     Reserve a ROS domain that no node on this machine is in, and that nobody else reserves.
 
-    Args:
-        candidates: the domains to choose from, the first one first; if None, 1 to 100 in any
-            order, for nobody to be in the way of people, who are in 0
-
-    Returns:
-        The domain's id, reserved until the context ends.
-
-    Raises:
-        DomainError: all of them are in use
-
+    :param candidates: the domains to choose from, the first one first; if None, 1 to 100 in any
+        order, for nobody to be in the way of people, who are in 0
+    :return: The domain's id, reserved until the context ends.
+    :raises DomainError: all of them are in use
     """
     for domain in candidates or random.sample(DOMAINS[1:], len(DOMAINS) - 1):
         with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as mark:

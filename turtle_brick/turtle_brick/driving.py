@@ -31,9 +31,6 @@ from math import hypot
 from math import isfinite
 from math import log
 from math import sin
-from typing import Deque
-from typing import Optional
-from typing import Tuple
 
 from turtle_brick.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.turtlesim_kinematics import Pose
@@ -79,18 +76,15 @@ class TickClock:
 
     def __init__(self) -> None:
         """Know nothing before the first pose."""
-        self.last: Optional[float] = None
+        self.last: float | None = None
         self._late = 0
 
     def observe(self, now: float) -> float:
         """
         Take note of the arrival of a pose.
 
-        Args:
-            now: the time of arrival (s)
-
-        Returns:
-            The likely time of its tick (s): of its arrival, or the grid's if it was held up.
+        :param now: the time of arrival (s)
+        :return: The likely time of its tick (s): of its arrival, or the grid's if it was held up.
         """
         if self.last is None:
             self.last = now
@@ -131,10 +125,10 @@ class CommandPath:
 
     def __init__(self) -> None:
         """Start with an empty queue and no pose."""
-        self.pose: Optional[Pose] = None
+        self.pose: Pose | None = None
         self.pose_time = 0.0
         self._ticks = TickClock()
-        self._sent: Deque[Tuple[float, float, float]] = deque(maxlen=self.MEMORY)
+        self._sent: deque[tuple[float, float, float]] = deque(maxlen=self.MEMORY)
         self._count = 0
         self._taken = -1
         self._last_motion = -1
@@ -143,11 +137,9 @@ class CommandPath:
         """
         Take note of a command that is being published.
 
-        Args:
-            now: the present time (s)
-            linear_x: forward velocity, in the turtle's frame (m/s)
-            linear_y: leftward velocity, in the turtle's frame (m/s)
-
+        :param now: the present time (s)
+        :param linear_x: forward velocity, in the turtle's frame (m/s)
+        :param linear_y: leftward velocity, in the turtle's frame (m/s)
         """
         if linear_x != 0.0 or linear_y != 0.0:
             self._last_motion = self._count
@@ -158,11 +150,9 @@ class CommandPath:
         """
         Take note of a pose, and so of a tick of turtlesim.
 
-        Args:
-            now: its time of arrival (s)
-            pose: the turtle's pose in the world, with the speed it reports (m, rad, m/s); one
-                that is not finite is no pose of turtlesim's, and ignored
-
+        :param now: its time of arrival (s)
+        :param pose: the turtle's pose in the world, with the speed it reports (m, rad, m/s); one
+            that is not finite is no pose of turtlesim's, and ignored
         """
         if not all(map(isfinite, pose)):
             return
@@ -182,15 +172,12 @@ class CommandPath:
         """Tell whether there is no pose, or none that is recent enough to act on."""
         return self.pose is None or now - self.pose_time > STALE
 
-    def predict(self, now: float) -> Tuple[float, float]:
+    def predict(self, now: float) -> tuple[float, float]:
         """
         Return where the turtle will be when a command published now takes effect.
 
-        Args:
-            now: the present time (s)
-
-        Returns:
-            x and y in the world (m), after all ticks that earlier commands will govern.
+        :param now: the present time (s)
+        :return: x and y in the world (m), after all ticks that earlier commands will govern.
         """
         pose = self.pose
         x, y = pose.x, pose.y
@@ -264,12 +251,10 @@ class Driver:
         """
         Stand still until there is a goal.
 
-        Args:
-            max_velocity: the largest speed that is ever asked for (m/s)
-
+        :param max_velocity: the largest speed that is ever asked for (m/s)
         """
         self.max_velocity = max_velocity
-        self.goal: Optional[Tuple[float, float]] = None
+        self.goal: tuple[float, float] | None = None
         self._path = CommandPath()
         self._arrived = False
 
@@ -279,7 +264,7 @@ class Driver:
         return self._arrived
 
     @property
-    def pose(self) -> Optional[Pose]:
+    def pose(self) -> Pose | None:
         """Last pose of the turtle in the world, None before the first."""
         return self._path.pose
 
@@ -289,13 +274,9 @@ class Driver:
 
         The goal at which it stands already changes nothing.
 
-        Args:
-            x: the goal in the world (m), within the arena
-            y: the goal in the world (m), within the arena
-
-        Raises:
-            ValueError: the goal is not finite; the one before stays
-
+        :param x: the goal in the world (m), within the arena
+        :param y: the goal in the world (m), within the arena
+        :raises ValueError: the goal is not finite; the one before stays
         """
         if not (isfinite(x) and isfinite(y)):
             raise ValueError(f'the goal ({x:g}, {y:g}) is not finite')
@@ -307,29 +288,24 @@ class Driver:
         """
         Take note of where turtlesim says that the turtle is.
 
-        Args:
-            now: time of arrival of the pose (s, steady clock)
-            pose: the pose in the world (m, rad)
-
+        :param now: time of arrival of the pose (s, steady clock)
+        :param pose: the pose in the world (m, rad)
         """
         self._path.observe(now, pose)
 
-    def command(self, now: float) -> Tuple[float, float]:
+    def command(self, now: float) -> tuple[float, float]:
         """
         Return the command to publish now; it must be published, 100 times per second.
 
-        Args:
-            now: the present time (s, steady clock)
-
-        Returns:
-            linear.x and linear.y (m/s) in the turtle's own frame; zero without a goal, at the
+        :param now: the present time (s, steady clock)
+        :return: linear.x and linear.y (m/s) in the turtle's own frame; zero without a goal, at the
             goal and while no recent pose tells where the turtle is.
         """
         velocity = self._steer(now)
         self._path.publish(now, *velocity)
         return velocity
 
-    def _steer(self, now: float) -> Tuple[float, float]:
+    def _steer(self, now: float) -> tuple[float, float]:
         """Return the velocity in the turtle's frame that leads from where it will be."""
         if self.goal is None or self._path.is_stale(now):
             return (0.0, 0.0)
@@ -346,7 +322,7 @@ class Driver:
         return (c * ex + s * ey, c * ey - s * ex)
 
 
-def within_arena(x: float, y: float) -> Tuple[float, float]:
+def within_arena(x: float, y: float) -> tuple[float, float]:
     """Return the point of the arena nearest to (x, y), in the world (m)."""
     return min(max(x, 0.0), ARENA_SIZE), min(max(y, 0.0), ARENA_SIZE)
 
@@ -355,15 +331,12 @@ def travel_time(distance: float, radius: float, max_velocity: float) -> float:
     """
     Return how long the Driver moves until the goal is within a radius.
 
-    Args:
-        distance: from the turtle at rest to the goal (m)
-        radius: how near is near enough (m)
-        max_velocity: the turtle's speed (m/s)
-
-    Returns:
-        The time (s) from the first motion on: (distance - radius) / max_velocity as long as the
-        radius covers the last stretch, on which each tick of the approach covers a fixed part of
-        the way that is left.
+    :param distance: from the turtle at rest to the goal (m)
+    :param radius: how near is near enough (m)
+    :param max_velocity: the turtle's speed (m/s)
+    :return: The time (s) from the first motion on: (distance - radius) / max_velocity as long as
+        the radius covers the last stretch, on which each tick of the approach covers a fixed part
+        of the way that is left.
     """
     if distance <= radius:
         return 0.0

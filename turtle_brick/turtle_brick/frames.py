@@ -15,12 +15,8 @@
 """What the nodes share about TF: frame names, poses as messages and back, news of a frame."""
 
 from collections import deque
+from collections.abc import Callable
 from typing import Any
-from typing import Callable
-from typing import Deque
-from typing import Dict
-from typing import List
-from typing import Optional
 
 from builtin_interfaces.msg import Time as TimeMessage
 from geometry_msgs.msg import Transform
@@ -99,7 +95,7 @@ def between(parent: str, child: str) -> TransformStamped:
     return message
 
 
-def latest(buffer: Buffer, frame: str) -> Optional[TransformStamped]:
+def latest(buffer: Buffer, frame: str) -> TransformStamped | None:
     """Return the latest transform from the world to a frame, None where there is none yet."""
     try:
         return buffer.lookup_transform(WORLD, frame, LATEST)
@@ -112,7 +108,7 @@ def is_old(transform: TransformStamped, now: int) -> bool:
     return not -AHEAD <= now - nanoseconds_of(transform.header.stamp) <= OLDEST
 
 
-def recent(buffer: Buffer, frame: str, now: int) -> Optional[Pose]:
+def recent(buffer: Buffer, frame: str, now: int) -> Pose | None:
     """Return the pose of a frame in the world, None unless it is known from the last 0.5 s."""
     transform = latest(buffer, frame)
     if transform is None or is_old(transform, now):
@@ -130,9 +126,9 @@ class Guard:
 
     def __init__(self) -> None:
         """Know no frames yet."""
-        self._parents: Dict[str, str] = {}
-        self._static: Dict[str, bool] = {}
-        self._claims: Dict[str, Deque[int]] = {}
+        self._parents: dict[str, str] = {}
+        self._static: dict[str, bool] = {}
+        self._claims: dict[str, deque[int]] = {}
         self._now = 0
         self._jump = 0
         self._echo_ends = 0
@@ -141,13 +137,10 @@ class Guard:
         """
         Say what is wrong with a transform.
 
-        Args:
-            transform: the transform
-            static: whether it came on /tf_static
-            now: the present instant (ns)
-
-        Returns:
-            What is wrong, in words that name frames and value; empty if it can be used.
+        :param transform: the transform
+        :param static: whether it came on /tf_static
+        :param now: the present instant (ns)
+        :return: What is wrong, in words that name frames and value; empty if it can be used.
         """
         reason = self._reason(transform, static, now)
         if reason:
@@ -209,7 +202,7 @@ class Guard:
             claims.append(now)
         return len(claims) == STEADY and now - claims[0] <= 1_000_000_000
 
-    def _up_from(self, frame: str) -> List[str]:
+    def _up_from(self, frame: str) -> list[str]:
         """Return a frame and all above it."""
         way = [frame]
         while way[-1] in self._parents:
@@ -229,11 +222,9 @@ class Intake:
         """
         Begin with an empty buffer.
 
-        Args:
-            buffer: what to fill
-            complain: told of which topic a transform is left out, and why, in a sentence
-            jitter: how far back (ns) the time may go without having been set back
-
+        :param buffer: what to fill
+        :param complain: told of which topic a transform is left out, and why, in a sentence
+        :param jitter: how far back (ns) the time may go without having been set back
         """
         self._buffer = buffer
         self._complain = complain
@@ -241,7 +232,7 @@ class Intake:
         self._guard = Guard()
         self._now = 0
 
-    def take_in(self, message: TFMessage, static: bool, now: int) -> List[TransformStamped]:
+    def take_in(self, message: TFMessage, static: bool, now: int) -> list[TransformStamped]:
         """Fill the buffer with the transforms that can be used now (ns), and return them."""
         if now < self._now - self._jitter:
             self._buffer.clear()  # What was to come would outlast what comes now.
@@ -265,10 +256,8 @@ class GuardedListener(TransformListener):
         """
         Listen to /tf and /tf_static.
 
-        Args:
-            buffer: what to fill
-            node: the node to listen with
-
+        :param buffer: what to fill
+        :param node: the node to listen with
         """
         warner = Warner(node)
         self._intake = Intake(buffer, lambda _, sentence: warner.warn('transform', sentence))
@@ -282,7 +271,7 @@ class GuardedListener(TransformListener):
         """Take in a message of /tf_static."""
         self.take_in(data, True)
 
-    def take_in(self, data: TFMessage, static: bool) -> List[TransformStamped]:
+    def take_in(self, data: TFMessage, static: bool) -> list[TransformStamped]:
         """Fill the buffer with the transforms that can be used, and return them."""
         return self._intake.take_in(data, static, self.node.get_clock().now().nanoseconds)
 
@@ -294,11 +283,9 @@ class OthersListener(GuardedListener):
         """
         Listen to /tf and /tf_static.
 
-        Args:
-            buffer: what to fill
-            node: the node to listen with
-            own: the frame that this node broadcasts, each time in a message of its own
-
+        :param buffer: what to fill
+        :param node: the node to listen with
+        :param own: the frame that this node broadcasts, each time in a message of its own
         """
         self._own = own
         self.news = False
@@ -321,13 +308,11 @@ class FrameListener(GuardedListener):
         """
         Listen to /tf and /tf_static.
 
-        Args:
-            buffer: what to fill
-            node: the node to listen with
-            frame: the frame whose news matter
-            on_news: called with each transform of the frame, in order, the buffer up to date: also
-                those that a busy machine made come together
-
+        :param buffer: what to fill
+        :param node: the node to listen with
+        :param frame: the frame whose news matter
+        :param on_news: called with each transform of the frame, in order, the buffer up to date:
+            also those that a busy machine made come together
         """
         self._frame = frame
         self._on_news = on_news

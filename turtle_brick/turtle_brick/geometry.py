@@ -24,10 +24,9 @@ from math import cos
 from math import hypot
 from math import sin
 from typing import NamedTuple
-from typing import Tuple
 
-Vector = Tuple[float, float, float]
-Quaternion = Tuple[float, float, float, float]
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
 
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
@@ -87,7 +86,7 @@ def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
             pw * qw - px * qx - py * qy - pz * qz)
 
 
-def axes(q: Quaternion) -> Tuple[Vector, Vector, Vector]:
+def axes(q: Quaternion) -> tuple[Vector, Vector, Vector]:
     """Return the unit vectors x, y, z of a frame with orientation q, in its parent frame."""
     x, y, z, w = q
     return ((1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)),
@@ -113,15 +112,12 @@ def distance_to_rectangle(x: float, y: float, yaw: float, length: float, width: 
     """
     Return how far (m) the nearest point of a rectangle is from the origin of its plane.
 
-    Args:
-        x: centre of the rectangle (m)
-        y: centre of the rectangle (m)
-        yaw: heading of its long side (rad)
-        length: size along that heading (m)
-        width: size across it (m)
-
-    Returns:
-        The distance in m, 0 where the rectangle covers the origin.
+    :param x: centre of the rectangle (m)
+    :param y: centre of the rectangle (m)
+    :param yaw: heading of its long side (rad)
+    :param length: size along that heading (m)
+    :param width: size across it (m)
+    :return: The distance in m, 0 where the rectangle covers the origin.
     """
     c, s = cos(yaw), sin(yaw)
     along = abs(c * x + s * y) - length / 2.0

@@ -19,6 +19,8 @@ Where turtlesim and robot_state_publisher are stand-ins, they are composed too; 
 ones are installed, they run beside as child processes.
 """
 
+from collections.abc import Callable
+from collections.abc import Sequence
 import importlib
 from importlib.util import find_spec
 import os
@@ -28,12 +30,6 @@ import subprocess
 from tempfile import TemporaryDirectory
 from time import monotonic
 from typing import Any
-from typing import Callable
-from typing import Dict
-from typing import List
-from typing import Optional
-from typing import Sequence
-from typing import Type
 from typing import TypeVar
 
 from ament_index_python.packages import get_package_prefix
@@ -64,20 +60,16 @@ class Child:
     """A ROS executable in a process of its own."""
 
     def __init__(self, package: str, executable: str, arguments: Sequence[str],
-                 environment: Dict[str, str], silent: bool = True) -> None:
+                 environment: dict[str, str], silent: bool = True) -> None:
         """
         Start it.
 
-        Args:
-            package: the package it belongs to
-            executable: its name
-            arguments: its command line
-            environment: variables to set for it, besides those of this process
-            silent: whether what it prints is of no interest
-
-        Raises:
-            LookupError: there is no such package
-
+        :param package: the package it belongs to
+        :param executable: its name
+        :param arguments: its command line
+        :param environment: variables to set for it, besides those of this process
+        :param silent: whether what it prints is of no interest
+        :raises LookupError: there is no such package
         """
         path = Path(get_package_prefix(package), 'lib', package, executable)
         self._process = subprocess.Popen(
@@ -99,19 +91,17 @@ class Child:
 class Graph:
     """Nodes in one process that see each other, and whoever else is in their ROS domain."""
 
-    def __init__(self, domain_id: Optional[int] = None, namespace: str = '',
-                 params_file: Optional[Path] = None,
-                 overrides: Optional[Dict[str, Any]] = None, quiet: bool = False) -> None:
+    def __init__(self, domain_id: int | None = None, namespace: str = '',
+                 params_file: Path | None = None,
+                 overrides: dict[str, Any] | None = None, quiet: bool = False) -> None:
         """
         Start with no nodes.
 
-        Args:
-            domain_id: the ROS domain; that of the environment if None
-            namespace: the namespace of all nodes
-            params_file: the parameter file; that of the package if None
-            overrides: parameters that differ from it
-            quiet: whether the nodes log warnings and errors only
-
+        :param domain_id: the ROS domain; that of the environment if None
+        :param namespace: the namespace of all nodes
+        :param params_file: the parameter file; that of the package if None
+        :param overrides: parameters that differ from it
+        :param quiet: whether the nodes log warnings and errors only
         """
         self.namespace = namespace
         self._files = TemporaryDirectory()
@@ -128,8 +118,8 @@ class Graph:
         rclpy.init(args=['--ros-args', *self._log_level], context=self.context,
                    domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)
         self.executor = make_executor(self.context)
-        self.nodes: List[Node] = []
-        self._children: List[Child] = []
+        self.nodes: list[Node] = []
+        self._children: list[Child] = []
 
     def __enter__(self) -> 'Graph':
         """Return the graph itself; on leaving it, everything ends."""
@@ -139,19 +129,16 @@ class Graph:
         """End everything."""
         self.close()
 
-    def add(self, node_type: Type[AnyNode], *ros_arguments: str, parameters: bool = True,
+    def add(self, node_type: type[AnyNode], *ros_arguments: str, parameters: bool = True,
             **options: Any) -> AnyNode:
         """
         Add a node.
 
-        Args:
-            node_type: its class
-            ros_arguments: what stands behind --ros-args, as '-r', 'cmd_vel:=turtle1/cmd_vel'
-            parameters: whether to give it the parameter file and its overrides
-            options: passed on to the node's class
-
-        Returns:
-            The node.
+        :param node_type: its class
+        :param ros_arguments: what stands behind --ros-args, as '-r', 'cmd_vel:=turtle1/cmd_vel'
+        :param parameters: whether to give it the parameter file and its overrides
+        :param options: passed on to the node's class
+        :return: The node.
         """
         arguments = ['--ros-args', *ros_arguments]
         if parameters:
@@ -171,12 +158,12 @@ class Graph:
                         'the executor lets go of a node')
         node.destroy_node()
 
-    def add_turtlesim(self) -> Optional[Node]:
+    def add_turtlesim(self) -> Node | None:
         """Add turtlesim, holonomic; return its node, None if it is the real one."""
         return self._add_foreign('turtlesim', 'turtlesim_node', 'turtlesim_standin.node',
                                  'TurtleSimNode', {'holonomic': True})
 
-    def add_robot_state_publisher(self) -> Optional[Node]:
+    def add_robot_state_publisher(self) -> Node | None:
         """Add robot_state_publisher with our robot; return its node, None if it is real."""
         return self._add_foreign(
             'robot_state_publisher', 'robot_state_publisher', 'robot_state_publisher.node',
@@ -211,15 +198,11 @@ class Graph:
         """
         Start an executable that belongs to the graph, in a process of its own.
 
-        Args:
-            package: the package it belongs to
-            executable: its name
-            arguments: its command line
-            silent: whether what it prints is of no interest
-
-        Raises:
-            LookupError: there is no such package
-
+        :param package: the package it belongs to
+        :param executable: its name
+        :param arguments: its command line
+        :param silent: whether what it prints is of no interest
+        :raises LookupError: there is no such package
         """
         environment = {}
         if not os.environ.get('DISPLAY'):
@@ -237,14 +220,10 @@ class Graph:
         """
         Let the nodes work until a condition holds.
 
-        Args:
-            condition: asked after each piece of work
-            timeout: longest time (s) that it may take
-            what: the condition in words, for the error
-
-        Raises:
-            TimeoutError: the condition has not come to hold
-
+        :param condition: asked after each piece of work
+        :param timeout: longest time (s) that it may take
+        :param what: the condition in words, for the error
+        :raises TimeoutError: the condition has not come to hold
         """
         deadline = monotonic() + timeout
         while not condition():
@@ -276,7 +255,7 @@ class Graph:
         with INTERRUPTS.held():
             self.executor.spin_once(timeout_sec=LONGEST_WAIT)
 
-    def _parameter_file(self, parameters: Dict[str, Any]) -> Path:
+    def _parameter_file(self, parameters: dict[str, Any]) -> Path:
         """Write parameters to a file for any node, that lives as long as the graph."""
         path = Path(self._files.name) / f'{len(os.listdir(self._files.name))}.yaml'
         path.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}),
@@ -284,7 +263,7 @@ class Graph:
         return path
 
     def _add_foreign(self, package: str, executable: str, module: str, node_type: str,
-                     parameters: Dict[str, Any]) -> Optional[Node]:
+                     parameters: dict[str, Any]) -> Node | None:
         """Compose a stand-in where there is one, else start the real executable."""
         # A file, since no command line takes a URDF as the value of a parameter.
         arguments = ['--params-file', str(self._parameter_file(parameters))]

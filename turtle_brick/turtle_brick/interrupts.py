@@ -15,7 +15,7 @@
 """Ctrl-C and SIGTERM as a KeyboardInterrupt that comes only where it does no harm. No ROS."""
 
 import signal
-from typing import Optional
+from types import FrameType
 
 
 class Interrupts:
@@ -52,14 +52,14 @@ class Interrupts:
         """Put off what comes from now on."""
         self._held += 1
 
-    def __exit__(self, error: Optional[type], *_: object) -> None:
+    def __exit__(self, error: type | None, *_: object) -> None:
         """Let come what has been put off, unless an error is on its way, which matters more."""
         self._held -= 1
         if self._put_off and not self._held and error is None:
             self._put_off = False
             raise KeyboardInterrupt
 
-    def _on_signal(self, number: int, frame: object) -> None:
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
         if self._came:
             return
         self._came = True

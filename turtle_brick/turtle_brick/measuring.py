@@ -20,18 +20,14 @@ from a brick's release to the robot's first motion; and, of Linux, what a proces
 Instants are integer nanoseconds of the system's clock, unless a name says otherwise.
 """
 
+from collections.abc import Sequence
 from math import ceil
 from math import floor
 from math import hypot
 import os
 from pathlib import Path
 from time import monotonic
-from typing import Dict
-from typing import List
 from typing import NamedTuple
-from typing import Optional
-from typing import Sequence
-from typing import Tuple
 
 NANO = 1e-9
 
@@ -63,19 +59,16 @@ def percentile(ordered: Sequence[float], part: float) -> float:
     """
     Return a percentile, interpolated linearly between the two nearest values.
 
-    Args:
-        ordered: the values in ascending order, at least one
-        part: in [0, 1]
-
-    Returns:
-        The value below which that part of the values lies.
+    :param ordered: the values in ascending order, at least one
+    :param part: in [0, 1]
+    :return: The value below which that part of the values lies.
     """
     place = part * (len(ordered) - 1)
     low, high = floor(place), ceil(place)
     return ordered[low] + (place - low) * (ordered[high] - ordered[low])
 
 
-def spread(values: Sequence[float]) -> Optional[Spread]:
+def spread(values: Sequence[float]) -> Spread | None:
     """Return how values are distributed; None if there are none."""
     if not values:
         return None
@@ -84,7 +77,7 @@ def spread(values: Sequence[float]) -> Optional[Spread]:
                   percentile(ordered, 0.50), percentile(ordered, 0.99), ordered[-1])
 
 
-def intervals(instants: Sequence[int]) -> List[float]:
+def intervals(instants: Sequence[int]) -> list[float]:
     """Return the times (s) between neighbouring instants (ns)."""
     return [(later - earlier) * NANO for earlier, later in zip(instants, instants[1:])]
 
@@ -111,15 +104,12 @@ def drift(stamps: Sequence[int], published: Sequence[int], period: int) -> Drift
     """
     Compare the stamps of steps with the clock at which they were published.
 
-    Args:
-        stamps: the instant that each step belongs to (ns), in the order of publication
-        published: when it was published (ns)
-        period: the time of a step (ns)
-
-    Returns:
-        The comparison. A publication may be late by some steps, but not later and later: the
-        lags of the first and the last second are compared, each by its least, since what delays
-        a publication comes and goes.
+    :param stamps: the instant that each step belongs to (ns), in the order of publication
+    :param published: when it was published (ns)
+    :param period: the time of a step (ns)
+    :return: The comparison. A publication may be late by some steps, but not later and later: the
+        lags of the first and the last second are compared, each by its least, since what delays a
+        publication comes and goes.
     """
     lost = sum((later - earlier) // period - 1 for earlier, later in zip(stamps, stamps[1:]))
     lags = [there - stamp for stamp, there in zip(stamps, published)]
@@ -150,7 +140,7 @@ class Events(NamedTuple):
     brick: Sequence[BrickSample]
     goals: Sequence[int]
     """When goals were published."""
-    commands: Sequence[Tuple[int, float]]
+    commands: Sequence[tuple[int, float]]
     """When commands were published, and their speeds (m/s)."""
     poses: Sequence[Place]
     """Of turtlesim."""
@@ -158,16 +148,13 @@ class Events(NamedTuple):
     """Of base_link."""
 
 
-def chain(events: Events) -> Optional[Dict[str, float]]:
+def chain(events: Events) -> dict[str, float] | None:
     """
     Find the links of the chain from a brick's release to the robot's motion.
 
-    Args:
-        events: what was heard
-
-    Returns:
-        The time (s) from the release to the end of each of `PARTS`; None where the brick did not
-        fall or the robot did not move.
+    :param events: what was heard
+    :return: The time (s) from the release to the end of each of `PARTS`; None where the brick did
+        not fall or the robot did not move.
     """
     start = next((index for index, (before, after) in enumerate(
         zip(events.brick, events.brick[1:])) if after.z < before.z), None)
@@ -189,7 +176,7 @@ def chain(events: Events) -> Optional[Dict[str, float]]:
                             for instant in (third, goal, command, moved, known))))
 
 
-def _first_motion(places: Sequence[Place], since: int) -> Optional[int]:
+def _first_motion(places: Sequence[Place], since: int) -> int | None:
     """Return when the first place was published that differs from the one before."""
     for before, after in zip(places, places[1:]):
         if (after.published >= since
@@ -198,7 +185,7 @@ def _first_motion(places: Sequence[Place], since: int) -> Optional[int]:
     return None
 
 
-def parts(ends: Dict[str, float]) -> Dict[str, float]:
+def parts(ends: dict[str, float]) -> dict[str, float]:
     """Return how long (s) each part of a chain took, from the times of their ends."""
     begins = [0.0, *ends.values()]
     return {name: end - begin for (name, end), begin in zip(ends.items(), begins)}
@@ -208,11 +195,8 @@ def processor_time(process: int) -> float:
     """
     Return the time (s) that a process and its threads have had of processors so far.
 
-    Args:
-        process: its id
-
-    Returns:
-        User and system time; proc(5) gives them in clock ticks of, mostly, 10 ms.
+    :param process: its id
+    :return: User and system time; proc(5) gives them in clock ticks of, mostly, 10 ms.
     """
     # The name of the program, in brackets, may itself hold blanks and brackets.
     fields = Path('/proc', str(process), 'stat').read_text().rpartition(')')[2].split()
@@ -245,7 +229,7 @@ def stolen_time() -> float:
     return _spent()['steal']
 
 
-def _spent() -> Dict[str, float]:
+def _spent() -> dict[str, float]:
     """Return what all processors together have spent their time (s) on since the start."""
     names = ('user', 'nice', 'system', 'idle', 'iowait', 'irq', 'softirq', 'steal')
     ticks = Path('/proc/stat').read_text().split('\n')[0].split()[1:]

@@ -69,15 +69,9 @@ def declare_parameters(node: Node) -> Parameters:
     The values come from the node's parameter overrides (a parameter file, `-p name:=value`); there
     are no defaults. Integers are as good as floating-point numbers.
 
-    Args:
-        node: The node, on which none of them is declared yet.
-
-    Returns:
-        The values.
-
-    Raises:
-        ParameterError: A value is missing or inadmissible.
-
+    :param node: The node, on which none of them is declared yet.
+    :return: The values.
+    :raises ParameterError: A value is missing or inadmissible.
     """
     # With what the node does not know, for which rclpy has no public way.
     given = dict(getattr(node, '_parameter_overrides', {}))
@@ -112,13 +106,9 @@ def due_instant(timer: Timer, now: int) -> int:
     """
     Return the instant at which a timer was due whose callback runs now.
 
-    Args:
-        timer: The timer.
-        now: The present instant of its clock (ns).
-
-    Returns:
-        The instant (ns), a multiple of its period after the others, and not after `now`.
-
+    :param timer: The timer.
+    :param now: The present instant of its clock (ns).
+    :return: The instant (ns), a multiple of its period after the others, and not after `now`.
     """
     return now - max(timer.timer_period_ns - timer.time_until_next_call(), 0)
 
@@ -138,10 +128,8 @@ class Warner:
         """
         Begin with the next warning.
 
-        Args:
-            node: The node whose warnings they are.
-            limit: How many of a kind there may be in a period.
-
+        :param node: The node whose warnings they are.
+        :param limit: How many of a kind there may be in a period.
         """
         self._node = node
         self._limit = limit
@@ -171,10 +159,8 @@ class PollingNode(Node):
         """
         Fetch nothing yet.
 
-        Args:
-            name: The name of the node.
-            node_options: Passed on to rclpy.node.Node.
-
+        :param name: The name of the node.
+        :param node_options: Passed on to rclpy.node.Node.
         """
         # First, since Node itself asks for its subscriptions, and may make some.
         self._polled: dict[Subscription, Callable[[Any, dict[str, int]], None]] = {}
@@ -185,14 +171,12 @@ class PollingNode(Node):
         """
         Subscribe to what will be fetched.
 
-        Args:
-            message_type: The type of the messages.
-            topic: Their topic.
-            hear: Called by `fetch` with each message, and with what rmw knows of its way:
-                source_timestamp and received_timestamp, in ns of the system's clock.
-            qos: How to subscribe; its depth is how many messages wait to be fetched.
-            raw: Whether messages stay serialized.
-
+        :param message_type: The type of the messages.
+        :param topic: Their topic.
+        :param hear: Called by `fetch` with each message, and with what rmw knows of its way:
+            source_timestamp and received_timestamp, in ns of the system's clock.
+        :param qos: How to subscribe; its depth is how many messages wait to be fetched.
+        :param raw: Whether messages stay serialized.
         """
         subscription = self.create_subscription(
             message_type, topic, _ignore, qos, raw=raw,
@@ -230,9 +214,7 @@ def make_executor(context: Context | None = None) -> Executor:
     It is in rclpy since 7.1.4 and takes a third of the processor time of the
     SingleThreadedExecutor, which is what an older rclpy gives.
 
-    Args:
-        context: The context of its nodes; the default one if None.
-
+    :param context: The context of its nodes; the default one if None.
     """
     try:
         from rclpy.experimental import EventsExecutor
@@ -273,14 +255,10 @@ def run(node_type: Callable[[], Node], args: Sequence[str] | None = None) -> int
     """
     Run a node in a process of its own until Ctrl-C, SIGTERM or a shutdown: the body of a main().
 
-    Args:
-        node_type: Makes the node.
-        args: The command line, with the program's name first; sys.argv if None.
-
-    Returns:
-        The exit status: 0, or 1 if the parameters or other arguments are inadmissible, which one
-        sentence on standard error then explains.
-
+    :param node_type: Makes the node.
+    :param args: The command line, with the program's name first; sys.argv if None.
+    :return: The exit status: 0, or 1 if the parameters or other arguments are inadmissible, which
+        one sentence on standard error then explains.
     """
     program = Path((args or sys.argv)[0]).stem
     INTERRUPTS.take_over()

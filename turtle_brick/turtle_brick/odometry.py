@@ -22,7 +22,6 @@ wall holds it, whatever its commanded speed, and not when it is teleported.
 from math import atan2
 from math import hypot
 from math import pi
-from typing import Optional
 
 from turtle_brick.geometry import Pose2D
 from turtle_brick.turtlesim_kinematics import Pose
@@ -39,31 +38,27 @@ class Odometer:
         """
         Know nothing before the first pose, which the odom frame will be placed at.
 
-        Args:
-            wheel_radius: radius of the wheel (m)
-
+        :param wheel_radius: radius of the wheel (m)
         """
         self.wheel_radius = wheel_radius
-        self.origin: Optional[Pose2D] = None
+        self.origin: Pose2D | None = None
         """Pose of the odom frame in the world; never changes once it is known."""
-        self.pose: Optional[Pose2D] = None
+        self.pose: Pose2D | None = None
         """Pose of base_link in the odom frame."""
         self.wheel_angle = 0.0
         """How far the wheel has rolled forward (rad), counting every turn."""
         self.stem_angle = 0.0
         """Direction of the last motion relative to base_link (rad), in [-pi, pi)."""
-        self._last: Optional[Pose] = None
+        self._last: Pose | None = None
         self._last_time = 0.0
-        self._world_to_odom: Optional[Pose2D] = None
+        self._world_to_odom: Pose2D | None = None
 
     def observe(self, now: float, pose: Pose) -> None:
         """
         Take note of where turtlesim says that the turtle is.
 
-        Args:
-            now: time of arrival of the pose (s, steady clock)
-            pose: the pose in the world (m, rad), with the commanded speed (m/s)
-
+        :param now: time of arrival of the pose (s, steady clock)
+        :param pose: the pose in the world (m, rad), with the commanded speed (m/s)
         """
         here = Pose2D(pose.x, pose.y, pose.theta)
         if self.origin is None:

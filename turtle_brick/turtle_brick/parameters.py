@@ -56,23 +56,18 @@ class MissingParameterError(ParameterError):
 
 @dataclass(frozen=True)
 class Meaning:
-    """
-    What a parameter says and which values it admits.
-
-    Attributes:
-        description: What it is, without the unit.
-        unit: Its SI unit.
-        lower: The least admissible value, for a vector of each component.
-        upper: The greatest admissible value, for a vector of each component.
-        length: 3 for a vector, 1 for a number.
-
-    """
+    """What a parameter says and which values it admits."""
 
     description: str
+    """What it is, without the unit."""
     unit: str
+    """Its SI unit."""
     lower: float
+    """The least admissible value, for a vector of each component."""
     upper: float
+    """The greatest admissible value, for a vector of each component."""
     length: int
+    """3 for a vector, 1 for a number."""
 
     def expectation(self) -> str:
         """Say what is admissible, to follow the words 'must be'."""
@@ -140,12 +135,8 @@ def meaning(entry: Field[Any]) -> Meaning:
     """
     Tell what a field of Parameters means.
 
-    Args:
-        entry: One of `dataclasses.fields(Parameters)`.
-
-    Returns:
-        Its description, unit and range.
-
+    :param entry: One of `dataclasses.fields(Parameters)`.
+    :return: Its description, unit and range.
     """
     return entry.metadata['meaning']
 
@@ -182,19 +173,13 @@ def from_mapping(mapping: Mapping[object, object],
     """
     Make Parameters of a mapping from names to values.
 
-    Args:
-        mapping: A value for each field of Parameters: a number (integers are as good as floats)
-            or a sequence of three. What else is in it makes no difference.
-        warn: Called with a sentence that names what is in it and means nothing to anybody.
-
-    Returns:
-        The values.
-
-    Raises:
-        MissingParameterError: A value is missing.
-        ParameterError: A value is of the wrong type or out of range, or the robot that they
-            describe cannot be.
-
+    :param mapping: A value for each field of Parameters: a number (integers are as good as floats)
+        or a sequence of three. What else is in it makes no difference.
+    :param warn: Called with a sentence that names what is in it and means nothing to anybody.
+    :return: The values.
+    :raises MissingParameterError: A value is missing.
+    :raises ParameterError: A value is of the wrong type or out of range, or the robot that they
+        describe cannot be.
     """
     names = [entry.name for entry in fields(Parameters)]
     unknown = {str(name).partition('.')[0] for name in mapping}.difference(names, OF_EVERY_NODE)
@@ -210,10 +195,8 @@ def default_path() -> Path:
     """
     Find config/turtle.yaml.
 
-    Returns:
-        The installed file in the package's share directory, or, where the package is not
+    :return: The installed file in the package's share directory, or, where the package is not
         installed, the one in the source tree.
-
     """
     try:
         from ament_index_python.packages import get_package_share_path
@@ -231,16 +214,10 @@ def load(path: str | Path | None = None) -> Parameters:
     Of the file's sections only `/**: ros__parameters:` is read, the one that holds for every node.
     LOGGER warns of names in it that mean nothing.
 
-    Args:
-        path: The file; config/turtle.yaml if None.
-
-    Returns:
-        The values in it.
-
-    Raises:
-        ParameterError: The file cannot be read, is no parameter file, or holds values that
-            `from_mapping` refuses. The sentence begins with the path.
-
+    :param path: The file; config/turtle.yaml if None.
+    :return: The values in it.
+    :raises ParameterError: The file cannot be read, is no parameter file, or holds values that
+        `from_mapping` refuses. The sentence begins with the path.
     """
     path = default_path() if path is None else Path(path)
     try:

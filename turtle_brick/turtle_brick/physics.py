@@ -31,7 +31,6 @@ from math import inf
 from math import isfinite
 from numbers import Real
 from typing import Any
-from typing import Optional
 
 from turtle_brick.geometry import axes
 from turtle_brick.geometry import distance_to_rectangle
@@ -65,7 +64,7 @@ class Phase(Enum):
 class World:
     """Keep track of the physics of the world."""
 
-    def __init__(self, brick, gravity, radius, dt):  # noqa: D417
+    def __init__(self, brick, gravity, radius, dt):  # noqa: D406,D407,D413,D417
         """
         Initialize the world.
 
@@ -81,9 +80,9 @@ class World:
         self._dt = _number('dt', dt, positive=True)
         self._size: Vector = (0.0, 0.0, 0.0)
         self._thickness = 0.0
-        self._platform: Optional[Pose] = None
+        self._platform: Pose | None = None
         self._level = False
-        self._inclination: Optional[Quaternion] = None
+        self._inclination: Quaternion | None = None
         self._steps_fallen = 0
         self.brick = brick
 
@@ -97,7 +96,7 @@ class World:
         return self._brick
 
     @brick.setter
-    def brick(self, location):  # noqa: D417
+    def brick(self, location):  # noqa: D406,D407,D413,D417
         """
         Set the brick's location.
 
@@ -143,12 +142,12 @@ class World:
             self._find_top()
 
     @property
-    def platform(self) -> Optional[Pose]:
+    def platform(self) -> Pose | None:
         """Pose of the platform's frame, the centre of its base, in the world; None: unknown."""
         return self._platform
 
     @platform.setter
-    def platform(self, pose: Optional[Pose]) -> None:
+    def platform(self, pose: Pose | None) -> None:
         if pose == self._platform:
             return
         self._platform = pose
@@ -180,7 +179,7 @@ class World:
         return multiply(self._inclination, from_yaw(self._yaw - self._hinge_yaw))
 
     @property
-    def on_platform(self) -> Optional[Pose]:
+    def on_platform(self) -> Pose | None:
         """
         Pose of the brick in the platform's frame while it rides on a platform in sight, else None.
 
@@ -201,9 +200,7 @@ class World:
         """
         Let the brick go: from the next step on it falls.
 
-        Raises:
-            ValueError: it is neither hovering nor floating; the text says what it does instead
-
+        :raises ValueError: it is neither hovering nor floating; the text says what it does instead
         """
         if self._phase is Phase.FALLING:
             raise ValueError('the brick is already falling')

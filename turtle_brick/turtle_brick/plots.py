@@ -21,12 +21,12 @@ needed, and no state of matplotlib's is changed.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import groupby
 from math import degrees
 from math import hypot
 from math import sqrt
 from pathlib import Path
-from typing import Sequence
 from typing import TYPE_CHECKING
 
 from matplotlib import rc_context
@@ -142,12 +142,10 @@ def reachability_map(drops: Sequence[Drop], parameters: Parameters, cell: float 
     """
     Draw the arena from above: what was caught, refused and missed, and the boundaries in theory.
 
-    Args:
-        drops: what became of the bricks, each from the robot at rest in the centre
-        parameters: the physical numbers
-        cell: side (m) of the square of the arena that each drop stands for; None for points
-        path: of the PNG
-
+    :param drops: what became of the bricks, each from the robot at rest in the centre
+    :param parameters: the physical numbers
+    :param cell: side (m) of the square of the arena that each drop stands for; None for points
+    :param path: of the PNG
     """
     with rc_context(STYLE):
         figure = Figure(figsize=(8.2, 7.6), layout='constrained')
@@ -233,11 +231,9 @@ def margins(drops: Sequence[Drop], parameters: Parameters, path: Path) -> None:
     """
     Draw the margins against the distance, as reckoned and as they really were.
 
-    Args:
-        drops: what became of the bricks, each from the robot at rest in the centre
-        parameters: the physical numbers
-        path: of the PNG
-
+    :param drops: what became of the bricks, each from the robot at rest in the centre
+    :param parameters: the physical numbers
+    :param path: of the PNG
     """
     heights = _extremes(drops)
     single = len(heights) == 1
@@ -285,12 +281,10 @@ def one_drop(trace: Trace, drop: Drop, parameters: Parameters, path: Path) -> No
     """
     Draw all that happens in one drop over its time.
 
-    Args:
-        trace: what was written down
-        drop: what became of it
-        parameters: the physical numbers
-        path: of the PNG
-
+    :param trace: what was written down
+    :param drop: what became of it
+    :param parameters: the physical numbers
+    :param path: of the PNG
     """
     time = trace.time
     legible = 0.06 * (time[-1] - time[0])
@@ -387,10 +381,8 @@ def latency(chains: Sequence[dict[str, float]], path: Path) -> None:
     """
     Draw what happens between the release of a brick and the robot's first motion.
 
-    Args:
-        chains: of each drop the times (s) from the release to the end of each part, in order
-        path: of the PNG
-
+    :param chains: of each drop the times (s) from the release to the end of each part, in order
+    :param path: of the PNG
     """
     with rc_context(STYLE):
         figure = Figure(figsize=(9.4, 3.9), layout='constrained')

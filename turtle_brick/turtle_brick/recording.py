@@ -23,6 +23,8 @@ It needs viser, and from the system Chromium and ffmpeg.
 """
 
 import argparse
+from collections.abc import Iterator
+from collections.abc import Sequence
 from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
@@ -31,11 +33,6 @@ import subprocess
 import sys
 from tempfile import TemporaryDirectory
 from typing import Any
-from typing import Iterator
-from typing import List
-from typing import Optional
-from typing import Sequence
-from typing import Tuple
 from typing import TYPE_CHECKING
 
 from geometry_msgs.msg import PoseStamped
@@ -98,7 +95,7 @@ class Log:
 
     def __init__(self) -> None:
         """Begin with nothing."""
-        self.entries: List[Tuple[int, str, tuple]] = []
+        self.entries: list[tuple[int, str, tuple]] = []
 
     def hear_description(self, message: String, now: int) -> None:
         """Keep a robot description."""
@@ -131,14 +128,10 @@ class Log:
         """
         Let a display hear it all again, and stop at each instant of the video.
 
-        Args:
-            display: an empty one
-            start: the first instant of the video (ns); what came before is heard at once
-            end: its end (ns)
-
-        Yields:
-            The instants (ns), everything until then heard.
-
+        :param display: an empty one
+        :param start: the first instant of the video (ns); what came before is heard at once
+        :param end: its end (ns)
+        :yields: The instants (ns), everything until then heard.
         """
         entries = sorted(self.entries, key=lambda entry: entry[0])
         index = 0
@@ -158,9 +151,7 @@ class Recorder(Listener):
         """
         Begin to listen.
 
-        Args:
-            node_options: passed on to rclpy.node.Node
-
+        :param node_options: passed on to rclpy.node.Node
         """
         super().__init__('recorder', **node_options)
         self.log = Log()
@@ -168,19 +159,13 @@ class Recorder(Listener):
         self.create_timer(PERIOD, self.fetch)
 
 
-def perform(bricks: Optional[Sequence[Vector]]) -> Tuple[Log, int, int]:
+def perform(bricks: Sequence[Vector] | None) -> tuple[Log, int, int]:
     """
     Place and drop bricks in the live graph.
 
-    Args:
-        bricks: where each of them is placed (m); None for those of the demo
-
-    Returns:
-        What was to be seen, and the first and the last instant (ns) worth showing.
-
-    Raises:
-        RuntimeError: a brick was not caught, or not declared out of reach, as it should
-
+    :param bricks: where each of them is placed (m); None for those of the demo
+    :return: What was to be seen, and the first and the last instant (ns) worth showing.
+    :raises RuntimeError: a brick was not caught, or not declared out of reach, as it should
     """
     parameters = load()
     with Graph(quiet=True) as graph:
@@ -206,9 +191,7 @@ class Studio:
         """
         Open the page.
 
-        Raises:
-            BrowserError: the browser does not start, or does not show the page
-
+        :raises BrowserError: the browser does not start, or does not show the page
         """
         from turtle_brick.web_view import sky
         from turtle_brick.web_view import WebView
@@ -219,7 +202,7 @@ class Studio:
         # What tells that the browser has come to show all that was sent before it.
         self._token = self.view.server.gui.add_html('')
         self._frames = 0
-        self._picture: Optional['Image'] = None
+        self._picture: 'Image | None' = None
         try:
             self._browser = Chromium(*SIZE)
         except BrowserError:
@@ -265,7 +248,7 @@ class Studio:
             self._browser.screenshot(), self.close_up(*CLOSE_UP), self.display.account())
         return self._picture
 
-    def close_up(self, width: int, height: int) -> Optional['Image']:
+    def close_up(self, width: int, height: int) -> 'Image | None':
         """Return a picture of the robot, as it is on the page; None if there's no robot."""
         from PIL import Image
         robot = self.display.drawn(BASE_LINK)
@@ -284,16 +267,13 @@ class Studio:
         return sky
 
 
-def facing(eye: Vector, at: Vector) -> Tuple[float, float, float, float]:
+def facing(eye: Vector, at: Vector) -> tuple[float, float, float, float]:
     """
     Return how a camera is turned that looks from one point at another, upright.
 
-    Args:
-        eye: where it is (m)
-        at: what it looks at (m), not straight above or below it
-
-    Returns:
-        The rotation (w, x, y, z) from its own frame, z forward and y down, to the world.
+    :param eye: where it is (m)
+    :param at: what it looks at (m), not straight above or below it
+    :return: The rotation (w, x, y, z) from its own frame, z forward and y down, to the world.
     """
     import numpy
     forward = numpy.subtract(at, eye)
@@ -305,7 +285,7 @@ def facing(eye: Vector, at: Vector) -> Tuple[float, float, float, float]:
     return tuple(SO3.from_matrix(numpy.stack([right, down, forward], axis=1)).wxyz)
 
 
-def compose(screenshot: bytes, close_up: Optional['Image'], caption: str) -> 'Image':
+def compose(screenshot: bytes, close_up: 'Image | None', caption: str) -> 'Image':
     """Put a close-up, where the panel is empty, and a caption on a picture of the page."""
     from PIL import Image
     from PIL import ImageDraw
@@ -321,21 +301,18 @@ def compose(screenshot: bytes, close_up: Optional['Image'], caption: str) -> 'Im
     return page
 
 
-def film(log: Log, start: int, end: int, path: Path, still: Optional[Path]) -> None:
+def film(log: Log, start: int, end: int, path: Path, still: Path | None) -> None:
     """
     Make a video of what was heard.
 
-    Args:
-        log: what was heard
-        start: its first instant (ns)
-        end: its end (ns)
-        path: of the MP4
-        still: where to put a picture of the robot that has just caught a brick, None for nowhere
-
-    Raises:
-        BrowserError: the browser does not show the page
-        RuntimeError: ffmpeg could not make the video
-
+    :param log: what was heard
+    :param start: its first instant (ns)
+    :param end: its end (ns)
+    :param path: of the MP4
+    :param still: where to put a picture of the robot that has just caught a brick, None for
+        nowhere
+    :raises BrowserError: the browser does not show the page
+    :raises RuntimeError: ffmpeg could not make the video
     """
     command = ['ffmpeg', '-y', '-loglevel', 'error', '-f', 'rawvideo', '-pix_fmt', 'rgb24',
                '-s', '{}x{}'.format(*SIZE), '-r', str(RATE), '-i', '-', '-c:v', 'libx264',
@@ -372,7 +349,7 @@ def animate(video: Path, picture: Path) -> None:
     raise RuntimeError(f'{picture.name} would have more than {ANIMATED_LIMIT} bytes')
 
 
-def missing() -> Optional[str]:
+def missing() -> str | None:
     """Return what is missing here and how to get it, in a sentence; None if all is there."""
     if find_spec('viser') is None:
         return f'the page is drawn by viser, which is not installed here: pip install {VISER}'
@@ -383,7 +360,7 @@ def missing() -> Optional[str]:
     return None
 
 
-def main(args: Optional[List[str]] = None) -> int:
+def main(args: list[str] | None = None) -> int:
     """Make the videos that are asked for; return the exit status."""
     parser = argparse.ArgumentParser(
         prog='record', description='Make videos of the page that shows the live graph.')

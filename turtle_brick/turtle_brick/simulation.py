@@ -23,15 +23,11 @@ from a seed, so that every run can be repeated.
 """
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
 from random import Random
-from typing import Callable
-from typing import Deque
-from typing import List
 from typing import NamedTuple
-from typing import Optional
-from typing import Tuple
 
 from turtle_brick.catching import Catcher
 from turtle_brick.catching import Decision
@@ -79,15 +75,15 @@ class Result(NamedTuple):
 
     brick: Vector
     """Where it was released."""
-    robot: Tuple[float, float]
+    robot: tuple[float, float]
     """Where the robot was then."""
-    decision: Optional[Decision]
+    decision: Decision | None
     caught: bool
     fall_time: float
     """From release to contact with the platform or the ground."""
     decision_time: float
     """From release to decision."""
-    carried_to: Optional[Tuple[float, float]]
+    carried_to: tuple[float, float] | None
     """Where the robot tilted."""
     slide_time: float
     """From the first tilt to the brick's floating."""
@@ -99,16 +95,14 @@ class Simulation:
     """One arena with its robot, from start to whenever."""
 
     def __init__(self, parameters: Parameters, seed: int = 0, delays: Delays = Delays(),
-                 start: Tuple[float, float, float] = (ARENA_CENTER, ARENA_CENTER, 0.0)) -> None:
+                 start: tuple[float, float, float] = (ARENA_CENTER, ARENA_CENTER, 0.0)) -> None:
         """
         Set up robot and brick at rest.
 
-        Args:
-            parameters: the physical numbers
-            seed: of the phases of all timers, and of the jitter
-            delays: the delays between the parts
-            start: x, y (m) and theta (rad) of the turtle in the world
-
+        :param parameters: the physical numbers
+        :param seed: of the phases of all timers, and of the jitter
+        :param delays: the delays between the parts
+        :param start: x, y (m) and theta (rad) of the turtle in the world
         """
         self.parameters = parameters
         self.random = Random(seed)
@@ -121,18 +115,18 @@ class Simulation:
         self.turtle = Turtle(*start, holonomic=True)
         self.catcher = Catcher(parameters)
         self.now = 0
-        self.on_physics: Optional[Callable[[], None]] = None
+        self.on_physics: Callable[[], None] | None = None
         """Called after each step of the physics, to watch or to record."""
-        self.on_decision: Optional[Callable[[Decision], None]] = None
+        self.on_decision: Callable[[Decision], None] | None = None
         self.unreachable = 0
         self._hinge = parameters.platform_height - parameters.platform_thickness
         self._tilt = 0.0
-        self._shown: Tuple[Optional[TurtlePose], float] = (None, 0.0)
+        self._shown: tuple[TurtlePose | None, float] = (None, 0.0)
         # What is on its way: (time of arrival, content), in order.
-        self._to_turtle: Deque[Tuple[int, float, float]] = deque()
-        self._to_driver: Deque[Tuple[int, object]] = deque()
-        self._orders: Deque[Tuple[int, object]] = deque()
-        self._transforms: Deque[Tuple[int, Pose]] = deque()
+        self._to_turtle: deque[tuple[int, float, float]] = deque()
+        self._to_driver: deque[tuple[int, object]] = deque()
+        self._orders: deque[tuple[int, object]] = deque()
+        self._transforms: deque[tuple[int, Pose]] = deque()
         self._transport = round(delays.transport / NANO)
         self._transform_delay = round(delays.transforms / NANO)
         uniform = self.random.randrange
@@ -152,12 +146,9 @@ class Simulation:
         """
         Let time pass until a condition holds.
 
-        Args:
-            until: the condition, asked after each step of the physics
-            limit: the longest time (s) that may pass
-
-        Returns:
-            Whether the condition came to hold.
+        :param until: the condition, asked after each step of the physics
+        :param limit: the longest time (s) that may pass
+        :return: Whether the condition came to hold.
         """
         end = self.now + limit / NANO
         while True:
@@ -191,11 +182,8 @@ class Simulation:
         """
         Place the brick, drop it, and see what becomes of it.
 
-        Args:
-            brick: where it is released, in the world (m)
-
-        Returns:
-            What happened until the catcher waits again, or the brick lies on the ground.
+        :param brick: where it is released, in the world (m)
+        :return: What happened until the catcher waits again, or the brick lies on the ground.
         """
         world, catcher = self.world, self.catcher
         world.brick = brick
@@ -296,19 +284,16 @@ class Simulation:
         return instant + round(self.random.gauss(0.0, deviation) / NANO)
 
 
-def drops(parameters: Parameters, bricks: List[Vector], seed: int = 0,
-          delays: Delays = Delays()) -> List[Result]:
+def drops(parameters: Parameters, bricks: list[Vector], seed: int = 0,
+          delays: Delays = Delays()) -> list[Result]:
     """
     Drop bricks one after another into one arena.
 
-    Args:
-        parameters: the physical numbers
-        bricks: where they are released, in the world (m)
-        seed: of the simulation
-        delays: the delays between its parts
-
-    Returns:
-        What became of each.
+    :param parameters: the physical numbers
+    :param bricks: where they are released, in the world (m)
+    :param seed: of the simulation
+    :param delays: the delays between its parts
+    :return: What became of each.
     """
     simulation = Simulation(parameters, seed, delays)
     simulation.rest(0.3)

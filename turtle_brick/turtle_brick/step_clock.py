@@ -14,9 +14,6 @@
 
 """A clock of equal steps that late callbacks can't make drift."""
 
-from typing import List
-from typing import Optional
-
 
 class StepClock:
     """
@@ -31,28 +28,24 @@ class StepClock:
         """
         Wait for the first call of `due`, which sets t0.
 
-        Args:
-            period: time between two steps (ns)
-            longest_gap: time since the last step (ns) beyond which t0 is set anew
+        :param period: time between two steps (ns)
+        :param longest_gap: time since the last step (ns) beyond which t0 is set anew
         """
         self.period = period
         self.longest_gap = longest_gap
-        self.last: Optional[int] = None
+        self.last: int | None = None
         self.restarts = 0
 
-    def due(self, now: int, begin: Optional[int] = None) -> List[int]:
+    def due(self, now: int, begin: int | None = None) -> list[int]:
         """
         Return the instants (ns) of the steps that have become due since the last call.
 
-        Args:
-            now: the present instant (ns)
-            begin: t0 where the grid begins now, not after `now`, which it is unless given. A
-                timer's own grid is best: it never calls before a step is due.
-
-        Returns:
-            The instants in order, the last less than one period old. If the last step before
-            is more than `longest_gap` ago, or more than a period ahead because the clock was
-            set back, this counts in `restarts` and gives just [begin], the new t0.
+        :param now: the present instant (ns)
+        :param begin: t0 where the grid begins now, not after `now`, which it is unless given. A
+            timer's own grid is best: it never calls before a step is due.
+        :return: The instants in order, the last less than one period old. If the last step before
+            is more than `longest_gap` ago, or more than a period ahead because the clock was set
+            back, this counts in `restarts` and gives just [begin], the new t0.
         """
         begin = now if begin is None else begin
         if self.last is None:

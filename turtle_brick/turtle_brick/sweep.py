@@ -30,6 +30,10 @@ could not be made.
 
 import argparse
 from collections import deque
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Sequence
 from concurrent.futures import Future
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -45,15 +49,8 @@ from threading import Thread
 from time import monotonic
 from time import process_time
 from time import strftime
-from typing import Callable
-from typing import Deque
-from typing import Iterable
-from typing import Iterator
-from typing import List
+from types import FrameType
 from typing import NamedTuple
-from typing import Optional
-from typing import Sequence
-from typing import Tuple
 
 from turtle_brick.parameters import load
 from turtle_brick.parameters import ParameterError
@@ -81,7 +78,7 @@ AHEAD = 3
 class Batch(NamedTuple):
     """What a worker has done."""
 
-    drops: List[Drop]
+    drops: list[Drop]
     simulated: float
     """Simulated time (s)."""
     cost: float
@@ -92,16 +89,13 @@ def work(parameters: Parameters, chains: Sequence[Chain], delays: Delays) -> Bat
     """
     Make the drops of some simulations; this is what a worker does.
 
-    Args:
-        parameters: the physical numbers
-        chains: the simulations
-        delays: the delays between their parts
-
-    Returns:
-        The drops in order, and what they took.
+    :param parameters: the physical numbers
+    :param chains: the simulations
+    :param delays: the delays between their parts
+    :return: The drops in order, and what they took.
     """
     begin = process_time()
-    drops: List[Drop] = []
+    drops: list[Drop] = []
     simulated = 0.0
     for chain in chains:
         more, time = make(parameters, chain, delays)
@@ -130,7 +124,7 @@ class Stop:
         for number, handler in self._before.items():
             signal.signal(number, handler)
 
-    def _on_signal(self, number: int, frame: object) -> None:
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
         self.count += 1
 
     def __bool__(self) -> bool:
@@ -156,18 +150,13 @@ def batches(parameters: Parameters, plan: Plan, workers: int,
     """
     Make the drops of a plan, over several processes.
 
-    Args:
-        parameters: the physical numbers
-        plan: the drops
-        workers: how many processes, beside this one if more than one
-        stop: asked again and again; once it is true, no more is begun
-
-    Returns:
-        What is done, in the order of the plan: all of it, or all that was begun before the stop.
-
-    Raises:
-        BrokenProcessPool: a worker has been killed
-
+    :param parameters: the physical numbers
+    :param plan: the drops
+    :param workers: how many processes, beside this one if more than one
+    :param stop: asked again and again; once it is true, no more is begun
+    :return: What is done, in the order of the plan: all of it, or all that was begun before the
+        stop.
+    :raises BrokenProcessPool: a worker has been killed
     """
     jobs = _in_parts(plan.chains(), max(BATCH // plan.chain, 1))
     if workers == 1:
@@ -179,7 +168,7 @@ def batches(parameters: Parameters, plan: Plan, workers: int,
     # Started first: it would unblock the signals that are blocked below.
     resource_tracker.ensure_running()
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context('spawn'), _begin_worker)
-    pending: Deque[Future] = deque()
+    pending: deque[Future] = deque()
     try:
         while True:
             while len(pending) < workers * AHEAD and not stop():
@@ -203,9 +192,9 @@ def batches(parameters: Parameters, plan: Plan, workers: int,
         pool.shutdown(cancel_futures=True)
 
 
-def _in_parts(chains: Iterable[Chain], size: int) -> Iterator[List[Chain]]:
+def _in_parts(chains: Iterable[Chain], size: int) -> Iterator[list[Chain]]:
     """Yield lists of so many, the last with what is left."""
-    part: List[Chain] = []
+    part: list[Chain] = []
     for chain in chains:
         part.append(chain)
         if len(part) == size:
@@ -220,13 +209,11 @@ def draw(drops: Sequence[Drop], parameters: Parameters, plan: Plan, directory: P
     """
     Make the figures.
 
-    Args:
-        drops: what became of the bricks
-        parameters: the physical numbers
-        plan: the drops that were planned
-        directory: where the files are to be
-        stop: asked between figures; once it is true, the rest is left out
-
+    :param drops: what became of the bricks
+    :param parameters: the physical numbers
+    :param plan: the drops that were planned
+    :param directory: where the files are to be
+    :param stop: asked between figures; once it is true, the rest is left out
     """
     if not drops:
         print('No figures: no drop was finished.')
@@ -257,9 +244,7 @@ class Progress:
         """
         Show an empty bar.
 
-        Args:
-            total: how many drops there will be
-
+        :param total: how many drops there will be
         """
         self._bar = None
         if sys.stdout.isatty() and find_spec('tqdm') is not None:
@@ -291,15 +276,12 @@ def at_least(least: int) -> Callable[[str], int]:
     return read
 
 
-def parse(args: Optional[Sequence[str]]) -> Tuple[argparse.Namespace, Parameters, Plan]:
+def parse(args: Sequence[str] | None) -> tuple[argparse.Namespace, Parameters, Plan]:
     """
     Read the command line; what is wrong with it ends the process with status 2 and a sentence.
 
-    Args:
-        args: the arguments; those of the process if None
-
-    Returns:
-        The options, the parameters and the plan.
+    :param args: the arguments; those of the process if None
+    :return: The options, the parameters and the plan.
     """
     first, second = __doc__.strip().split('\n\n')[:2]
     parser = argparse.ArgumentParser(
@@ -353,7 +335,7 @@ def parse(args: Optional[Sequence[str]]) -> Tuple[argparse.Namespace, Parameters
     return options, parameters, plan
 
 
-def main(args: Optional[Sequence[str]] = None) -> int:
+def main(args: Sequence[str] | None = None) -> int:
     """Run the sweep; return its exit status."""
     with Stop() as stop:
         options, parameters, plan = parse(args)
@@ -368,21 +350,15 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan, stop: S
     """
     Make, write, draw and count the drops.
 
-    Args:
-        options: the command line
-        parameters: the physical numbers
-        plan: the drops
-        stop: true once the user has had enough
-
-    Returns:
-        The exit status.
-
-    Raises:
-        OSError: the table or a figure cannot be written
-
+    :param options: the command line
+    :param parameters: the physical numbers
+    :param plan: the drops
+    :param stop: true once the user has had enough
+    :return: The exit status.
+    :raises OSError: the table or a figure cannot be written
     """
     options.output.mkdir(parents=True, exist_ok=True)
-    drops: List[Drop] = []
+    drops: list[Drop] = []
     simulated = cost = 0.0
     begin = monotonic()
     failure = ''

@@ -20,6 +20,9 @@ at rest in the centre of the arena; `Watch` finds out how well its catch was tim
 one again with everything written down.
 """
 
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Sequence
 import csv
 from dataclasses import asdict
 from dataclasses import astuple
@@ -30,14 +33,8 @@ from math import hypot
 from math import inf
 from math import isfinite
 from random import Random
-from typing import Iterable
-from typing import Iterator
-from typing import List
 from typing import NamedTuple
-from typing import Optional
-from typing import Sequence
 from typing import TextIO
-from typing import Tuple
 from xml.etree import ElementTree
 
 from turtle_brick.catching import guaranteed_distance
@@ -84,30 +81,30 @@ class Drop:
     """Where the robot was then."""
     distance: float
     """Between the two on the ground."""
-    promised: Optional[float]
+    promised: float | None
     """Distance within which a catch is promised; None outside the arena."""
     outcome: str
     """'caught', 'refused' (said to be unreachable) or 'missed' (said to be reachable)."""
-    reachable: Optional[bool]
+    reachable: bool | None
     """What was decided; None if nothing was."""
-    decided: Optional[float]
+    decided: float | None
     """From release to decision."""
-    available: Optional[float]
+    available: float | None
     """From decision to contact, as the catcher reckons."""
-    needed: Optional[float]
+    needed: float | None
     """From decision to the platform's being under the brick, as the catcher reckons."""
-    margin: Optional[float]
+    margin: float | None
     """What is available beyond what is needed."""
     fall: float
     """From release to contact with platform or ground."""
-    spare: Optional[float]
+    spare: float | None
     """For how long the platform was under the brick, without a break, when it came down."""
-    offset: Optional[float]
+    offset: float | None
     """From the platform's axis to the brick when it landed there."""
-    tilted_x: Optional[float]
-    tilted_y: Optional[float]
+    tilted_x: float | None
+    tilted_y: float | None
     """Where the robot tilted."""
-    slide: Optional[float]
+    slide: float | None
     """From the first tilt to the brick's being clear of the platform."""
     finished: bool
     """Whether a caught brick was tipped off and the catcher waited again."""
@@ -133,7 +130,7 @@ class Chain(NamedTuple):
     first: int
     """Index of the first drop."""
     seed: int
-    bricks: Tuple[Vector, ...]
+    bricks: tuple[Vector, ...]
     """Where the bricks are released, in the world (m)."""
 
 
@@ -145,7 +142,7 @@ class Plan:
     """Whether the bricks are on a grid."""
     count: int
     """How many drops; on a grid, how many along each side of the arena."""
-    heights: Tuple[float, float]
+    heights: tuple[float, float]
     """The lowest and the highest release of a brick (m)."""
     seed: int
     chain: int = 1
@@ -159,7 +156,7 @@ class Plan:
         return self.count ** 2 if self.grid else self.count
 
     @property
-    def cell(self) -> Optional[float]:
+    def cell(self) -> float | None:
         """Return the side (m) of the cell that a drop stands for; None if there is no grid."""
         return ARENA_SIZE / self.count if self.grid else None
 
@@ -172,9 +169,8 @@ class Plan:
         """
         Yield where the bricks are released.
 
-        Returns:
-            Points of the world (m), uniformly at random, or the centres of the arena's cells in a
-            random order, so that a part of them is spread over the arena like the whole.
+        :return: Points of the world (m), uniformly at random, or the centres of the arena's cells
+            in a random order, so that a part of them is spread over the arena like the whole.
         """
         random = Random(f'{self.seed} bricks')
         if self.grid:
@@ -208,14 +204,12 @@ class Watch:
         """
         Watch from now on.
 
-        Args:
-            simulation: the simulation, after each of whose steps the watch looks
-
+        :param simulation: the simulation, after each of whose steps the watch looks
         """
-        self.spare: Optional[float] = None
-        self.offset: Optional[float] = None
+        self.spare: float | None = None
+        self.offset: float | None = None
         self._simulation = simulation
-        self._under: Optional[int] = None
+        self._under: int | None = None
         simulation.on_physics = self._look
 
     def begin(self) -> None:
@@ -245,17 +239,14 @@ class Watch:
             self.offset = distance
 
 
-def make(parameters: Parameters, chain: Chain, delays: Delays) -> Tuple[List[Drop], float]:
+def make(parameters: Parameters, chain: Chain, delays: Delays) -> tuple[list[Drop], float]:
     """
     Make the drops of one simulation.
 
-    Args:
-        parameters: the physical numbers
-        chain: the drops
-        delays: the delays between the simulation's parts
-
-    Returns:
-        What became of each, and the simulated time in s.
+    :param parameters: the physical numbers
+    :param chain: the drops
+    :param delays: the delays between the simulation's parts
+    :return: What became of each, and the simulated time in s.
     """
     simulation = Simulation(parameters, chain.seed, delays)
     watch = Watch(simulation)
@@ -287,16 +278,13 @@ def make(parameters: Parameters, chain: Chain, delays: Delays) -> Tuple[List[Dro
     return drops, simulation.now * NANO
 
 
-def promise(brick: Vector, parameters: Parameters) -> Optional[float]:
+def promise(brick: Vector, parameters: Parameters) -> float | None:
     """
     Return within which distance (m) from a robot at rest a brick is promised to be caught.
 
-    Args:
-        brick: where it is released, in the world (m)
-        parameters: the physical numbers
-
-    Returns:
-        The distance; None where nothing is promised.
+    :param brick: where it is released, in the world (m)
+    :param parameters: the physical numbers
+    :return: The distance; None where nothing is promised.
     """
     if within_arena(brick[0], brick[1]) != (brick[0], brick[1]):
         return None
@@ -313,18 +301,18 @@ class Trace:
 
     def __init__(self) -> None:
         """Begin with nothing."""
-        self.time: List[float] = []
-        self.brick: List[Vector] = []
-        self.robot: List[Tuple[float, float]] = []
-        self.platform: List[Optional[Tuple[float, float]]] = []
+        self.time: list[float] = []
+        self.brick: list[Vector] = []
+        self.robot: list[tuple[float, float]] = []
+        self.platform: list[tuple[float, float] | None] = []
         """Where the arena sees the platform."""
-        self.tilt: List[float] = []
-        self.speed: List[float] = []
+        self.tilt: list[float] = []
+        self.speed: list[float] = []
         """At which turtlesim moves the turtle."""
-        self.phase: List[Phase] = []
-        self.state: List[State] = []
-        self.command_time: List[float] = []
-        self.command: List[float] = []
+        self.phase: list[Phase] = []
+        self.state: list[State] = []
+        self.command_time: list[float] = []
+        self.command: list[float] = []
         """Speeds (m/s) asked for, 100 times per second."""
         self.decision_time = inf
 
@@ -334,9 +322,9 @@ class _RecordingDriver(Driver):
 
     def __init__(self, max_velocity: float) -> None:
         super().__init__(max_velocity)
-        self.commands: List[Tuple[float, float]] = []
+        self.commands: list[tuple[float, float]] = []
 
-    def command(self, now: float) -> Tuple[float, float]:
+    def command(self, now: float) -> tuple[float, float]:
         velocity = super().command(now)
         self.commands.append((now, hypot(*velocity)))
         return velocity
@@ -346,14 +334,11 @@ def trace(parameters: Parameters, chain: Chain, turn: int, delays: Delays) -> Tr
     """
     Make a drop again and write everything down.
 
-    Args:
-        parameters: the physical numbers
-        chain: the simulation that it belongs to
-        turn: how many drops that simulation saw before
-        delays: the delays between the simulation's parts
-
-    Returns:
-        What happened, from 0.1 s before the release until 0.3 s after all was over.
+    :param parameters: the physical numbers
+    :param chain: the simulation that it belongs to
+    :param turn: how many drops that simulation saw before
+    :param delays: the delays between the simulation's parts
+    :return: What happened, from 0.1 s before the release until 0.3 s after all was over.
     """
     simulation = Simulation(parameters, chain.seed, delays)
     driver = _RecordingDriver(parameters.max_velocity)
@@ -388,7 +373,7 @@ def trace(parameters: Parameters, chain: Chain, turn: int, delays: Delays) -> Tr
     return seen
 
 
-def _tilt(orientation: Tuple[float, float, float, float]) -> float:
+def _tilt(orientation: tuple[float, float, float, float]) -> float:
     """Return the angle (rad) of a platform from its orientation, within a quarter turn."""
     return asin(min(max(-axes(orientation)[0][2], -1.0), 1.0))
 
@@ -422,11 +407,9 @@ class Table:
         """
         Write what stands above the rows.
 
-        Args:
-            file: opened for writing, without translation of newlines
-            parameters: the physical numbers
-            plan: the drops
-
+        :param file: opened for writing, without translation of newlines
+        :param parameters: the physical numbers
+        :param plan: the drops
         """
         self._file = file
         file.write(heading(parameters, plan))
@@ -440,7 +423,7 @@ class Table:
         self._file.flush()
 
 
-def _cells(drop: Drop) -> List[object]:
+def _cells(drop: Drop) -> list[object]:
     """Return the fields of a row: micrometres and microseconds, truth as 0 and 1."""
     return [int(value) if isinstance(value, bool)
             else f'{value:.6f}' if isinstance(value, float) else value
@@ -451,12 +434,9 @@ def summary(drops: Sequence[Drop]) -> str:
     """
     Count.
 
-    Args:
-        drops: what became of the bricks
-
-    Returns:
-        A table of outcomes, within the promised distance and beyond it, and what became of the
-        promises.
+    :param drops: what became of the bricks
+    :return: A table of outcomes, within the promised distance and beyond it, and what became of
+        the promises.
     """
     lines = [f'{"":24}{"all":>10}{"promised":>12}{"beyond":>10}']
     for outcome in ('caught', 'refused', 'missed'):

@@ -42,9 +42,6 @@ import sys
 from time import monotonic
 from time import monotonic_ns
 from typing import Any
-from typing import List
-from typing import Optional
-from typing import Tuple
 
 from geometry_msgs.msg import PoseStamped
 from geometry_msgs.msg import Twist
@@ -100,12 +97,8 @@ class TurtleRobot(Node):
         """
         Start at rest, with a level platform.
 
-        Args:
-            node_options: passed on to rclpy.node.Node
-
-        Raises:
-            ParameterError: a parameter is missing or inadmissible
-
+        :param node_options: passed on to rclpy.node.Node
+        :raises ParameterError: a parameter is missing or inadmissible
         """
         super().__init__('turtle_robot', **node_options)
         parameters = declare_parameters(self)
@@ -116,9 +109,9 @@ class TurtleRobot(Node):
 
         # Hundreds of transforms come per second, of which most robots never need one: they are
         # listened to from when they are.
-        self.tf_buffer: Optional[Buffer] = None
-        self.tf_listener: Optional[GuardedListener] = None
-        self.pending: Optional[Tuple[str, Vector, float]] = None
+        self.tf_buffer: Buffer | None = None
+        self.tf_listener: GuardedListener | None = None
+        self.pending: tuple[str, Vector, float] | None = None
         """A goal whose frame is not known yet: frame, point (m), and until when (s) it waits."""
 
         self.tf_broadcaster = TransformBroadcaster(self)
@@ -277,9 +270,7 @@ class TurtleRobot(Node):
         """
         Return the pose of a frame in the world.
 
-        Raises:
-            TransformException: it is not known; the text says why
-
+        :raises TransformException: it is not known; the text says why
         """
         if name == WORLD:
             return upright(Pose2D(0.0, 0.0, 0.0))
@@ -299,7 +290,7 @@ def upright(pose: Pose2D) -> Pose:
     return Pose((pose.x, pose.y, 0.0), from_yaw(pose.yaw))
 
 
-def main(args: Optional[List[str]] = None) -> int:
+def main(args: list[str] | None = None) -> int:
     """Run the node until it is told to stop."""
     return run(TurtleRobot, args)
 

@@ -27,12 +27,7 @@ the precision of float32.
 from collections import deque
 import math
 import struct
-from typing import Deque
-from typing import Dict
-from typing import List
 from typing import NamedTuple
-from typing import Optional
-from typing import Tuple
 
 _FLOAT = struct.Struct('f')
 _POSE = struct.Struct('5f')
@@ -42,12 +37,8 @@ def float32(value: float) -> float:
     """
     Round a number to single precision, as a float32 field of a message does.
 
-    Args:
-        value: Any float.
-
-    Returns:
-        The nearest float32; infinity beyond float32's range.
-
+    :param value: Any float.
+    :return: The nearest float32; infinity beyond float32's range.
     """
     try:
         return _FLOAT.unpack(_FLOAT.pack(value))[0]
@@ -72,35 +63,26 @@ _TWO_PI = 2.0 * _PI
 
 
 class Pose(NamedTuple):
-    """
-    What turtlesim publishes about a turtle; every number is a float32.
-
-    Attributes:
-        x: Distance from the left wall in m.
-        y: Distance from the lower wall in m.
-        theta: Heading in rad, counter-clockwise from +x, in [-pi, pi).
-        linear_velocity: Commanded speed in m/s, never negative, also when driving backward.
-        angular_velocity: Commanded turn rate in rad/s, counter-clockwise.
-
-    """
+    """What turtlesim publishes about a turtle; every number is a float32."""
 
     x: float
+    """Distance from the left wall in m."""
     y: float
+    """Distance from the lower wall in m."""
     theta: float
+    """Heading in rad, counter-clockwise from +x, in [-pi, pi)."""
     linear_velocity: float
+    """Commanded speed in m/s, never negative, also when driving backward."""
     angular_velocity: float
+    """Commanded turn rate in rad/s, counter-clockwise."""
 
 
 def _normalize(angle: float) -> float:
     """
     Bring an angle into [-pi, pi) with turtlesim's pi.
 
-    Args:
-        angle: Any angle in rad.
-
-    Returns:
-        The same angle plus a whole number of turns; NaN if the angle is not finite.
-
+    :param angle: Any angle in rad.
+    :return: The same angle plus a whole number of turns; NaN if the angle is not finite.
     """
     try:
         return angle - _TWO_PI * math.floor((angle + _PI) / _TWO_PI)
@@ -109,17 +91,7 @@ def _normalize(angle: float) -> float:
 
 
 class Turtle:
-    """
-    One turtle of turtlesim.
-
-    Attributes:
-        holonomic: Whether velocity commands may have a sideways part. A turtle that is not
-            holonomic leaves its sideways velocity as it was, which is zero from the start.
-        pose: The pose that the last tick gave, or the one that the turtle was made with.
-        clamped: Where a wall stopped the turtle in the last tick: the (x, y) in m, y downward,
-            that it would have reached; None if no wall did.
-
-    """
+    """One turtle of turtlesim."""
 
     __slots__ = ('holonomic', 'pose', 'clamped', '_queue', '_teleports', '_x', '_y_down',
                  '_theta', '_linear_x', '_linear_y', '_angular', '_commanded_at', '_resting')
@@ -129,13 +101,11 @@ class Turtle:
         """
         Put a turtle at rest into the arena.
 
-        Args:
-            x: Distance from the left wall in m; outside the arena, the first tick clamps it.
-            y: Distance from the lower wall in m; likewise.
-            theta: Heading in rad.
-            holonomic: Whether velocity commands may have a sideways part.
-            now: The time in s, on the clock that tick() is given.
-
+        :param x: Distance from the left wall in m; outside the arena, the first tick clamps it.
+        :param y: Distance from the lower wall in m; likewise.
+        :param theta: Heading in rad.
+        :param holonomic: Whether velocity commands may have a sideways part.
+        :param now: The time in s, on the clock that tick() is given.
         """
         self._x = float32(x)
         self._y_down = float32(ARENA_SIZE - float32(y))
@@ -144,24 +114,34 @@ class Turtle:
         self._linear_y = 0.0
         self._angular = 0.0
         self._commanded_at = now
-        self._queue: Deque[Tuple[float, float, float]] = deque(maxlen=QUEUE_DEPTH)
-        self._teleports: List[Tuple[bool, float, float, float]] = []
+        self._queue: deque[tuple[float, float, float]] = deque(maxlen=QUEUE_DEPTH)
+        self._teleports: list[tuple[bool, float, float, float]] = []
         # Whether the last tick left the turtle exactly as it found it.
         self._resting = False
         self.holonomic = holonomic
-        self.clamped: Optional[Tuple[float, float]] = None
+        """
+        Whether velocity commands may have a sideways part.
+
+        A turtle that is not holonomic leaves its sideways velocity as it was, which is zero from
+        the start.
+        """
+        self.clamped: tuple[float, float] | None = None
+        """
+        Where a wall stopped the turtle in the last tick, None if no wall did.
+
+        It is the (x, y) in m, y downward, that the turtle would have reached.
+        """
         self.pose = self._rounded_pose()
+        """The pose that the last tick gave, or the one that the turtle was made with."""
 
     def command(self, linear_x: float, linear_y: float, angular_z: float) -> None:
         """
         Append a velocity command to the queue; a full queue loses its oldest.
 
-        Args:
-            linear_x: Velocity along the heading in m/s.
-            linear_y: Velocity to the left of it in m/s; ignored unless the turtle is holonomic
-                when it takes the command.
-            angular_z: Turn rate in rad/s, counter-clockwise.
-
+        :param linear_x: Velocity along the heading in m/s.
+        :param linear_y: Velocity to the left of it in m/s; ignored unless the turtle is holonomic
+            when it takes the command.
+        :param angular_z: Turn rate in rad/s, counter-clockwise.
         """
         self._queue.append((linear_x, linear_y, angular_z))
 
@@ -169,11 +149,9 @@ class Turtle:
         """
         Ask for a jump to a pose, which the next tick makes; the velocity stays.
 
-        Args:
-            x: Distance from the left wall in m.
-            y: Distance from the lower wall in m; beyond the upper wall it counts as at it.
-            theta: Heading in rad.
-
+        :param x: Distance from the left wall in m.
+        :param y: Distance from the lower wall in m; beyond the upper wall it counts as at it.
+        :param theta: Heading in rad.
         """
         self._teleports.append((False, float32(x), float32(y), float32(theta)))
 
@@ -181,10 +159,8 @@ class Turtle:
         """
         Ask for a turn and then a jump along the new heading, which the next tick makes.
 
-        Args:
-            linear: Distance in m.
-            angular: Turn in rad, counter-clockwise.
-
+        :param linear: Distance in m.
+        :param angular: Turn in rad, counter-clockwise.
         """
         self._teleports.append((True, float32(linear), 0.0, float32(angular)))
 
@@ -192,9 +168,7 @@ class Turtle:
         """
         Take the oldest command of the queue, if there is one: the first half of a tick.
 
-        Args:
-            now: The time in s.
-
+        :param now: The time in s.
         """
         if self._queue:
             self._linear_x, linear_y, self._angular = self._queue.popleft()
@@ -208,12 +182,8 @@ class Turtle:
         """
         Move by one time step: the second half of a tick.
 
-        Args:
-            now: The time in s; only the age of the last command depends on it.
-
-        Returns:
-            The new pose.
-
+        :param now: The time in s; only the age of the last command depends on it.
+        :return: The new pose.
         """
         if self._teleports:
             self._teleport()
@@ -252,12 +222,8 @@ class Turtle:
         """
         Do what one 16 ms tick of turtlesim does to a turtle.
 
-        Args:
-            now: The time in s; only the age of the last command depends on it.
-
-        Returns:
-            The pose that this tick publishes.
-
+        :param now: The time in s; only the age of the last command depends on it.
+        :return: The pose that this tick publishes.
         """
         if self._queue:
             self.take_command(now)
@@ -283,9 +249,7 @@ class Turtle:
         """
         Say where the turtle is.
 
-        Returns:
-            The pose, rounded to what a message can carry.
-
+        :return: The pose, rounded to what a message can carry.
         """
         linear_x = self._linear_x
         linear_y = self._linear_y
@@ -298,24 +262,17 @@ class Turtle:
 
 
 class TurtleSim:
-    """
-    All turtles of one turtlesim, by name; a new one holds turtle1 in the arena's centre.
-
-    Attributes:
-        turtles: The turtles by name, in the order in which a tick updates them.
-
-    """
+    """All turtles of one turtlesim, by name; a new one holds turtle1 in the arena's centre."""
 
     def __init__(self, holonomic: bool = False, now: float = 0.0) -> None:
         """
         Start a simulator.
 
-        Args:
-            holonomic: Whether velocity commands may have a sideways part.
-            now: The time in s, on the clock that tick() is given.
-
+        :param holonomic: Whether velocity commands may have a sideways part.
+        :param now: The time in s, on the clock that tick() is given.
         """
-        self.turtles: Dict[str, Turtle] = {}
+        self.turtles: dict[str, Turtle] = {}
+        """The turtles by name, in the order in which a tick updates them."""
         self._holonomic = holonomic
         self._names = 0
         self._started = False
@@ -326,9 +283,7 @@ class TurtleSim:
         """
         Tell whether velocity commands may have a sideways part.
 
-        Returns:
-            Whether they may, for all turtles; it can be set at any time.
-
+        :return: Whether they may, for all turtles; it can be set at any time.
         """
         return self._holonomic
 
@@ -337,9 +292,7 @@ class TurtleSim:
         """
         Set whether velocity commands may have a sideways part.
 
-        Args:
-            holonomic: Whether they may, from the next command that is taken.
-
+        :param holonomic: Whether they may, from the next command that is taken.
         """
         self._holonomic = holonomic
         for turtle in self.turtles.values():
@@ -349,16 +302,12 @@ class TurtleSim:
         """
         Add a turtle.
 
-        Args:
-            x: Distance from the left wall in m.
-            y: Distance from the lower wall in m.
-            theta: Heading in rad.
-            name: Its name; if empty, the next free one of turtle1, turtle2, and so on.
-            now: The time in s, on the clock that tick() is given.
-
-        Returns:
-            The turtle's name, or an empty string if the name was taken.
-
+        :param x: Distance from the left wall in m.
+        :param y: Distance from the lower wall in m.
+        :param theta: Heading in rad.
+        :param name: Its name; if empty, the next free one of turtle1, turtle2, and so on.
+        :param now: The time in s, on the clock that tick() is given.
+        :return: The turtle's name, or an empty string if the name was taken.
         """
         if name in self.turtles:
             return ''
@@ -374,12 +323,8 @@ class TurtleSim:
         """
         Remove a turtle.
 
-        Args:
-            name: Its name.
-
-        Returns:
-            Whether there was one of that name.
-
+        :param name: Its name.
+        :return: Whether there was one of that name.
         """
         return self.turtles.pop(name, None) is not None
 
@@ -387,25 +332,19 @@ class TurtleSim:
         """
         Remove all turtles and start again with turtle1 in the centre, at rest.
 
-        Args:
-            now: The time in s, on the clock that tick() is given.
-
+        :param now: The time in s, on the clock that tick() is given.
         """
         self.turtles = {}
         self._names = 0
         self.spawn(ARENA_CENTER, ARENA_CENTER, 0.0, now=now)
 
-    def tick(self, now: float) -> Dict[str, Pose]:
+    def tick(self, now: float) -> dict[str, Pose]:
         """
         Do what one 16 ms tick of turtlesim does.
 
-        Args:
-            now: The time in s; only the ages of the last commands depend on it.
-
-        Returns:
-            The pose of each turtle. The very first tick takes commands, but only starts
+        :param now: The time in s; only the ages of the last commands depend on it.
+        :return: The pose of each turtle. The very first tick takes commands, but only starts
             turtlesim's clock: nothing moves, and there are no poses.
-
         """
         if not self._started:
             self._started = True

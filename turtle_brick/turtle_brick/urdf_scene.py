@@ -19,15 +19,11 @@ Lengths are in metres. What is understood is what a viewer needs: the links with
 (box, cylinder, sphere; not meshes), their materials, and which link is the root.
 """
 
+from collections.abc import Iterable
 from itertools import chain
 from math import cos
 from math import sin
-from typing import Dict
-from typing import Iterable
-from typing import List
 from typing import NamedTuple
-from typing import Optional
-from typing import Tuple
 from xml.etree import ElementTree
 
 from turtle_brick.geometry import IDENTITY
@@ -36,7 +32,7 @@ from turtle_brick.geometry import Pose
 from turtle_brick.geometry import Quaternion
 from turtle_brick.geometry import Vector
 
-Color = Tuple[float, float, float, float]
+Color = tuple[float, float, float, float]
 """Red, green, blue and opacity, each in [0, 1]."""
 
 GREY: Color = (0.7, 0.7, 0.7, 1.0)
@@ -70,10 +66,10 @@ class Shape(NamedTuple):
     pose: Pose = ORIGIN
     """Of its centre, in the frame it belongs to."""
     text: str = ''
-    points: Tuple[Vector, ...] = ()
+    points: tuple[Vector, ...] = ()
     """The ends of the lines, two each, in the shape's own frame (m)."""
 
-    def undrawable(self) -> Optional[float]:
+    def undrawable(self) -> float | None:
         """Return one of its numbers with which it can't be drawn, None if there is none."""
         return undrawable(chain(
             self.size, self.color, self.pose.position, self.pose.orientation, *self.points))
@@ -85,13 +81,13 @@ class Robot(NamedTuple):
     name: str
     root: str
     """The link that is nobody's child."""
-    links: Dict[str, Tuple[Shape, ...]]
+    links: dict[str, tuple[Shape, ...]]
     """The shapes of every link, those of a link in its frame."""
-    undrawn: Tuple[str, ...]
+    undrawn: tuple[str, ...]
     """What each visual that is left out is, in words."""
 
 
-def undrawable(numbers: Iterable[float]) -> Optional[float]:
+def undrawable(numbers: Iterable[float]) -> float | None:
     """Return the first of some numbers that is not finite or too large to draw, if there is."""
     return next((number for number in numbers if not abs(number) <= LARGEST), None)
 
@@ -108,14 +104,9 @@ def parse_urdf(description: str) -> Robot:
     """
     Read a robot description.
 
-    Args:
-        description: URDF, as in the topic robot_description
-
-    Returns:
-        Its links, with what is to be drawn of them.
-
-    Raises:
-        UrdfError: it is no XML, no robot, too large, or has a value that is no number
+    :param description: URDF, as in the topic robot_description
+    :return: Its links, with what is to be drawn of them.
+    :raises UrdfError: it is no XML, no robot, too large, or has a value that is no number
     """
     if len(description) > LONGEST:
         raise UrdfError(f'robot_description has {len(description)} characters, which are more '
@@ -135,8 +126,8 @@ def parse_urdf(description: str) -> Robot:
         count = len(robot.findall(what))
         if count > most:
             raise UrdfError(f'robot_description has {count} times {what}, where {most} are drawn')
-    links: Dict[str, Tuple[Shape, ...]] = {}
-    undrawn: List[str] = []
+    links: dict[str, tuple[Shape, ...]] = {}
+    undrawn: list[str] = []
     for link in robot.findall('link'):
         name = link.get('name', '')
         shapes = []
@@ -155,7 +146,7 @@ def parse_urdf(description: str) -> Robot:
 
 
 def _numbers(element: ElementTree.Element, attribute: str, default: str = '',
-             count: int = 3) -> List[float]:
+             count: int = 3) -> list[float]:
     """Return the numbers of an attribute."""
     words = element.get(attribute, default).split()
     try:
@@ -178,7 +169,7 @@ def _origin(visual: ElementTree.Element) -> Pose:
 
 
 def _solid(visual: ElementTree.Element, link: str,
-           undrawn: List[str]) -> Optional[Tuple[str, Vector]]:
+           undrawn: list[str]) -> tuple[str, Vector] | None:
     """Return the kind and extents of a visual; None, and a note, if it can't be drawn."""
     solid = visual.find('geometry/*')
     if solid is None:
@@ -196,7 +187,7 @@ def _solid(visual: ElementTree.Element, link: str,
     return None
 
 
-def _color(material: ElementTree.Element) -> Optional[Color]:
+def _color(material: ElementTree.Element) -> Color | None:
     """Return the colour that a material defines, None if it doesn't."""
     color = material.find('color')
     if color is None:
@@ -205,7 +196,7 @@ def _color(material: ElementTree.Element) -> Optional[Color]:
     return (red, green, blue, alpha)
 
 
-def _material(visual: ElementTree.Element, materials: Dict[str, Color]) -> Color:
+def _material(visual: ElementTree.Element, materials: dict[str, Color]) -> Color:
     """Return the colour of a visual: its own, or that of the robot's material of this name."""
     material = visual.find('material')
     if material is None:

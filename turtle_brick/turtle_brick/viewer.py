@@ -44,17 +44,12 @@ Parameters, read-only:
 """
 
 from collections import deque
+from collections.abc import Callable
 from importlib.util import find_spec
 from random import uniform
 import sys
 from time import time_ns
 from typing import Any
-from typing import Callable
-from typing import Deque
-from typing import Dict
-from typing import List
-from typing import Optional
-from typing import Tuple
 
 from geometry_msgs.msg import PoseStamped
 from geometry_msgs.msg import Twist
@@ -126,9 +121,7 @@ class Listener(PollingNode):
         """
         Begin to listen.
 
-        Args:
-            display: whose methods hear_... are called, as those of Display
-
+        :param display: whose methods hear_... are called, as those of Display
         """
         def now(hear: Callable[..., None], *arguments: Any) -> Callable[[Any], None]:
             return lambda message: hear(*arguments, message, self.now())
@@ -154,7 +147,7 @@ class Listener(PollingNode):
                 (Tilt, 'tilt', now(display.hear_tilt), 10)):
             self.create_subscription(kind, topic, callback, qos)
 
-        def sent(info: Dict[str, int]) -> int:
+        def sent(info: dict[str, int]) -> int:
             return info['source_timestamp'] or info['received_timestamp']
 
         self.poll(TFMessage, '/tf', lambda message, info: display.hear_transforms(
@@ -177,12 +170,8 @@ class Viewer(Listener):
         """
         Serve the page, and begin to listen.
 
-        Args:
-            node_options: passed on to rclpy.node.Node
-
-        Raises:
-            ParameterError: the page cannot be served where the parameters say
-
+        :param node_options: passed on to rclpy.node.Node
+        :raises ParameterError: the page cannot be served where the parameters say
         """
         # Here, since the rest of the package does without what it is drawn with.
         from turtle_brick import web_view
@@ -190,14 +179,14 @@ class Viewer(Listener):
         self._page = web_view
         host = self._parameter('host', '127.0.0.1', 'The interface on which the page is served')
         port = self._parameter('port', 8080, 'The port; if it is taken, the next free one')
-        self._commands: Deque[Any] = deque(maxlen=MOST_COMMANDS)
+        self._commands: deque[Any] = deque(maxlen=MOST_COMMANDS)
         try:
             self.view = web_view.WebView(host, port, self._commands.append)
         except web_view.AddressError as error:
             raise ParameterError(str(error)) from None
         self.display = Display(self.view, Buffer(node=self), Warner(self).warn)
         self._warner = Warner(self, limit=10)
-        self._pending: List[Tuple[Future, str, int, Callable[[Any], None]]] = []
+        self._pending: list[tuple[Future, str, int, Callable[[Any], None]]] = []
 
         self._goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', 10)
         self._tilt_publisher = self.create_publisher(Tilt, 'tilt', 10)
@@ -306,7 +295,7 @@ class Viewer(Listener):
             self._warner.warn('answer', text)
 
 
-def main(args: Optional[List[str]] = None) -> int:
+def main(args: list[str] | None = None) -> int:
     """Run the node until it is told to stop."""
     if find_spec('viser') is None:
         print('viewer: the page in the browser is drawn by viser, which is not installed here: '

@@ -19,13 +19,9 @@ Instants are integer nanoseconds.
 """
 
 from collections import deque
+from collections.abc import Iterable
 from math import hypot
-from typing import Deque
-from typing import Dict
-from typing import Iterable
 from typing import NamedTuple
-from typing import Optional
-from typing import Tuple
 
 from turtle_brick.geometry import Pose
 from turtle_brick.physics import Phase
@@ -33,7 +29,7 @@ from turtle_brick.urdf_scene import Shape
 
 NANOSECONDS = 1_000_000_000
 
-Key = Tuple[str, str, int]
+Key = tuple[str, str, int]
 """A marker's topic, namespace and id, which tell it from every other."""
 
 
@@ -46,9 +42,9 @@ class Mark(NamedTuple):
     """Whether it moves with its frame; otherwise it stays where its frame was."""
     stamp: int
     """The instant at which its frame is meant if it isn't locked, 0 for the latest."""
-    expires: Optional[int]
+    expires: int | None
     """The instant from which it is not to be seen any more, None for never."""
-    placed: Optional[Pose] = None
+    placed: Pose | None = None
     """Of its frame in the world, once that is known for one that isn't locked."""
     heard: int = 0
     """The instant before which it is not to be seen if it expires: time may go back."""
@@ -59,7 +55,7 @@ class Marks:
 
     def __init__(self) -> None:
         """Begin with none."""
-        self.shown: Dict[Key, Mark] = {}
+        self.shown: dict[Key, Mark] = {}
 
     def put(self, key: Key, mark: Mark) -> None:
         """Add a marker, in place of what has the same key."""
@@ -92,13 +88,11 @@ def common_instant(latest: Iterable[int], apart: int) -> int:
     At their own latest instants things that move together are drawn at places that they had one
     after the other.
 
-    Args:
-        latest: the latest instant at which it is known of each (ns), 0 for one that stands still
-        apart: how far (ns) from the median one may be; farther from it one counts for nothing, as
-            it has stopped coming, or is stamped by another clock
-
-    Returns:
-        The instant, 0 if none moves.
+    :param latest: the latest instant at which it is known of each (ns), 0 for one that stands
+        still
+    :param apart: how far (ns) from the median one may be; farther from it one counts for nothing,
+        as it has stopped coming, or is stamped by another clock
+    :return: The instant, 0 if none moves.
     """
     moving = sorted(stamp for stamp in latest if stamp > 0)
     return next((stamp for stamp in moving if stamp >= moving[len(moving) // 2] - apart), 0)
@@ -111,12 +105,10 @@ class Rate:
         """
         Count from nothing.
 
-        Args:
-            window: how far back it looks (ns)
-
+        :param window: how far back it looks (ns)
         """
         self._window = window
-        self._events: Deque[Tuple[int, int]] = deque()
+        self._events: deque[tuple[int, int]] = deque()
         self._count = 0
 
     def add(self, stamp: int, count: int = 1) -> None:
@@ -126,7 +118,7 @@ class Rate:
         self._events.append((stamp, count))
         self._count += count
 
-    def value(self, now: int) -> Optional[float]:
+    def value(self, now: int) -> float | None:
         """Return events per second, None where fewer than two instants are in sight."""
         events = self._events
         if events and events[-1][0] > now + self._window:
@@ -155,13 +147,13 @@ class Account:
 
     def __init__(self) -> None:
         """Know nothing yet."""
-        self.phase: Optional[Phase] = None
-        self._goal: Optional[Tuple[float, float]] = None
+        self.phase: Phase | None = None
+        self._goal: tuple[float, float] | None = None
         self._tilt = 0.0
         self._unreachable = False
         self._pursued = False
 
-    def see_phase(self, phase: Optional[Phase]) -> None:
+    def see_phase(self, phase: Phase | None) -> None:
         """Take note of what the brick does; None if that can't be told."""
         if phase is not self.phase:
             self.phase = phase
@@ -170,7 +162,7 @@ class Account:
                 self._unreachable = False
                 self._pursued = False
 
-    def see_goal(self, x: float, y: float, brick: Optional[Tuple[float, float]]) -> None:
+    def see_goal(self, x: float, y: float, brick: tuple[float, float] | None) -> None:
         """Take note that the robot is sent to a point of the world, the brick being at another."""
         self._goal = (x, y)
         if self.phase is Phase.FALLING and brick is not None:

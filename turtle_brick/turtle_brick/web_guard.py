@@ -21,17 +21,14 @@ nobody may do more than the page itself can. So every request and every message 
 """
 
 import asyncio
+from collections.abc import Callable
+from collections.abc import Iterator
 from contextlib import contextmanager
 from ipaddress import ip_address
 import logging
 import re
 import socket
 from typing import Any
-from typing import Callable
-from typing import Dict
-from typing import Iterator
-from typing import List
-from typing import Optional
 
 import msgspec
 from websockets.asyncio import server as websockets_server
@@ -76,7 +73,7 @@ def _is_value(value: Any) -> bool:
             or _is_text(value) and value in BUTTONS)
 
 
-FORMS: Dict[str, Dict[str, Check]] = {
+FORMS: dict[str, dict[str, Check]] = {
     'ViewerCameraMessage': {
         'wxyz': _are_numbers(4), 'position': _are_numbers(3), 'look_at': _are_numbers(3),
         'up_direction': _are_numbers(3), 'fov': _is_number, 'near': _is_number, 'far': _is_number,
@@ -125,9 +122,7 @@ class Door:
         """
         Keep it closed.
 
-        Args:
-            host: the interface on which the page is served
-
+        :param host: the interface on which the page is served
         """
         self.is_open = False
         """Whether anybody is let in."""
@@ -136,17 +131,16 @@ class Door:
             name = socket.gethostname().lower()
             self._names |= {name, f'{name}.local'}
 
-    def refusal(self, hosts: List[str], origins: List[str]) -> Optional[str]:
+    def refusal(self, hosts: list[str], origins: list[str]) -> str | None:
         """
         Return why a request is refused, None if it is not.
 
         A page from elsewhere has its own origin. With a name of its own that it has made lead here
         (DNS rebinding) it would have ours, but then that name is the host; an address is no name.
 
-        Args:
-            hosts: its headers Host, of which it should have one
-            origins: its headers Origin: a browser sends one with each WebSocket, programs need not
-
+        :param hosts: its headers Host, of which it should have one
+        :param origins: its headers Origin: a browser sends one with each WebSocket, programs need
+            not
         """
         host = hosts[0].lower() if len(hosts) == 1 else ''
         if not self._is_ours(host):
@@ -181,7 +175,7 @@ class Door:
         serve = websockets_server.serve
 
         def guarded(*arguments: Any, process_request: Callable, **options: Any) -> Any:
-            def process(connection: ServerConnection, request: Request) -> Optional[Response]:
+            def process(connection: ServerConnection, request: Request) -> Response | None:
                 response = self._turn_away(connection, request) or process_request(
                     connection, request)
                 if response is not None:
@@ -201,7 +195,7 @@ class Door:
         finally:
             websockets_server.serve = serve
 
-    def _turn_away(self, connection: ServerConnection, request: Request) -> Optional[Response]:
+    def _turn_away(self, connection: ServerConnection, request: Request) -> Response | None:
         """Return the answer to somebody who is not let in."""
         reason = self.refusal(
             request.headers.get_all('Host'), request.headers.get_all('Origin'))
@@ -215,7 +209,7 @@ class Door:
 class GuardedConnection(ServerConnection):
     """A connection on which only what is admissible is received."""
 
-    async def recv(self, decode: Optional[bool] = None) -> Any:
+    async def recv(self, decode: bool | None = None) -> Any:
         """Return the next message that is admissible."""
         while not is_admissible(message := await super().recv(decode)):
             pass

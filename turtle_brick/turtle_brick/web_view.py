@@ -20,6 +20,8 @@ the latest state with it and never wait; what is done on the page comes back thr
 that is called on one of those threads.
 """
 
+from collections.abc import Callable
+from collections.abc import Sequence
 import errno
 from html import escape
 from math import inf
@@ -27,15 +29,8 @@ from math import pi
 import socket
 from time import monotonic
 from typing import Any
-from typing import Callable
 from typing import ContextManager
-from typing import Dict
-from typing import List
 from typing import NamedTuple
-from typing import Optional
-from typing import Sequence
-from typing import Tuple
-from typing import Union
 from urllib.parse import quote
 
 import numpy
@@ -110,7 +105,7 @@ class SendTo(NamedTuple):
     y: float
 
 
-Command = Union[Place, Drop, DropAtRandom, SetTilt, SendTo]
+Command = Place | Drop | DropAtRandom | SetTilt | SendTo
 
 
 class AddressError(ValueError):
@@ -121,15 +116,10 @@ def free_port(host: str, port: int) -> int:
     """
     Find a port to serve on.
 
-    Args:
-        host: the name or address of the interface
-        port: the wanted one; 0 for any
-
-    Returns:
-        The wanted one, or the next one that is free.
-
-    Raises:
-        AddressError: none of them can be had
+    :param host: the name or address of the interface
+    :param port: the wanted one; 0 for any
+    :return: The wanted one, or the next one that is free.
+    :raises AddressError: none of them can be had
     """
     if not 0 <= port <= 65535:
         raise AddressError(f'port is {port}, but must be from 0 to 65535')
@@ -154,18 +144,14 @@ def free_port(host: str, port: int) -> int:
     raise AddressError(f'port is {port}, but it and the next {PORTS - 1} are taken')
 
 
-def make_server(host: str, port: int, title: str) -> Tuple[viser.ViserServer, Door]:
+def make_server(host: str, port: int, title: str) -> tuple[viser.ViserServer, Door]:
     """
     Make a server of pages, and its door, which is still closed.
 
-    Args:
-        host: the interface to serve on
-        port: the wanted port; the next free one is taken
-        title: what stands over the page
-
-    Raises:
-        AddressError: no page can be served there
-
+    :param host: the interface to serve on
+    :param port: the wanted port; the next free one is taken
+    :param title: what stands over the page
+    :raises AddressError: no page can be served there
     """
     rich.get_console().quiet = True  # viser talks to it
     door = Door(host)
@@ -183,14 +169,10 @@ class WebView:
         """
         Serve the page.
 
-        Args:
-            host: the interface to serve on
-            port: the wanted port; the next free one is taken
-            on_command: called with everything that is to be done, on another thread
-
-        Raises:
-            AddressError: the page cannot be served there
-
+        :param host: the interface to serve on
+        :param port: the wanted port; the next free one is taken
+        :param on_command: called with everything that is to be done, on another thread
+        :raises AddressError: the page cannot be served there
         """
         self.server, door = make_server(host, port, TITLE)
         shown = host if host not in EVERYWHERE else socket.gethostname()
@@ -223,7 +205,7 @@ class Thing:
         self.node = node
         self.shapes = tuple(shapes)
         self.axes = axes
-        self.pose: Optional[Pose] = None
+        self.pose: Pose | None = None
 
 
 class Scene:
@@ -232,7 +214,7 @@ class Scene:
     def __init__(self, server: viser.ViserServer) -> None:
         """Begin with the empty ground."""
         self._server = server
-        self._things: Dict[str, Thing] = {}
+        self._things: dict[str, Thing] = {}
         self.changes = 0
         server.initial_camera.position = CAMERA
         server.initial_camera.look_at = LOOK_AT
@@ -249,11 +231,9 @@ class Scene:
         """
         Make or change a thing. It is nowhere until it is moved somewhere.
 
-        Args:
-            name: tells it from others
-            shapes: what it looks like, in its own frame
-            axes: whether its frame is drawn, with its name
-
+        :param name: tells it from others
+        :param shapes: what it looks like, in its own frame
+        :param axes: whether its frame is drawn, with its name
         """
         thing = self._things.get(name)
         if thing is not None and thing.shapes == tuple(shapes) and thing.axes == axes:
@@ -273,7 +253,7 @@ class Scene:
         self._things[name] = Thing(node, shapes, axes)
         self.move(name, pose)
 
-    def move(self, name: str, pose: Optional[Pose]) -> None:
+    def move(self, name: str, pose: Pose | None) -> None:
         """Move a thing to a pose in the world; None hides it."""
         thing = self._things[name]
         if pose == thing.pose:
@@ -294,7 +274,7 @@ class Scene:
             self.changes += 1
             thing.node.remove()
 
-    def names(self) -> List[str]:
+    def names(self) -> list[str]:
         """Return the names of all things."""
         return list(self._things)
 
@@ -329,10 +309,8 @@ class Panel:
         """
         Lay it out.
 
-        Args:
-            server: of the page
-            on_command: called with everything that is to be done, on another thread
-
+        :param server: of the page
+        :param on_command: called with everything that is to be done, on another thread
         """
         self._dragged = -inf
         self.changes = 0
@@ -384,7 +362,7 @@ class Panel:
         """Fill in a place for the brick (m)."""
         self._place.value = tuple(round(part, 2) for part in position)
 
-    def show_brick(self, text: str, color: Optional[Tuple[float, ...]]) -> None:
+    def show_brick(self, text: str, color: tuple[float, ...] | None) -> None:
         """Say what the brick does, and in which colour."""
         mark = ''
         if color is not None:
@@ -400,7 +378,7 @@ class Panel:
         """Say what came of the last thing that was done."""
         self._show(self._answer, _colored(escape(text), not good), 'answer')
 
-    def show_rates(self, rates: Sequence[Tuple[str, Optional[float]]]) -> None:
+    def show_rates(self, rates: Sequence[tuple[str, float | None]]) -> None:
         """Say how often each of some things comes (Hz), None for one that does not."""
         rows = ''.join(
             f'<tr><td style="width:11em">{escape(name)}</td><td style="text-align:right">'
@@ -439,7 +417,7 @@ def sky() -> numpy.ndarray:
     return numpy.broadcast_to(colors, (256, 16, 3)).astype(numpy.uint8)
 
 
-def ground_under(origin: Vector, direction: Vector) -> Optional[Tuple[float, float]]:
+def ground_under(origin: Vector, direction: Vector) -> tuple[float, float] | None:
     """Return where a ray (m in the world) meets the ground, None where it is too far away."""
     if direction[2] >= 0.0 or origin[2] <= 0.0:
         return None

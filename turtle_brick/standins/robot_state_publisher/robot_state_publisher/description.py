@@ -16,17 +16,13 @@
 from math import cos
 from math import sin
 from math import sqrt
-from typing import Dict
-from typing import List
 from typing import NamedTuple
-from typing import Optional
-from typing import Tuple
 from xml.etree import ElementTree
 
 from turtle_brick.parameters import ParameterError
 
-Vector = Tuple[float, float, float]
-Quaternion = Tuple[float, float, float, float]
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
 
 _ROTATING = ('continuous', 'revolute')
 _SLIDING = ('prismatic',)
@@ -49,38 +45,31 @@ class Mimic(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """
-    A joint between two links.
-
-    Attributes:
-        name: Its name.
-        kind: Its type, a word of URDF.
-        parent: The link that holds it.
-        child: The link that it moves.
-        translation: Its origin in the parent, m.
-        rotation: Its orientation in the parent, a unit quaternion (x, y, z, w).
-        axis: The unit axis, in its own frame, about or along which it moves.
-        mimic: Which joint it follows; None if it moves by itself.
-
-    """
+    """A joint between two links."""
 
     name: str
+    """Its name."""
     kind: str
+    """Its type, a word of URDF."""
     parent: str
+    """The link that holds it."""
     child: str
+    """The link that it moves."""
     translation: Vector
+    """Its origin in the parent, m."""
     rotation: Quaternion
+    """Its orientation in the parent, a unit quaternion (x, y, z, w)."""
     axis: Vector
-    mimic: Optional[Mimic]
+    """The unit axis, in its own frame, about or along which it moves."""
+    mimic: Mimic | None
+    """Which joint it follows; None if it moves by itself."""
 
     @property
     def moves(self) -> bool:
         """
         Tell whether the child moves.
 
-        Returns:
-            Whether it does.
-
+        :return: Whether it does.
         """
         return self.kind in _ROTATING or self.kind in _SLIDING
 
@@ -89,22 +78,16 @@ class Joint(NamedTuple):
         """
         Tell whether the child rests.
 
-        Returns:
-            Whether it does; a floating joint neither rests nor moves.
-
+        :return: Whether it does; a floating joint neither rests nor moves.
         """
         return self.kind in _RESTING
 
-    def pose(self, position: float) -> Tuple[Vector, Quaternion]:
+    def pose(self, position: float) -> tuple[Vector, Quaternion]:
         """
         Say where the child is.
 
-        Args:
-            position: The joint's position, rad or m.
-
-        Returns:
-            The child's origin (m) and orientation in the parent.
-
+        :param position: The joint's position, rad or m.
+        :return: The child's origin (m) and orientation in the parent.
         """
         if self.kind in _ROTATING:
             x, y, z = self.axis
@@ -123,13 +106,9 @@ def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
     """
     Combine two rotations.
 
-    Args:
-        p: The rotation that is applied second.
-        q: The rotation that is applied first.
-
-    Returns:
-        The Hamilton product p q.
-
+    :param p: The rotation that is applied second.
+    :param q: The rotation that is applied first.
+    :return: The Hamilton product p q.
     """
     px, py, pz, pw = p
     qx, qy, qz, qw = q
@@ -143,13 +122,9 @@ def rotate(rotation: Quaternion, vector: Vector) -> Vector:
     """
     Turn a vector.
 
-    Args:
-        rotation: A unit quaternion.
-        vector: The vector.
-
-    Returns:
-        The turned vector.
-
+    :param rotation: A unit quaternion.
+    :param vector: The vector.
+    :return: The turned vector.
     """
     x, y, z, w = rotation
     return multiply(multiply(rotation, (*vector, 0.0)), (-x, -y, -z, w))[:3]
@@ -159,13 +134,9 @@ def signed(rotation: Quaternion) -> Quaternion:
     """
     Choose the sign of a quaternion as robot_state_publisher does, by way of a rotation matrix.
 
-    Args:
-        rotation: A unit quaternion.
-
-    Returns:
-        The same rotation, with a positive w if that exceeds 1/2, or else with a positive largest
-        component of x, y and z.
-
+    :param rotation: A unit quaternion.
+    :return: The same rotation, with a positive w if that exceeds 1/2, or else with a positive
+        largest component of x, y and z.
     """
     x, y, z, w = rotation
     if 4.0 * w * w - 1.0 > 1e-12:
@@ -183,14 +154,10 @@ def _from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Quaternion:
     """
     Make a rotation from URDF's angles.
 
-    Args:
-        roll: The first angle, about x, rad.
-        pitch: The second one, about the fixed y, rad.
-        yaw: The third one, about the fixed z, rad.
-
-    Returns:
-        The unit quaternion.
-
+    :param roll: The first angle, about x, rad.
+    :param pitch: The second one, about the fixed y, rad.
+    :param yaw: The third one, about the fixed z, rad.
+    :return: The unit quaternion.
     """
     about_x = (sin(0.5 * roll), 0.0, 0.0, cos(0.5 * roll))
     about_y = (0.0, sin(0.5 * pitch), 0.0, cos(0.5 * pitch))
@@ -202,16 +169,10 @@ def _number(text: str, where: str) -> float:
     """
     Read a number.
 
-    Args:
-        text: The number.
-        where: What it belongs to, for an error.
-
-    Returns:
-        The number.
-
-    Raises:
-        DescriptionError: It is none.
-
+    :param text: The number.
+    :param where: What it belongs to, for an error.
+    :return: The number.
+    :raises DescriptionError: It is none.
     """
     try:
         return float(text)
@@ -219,23 +180,17 @@ def _number(text: str, where: str) -> float:
         raise DescriptionError(f'{where} has {text!r} where a number should be') from None
 
 
-def _vector(element: Optional[ElementTree.Element], attribute: str, default: Vector, where: str
+def _vector(element: ElementTree.Element | None, attribute: str, default: Vector, where: str
             ) -> Vector:
     """
     Read three numbers.
 
-    Args:
-        element: The element that has them, if there is one.
-        attribute: The name of its attribute.
-        default: What counts if there is none.
-        where: What it belongs to, for an error.
-
-    Returns:
-        The numbers.
-
-    Raises:
-        DescriptionError: They are not three numbers.
-
+    :param element: The element that has them, if there is one.
+    :param attribute: The name of its attribute.
+    :param default: What counts if there is none.
+    :param where: What it belongs to, for an error.
+    :return: The numbers.
+    :raises DescriptionError: They are not three numbers.
     """
     text = None if element is None else element.get(attribute)
     if text is None:
@@ -246,22 +201,16 @@ def _vector(element: Optional[ElementTree.Element], attribute: str, default: Vec
     return values
 
 
-def _link_of(joint: ElementTree.Element, role: str, links: List[str], where: str) -> str:
+def _link_of(joint: ElementTree.Element, role: str, links: list[str], where: str) -> str:
     """
     Read which link a joint connects.
 
-    Args:
-        joint: The joint's element.
-        role: Which one, parent or child.
-        links: The names of all links.
-        where: What it belongs to, for an error.
-
-    Returns:
-        The link's name.
-
-    Raises:
-        DescriptionError: There is no such link.
-
+    :param joint: The joint's element.
+    :param role: Which one, parent or child.
+    :param links: The names of all links.
+    :param where: What it belongs to, for an error.
+    :return: The link's name.
+    :raises DescriptionError: There is no such link.
     """
     element = joint.find(role)
     name = None if element is None else element.get('link')
@@ -272,20 +221,14 @@ def _link_of(joint: ElementTree.Element, role: str, links: List[str], where: str
     return name
 
 
-def _joint(element: ElementTree.Element, links: List[str]) -> Joint:
+def _joint(element: ElementTree.Element, links: list[str]) -> Joint:
     """
     Read a joint.
 
-    Args:
-        element: Its element.
-        links: The names of all links.
-
-    Returns:
-        The joint.
-
-    Raises:
-        DescriptionError: It lacks something or makes no sense.
-
+    :param element: Its element.
+    :param links: The names of all links.
+    :return: The joint.
+    :raises DescriptionError: It lacks something or makes no sense.
     """
     name = element.get('name')
     if not name:
@@ -317,19 +260,13 @@ def _joint(element: ElementTree.Element, links: List[str]) -> Joint:
         tuple(value / (length or 1.0) for value in axis), mimic)
 
 
-def parse(urdf: str) -> Dict[str, Joint]:
+def parse(urdf: str) -> dict[str, Joint]:
     """
     Read a robot's description.
 
-    Args:
-        urdf: The description, XML.
-
-    Returns:
-        The robot's joints by name, in the order of their names.
-
-    Raises:
-        DescriptionError: It is not XML or describes no tree of links.
-
+    :param urdf: The description, XML.
+    :return: The robot's joints by name, in the order of their names.
+    :raises DescriptionError: It is not XML or describes no tree of links.
     """
     try:
         # Bytes, because a text may not declare its encoding.
@@ -344,8 +281,8 @@ def parse(urdf: str) -> Dict[str, Joint]:
     for name in links:
         if links.count(name) > 1:
             raise DescriptionError(f'link [{name}] is there more than once')
-    joints: Dict[str, Joint] = {}
-    above: Dict[str, str] = {}
+    joints: dict[str, Joint] = {}
+    above: dict[str, str] = {}
     for element in robot.findall('joint'):
         joint = _joint(element, links)
         if joint.name in joints:

@@ -22,7 +22,7 @@ Publishes:
 Subscribes:
     joint_states (sensor_msgs/msg/JointState): the joints' positions
 
-Parameters:
+ROS parameters:
     robot_description (string): the robot's URDF; required
     publish_frequency (double, 20.0): the highest rate of /tf in Hz, at most 1000; zero sets no
         limit. It goes by the stamps of joint_states.
@@ -32,11 +32,7 @@ Parameters:
 """
 
 from typing import Any
-from typing import Dict
-from typing import List
 from typing import NamedTuple
-from typing import Optional
-from typing import Tuple
 
 from geometry_msgs.msg import TransformStamped
 from rcl_interfaces.msg import SetParametersResult
@@ -59,23 +55,18 @@ _PLANS = 32
 
 
 class Step(NamedTuple):
-    """
-    What to do with one position of a message.
-
-    Attributes:
-        index: Where the position stands.
-        multiplier: By how much to multiply it, for a joint that mimics another.
-        offset: What to add then.
-        joint: The joint that it moves.
-        transform: The transform to fill in.
-
-    """
+    """What to do with one position of a message."""
 
     index: int
+    """Where the position stands."""
     multiplier: float
+    """By how much to multiply it, for a joint that mimics another."""
     offset: float
+    """What to add then."""
     joint: Joint
+    """The joint that it moves."""
     transform: TransformStamped
+    """The transform to fill in."""
 
 
 class RobotStatePublisher(Node):
@@ -85,12 +76,8 @@ class RobotStatePublisher(Node):
         """
         Publish what does not move, and wait for joint states.
 
-        Args:
-            node_arguments: Further arguments of rclpy's Node, such as a namespace.
-
-        Raises:
-            ParameterError: A parameter makes no sense.
-
+        :param node_arguments: Further arguments of rclpy's Node, such as a namespace.
+        :raises ParameterError: A parameter makes no sense.
         """
         super().__init__('robot_state_publisher', **node_arguments)
         description = self.declare_parameter('robot_description', '').value
@@ -108,11 +95,11 @@ class RobotStatePublisher(Node):
         self._static_publisher = self.create_publisher(TFMessage, '/tf_static', latched)
         self._description_publisher = self.create_publisher(String, 'robot_description', latched)
 
-        self._joints: Dict[str, Joint] = {}
-        self._plans: Dict[Tuple[str, ...], List[Step]] = {}
-        self._static: Dict[str, TransformStamped] = {}
+        self._joints: dict[str, Joint] = {}
+        self._plans: dict[tuple[str, ...], list[Step]] = {}
+        self._static: dict[str, TransformStamped] = {}
         # When each joint was last published, by the stamps of joint_states, in ns.
-        self._published: Dict[str, int] = {}
+        self._published: dict[str, int] = {}
         self._last_call = 0
         self._set_up(description)
 
@@ -125,9 +112,7 @@ class RobotStatePublisher(Node):
         """
         Publish where the links are, unless that was done a short time ago.
 
-        Args:
-            state: The joints' positions.
-
+        :param state: The joints' positions.
         """
         names = tuple(state.name)
         positions = state.position
@@ -163,17 +148,13 @@ class RobotStatePublisher(Node):
             transforms.append(stamped)
         self._tf_publisher.publish(TFMessage(transforms=transforms))
 
-    def _is_due(self, names: Tuple[str, ...], state: JointState) -> bool:
+    def _is_due(self, names: tuple[str, ...], state: JointState) -> bool:
         """
         Tell whether a message comes late enough after the last one, and if so, remember it.
 
-        Args:
-            names: The names of its joints.
-            state: The message.
-
-        Returns:
-            Whether to publish.
-
+        :param names: The names of its joints.
+        :param state: The message.
+        :return: Whether to publish.
         """
         now = self.get_clock().now().nanoseconds
         published = self._published
@@ -192,19 +173,15 @@ class RobotStatePublisher(Node):
             published[name] = stamp
         return True
 
-    def _plan(self, names: Tuple[str, ...]) -> List[Step]:
+    def _plan(self, names: tuple[str, ...]) -> list[Step]:
         """
         Work out which links move when these joints do.
 
-        Args:
-            names: The names of joints, in the order of their positions.
-
-        Returns:
-            A step for each of the robot's joints among them, and for each that mimics one of
+        :param names: The names of joints, in the order of their positions.
+        :return: A step for each of the robot's joints among them, and for each that mimics one of
             them, in the order of the joints' names.
-
         """
-        sources: Dict[str, Tuple[int, float, float]] = {}
+        sources: dict[str, tuple[int, float, float]] = {}
         for index, name in enumerate(names):
             sources.setdefault(name, (index, 1.0, 0.0))
         for joint in self._joints.values():
@@ -226,12 +203,8 @@ class RobotStatePublisher(Node):
         """
         Make the transform of a joint, to be filled in.
 
-        Args:
-            joint: The joint.
-
-        Returns:
-            A transform from its parent to its child.
-
+        :param joint: The joint.
+        :return: A transform from its parent to its child.
         """
         stamped = TransformStamped()
         stamped.header.frame_id = self._prefix + joint.parent
@@ -242,12 +215,8 @@ class RobotStatePublisher(Node):
         """
         Read the robot's description, and publish it and what does not move.
 
-        Args:
-            description: The description.
-
-        Raises:
-            DescriptionError: It describes no robot.
-
+        :param description: The description.
+        :raises DescriptionError: It describes no robot.
         """
         self._joints = parse(description)
         self._plans.clear()
@@ -265,16 +234,12 @@ class RobotStatePublisher(Node):
                 self._static[stamped.child_frame_id] = stamped
         self._static_publisher.publish(TFMessage(transforms=list(self._static.values())))
 
-    def _check_parameters(self, parameters: List[Parameter]) -> SetParametersResult:
+    def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         """
         Refuse values that make no sense.
 
-        Args:
-            parameters: Parameters that somebody wants to set.
-
-        Returns:
-            Whether they can be set, and if not, why.
-
+        :param parameters: Parameters that somebody wants to set.
+        :return: Whether they can be set, and if not, why.
         """
         for parameter in parameters:
             if parameter.name == 'robot_description':
@@ -293,13 +258,11 @@ class RobotStatePublisher(Node):
                         reason='publish_frequency must be between 0.0 and 1000.0')
         return SetParametersResult(successful=True)
 
-    def _apply_parameters(self, parameters: List[Parameter]) -> None:
+    def _apply_parameters(self, parameters: list[Parameter]) -> None:
         """
         Go by new values.
 
-        Args:
-            parameters: Parameters that have been set.
-
+        :param parameters: Parameters that have been set.
         """
         values = {parameter.name: parameter.value for parameter in parameters}
         self._frequency = values.get('publish_frequency', self._frequency)
@@ -311,15 +274,11 @@ class RobotStatePublisher(Node):
             self._set_up(values['robot_description'])
 
 
-def main(args: Optional[List[str]] = None) -> int:
+def main(args: list[str] | None = None) -> int:
     """
     Run the node until it is told to end.
 
-    Args:
-        args: The command line, with the program's name first; the process's own if None.
-
-    Returns:
-        The exit status.
-
+    :param args: The command line, with the program's name first; the process's own if None.
+    :return: The exit status.
     """
     return run(RobotStatePublisher, args)

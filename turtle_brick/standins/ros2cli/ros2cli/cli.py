@@ -51,8 +51,7 @@ def undisturbed(*others):
     """
     Have Ctrl-C, SIGTERM and others wait: what they find half imported or made complains.
 
-    Returns:
-        The signals that were held before, for a process that is started meanwhile.
+    :return: The signals that were held before, for a process that is started meanwhile.
     """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, *others})
     try:

@@ -13,12 +13,8 @@
 # limitations under the License.
 """The buffer of transforms that a node asks."""
 
+from collections.abc import Callable
 from threading import RLock
-from typing import Callable
-from typing import List
-from typing import Optional
-from typing import Tuple
-from typing import Union
 
 from builtin_interfaces.msg import Time as TimeMsg
 from geometry_msgs.msg import TransformStamped
@@ -36,7 +32,7 @@ from tf2_ros.buffer_core import nanoseconds_of
 from tf2_ros.buffer_interface import BufferInterface
 from tf2_ros.exceptions import TransformException
 
-AnyTime = Union[Time, TimeMsg]
+AnyTime = Time | TimeMsg
 
 
 class Buffer(BufferCore, BufferInterface):
@@ -47,18 +43,16 @@ class Buffer(BufferCore, BufferInterface):
     forgets everything when the node's clock jumps back.
     """
 
-    def __init__(self, cache_time: Optional[Duration] = None, node: Optional[Node] = None
+    def __init__(self, cache_time: Duration | None = None, node: Node | None = None
                  ) -> None:
         """
         Make an empty buffer.
 
-        Args:
-            cache_time: How far each frame's transforms go back; 10 s if None.
-            node: The node that serves tf2_frames and whose clock counts; none if None.
-
+        :param cache_time: How far each frame's transforms go back; 10 s if None.
+        :param node: The node that serves tf2_frames and whose clock counts; none if None.
         """
         super().__init__(cache_time)
-        self._new_data_callbacks: List[Callable[[], None]] = []
+        self._new_data_callbacks: list[Callable[[], None]] = []
         self._callbacks_lock = RLock()
         if node is not None:
             self.srv = node.create_service(FrameGraph, 'tf2_frames', self._get_frames)
@@ -74,9 +68,7 @@ class Buffer(BufferCore, BufferInterface):
         """
         Forget everything, since the clock has jumped back.
 
-        Args:
-            time_jump: By how much.
-
+        :param time_jump: By how much.
         """
         get_logger('tf2_buffer').warning('Detected jump back in time. Clearing tf buffer.')
         self.clear()
@@ -85,10 +77,8 @@ class Buffer(BufferCore, BufferInterface):
         """
         Add a transform; one that cannot be used is ignored with a message in the log.
 
-        Args:
-            transform: The pose of a child frame in a frame at a time.
-            authority: Who says so.
-
+        :param transform: The pose of a child frame in a frame at a time.
+        :param authority: Who says so.
         """
         super().set_transform(transform, authority)
         if self._new_data_callbacks:
@@ -98,10 +88,8 @@ class Buffer(BufferCore, BufferInterface):
         """
         Add a transform that holds at all times.
 
-        Args:
-            transform: The pose of a child frame in a frame.
-            authority: Who says so.
-
+        :param transform: The pose of a child frame in a frame.
+        :param authority: Who says so.
         """
         super().set_transform_static(transform, authority)
         if self._new_data_callbacks:
@@ -112,18 +100,12 @@ class Buffer(BufferCore, BufferInterface):
         """
         Get a transform.
 
-        Args:
-            target_frame: The frame to transform into.
-            source_frame: The frame to transform from.
-            time: The time; zero for the latest common one.
-            timeout: How long to wait for it.
-
-        Returns:
-            The pose of the source frame in the target frame.
-
-        Raises:
-            TransformException: There is none.
-
+        :param target_frame: The frame to transform into.
+        :param source_frame: The frame to transform from.
+        :param time: The time; zero for the latest common one.
+        :param timeout: How long to wait for it.
+        :return: The pose of the source frame in the target frame.
+        :raises TransformException: There is none.
         """
         if timeout.nanoseconds:
             self.can_transform(target_frame, source_frame, time, timeout)
@@ -134,14 +116,10 @@ class Buffer(BufferCore, BufferInterface):
         """
         Get a transform as soon as there is one.
 
-        Args:
-            target_frame: The frame to transform into.
-            source_frame: The frame to transform from.
-            time: The time; zero for the latest common one.
-
-        Returns:
-            The pose of the source frame in the target frame.
-
+        :param target_frame: The frame to transform into.
+        :param source_frame: The frame to transform from.
+        :param time: The time; zero for the latest common one.
+        :return: The pose of the source frame in the target frame.
         """
         return await self.wait_for_transform_async(target_frame, source_frame, time)
 
@@ -151,20 +129,14 @@ class Buffer(BufferCore, BufferInterface):
         """
         Get a transform between two times.
 
-        Args:
-            target_frame: The frame to transform into.
-            target_time: The time at which that is taken; zero for the latest.
-            source_frame: The frame to transform from.
-            source_time: The time at which that is taken; zero for the latest.
-            fixed_frame: A frame that does not move in between.
-            timeout: How long to wait for it.
-
-        Returns:
-            The pose that the source frame had, in the target frame at its time.
-
-        Raises:
-            TransformException: There is none.
-
+        :param target_frame: The frame to transform into.
+        :param target_time: The time at which that is taken; zero for the latest.
+        :param source_frame: The frame to transform from.
+        :param source_time: The time at which that is taken; zero for the latest.
+        :param fixed_frame: A frame that does not move in between.
+        :param timeout: How long to wait for it.
+        :return: The pose that the source frame had, in the target frame at its time.
+        :raises TransformException: There is none.
         """
         if timeout.nanoseconds:
             self.can_transform_full(
@@ -178,36 +150,28 @@ class Buffer(BufferCore, BufferInterface):
         """
         Get a transform between two times as soon as there is one.
 
-        Args:
-            target_frame: The frame to transform into.
-            target_time: The time at which that is taken; zero for the latest.
-            source_frame: The frame to transform from.
-            source_time: The time at which that is taken; zero for the latest.
-            fixed_frame: A frame that does not move in between.
-
-        Returns:
-            The pose that the source frame had, in the target frame at its time.
-
+        :param target_frame: The frame to transform into.
+        :param target_time: The time at which that is taken; zero for the latest.
+        :param source_frame: The frame to transform from.
+        :param source_time: The time at which that is taken; zero for the latest.
+        :param fixed_frame: A frame that does not move in between.
+        :return: The pose that the source frame had, in the target frame at its time.
         """
         return await self.wait_for_transform_full_async(
             target_frame, target_time, source_frame, source_time, fixed_frame)
 
     def can_transform(self, target_frame: str, source_frame: str, time: AnyTime,
                       timeout: Duration = Duration(), return_debug_tuple: bool = False
-                      ) -> Union[bool, Tuple[bool, str]]:
+                      ) -> bool | tuple[bool, str]:
         """
         Tell whether there is a transform.
 
-        Args:
-            target_frame: The frame to transform into.
-            source_frame: The frame to transform from.
-            time: The time; zero for the latest common one.
-            timeout: How long to wait for it.
-            return_debug_tuple: Whether to say why not, too.
-
-        Returns:
-            Whether there is; with the reason, if that is wanted.
-
+        :param target_frame: The frame to transform into.
+        :param source_frame: The frame to transform from.
+        :param time: The time; zero for the latest common one.
+        :param timeout: How long to wait for it.
+        :param return_debug_tuple: Whether to say why not, too.
+        :return: Whether there is; with the reason, if that is wanted.
         """
         return self._can(
             lambda: self.can_transform_core(target_frame, source_frame, time),
@@ -216,22 +180,18 @@ class Buffer(BufferCore, BufferInterface):
     def can_transform_full(self, target_frame: str, target_time: AnyTime, source_frame: str,
                            source_time: AnyTime, fixed_frame: str,
                            timeout: Duration = Duration(), return_debug_tuple: bool = False
-                           ) -> Union[bool, Tuple[bool, str]]:
+                           ) -> bool | tuple[bool, str]:
         """
         Tell whether there is a transform between two times.
 
-        Args:
-            target_frame: The frame to transform into.
-            target_time: The time at which that is taken; zero for the latest.
-            source_frame: The frame to transform from.
-            source_time: The time at which that is taken; zero for the latest.
-            fixed_frame: A frame that does not move in between.
-            timeout: How long to wait for it.
-            return_debug_tuple: Whether to say why not, too.
-
-        Returns:
-            Whether there is; with the reason, if that is wanted.
-
+        :param target_frame: The frame to transform into.
+        :param target_time: The time at which that is taken; zero for the latest.
+        :param source_frame: The frame to transform from.
+        :param source_time: The time at which that is taken; zero for the latest.
+        :param fixed_frame: A frame that does not move in between.
+        :param timeout: How long to wait for it.
+        :param return_debug_tuple: Whether to say why not, too.
+        :return: Whether there is; with the reason, if that is wanted.
         """
         return self._can(
             lambda: self.can_transform_full_core(
@@ -243,14 +203,10 @@ class Buffer(BufferCore, BufferInterface):
         """
         Wait for a transform without blocking.
 
-        Args:
-            target_frame: The frame to transform into.
-            source_frame: The frame to transform from.
-            time: The time; zero for the latest common one.
-
-        Returns:
-            A future whose result is the transform.
-
+        :param target_frame: The frame to transform into.
+        :param source_frame: The frame to transform from.
+        :param time: The time; zero for the latest common one.
+        :return: A future whose result is the transform.
         """
         return self._future(
             lambda: self.lookup_transform_core(target_frame, source_frame, time))
@@ -261,34 +217,26 @@ class Buffer(BufferCore, BufferInterface):
         """
         Wait for a transform between two times without blocking.
 
-        Args:
-            target_frame: The frame to transform into.
-            target_time: The time at which that is taken; zero for the latest.
-            source_frame: The frame to transform from.
-            source_time: The time at which that is taken; zero for the latest.
-            fixed_frame: A frame that does not move in between.
-
-        Returns:
-            A future whose result is the transform.
-
+        :param target_frame: The frame to transform into.
+        :param target_time: The time at which that is taken; zero for the latest.
+        :param source_frame: The frame to transform from.
+        :param source_time: The time at which that is taken; zero for the latest.
+        :param fixed_frame: A frame that does not move in between.
+        :return: A future whose result is the transform.
         """
         return self._future(
             lambda: self.lookup_transform_full_core(
                 target_frame, target_time, source_frame, source_time, fixed_frame))
 
-    def _can(self, ask: Callable[[], Tuple[bool, str]], timeout: Duration, with_reason: bool
-             ) -> Union[bool, Tuple[bool, str]]:
+    def _can(self, ask: Callable[[], tuple[bool, str]], timeout: Duration, with_reason: bool
+             ) -> bool | tuple[bool, str]:
         """
         Ask whether there is a transform, and wait for it.
 
-        Args:
-            ask: What to ask.
-            timeout: How long to wait for a yes.
-            with_reason: Whether to say why not, too.
-
-        Returns:
-            Whether there is; with the reason, if that is wanted.
-
+        :param ask: What to ask.
+        :param timeout: How long to wait for a yes.
+        :param with_reason: Whether to say why not, too.
+        :return: Whether there is; with the reason, if that is wanted.
         """
         nanoseconds = nanoseconds_of(timeout)
         if nanoseconds:
@@ -300,12 +248,8 @@ class Buffer(BufferCore, BufferInterface):
         """
         Make a future for a transform.
 
-        Args:
-            lookup: Gets the transform, or raises TransformException.
-
-        Returns:
-            A future that is done as soon as there is the transform.
-
+        :param lookup: Gets the transform, or raises TransformException.
+        :return: A future that is done as soon as there is the transform.
         """
         future = Future()
 
@@ -330,9 +274,7 @@ class Buffer(BufferCore, BufferInterface):
         """
         Stop to call somebody.
 
-        Args:
-            callback: Whom.
-
+        :param callback: Whom.
         """
         with self._callbacks_lock:
             self._new_data_callbacks.remove(callback)
@@ -348,13 +290,9 @@ class Buffer(BufferCore, BufferInterface):
         """
         Describe the frames.
 
-        Args:
-            request: Nothing.
-            response: The description.
-
-        Returns:
-            The response.
-
+        :param request: Nothing.
+        :param response: The description.
+        :return: The response.
         """
         response.frame_yaml = self.all_frames_as_yaml()
         return response

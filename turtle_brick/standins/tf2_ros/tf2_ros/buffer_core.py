@@ -13,16 +13,11 @@
 # limitations under the License.
 """The tree of frames: transforms go in, transforms between any two frames come out."""
 
+from collections.abc import Callable
 from math import inf
 from math import isnan
 from threading import Condition
 from typing import Any
-from typing import Callable
-from typing import Dict
-from typing import List
-from typing import Optional
-from typing import Tuple
-from typing import Union
 
 from builtin_interfaces.msg import Duration as DurationMsg
 from builtin_interfaces.msg import Time as TimeMsg
@@ -42,7 +37,7 @@ from tf2_ros.transform_cache import StaticCache
 from tf2_ros.transform_cache import TimeCache
 
 # A translation and a rotation: x, y, z, qx, qy, qz, qw.
-Transform = Tuple[float, float, float, float, float, float, float]
+Transform = tuple[float, float, float, float, float, float, float]
 
 _NANOSECONDS = 1_000_000_000
 _DEFAULT_CACHE_TIME = 10 * _NANOSECONDS
@@ -52,15 +47,7 @@ _IDENTITY: Transform = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 class Frame:
-    """
-    A frame that a transform has named.
-
-    Attributes:
-        name: Its name.
-        cache: The transforms to its parent; None if it has only been named as a parent.
-        authority: Who sent the last transform.
-
-    """
+    """A frame that a transform has named."""
 
     __slots__ = ('name', 'cache', 'authority')
 
@@ -68,28 +55,22 @@ class Frame:
         """
         Make a frame that has no parent yet.
 
-        Args:
-            name: Its name.
-
+        :param name: Its name.
         """
         self.name = name
-        self.cache: Union[StaticCache, TimeCache, None] = None
+        self.cache: StaticCache | TimeCache | None = None
+        """The transforms to its parent; None if it has only been named as a parent."""
         self.authority = ''
+        """Who sent the last transform."""
 
 
-def nanoseconds_of(time: Union[Time, TimeMsg, Duration, DurationMsg]) -> int:
+def nanoseconds_of(time: Time | TimeMsg | Duration | DurationMsg) -> int:
     """
     Read a time or a duration.
 
-    Args:
-        time: One of rclpy or a message.
-
-    Returns:
-        The same in ns.
-
-    Raises:
-        TypeError: It is neither.
-
+    :param time: One of rclpy or a message.
+    :return: The same in ns.
+    :raises TypeError: It is neither.
     """
     try:
         return time.nanoseconds
@@ -106,13 +87,9 @@ def compose(outer: Transform, inner: Transform) -> Transform:
     """
     Apply one transform after another.
 
-    Args:
-        outer: The transform that is applied second.
-        inner: The transform that is applied first.
-
-    Returns:
-        Both as one.
-
+    :param outer: The transform that is applied second.
+    :param inner: The transform that is applied first.
+    :return: Both as one.
     """
     x, y, z, qx, qy, qz, qw = outer
     ix, iy, iz, px, py, pz, pw = inner
@@ -133,12 +110,8 @@ def invert(transform: Transform) -> Transform:
     """
     Turn a transform round.
 
-    Args:
-        transform: A transform.
-
-    Returns:
-        Its inverse.
-
+    :param transform: A transform.
+    :return: Its inverse.
     """
     x, y, z, qx, qy, qz, qw = transform
     inverse = (0.0, 0.0, 0.0, -qx, -qy, -qz, qw)
@@ -152,17 +125,15 @@ class BufferCore:
     It answers as the real tf2 does, also to times that it cannot serve and to bad input.
     """
 
-    def __init__(self, cache_time: Optional[Duration] = None) -> None:
+    def __init__(self, cache_time: Duration | None = None) -> None:
         """
         Make an empty buffer.
 
-        Args:
-            cache_time: How far each frame's transforms go back; 10 s if None.
-
+        :param cache_time: How far each frame's transforms go back; 10 s if None.
         """
         self._cache_time = (
             _DEFAULT_CACHE_TIME if cache_time is None else nanoseconds_of(cache_time))
-        self._frames: Dict[str, Frame] = {}
+        self._frames: dict[str, Frame] = {}
         self._changed = Condition()
         self._waiting = 0
 
@@ -170,10 +141,8 @@ class BufferCore:
         """
         Add a transform; one that cannot be used is ignored with a message in the log.
 
-        Args:
-            transform: The pose of a child frame in a frame at a time.
-            authority: Who says so.
-
+        :param transform: The pose of a child frame in a frame at a time.
+        :param authority: Who says so.
         """
         self._set_transform(transform, authority, TimeCache)
 
@@ -181,10 +150,8 @@ class BufferCore:
         """
         Add a transform that holds at all times.
 
-        Args:
-            transform: The pose of a child frame in a frame.
-            authority: Who says so.
-
+        :param transform: The pose of a child frame in a frame.
+        :param authority: Who says so.
         """
         self._set_transform(transform, authority, StaticCache)
 
@@ -196,39 +163,31 @@ class BufferCore:
                     frame.cache.clear()
 
     def can_transform_core(self, target_frame: str, source_frame: str,
-                           time: Union[Time, TimeMsg]) -> Tuple[bool, str]:
+                           time: Time | TimeMsg) -> tuple[bool, str]:
         """
         Tell whether there is a transform.
 
-        Args:
-            target_frame: The frame to transform into.
-            source_frame: The frame to transform from.
-            time: The time; zero for the latest common one.
-
-        Returns:
-            Whether there is, and if not, why.
-
+        :param target_frame: The frame to transform into.
+        :param source_frame: The frame to transform from.
+        :param time: The time; zero for the latest common one.
+        :return: Whether there is, and if not, why.
         """
         nanoseconds = nanoseconds_of(time)
         with self._changed:
             return self._can_transform(target_frame, source_frame, nanoseconds)
 
-    def can_transform_full_core(self, target_frame: str, target_time: Union[Time, TimeMsg],
-                                source_frame: str, source_time: Union[Time, TimeMsg],
-                                fixed_frame: str) -> Tuple[bool, str]:
+    def can_transform_full_core(self, target_frame: str, target_time: Time | TimeMsg,
+                                source_frame: str, source_time: Time | TimeMsg,
+                                fixed_frame: str) -> tuple[bool, str]:
         """
         Tell whether there is a transform between two times.
 
-        Args:
-            target_frame: The frame to transform into.
-            target_time: The time at which that is taken; zero for the latest.
-            source_frame: The frame to transform from.
-            source_time: The time at which that is taken; zero for the latest.
-            fixed_frame: A frame that does not move in between.
-
-        Returns:
-            Whether there is, and if not, why.
-
+        :param target_frame: The frame to transform into.
+        :param target_time: The time at which that is taken; zero for the latest.
+        :param source_frame: The frame to transform from.
+        :param source_time: The time at which that is taken; zero for the latest.
+        :param fixed_frame: A frame that does not move in between.
+        :return: Whether there is, and if not, why.
         """
         target_nanoseconds = nanoseconds_of(target_time)
         source_nanoseconds = nanoseconds_of(source_time)
@@ -237,46 +196,34 @@ class BufferCore:
                                             source_nanoseconds, fixed_frame)
 
     def lookup_transform_core(self, target_frame: str, source_frame: str,
-                              time: Union[Time, TimeMsg]) -> TransformStamped:
+                              time: Time | TimeMsg) -> TransformStamped:
         """
         Get a transform.
 
-        Args:
-            target_frame: The frame to transform into.
-            source_frame: The frame to transform from.
-            time: The time; zero for the latest common one.
-
-        Returns:
-            The pose of the source frame in the target frame.
-
-        Raises:
-            TransformException: There is none.
-
+        :param target_frame: The frame to transform into.
+        :param source_frame: The frame to transform from.
+        :param time: The time; zero for the latest common one.
+        :return: The pose of the source frame in the target frame.
+        :raises TransformException: There is none.
         """
         nanoseconds = nanoseconds_of(time)
         with self._changed:
             nanoseconds, transform = self._lookup(target_frame, source_frame, nanoseconds)
         return self._message(target_frame, source_frame, nanoseconds, transform)
 
-    def lookup_transform_full_core(self, target_frame: str, target_time: Union[Time, TimeMsg],
-                                   source_frame: str, source_time: Union[Time, TimeMsg],
+    def lookup_transform_full_core(self, target_frame: str, target_time: Time | TimeMsg,
+                                   source_frame: str, source_time: Time | TimeMsg,
                                    fixed_frame: str) -> TransformStamped:
         """
         Get a transform between two times.
 
-        Args:
-            target_frame: The frame to transform into.
-            target_time: The time at which that is taken; zero for the latest.
-            source_frame: The frame to transform from.
-            source_time: The time at which that is taken; zero for the latest.
-            fixed_frame: A frame that does not move in between.
-
-        Returns:
-            The pose that the source frame had, in the target frame at its time.
-
-        Raises:
-            TransformException: There is none.
-
+        :param target_frame: The frame to transform into.
+        :param target_time: The time at which that is taken; zero for the latest.
+        :param source_frame: The frame to transform from.
+        :param source_time: The time at which that is taken; zero for the latest.
+        :param fixed_frame: A frame that does not move in between.
+        :return: The pose that the source frame had, in the target frame at its time.
+        :raises TransformException: There is none.
         """
         target_nanoseconds = nanoseconds_of(target_time)
         source_nanoseconds = nanoseconds_of(source_time)
@@ -292,16 +239,10 @@ class BufferCore:
         """
         Get the latest time at which there is a transform.
 
-        Args:
-            target_frame: The frame to transform into.
-            source_frame: The frame to transform from.
-
-        Returns:
-            The time; zero if only static transforms lie between the frames.
-
-        Raises:
-            TransformException: There is none.
-
+        :param target_frame: The frame to transform into.
+        :param source_frame: The frame to transform from.
+        :return: The time; zero if only static transforms lie between the frames.
+        :raises TransformException: There is none.
         """
         with self._changed:
             target = self._known('get_latest_common_time', target_frame)
@@ -319,9 +260,7 @@ class BufferCore:
         """
         List the frames.
 
-        Returns:
-            A line for each frame that has a parent.
-
+        :return: A line for each frame that has a parent.
         """
         with self._changed:
             return self._all_frames_as_string()
@@ -330,10 +269,8 @@ class BufferCore:
         """
         Describe the frames.
 
-        Returns:
-            A YAML map from each frame that has a parent to the parent, the sender of its last
+        :return: A YAML map from each frame that has a parent to the parent, the sender of its last
             transform, and the transforms' rate and times.
-
         """
         with self._changed:
             if not self._frames:
@@ -358,10 +295,8 @@ class BufferCore:
         """
         Wait until a condition is met, asking after every transform that comes in.
 
-        Args:
-            condition: What to wait for.
-            timeout: For how long at most, in s.
-
+        :param condition: What to wait for.
+        :param timeout: For how long at most, in s.
         """
         with self._changed:
             self._waiting += 1
@@ -375,11 +310,9 @@ class BufferCore:
         """
         Add a transform, unless it cannot be used.
 
-        Args:
-            transform: The pose of a child frame in a frame.
-            authority: Who says so.
-            cache_type: The class of the child frame's cache.
-
+        :param transform: The pose of a child frame in a frame.
+        :param authority: Who says so.
+        :param cache_type: The class of the child frame's cache.
         """
         header = transform.header
         stamp = header.stamp
@@ -423,18 +356,16 @@ class BufferCore:
                 'listed at http://wiki.ros.org/tf/Errors%20explained')
 
     @staticmethod
-    def _refuse(parent: str, child: str, authority: str, translation: Tuple[float, ...],
-                rotation: Tuple[float, ...]) -> None:
+    def _refuse(parent: str, child: str, authority: str, translation: tuple[float, ...],
+                rotation: tuple[float, ...]) -> None:
         """
         Say in the log why a transform is ignored.
 
-        Args:
-            parent: The name of the frame.
-            child: The name of the child frame.
-            authority: Who sent it.
-            translation: The child's position.
-            rotation: The child's orientation.
-
+        :param parent: The name of the frame.
+        :param child: The name of the child frame.
+        :param authority: Who sent it.
+        :param translation: The child's position.
+        :param rotation: The child's orientation.
         """
         logger = get_logger('tf2')
         if child == parent:
@@ -459,17 +390,11 @@ class BufferCore:
         """
         Find a frame.
 
-        Args:
-            what: What the name was given to.
-            name: The frame's name.
-
-        Returns:
-            The frame.
-
-        Raises:
-            InvalidArgumentException: No frame can be named so.
-            LookupException: No frame is named so.
-
+        :param what: What the name was given to.
+        :param name: The frame's name.
+        :return: The frame.
+        :raises InvalidArgumentException: No frame can be named so.
+        :raises LookupException: No frame is named so.
         """
         frame = self._frames.get(name)
         if frame is None:
@@ -487,13 +412,9 @@ class BufferCore:
         """
         Say why a frame cannot be found.
 
-        Args:
-            what: What the name was given to.
-            name: The frame's name.
-
-        Returns:
-            The reason; empty if it can be found.
-
+        :param what: What the name was given to.
+        :param name: The frame's name.
+        :return: The reason; empty if it can be found.
         """
         if name in self._frames:
             return ''
@@ -505,18 +426,14 @@ class BufferCore:
             reason = 'frame does not exist'
         return f'Invalid frame ID "{name}" passed to canTransform argument {what} - {reason}'
 
-    def _can_transform(self, target_name: str, source_name: str, time: int) -> Tuple[bool, str]:
+    def _can_transform(self, target_name: str, source_name: str, time: int) -> tuple[bool, str]:
         """
         Tell whether there is a transform.
 
-        Args:
-            target_name: The frame to transform into.
-            source_name: The frame to transform from.
-            time: The time in ns; zero for the latest common one.
-
-        Returns:
-            Whether there is, and if not, why.
-
+        :param target_name: The frame to transform into.
+        :param source_name: The frame to transform from.
+        :param time: The time in ns; zero for the latest common one.
+        :return: Whether there is, and if not, why.
         """
         if target_name == source_name:
             return True, ''
@@ -531,20 +448,16 @@ class BufferCore:
         return True, ''
 
     def _can_transform_full(self, target_name: str, target_time: int, source_name: str,
-                            source_time: int, fixed_name: str) -> Tuple[bool, str]:
+                            source_time: int, fixed_name: str) -> tuple[bool, str]:
         """
         Tell whether there is a transform between two times.
 
-        Args:
-            target_name: The frame to transform into.
-            target_time: The time in ns at which that is taken; zero for the latest.
-            source_name: The frame to transform from.
-            source_time: The time in ns at which that is taken; zero for the latest.
-            fixed_name: A frame that does not move in between.
-
-        Returns:
-            Whether there is, and if not, why.
-
+        :param target_name: The frame to transform into.
+        :param target_time: The time in ns at which that is taken; zero for the latest.
+        :param source_name: The frame to transform from.
+        :param source_time: The time in ns at which that is taken; zero for the latest.
+        :param fixed_name: A frame that does not move in between.
+        :return: Whether there is, and if not, why.
         """
         reason = (self._why_unknown('target_frame', target_name)
                   or self._why_unknown('source_frame', source_name)
@@ -556,21 +469,15 @@ class BufferCore:
             possible, reason = self._can_transform(fixed_name, source_name, source_time)
         return possible, reason
 
-    def _lookup(self, target_name: str, source_name: str, time: int) -> Tuple[int, Transform]:
+    def _lookup(self, target_name: str, source_name: str, time: int) -> tuple[int, Transform]:
         """
         Get a transform.
 
-        Args:
-            target_name: The frame to transform into.
-            source_name: The frame to transform from.
-            time: The time in ns; zero for the latest common one.
-
-        Returns:
-            The time in ns, and the pose of the source frame in the target frame then.
-
-        Raises:
-            TransformException: There is none.
-
+        :param target_name: The frame to transform into.
+        :param source_name: The frame to transform from.
+        :param time: The time in ns; zero for the latest common one.
+        :return: The time in ns, and the pose of the source frame in the target frame then.
+        :raises TransformException: There is none.
         """
         if target_name == source_name:
             # tf2 has it so for frames that it does not know, too.
@@ -582,21 +489,15 @@ class BufferCore:
         source = self._known('lookupTransform argument source_frame', source_name)
         return self._walk(target, source, time)
 
-    def _walk(self, target: Frame, source: Frame, time: int) -> Tuple[int, Transform]:
+    def _walk(self, target: Frame, source: Frame, time: int) -> tuple[int, Transform]:
         """
         Gather the transforms from a frame to the root, and from another one to meet them.
 
-        Args:
-            target: The frame to transform into.
-            source: Another frame, to transform from.
-            time: The time in ns; zero for the latest common one.
-
-        Returns:
-            The time in ns, and the pose of the source frame in the target frame then.
-
-        Raises:
-            TransformException: There is none.
-
+        :param target: The frame to transform into.
+        :param source: Another frame, to transform from.
+        :param time: The time in ns; zero for the latest common one.
+        :return: The time in ns, and the pose of the source frame in the target frame then.
+        :raises TransformException: There is none.
         """
         if time == 0:
             time = self._latest_common_time(target, source)
@@ -648,20 +549,14 @@ class BufferCore:
         """
         Get the latest time at which every frame between two has a transform.
 
-        Args:
-            target: The frame to transform into.
-            source: Another frame, to transform from.
-
-        Returns:
-            The time in ns; zero if only static transforms lie between the frames.
-
-        Raises:
-            TransformException: The frames are not connected.
-
+        :param target: The frame to transform into.
+        :param source: Another frame, to transform from.
+        :return: The time in ns; zero if only static transforms lie between the frames.
+        :raises TransformException: The frames are not connected.
         """
         # The latest time on the way from the source to each frame above it; static transforms
         # do not limit it.
-        times: List[Tuple[Frame, int]] = []
+        times: list[tuple[Frame, int]] = []
         common = 0
         frame = source
         for _ in range(_MAX_DEPTH + 1):
@@ -705,9 +600,7 @@ class BufferCore:
         """
         Make the exception for frames that are their own ancestors.
 
-        Returns:
-            The exception.
-
+        :return: The exception.
         """
         return LookupException('The tf tree is invalid because it contains a loop.\n'
                                f'{self._all_frames_as_string()}\n')
@@ -717,14 +610,10 @@ class BufferCore:
         """
         Make the exception for a time that a frame's cache does not cover.
 
-        Args:
-            target: The frame to transform into.
-            source: The frame to transform from.
-            gap: What the cache said.
-
-        Returns:
-            The exception.
-
+        :param target: The frame to transform into.
+        :param source: The frame to transform from.
+        :param gap: What the cache said.
+        :return: The exception.
         """
         return ExtrapolationException(f'{gap}, when looking up transform from frame '
                                       f'[{source.name}] to frame [{target.name}]')
@@ -734,13 +623,9 @@ class BufferCore:
         """
         Make the exception for frames that have no common ancestor.
 
-        Args:
-            target: The frame to transform into.
-            source: The frame to transform from.
-
-        Returns:
-            The exception.
-
+        :param target: The frame to transform into.
+        :param source: The frame to transform from.
+        :return: The exception.
         """
         return ConnectivityException(
             f"Could not find a connection between '{target.name}' and '{source.name}' because "
@@ -750,9 +635,7 @@ class BufferCore:
         """
         List the frames; the caller holds the lock.
 
-        Returns:
-            A line for each frame that has a parent.
-
+        :return: A line for each frame that has a parent.
         """
         text = ''
         for frame in self._frames.values():
@@ -768,15 +651,11 @@ class BufferCore:
         """
         Write a transform as a message.
 
-        Args:
-            target_name: The frame to transform into.
-            source_name: The frame to transform from.
-            time: The time in ns.
-            transform: The pose of the source frame in the target frame.
-
-        Returns:
-            The message.
-
+        :param target_name: The frame to transform into.
+        :param source_name: The frame to transform from.
+        :param time: The time in ns.
+        :param transform: The pose of the source frame in the target frame.
+        :return: The message.
         """
         x, y, z, qx, qy, qz, qw = transform
         message = TransformStamped()

@@ -13,7 +13,6 @@
 # limitations under the License.
 """What every buffer of transforms offers."""
 
-from typing import Union
 
 from builtin_interfaces.msg import Time as TimeMsg
 from geometry_msgs.msg import TransformStamped
@@ -33,25 +32,25 @@ class NotImplementedException(Exception):
 class BufferInterface:
     """The methods that a buffer must have; Buffer documents them."""
 
-    def lookup_transform(self, target_frame: str, source_frame: str, time: Union[Time, TimeMsg],
+    def lookup_transform(self, target_frame: str, source_frame: str, time: Time | TimeMsg,
                          timeout: Duration = Duration()) -> TransformStamped:
         """Get a transform."""
         raise NotImplementedException()
 
-    def lookup_transform_full(self, target_frame: str, target_time: Union[Time, TimeMsg],
-                              source_frame: str, source_time: Union[Time, TimeMsg],
+    def lookup_transform_full(self, target_frame: str, target_time: Time | TimeMsg,
+                              source_frame: str, source_time: Time | TimeMsg,
                               fixed_frame: str, timeout: Duration = Duration()
                               ) -> TransformStamped:
         """Get a transform between two times."""
         raise NotImplementedException()
 
-    def can_transform(self, target_frame: str, source_frame: str, time: Union[Time, TimeMsg],
+    def can_transform(self, target_frame: str, source_frame: str, time: Time | TimeMsg,
                       timeout: Duration = Duration()) -> bool:
         """Tell whether there is a transform."""
         raise NotImplementedException()
 
-    def can_transform_full(self, target_frame: str, target_time: Union[Time, TimeMsg],
-                           source_frame: str, source_time: Union[Time, TimeMsg],
+    def can_transform_full(self, target_frame: str, target_time: Time | TimeMsg,
+                           source_frame: str, source_time: Time | TimeMsg,
                            fixed_frame: str, timeout: Duration = Duration()) -> bool:
         """Tell whether there is a transform between two times."""
         raise NotImplementedException()

@@ -13,10 +13,7 @@
 # limitations under the License.
 """Send transforms of frames that do not move."""
 
-from typing import Iterable
-from typing import Optional
-from typing import Set
-from typing import Union
+from collections.abc import Iterable
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
@@ -34,30 +31,26 @@ class StaticTransformBroadcaster:
     all. A child frame keeps its first transform, as in tf2_ros_py 0.36.4.
     """
 
-    def __init__(self, node: Node, qos: Optional[Union[QoSProfile, int]] = None) -> None:
+    def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
         """
         Open the topic.
 
-        Args:
-            node: The node that publishes.
-            qos: The publisher's QoS or its depth; reliable and transient local with depth 1 if
-                None.
-
+        :param node: The node that publishes.
+        :param qos: The publisher's QoS or its depth; reliable and transient local with depth 1 if
+            None.
         """
         if qos is None:
             qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.pub_tf = node.create_publisher(TFMessage, '/tf_static', qos)
         self.net_message = TFMessage()
-        self._child_frame_ids: Set[str] = set()
+        self._child_frame_ids: set[str] = set()
 
-    def sendTransform(self, transform: Union[TransformStamped, Iterable[TransformStamped]]
+    def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]
                       ) -> None:
         """
         Publish transforms, together with those sent before.
 
-        Args:
-            transform: A transform, or several.
-
+        :param transform: A transform, or several.
         """
         for item in as_list(transform):
             if item.child_frame_id not in self._child_frame_ids:

@@ -13,10 +13,7 @@
 # limitations under the License.
 """Send transforms of moving frames."""
 
-from typing import Iterable
-from typing import List
-from typing import Optional
-from typing import Union
+from collections.abc import Iterable
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
@@ -24,17 +21,13 @@ from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
 
 
-def as_list(transform: Union[TransformStamped, Iterable[TransformStamped]]
-            ) -> List[TransformStamped]:
+def as_list(transform: TransformStamped | Iterable[TransformStamped]
+            ) -> list[TransformStamped]:
     """
     Read what sendTransform() takes.
 
-    Args:
-        transform: A transform, or several.
-
-    Returns:
-        Them as a list.
-
+    :param transform: A transform, or several.
+    :return: Them as a list.
     """
     if isinstance(transform, list):
         return transform
@@ -44,26 +37,22 @@ def as_list(transform: Union[TransformStamped, Iterable[TransformStamped]]
 class TransformBroadcaster:
     """A publisher of transforms on /tf."""
 
-    def __init__(self, node: Node, qos: Optional[Union[QoSProfile, int]] = None) -> None:
+    def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
         """
         Open the topic.
 
-        Args:
-            node: The node that publishes.
-            qos: The publisher's QoS or its depth; reliable with depth 100 if None.
-
+        :param node: The node that publishes.
+        :param qos: The publisher's QoS or its depth; reliable with depth 100 if None.
         """
         if qos is None:
             qos = QoSProfile(depth=100)
         self.pub_tf = node.create_publisher(TFMessage, '/tf', qos)
 
-    def sendTransform(self, transform: Union[TransformStamped, Iterable[TransformStamped]]
+    def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]
                       ) -> None:
         """
         Publish transforms, in one message.
 
-        Args:
-            transform: A transform, or several.
-
+        :param transform: A transform, or several.
         """
         self.pub_tf.publish(TFMessage(transforms=as_list(transform)))

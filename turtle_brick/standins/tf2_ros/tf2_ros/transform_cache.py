@@ -23,11 +23,9 @@ from math import acos
 from math import sin
 from math import sqrt
 from typing import Any
-from typing import List
-from typing import Tuple
 
-Rotation = Tuple[float, float, float, float]
-Entry = Tuple[Any, float, float, float, float, float, float, float]
+Rotation = tuple[float, float, float, float]
+Entry = tuple[Any, float, float, float, float, float, float, float]
 
 # How many expired transforms may pile up before they are really removed.
 _COMPACTION = 512
@@ -41,12 +39,8 @@ def display_time(time: int) -> str:
     """
     Write a time as tf2 does.
 
-    Args:
-        time: The time in ns.
-
-    Returns:
-        The time in s with six decimals.
-
+    :param time: The time in ns.
+    :return: The time in s with six decimals.
     """
     seconds, nanoseconds = divmod(time, 1_000_000_000)
     return f'{seconds + 1e-9 * nanoseconds:.6f}'
@@ -56,16 +50,12 @@ def canonical(x: float, y: float, z: float, w: float) -> Rotation:
     """
     Choose the length and the sign of a quaternion as tf2 does, by way of a rotation matrix.
 
-    Args:
-        x: The quaternion, not zero.
-        y: The quaternion.
-        z: The quaternion.
-        w: The quaternion.
-
-    Returns:
-        The unit quaternion of the same rotation with a positive w, if that exceeds 1/2, or else
-        with a positive largest component of x, y and z.
-
+    :param x: The quaternion, not zero.
+    :param y: The quaternion.
+    :param z: The quaternion.
+    :param w: The quaternion.
+    :return: The unit quaternion of the same rotation with a positive w, if that exceeds 1/2, or
+        else with a positive largest component of x, y and z.
     """
     xx, yy, zz, ww = x * x, y * y, z * z, w * w
     square = xx + yy + zz + ww
@@ -85,14 +75,11 @@ def interpolate(one: Entry, two: Entry, ratio: float) -> Entry:
     """
     Interpolate between two transforms to the same parent.
 
-    Args:
-        one: The earlier transform.
-        two: The later transform.
-        ratio: Where between them, from 0 to 1.
-
-    Returns:
-        The translation on the straight line and the rotation on the shortest arc between them.
-
+    :param one: The earlier transform.
+    :param two: The later transform.
+    :param ratio: Where between them, from 0 to 1.
+    :return: The translation on the straight line and the rotation on the shortest arc between
+        them.
     """
     parent, x1, y1, z1, qx1, qy1, qz1, qw1 = one
     _, x2, y2, z2, qx2, qy2, qz2, qw2 = two
@@ -126,13 +113,9 @@ class StaticCache:
         """
         Set the transform.
 
-        Args:
-            _time: When it was published; it holds at any time.
-            entry: The transform.
-
-        Returns:
-            True.
-
+        :param _time: When it was published; it holds at any time.
+        :param entry: The transform.
+        :return: True.
         """
         self._entry = entry
         return True
@@ -141,22 +124,16 @@ class StaticCache:
         """
         Get the transform.
 
-        Args:
-            _time: Any time.
-
-        Returns:
-            The transform.
-
+        :param _time: Any time.
+        :return: The transform.
         """
         return self._entry
 
-    def latest(self) -> Tuple[int, Any]:
+    def latest(self) -> tuple[int, Any]:
         """
         Get the latest time and the parent.
 
-        Returns:
-            Zero, which limits no common time, and the parent.
-
+        :return: Zero, which limits no common time, and the parent.
         """
         return 0, self._entry[0]
 
@@ -173,15 +150,13 @@ class TimeCache:
         """
         Make an empty cache.
 
-        Args:
-            max_age: How far to look back from the latest transform, in ns.
-
+        :param max_age: How far to look back from the latest transform, in ns.
         """
         self._max_age = max_age
         # Both in the order of time, and valid from start on: what has expired before it is
         # removed many at a time, which costs a list nothing in the long run.
-        self._times: List[int] = []
-        self._entries: List[Entry] = []
+        self._times: list[int] = []
+        self._entries: list[Entry] = []
         self._start = 0
 
     @property
@@ -189,9 +164,7 @@ class TimeCache:
         """
         Count the transforms.
 
-        Returns:
-            Their number.
-
+        :return: Their number.
         """
         return len(self._times) - self._start
 
@@ -200,9 +173,7 @@ class TimeCache:
         """
         Get the time of the latest transform.
 
-        Returns:
-            The time in ns; zero if there is no transform.
-
+        :return: The time in ns; zero if there is no transform.
         """
         return self._times[-1] if self._times else 0
 
@@ -211,9 +182,7 @@ class TimeCache:
         """
         Get the time of the oldest transform.
 
-        Returns:
-            The time in ns; zero if there is no transform.
-
+        :return: The time in ns; zero if there is no transform.
         """
         return self._times[self._start] if self._times else 0
 
@@ -221,13 +190,9 @@ class TimeCache:
         """
         Add a transform, unless it is there already.
 
-        Args:
-            time: Its time in ns.
-            entry: The transform.
-
-        Returns:
-            Whether it was recent enough.
-
+        :param time: Its time in ns.
+        :param entry: The transform.
+        :return: Whether it was recent enough.
         """
         times = self._times
         if not times:
@@ -264,15 +229,9 @@ class TimeCache:
         """
         Get the transform at a time, interpolated where it lies between two.
 
-        Args:
-            time: The time in ns.
-
-        Returns:
-            The transform.
-
-        Raises:
-            NoDataError: The time is not covered by the cache.
-
+        :param time: The time in ns.
+        :return: The transform.
+        :raises NoDataError: The time is not covered by the cache.
         """
         times = self._times
         if not times:
@@ -303,13 +262,11 @@ class TimeCache:
         earlier = times[index - 1]
         return interpolate(one, two, (time - earlier) / (times[index] - earlier))
 
-    def latest(self) -> Tuple[int, Any]:
+    def latest(self) -> tuple[int, Any]:
         """
         Get the latest time and the parent at that time.
 
-        Returns:
-            The time in ns and the parent; zero and None if there is no transform.
-
+        :return: The time in ns and the parent; zero and None if there is no transform.
         """
         return (self._times[-1], self._entries[-1][0]) if self._times else (0, None)
 

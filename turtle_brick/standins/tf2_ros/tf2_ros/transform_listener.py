@@ -14,8 +14,6 @@
 """Fill a buffer with the transforms that others send."""
 
 from threading import Thread
-from typing import Optional
-from typing import Union
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException
@@ -33,20 +31,18 @@ class TransformListener:
     """Subscriptions to /tf and /tf_static that fill a buffer."""
 
     def __init__(self, buffer: Buffer, node: Node, *, spin_thread: bool = False,
-                 qos: Optional[Union[QoSProfile, int]] = None,
-                 static_qos: Optional[Union[QoSProfile, int]] = None,
+                 qos: QoSProfile | int | None = None,
+                 static_qos: QoSProfile | int | None = None,
                  static_only: bool = False) -> None:
         """
         Subscribe.
 
-        Args:
-            buffer: The buffer to fill.
-            node: The node that subscribes.
-            spin_thread: Whether to spin the node in a thread of its own.
-            qos: QoS or depth for /tf; reliable with depth 100 if None.
-            static_qos: The same for /tf_static; transient local as well if None.
-            static_only: Whether to leave out /tf.
-
+        :param buffer: The buffer to fill.
+        :param node: The node that subscribes.
+        :param spin_thread: Whether to spin the node in a thread of its own.
+        :param qos: QoS or depth for /tf; reliable with depth 100 if None.
+        :param static_qos: The same for /tf_static; transient local as well if None.
+        :param static_only: Whether to leave out /tf.
         """
         if qos is None:
             qos = QoSProfile(depth=100)
@@ -82,9 +78,7 @@ class TransformListener:
         """
         Take a message of /tf.
 
-        Args:
-            data: Transforms of moving frames.
-
+        :param data: Transforms of moving frames.
         """
         set_transform = self.buffer.set_transform
         for transform in data.transforms:
@@ -94,9 +88,7 @@ class TransformListener:
         """
         Take a message of /tf_static.
 
-        Args:
-            data: Transforms of frames that do not move.
-
+        :param data: Transforms of frames that do not move.
         """
         for transform in data.transforms:
             self.buffer.set_transform_static(transform, _AUTHORITY)

@@ -32,7 +32,7 @@ Serves:
     kill (turtlesim/srv/Kill): remove a turtle
     reset (std_srvs/srv/Empty): begin again with turtle1 in the centre
 
-Parameters:
+ROS parameters:
     holonomic (bool, false): whether turtles obey sideways velocities; may change at any time
 
 There is no window and no canvas. Left out are therefore color_sensor, set_pen, clear and the
@@ -41,9 +41,6 @@ parameters background_r, background_g and background_b; and the action rotate_ab
 """
 
 from typing import Any
-from typing import Dict
-from typing import List
-from typing import Optional
 
 from geometry_msgs.msg import Twist
 from rcl_interfaces.msg import ParameterDescriptor
@@ -77,16 +74,14 @@ class TurtleTopics:
         """
         Open them.
 
-        Args:
-            node: The node that they belong to.
-            name: The turtle's name, with which theirs begin.
-            turtle: The turtle that they read and move.
-
+        :param node: The node that they belong to.
+        :param name: The turtle's name, with which theirs begin.
+        :param turtle: The turtle that they read and move.
         """
         self._node = node
         self._turtle = turtle
         self._message = PoseMsg()
-        self._pose: Optional[Pose] = None
+        self._pose: Pose | None = None
         # As in turtlesim. A tick takes one command, so the commands that wait here wait there.
         qos = QoSProfile(depth=QUEUE_DEPTH)
         # Without event callbacks, since these go with their turtle while the node lives on, which
@@ -108,9 +103,7 @@ class TurtleTopics:
         """
         Publish a pose.
 
-        Args:
-            pose: The pose.
-
+        :param pose: The pose.
         """
         message = self._message
         # A resting turtle has the very same pose again.
@@ -131,9 +124,7 @@ class TurtleTopics:
         """
         Queue a velocity command.
 
-        Args:
-            twist: The command.
-
+        :param twist: The command.
         """
         self._turtle.command(twist.linear.x, twist.linear.y, twist.angular.z)
 
@@ -142,13 +133,9 @@ class TurtleTopics:
         """
         Have the turtle jump to a pose at the next tick.
 
-        Args:
-            request: The pose.
-            response: Nothing.
-
-        Returns:
-            The response.
-
+        :param request: The pose.
+        :param response: Nothing.
+        :return: The response.
         """
         self._turtle.teleport_absolute(request.x, request.y, request.theta)
         return response
@@ -158,13 +145,9 @@ class TurtleTopics:
         """
         Have the turtle turn and jump ahead at the next tick.
 
-        Args:
-            request: How far.
-            response: Nothing.
-
-        Returns:
-            The response.
-
+        :param request: How far.
+        :param response: Nothing.
+        :return: The response.
         """
         self._turtle.teleport_relative(request.linear, request.angular)
         return response
@@ -177,15 +160,13 @@ class TurtleSimNode(Node):
         """
         Start with turtle1 in the arena's centre.
 
-        Args:
-            node_arguments: Further arguments of rclpy's Node, such as a namespace.
-
+        :param node_arguments: Further arguments of rclpy's Node, such as a namespace.
         """
         super().__init__('turtlesim', **node_arguments)
         self.declare_parameter('holonomic', False, ParameterDescriptor(
             description='If true, then turtles will be holonomic'))
         self._sim = TurtleSim(self.get_parameter('holonomic').value, self._now())
-        self._topics: Dict[str, TurtleTopics] = {}
+        self._topics: dict[str, TurtleTopics] = {}
         self.add_post_set_parameters_callback(self._parameters_changed)
         self.get_logger().info(
             f'Starting turtlesim with node name {self.get_fully_qualified_name()}')
@@ -200,9 +181,7 @@ class TurtleSimNode(Node):
         """
         Read the node's clock.
 
-        Returns:
-            The time in s.
-
+        :return: The time in s.
         """
         return self.get_clock().now().nanoseconds * 1e-9
 
@@ -215,13 +194,11 @@ class TurtleSimNode(Node):
                                           '(Clamping from [x=%f, y=%f])' % clamped)
             self._topics[name].publish(pose)
 
-    def _parameters_changed(self, parameters: List[Parameter]) -> None:
+    def _parameters_changed(self, parameters: list[Parameter]) -> None:
         """
         Apply parameters that have been set.
 
-        Args:
-            parameters: Some of the node's parameters.
-
+        :param parameters: Some of the node's parameters.
         """
         for parameter in parameters:
             if parameter.name == 'holonomic':
@@ -231,9 +208,7 @@ class TurtleSimNode(Node):
         """
         Announce a new turtle and open its topics.
 
-        Args:
-            name: Its name.
-
+        :param name: Its name.
         """
         turtle = self._sim.turtles[name]
         self._topics[name] = TurtleTopics(self, name, turtle)
@@ -244,13 +219,9 @@ class TurtleSimNode(Node):
         """
         Add a turtle.
 
-        Args:
-            request: Its pose and its name.
-            response: The name that it got.
-
-        Returns:
-            The response.
-
+        :param request: Its pose and its name.
+        :param response: The name that it got.
+        :return: The response.
         """
         try:
             validate_topic_name(f'{request.name or "turtle"}/pose')
@@ -269,13 +240,9 @@ class TurtleSimNode(Node):
         """
         Remove a turtle.
 
-        Args:
-            request: Its name.
-            response: Nothing.
-
-        Returns:
-            The response.
-
+        :param request: Its name.
+        :param response: Nothing.
+        :return: The response.
         """
         if self._sim.kill(request.name):
             self._topics.pop(request.name).close()
@@ -288,13 +255,9 @@ class TurtleSimNode(Node):
         """
         Begin again with turtle1 in the arena's centre.
 
-        Args:
-            request: Nothing.
-            response: Nothing.
-
-        Returns:
-            The response.
-
+        :param request: Nothing.
+        :param response: Nothing.
+        :return: The response.
         """
         self.get_logger().info('Resetting turtlesim.')
         self._sim.reset(self._now())
@@ -305,15 +268,11 @@ class TurtleSimNode(Node):
         return response
 
 
-def main(args: Optional[List[str]] = None) -> int:
+def main(args: list[str] | None = None) -> int:
     """
     Run the node until it is told to end.
 
-    Args:
-        args: The command line, with the program's name first; the process's own if None.
-
-    Returns:
-        The exit status.
-
+    :param args: The command line, with the program's name first; the process's own if None.
+    :return: The exit status.
     """
     return run(TurtleSimNode, args)
