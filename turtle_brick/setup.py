@@ -51,9 +51,9 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            f'{name} = {package_name}.{name}:main'
-            for name in ('arena', 'benchmark', 'catcher', 'demo', 'sweep', 'turtle_robot',
-                         'viewer')
+            f'{path.rpartition(".")[2]} = {package_name}.{path}:main'
+            for path in ('arena', 'catcher', 'turtle_robot', 'tools.benchmark', 'tools.demo',
+                         'tools.sweep', 'view.viewer')
         ],
     },
 )

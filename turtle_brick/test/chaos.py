@@ -20,7 +20,7 @@ The graph under fire: nodes killed and frozen, random messages, and a long day o
 
 The nodes run as processes of their own. What becomes of them is seen from outside: through
 topics, services and TF, in what they print, and in /proc. After each blow the graph has to come
-back by itself, and the next easy brick has to be caught, carried to the centre and tipped off.
+back by itself, and the next easy brick has to be caught, carried to the center and tipped off.
 The status is 0 only if it did so each time.
 """
 
@@ -68,19 +68,19 @@ from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from tf2_ros import TransformException
 from tf2_ros import TransformListener
-from turtle_brick.catching import CENTRE
-from turtle_brick.catching import guaranteed_distance
-from turtle_brick.display import phase_of
-from turtle_brick.domains import reserved_domain
+from turtle_brick.catching import CENTER
 from turtle_brick.driving import within_arena
 from turtle_brick.frames import pose_of
 from turtle_brick.geometry import Pose
 from turtle_brick.geometry import rotate
-from turtle_brick.graph import Graph
 from turtle_brick.interrupts import INTERRUPTS
 from turtle_brick.parameters import default_path
 from turtle_brick.parameters import load
 from turtle_brick.physics import Phase
+from turtle_brick.reaching import guaranteed_distance
+from turtle_brick.tools.domains import reserved_domain
+from turtle_brick.tools.graph import Graph
+from turtle_brick.view.display import phase_of
 from turtle_brick_interfaces.msg import Tilt
 from turtle_brick_interfaces.srv import Place
 from turtlesim.msg import Pose as TurtlePose
@@ -174,7 +174,7 @@ class Spectator(Node):
         self.angle = 0.0
         self.tilts = 0
         """How often the platform has begun to tilt: a busy machine may tell of it afterwards."""
-        self.sent: list[tuple[float, float]] = [CENTRE]
+        self.sent: list[tuple[float, float]] = [CENTER]
         """Where the robot has been sent, one after another."""
         self.verdicts = 0
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -195,7 +195,7 @@ class Spectator(Node):
         self.listener.counts = self.counts
 
     def on_brick(self, message: Marker) -> None:
-        """Tell from its colour what the brick does."""
+        """Tell from its color what the brick does."""
         self.phase = phase_of(message) or self.phase
 
     def on_verdict(self, message: Marker) -> None:
@@ -442,7 +442,7 @@ class Scene:
         return (*corner, 3.0)
 
     def play(self) -> None:
-        """Drop an easy brick, and see it caught, carried to the centre and tipped off."""
+        """Drop an easy brick, and see it caught, carried to the center and tipped off."""
         seen = self.spectator
         self.place(*self.easy_place())
         verdicts, tilts = seen.verdicts, seen.tilts
@@ -455,8 +455,8 @@ class Scene:
             raise Fault(f'an easy brick is missed ({self.situation()})')
         self.until(lambda: seen.tilts > tilts, PLAY_TIME, 'the platform tilts')
         x, y, _ = seen.see('platform').position
-        if dist((x, y), CENTRE) > 0.05:
-            raise Fault(f'the brick is tipped off at ({x:.2f}, {y:.2f}), not in the centre')
+        if dist((x, y), CENTER) > 0.05:
+            raise Fault(f'the brick is tipped off at ({x:.2f}, {y:.2f}), not in the center')
         self.until(lambda: seen.phase is Phase.FLOATING, PLAY_TIME, 'the brick slides off')
         self.until(self.is_level, PLAY_TIME, 'the platform is level again')
         self.check()
@@ -483,8 +483,8 @@ class Scene:
             return seen.tilts > tilts and seen.phase is Phase.FLOATING and self.is_level()
 
         for name, reached in (
-                ('falling', lambda: seen.phase is Phase.FALLING and seen.goal != CENTRE),
-                ('carrying', lambda: seen.phase is Phase.RIDING and seen.goal == CENTRE),
+                ('falling', lambda: seen.phase is Phase.FALLING and seen.goal != CENTER),
+                ('carrying', lambda: seen.phase is Phase.RIDING and seen.goal == CENTER),
                 ('tilting', lambda: seen.angle > 0.3 * PARAMETERS.tilt_angle),
                 ('levelling', lambda: seen.phase is Phase.FLOATING
                  and 0.0 < seen.angle < 0.7 * PARAMETERS.tilt_angle),
@@ -537,23 +537,23 @@ class Scene:
         return injector.sent
 
     def calm_down(self) -> None:
-        """Wait until the catcher is done with what it was led to; level and centre the robot."""
+        """Wait until the catcher is done with what it was led to; level and center the robot."""
         seen = self.spectator
         self.wait_for_rates(RECOVERY)
         # A brick may well be placed beyond the stars, and falls until doomsday.
         brick = seen.see('brick')
         if brick is None or max(map(abs, brick.position)) > FAR:
-            self.place(*CENTRE, EASY_HEIGHT)
+            self.place(*CENTER, EASY_HEIGHT)
         self.recover()
         deadline = monotonic() + RECOVERY
         level, goal = Tilt(angle=0.0), PoseStamped()
         goal.header.frame_id = 'world'
-        goal.pose.position.x, goal.pose.position.y = CENTRE
+        goal.pose.position.x, goal.pose.position.y = CENTER
 
         def is_calm() -> bool:
             platform = seen.see('platform')
             return (self.is_level() and platform is not None
-                    and dist(platform.position[:2], CENTRE) < 0.05)
+                    and dist(platform.position[:2], CENTER) < 0.05)
 
         while not is_calm():
             seen.tilt_publisher.publish(level)

@@ -26,10 +26,10 @@ from statistics import linear_regression
 from time import monotonic
 from typing import Any
 
-from turtle_brick.catching import guaranteed_distance
 from turtle_brick.geometry import Vector
 from turtle_brick.parameters import load
 from turtle_brick.physics import Phase
+from turtle_brick.reaching import guaranteed_distance
 from turtle_brick.turtlesim_kinematics import ARENA_SIZE
 
 PARAMETERS = load()

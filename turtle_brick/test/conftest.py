@@ -17,16 +17,32 @@ from collections.abc import Iterator
 import contextlib
 from importlib.util import find_spec
 import os
+from pathlib import Path
+import re
 import tempfile
 
 import pytest
 from steadiness import Steadiness
-from turtle_brick.domains import reserved_domain
+from turtle_brick.tools.domains import reserved_domain
 
 _session = contextlib.ExitStack()
 
-collect_ignore = [f'test_{linter}.py' for linter in ('copyright',)
-                  if find_spec(f'ament_{linter}') is None]
+HERE = Path(__file__).parent
+
+
+def left_out() -> dict[str, str]:
+    """Return the files that can't be tested here, and why."""
+    files = {}
+    if find_spec('ament_copyright') is None:
+        files['test_copyright.py'] = 'ament_copyright is not installed, nor is it a wheel'
+    if find_spec('hypothesis') is None:
+        files.update((str(file.relative_to(HERE)), 'its laws need hypothesis')
+                     for file in HERE.glob('**/test_*.py')
+                     if re.search('^from (hypothesis|laws) import', file.read_text(), re.M))
+    return files
+
+
+collect_ignore = list(left_out())
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -42,8 +58,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_report_header(config: pytest.Config) -> list[str]:
     """Say which files are left out, and why."""
-    return [f'left out: {file}, whose linter is not installed, nor is it a wheel'
-            for file in collect_ignore]
+    return [f'left out: {file}: {reason}' for file, reason in left_out().items()]
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:

@@ -16,13 +16,13 @@
 arena: the walls, and a brick that can be placed and dropped.
 
 Broadcasts:
-    world -> brick, the brick's centre, once per step of the physics, 250 times per second; while
+    world -> brick, the brick's center, once per step of the physics, 250 times per second; while
         the brick rides, platform -> brick instead, which moves with the platform to the instant
 
 Publishes:
     walls (visualization_msgs/MarkerArray, latched): the boundary of the arena
-    brick_marker (visualization_msgs/Marker, latched): the brick, in its own frame; its colour
-        tells what it does; again each second
+    brick_marker (visualization_msgs/Marker, latched): the brick, in its own frame; its text
+        and its color tell what it does; again each second
 
 Services:
     place (turtle_brick_interfaces/Place): put the brick somewhere, where it hovers
@@ -40,13 +40,12 @@ from typing import Any
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy
-from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
 from tf2_ros import Buffer
 from tf2_ros import TransformBroadcaster
 from turtle_brick.frames import BRICK
 from turtle_brick.frames import is_old
+from turtle_brick.frames import LATCHED
 from turtle_brick.frames import latest
 from turtle_brick.frames import OthersListener
 from turtle_brick.frames import PLATFORM
@@ -56,19 +55,17 @@ from turtle_brick.frames import set_transform
 from turtle_brick.frames import WORLD
 from turtle_brick.geometry import Pose
 from turtle_brick.geometry import Vector
-from turtle_brick.node_tools import declare_parameters
-from turtle_brick.node_tools import due_instant
-from turtle_brick.node_tools import run
+from turtle_brick.node_parameters import declare_parameters
 from turtle_brick.physics import Phase
+from turtle_brick.physics import STEP
 from turtle_brick.physics import World
+from turtle_brick.spinning import run
+from turtle_brick.step_clock import due_instant
 from turtle_brick.step_clock import StepClock
 from turtle_brick.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker
 from visualization_msgs.msg import MarkerArray
-
-STEP = 4_000_000
-"""Time (ns) of one step of the physics: 250 Hz."""
 
 REMINDER = 250
 """Steps after which the brick's marker is published again: rviz2 drops for good what reaches it
@@ -90,9 +87,6 @@ BRICK_COLORS = {
     Phase.GROUNDED: (0.45, 0.30, 0.25, 1.0),
 }
 
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""For what does not change by the second and late joiners need."""
-
 
 class Arena(Node):
     """Simulate the environment of the robot."""
@@ -106,10 +100,7 @@ class Arena(Node):
         """
         super().__init__('arena', **node_options)
         parameters = declare_parameters(self)
-        self.world = World(parameters.brick_start, parameters.gravity_accel,
-                           parameters.platform_radius, STEP * 1e-9)
-        self.world.size = parameters.brick_size
-        self.world.thickness = parameters.platform_thickness
+        self.world = World.from_parameters(parameters)
         self.clock_of_steps = StepClock(STEP)
         self.restarts = 0
         self.shown: Phase | None = None
@@ -215,12 +206,13 @@ class Arena(Node):
                       place or Pose(self.world.brick, self.world.orientation))
 
     def show(self, phase: Phase) -> None:
-        """Give the brick the colour of what it does."""
+        """Say what the brick does, and give it the color of that."""
         if self.shown is not None:
             self.get_logger().info(
                 'The brick is {} at ({:.5g}, {:.5g}, {:.5g})'.format(
                     phase.value, *self.world.brick))
         self.shown = phase
+        self.marker.text = phase.value
         set_color(self.marker, BRICK_COLORS[phase])
         self.publish_marker()
 
@@ -231,12 +223,12 @@ class Arena(Node):
 
 
 def set_color(marker: Marker, color: Color) -> None:
-    """Give a marker a colour."""
+    """Give a marker a color."""
     marker.color.r, marker.color.g, marker.color.b, marker.color.a = color
 
 
 def box(frame: str, namespace: str, number: int, pose: Pose, size: Vector) -> Marker:
-    """Return the marker of a box with its centre at a pose of a frame; no stamp: at any time."""
+    """Return the marker of a box with its center at a pose of a frame; no stamp: at any time."""
     marker = Marker()
     marker.header.frame_id = frame
     marker.ns = namespace

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-catcher: has the robot catch the brick, carry it to the centre of the arena and tip it off.
+catcher: has the robot catch the brick, carry it to the center of the arena and tip it off.
 
 Publishes:
     goal_pose (geometry_msgs/PoseStamped): where the robot is to drive, in the world
@@ -36,8 +36,8 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from tf2_ros import Buffer
 from turtle_brick.catching import Catcher
-from turtle_brick.catching import Decision
 from turtle_brick.catching import Drive
+from turtle_brick.catching import PERIOD
 from turtle_brick.catching import Tilt
 from turtle_brick.frames import BRICK
 from turtle_brick.frames import FrameListener
@@ -48,16 +48,14 @@ from turtle_brick.frames import pose_of
 from turtle_brick.frames import recent
 from turtle_brick.frames import WORLD
 from turtle_brick.geometry import Vector
-from turtle_brick.node_tools import declare_parameters
-from turtle_brick.node_tools import run
+from turtle_brick.node_parameters import declare_parameters
+from turtle_brick.reaching import Decision
+from turtle_brick.spinning import run
 from turtle_brick_interfaces.msg import Tilt as TiltMessage
 from visualization_msgs.msg import Marker
 
-PERIOD = 0.02
-"""Time (s) between two looks at what the robot does; the brick is looked at when it moves."""
-
 TEXT_HEIGHT = 0.6
-"""Of the letters (m)."""
+"""Height of the letters (m)."""
 
 TEXT_COLOR = (1.0, 0.15, 0.1, 1.0)
 
@@ -103,18 +101,17 @@ class CatcherNode(Node):
     def update(self) -> None:
         """Let the catcher decide, and publish what it wants."""
         now = self.get_clock().now().nanoseconds
-        state, decision = self.catcher.state, self.catcher.decision
+        state = self.catcher.state
         platform = recent(self.tf_buffer, PLATFORM, now) if self.is_heard() else None
-        actions = self.catcher.update(now, platform)
-        if self.catcher.decision is not decision:
-            self.explain(self.catcher.decision)
-        for action in actions:
+        for action in self.catcher.update(now, platform):
             if isinstance(action, Drive):
                 self.drive_to(action.x, action.y)
             elif isinstance(action, Tilt):
                 self.tilt_publisher.publish(TiltMessage(angle=action.angle))
             else:
-                self.say_unreachable(action.position)
+                self.explain(action)
+                if not action.reachable:
+                    self.say_unreachable(action.fall.position)
         if self.catcher.state is not state:
             self.get_logger().info(f'Now {self.catcher.state.value}')
         if not self.complete:

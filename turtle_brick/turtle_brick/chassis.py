@@ -21,7 +21,7 @@ Pure geometry in metres, without ROS. The robot stands on z = 0; from the ground
 - the stem, a neck above the wheel, turns about the vertical axis and holds the wheel in a fork;
 - the cube of base_link;
 - the post, fixed on the cube;
-- the platform, hinged on the post's top at the centre of its base.
+- the platform, hinged on the post's top at the center of its base.
 
 The platform may turn over fully: every point of it stays within `Chassis.reach` of the hinge, and
 the cube, with all that is beneath it, stays below that sphere. urdf/turtle.urdf.xacro derives the
@@ -69,7 +69,7 @@ class Chassis:
     wheel_top: float
     """The wheel's highest point."""
     hinge_height: float
-    """The platform's hinge, at the centre of its base and on the post's top."""
+    """The platform's hinge, at the center of its base and on the post's top."""
     reach: float
     """The distance from the hinge of the platform's farthest point."""
     room: float

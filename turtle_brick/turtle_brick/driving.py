@@ -28,6 +28,7 @@ No clock is read here: every method is told the time, in seconds of one steady c
 from collections import deque
 from math import cos
 from math import hypot
+from math import inf
 from math import isfinite
 from math import log
 from math import sin
@@ -76,7 +77,8 @@ class TickClock:
 
     def __init__(self) -> None:
         """Know nothing before the first pose."""
-        self.last: float | None = None
+        self.last = inf
+        """When the last tick was (s); infinity at first: the first pose begins the grid."""
         self._late = 0
 
     def observe(self, now: float) -> float:
@@ -86,9 +88,6 @@ class TickClock:
         :param now: the time of arrival (s)
         :return: The likely time of its tick (s): of its arrival, or the grid's if it was held up.
         """
-        if self.last is None:
-            self.last = now
-            return now
         self.last += TICK
         deviation = now - self.last
         if deviation < -self.EARLY * TICK:
@@ -107,7 +106,7 @@ class TickClock:
 
     def forget(self) -> None:
         """Begin anew with the next pose."""
-        self.last = None
+        self.last = inf
         self._late = 0
 
 
@@ -178,8 +177,11 @@ class CommandPath:
 
         :param now: the present time (s)
         :return: x and y in the world (m), after all ticks that earlier commands will govern.
+        :raises ValueError: there has been no pose yet
         """
         pose = self.pose
+        if pose is None:
+            raise ValueError('there has been no pose yet')
         x, y = pose.x, pose.y
         if self._at_rest():
             return x, y
@@ -307,7 +309,8 @@ class Driver:
 
     def _steer(self, now: float) -> tuple[float, float]:
         """Return the velocity in the turtle's frame that leads from where it will be."""
-        if self.goal is None or self._path.is_stale(now):
+        pose = self._path.pose
+        if self.goal is None or pose is None or self._path.is_stale(now):
             return (0.0, 0.0)
         x, y = self._path.predict(now)
         dx, dy = self.goal[0] - x, self.goal[1] - y
@@ -316,9 +319,8 @@ class Driver:
         if self._arrived:
             return (0.0, 0.0)
         speed = min(self.max_velocity, APPROACH * distance / TICK)
-        theta = self._path.pose.theta
         ex, ey = speed * dx / distance, speed * dy / distance
-        c, s = cos(theta), sin(theta)
+        c, s = cos(pose.theta), sin(pose.theta)
         return (c * ex + s * ey, c * ey - s * ex)
 
 

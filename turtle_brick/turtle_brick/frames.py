@@ -22,6 +22,8 @@ from builtin_interfaces.msg import Time as TimeMessage
 from geometry_msgs.msg import Transform
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy
+from rclpy.qos import QoSProfile
 from rclpy.time import Time
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
@@ -29,13 +31,16 @@ from tf2_ros import TransformException
 from tf2_ros import TransformListener
 from turtle_brick.geometry import FARTHEST
 from turtle_brick.geometry import Pose
-from turtle_brick.node_tools import Warner
+from turtle_brick.throttling import Warner
 
 WORLD = 'world'
 ODOM = 'odom'
 BASE_LINK = 'base_link'
 PLATFORM = 'platform'
 BRICK = 'brick'
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""For what does not change by the second and late joiners need."""
 
 OLDEST = 500_000_000
 """Age (ns) at which a transform no longer tells where a moving frame is."""

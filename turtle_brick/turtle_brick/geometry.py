@@ -112,8 +112,8 @@ def distance_to_rectangle(x: float, y: float, yaw: float, length: float, width: 
     """
     Return how far (m) the nearest point of a rectangle is from the origin of its plane.
 
-    :param x: centre of the rectangle (m)
-    :param y: centre of the rectangle (m)
+    :param x: center of the rectangle (m)
+    :param y: center of the rectangle (m)
     :param yaw: heading of its long side (rad)
     :param length: size along that heading (m)
     :param width: size across it (m)

@@ -53,7 +53,7 @@ class Interrupts:
         self._held += 1
 
     def __exit__(self, error: type | None, *_: object) -> None:
-        """Let come what has been put off, unless an error is on its way, which matters more."""
+        """Raise what was put off, unless an error is on its way, which matters more."""
         self._held -= 1
         if self._put_off and not self._held and error is None:
             self._put_off = False

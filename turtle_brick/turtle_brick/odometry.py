@@ -51,7 +51,7 @@ class Odometer:
         """Direction of the last motion relative to base_link (rad), in [-pi, pi)."""
         self._last: Pose | None = None
         self._last_time = 0.0
-        self._world_to_odom: Pose2D | None = None
+        self._world_to_odom = Pose2D(0.0, 0.0, 0.0)
 
     def observe(self, now: float, pose: Pose) -> None:
         """
@@ -61,17 +61,17 @@ class Odometer:
         :param pose: the pose in the world (m, rad), with the commanded speed (m/s)
         """
         here = Pose2D(pose.x, pose.y, pose.theta)
-        if self.origin is None:
+        last = self._last
+        if last is None:
             self.origin = here
             self._world_to_odom = here.inverse()
         else:
-            self._roll(now, pose)
+            self._roll(last, now, pose)
         self.pose = self._world_to_odom.compose(here)
         self._last, self._last_time = pose, now
 
-    def _roll(self, now: float, pose: Pose) -> None:
+    def _roll(self, last: Pose, now: float, pose: Pose) -> None:
         """Turn wheel and stem by the motion since the last pose, if the robot drove it."""
-        last = self._last
         dx, dy = pose.x - last.x, pose.y - last.y
         path = hypot(dx, dy)
         # A pose comes with the speed that has led to it. No turtle drives farther than that

@@ -17,8 +17,8 @@ The configuration of the robot, the brick and the arena: one frozen dataclass.
 
 Each value's description, unit and range stand with its field. `load` reads the ROS parameter file
 config/turtle.yaml without ROS; a node gets the same values through
-`turtle_brick.node_tools.declare_parameters`. However they arrive, the same rules admit or refuse
-them, with a `ParameterError` whose one sentence names the parameter, its value and what is
+`turtle_brick.node_parameters.declare_parameters`. However they arrive, the same rules admit or
+refuse them, with a `ParameterError` whose one sentence names the parameter, its value and what is
 admissible.
 """
 
@@ -103,7 +103,7 @@ class Parameters:
     brick_size: Triple = _vector(
         'Size of the brick along its own x, y and z', 'm', 0.001, 10.0)
     brick_start: Triple = _vector(
-        'Centre of the brick in world before it is placed anywhere else', 'm', -1000.0, 1000.0)
+        'Center of the brick in world before it is placed anywhere else', 'm', -1000.0, 1000.0)
     wall_height: float = _number("Height of the arena's walls", 'm', 0.001, 100.0)
     tilt_angle: float = _number(
         'Tilt of the platform with which a brick is tipped off', 'rad', 0.05, 1.5)
@@ -141,7 +141,7 @@ def meaning(entry: Field[Any]) -> Meaning:
     return entry.metadata['meaning']
 
 
-def _admitted(entry: Field[Any], value: object) -> float | Triple:
+def _admitted(entry: Field[Any], value: Any) -> float | Triple:
     rule = meaning(entry)
     numbers = [value] if rule.length == 1 else value
     # An array of ROS parameters is an array.array: any sequence will do, but not a string.
@@ -153,22 +153,25 @@ def _admitted(entry: Field[Any], value: object) -> float | Triple:
     for number in numbers:
         if isinstance(number, bool) or not isinstance(number, Real):
             raise _refusal(entry, value)
-        if not rule.lower <= number <= rule.upper:
+        # A comparison with NaN is false: it is refused by the second one.
+        if number < rule.lower or not number <= rule.upper:
             raise _refusal(entry, value)
-    admitted = tuple(float(number) for number in numbers)
-    return admitted[0] if rule.length == 1 else admitted
+    if rule.length == 1:
+        return float(numbers[0])
+    x, y, z = map(float, numbers)
+    return (x, y, z)
 
 
-def _refusal(entry: Field[Any], value: object) -> ParameterError:
+def _refusal(entry: Field[Any], value: Any) -> ParameterError:
     if isinstance(value, tuple):
-        shown = list(value)
-    else:
-        shown = value.tolist() if hasattr(value, 'tolist') else value
+        value = list(value)
+    elif hasattr(value, 'tolist'):
+        value = value.tolist()
     return ParameterError(
-        f'{entry.name} is {shown!r:.80}, but must be {meaning(entry).expectation()}')
+        f'{entry.name} is {value!r:.80}, but must be {meaning(entry).expectation()}')
 
 
-def from_mapping(mapping: Mapping[object, object],
+def from_mapping(mapping: Mapping[Any, Any],
                  warn: Callable[[str], object] = LOGGER.warning) -> Parameters:
     """
     Make Parameters of a mapping from names to values.

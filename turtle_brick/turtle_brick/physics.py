@@ -19,10 +19,12 @@ Everything is exact for the step it is given. A fall is the closed form
 z = z0 - g t^2 / 2 of the whole time since the release, not a sum of small steps; a slide is
 the closed form of constant acceleration g sin(angle) along the platform over each step.
 
-The brick is a box; its location is its centre. It is inclined like the platform at all times, also
+The brick is a box; its location is its center. It is inclined like the platform at all times, also
 like one that is out of sight, as it was last; it is flat where no platform was ever known and on
-the ground. Contact is asked of its bottom, half its height below the centre.
+the ground. Contact is asked of its bottom, half its height below the center.
 """
+
+from __future__ import annotations
 
 from enum import Enum
 from math import atan2
@@ -40,6 +42,11 @@ from turtle_brick.geometry import multiply
 from turtle_brick.geometry import Pose
 from turtle_brick.geometry import Quaternion
 from turtle_brick.geometry import Vector
+from turtle_brick.parameters import Parameters
+from turtle_brick.step_clock import NANO
+
+STEP = 4_000_000
+"""Time (ns) of one step in the arena: 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
 """How far (m) below a platform's top the brick's bottom may be and still count as above it."""
@@ -83,8 +90,18 @@ class World:
         self._platform: Pose | None = None
         self._level = False
         self._inclination: Quaternion | None = None
+        self._top: Vector = (0.0, 0.0, 0.0)
         self._steps_fallen = 0
         self.brick = brick
+
+    @classmethod
+    def from_parameters(cls, parameters: Parameters) -> World:
+        """Make the world of a robot and a brick with these numbers, in which STEP is a step."""
+        world = cls(parameters.brick_start, parameters.gravity_accel, parameters.platform_radius,
+                    STEP * NANO)
+        world.size = parameters.brick_size
+        world.thickness = parameters.platform_thickness
+        return world
 
     @property
     def brick(self):
@@ -139,11 +156,11 @@ class World:
     def thickness(self, thickness: float) -> None:
         self._thickness = _number('thickness', thickness)
         if self._platform is not None:
-            self._find_top()
+            self._find_top(self._platform)
 
     @property
     def platform(self) -> Pose | None:
-        """Pose of the platform's frame, the centre of its base, in the world; None: unknown."""
+        """Pose of the platform's frame, the center of its base, in the world; None: unknown."""
         return self._platform
 
     @platform.setter
@@ -159,7 +176,7 @@ class World:
             # The turn about z that leads to the hinge: it stays defined when the platform is
             # turned over, where the heading of its x axis is not.
             self._hinge_yaw = atan2(-hinge[0], hinge[1])
-            self._find_top()
+            self._find_top(pose)
 
     @property
     def phase(self) -> Phase:
@@ -236,12 +253,12 @@ class World:
             self._phase = Phase.GROUNDED
         self._brick = (x, y, z)
 
-    def _find_top(self) -> None:
-        """Find the centre of the platform's top in the world."""
-        px, py, pz = self._platform.position
+    def _find_top(self, platform: Pose) -> None:
+        """Find the center of the platform's top in the world."""
+        px, py, pz = platform.position
         nx, ny, nz = self._axes[2]
         d = self._thickness
-        self._top: Vector = (px + d * nx, py + d * ny, pz + d * nz)
+        self._top = (px + d * nx, py + d * ny, pz + d * nz)
 
     def _land(self) -> None:
         """Come to rest on the platform: from here on the place on it is what counts."""
@@ -306,9 +323,9 @@ def _number(name: str, value: Any, positive: bool = False) -> float:
 
 
 def _check_above_ground(z: float, height: float) -> None:
-    """Raise ValueError if a brick of a height (m) with its centre at z (m) is in the ground."""
+    """Raise ValueError if a brick of a height (m) with its center at z (m) is in the ground."""
     if z < height / 2.0:
-        below = f', {height / 2.0:g} m below its centre,' if height else ''
+        below = f', {height / 2.0:g} m below its center,' if height else ''
         raise ValueError(
             f'at z = {z:g} m the bottom of the brick{below} would be under the ground')
 

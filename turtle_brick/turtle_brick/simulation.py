@@ -29,12 +29,12 @@ from math import inf
 from random import Random
 from typing import NamedTuple
 
+from turtle_brick import catching
+from turtle_brick import driving
 from turtle_brick.catching import Catcher
-from turtle_brick.catching import Decision
 from turtle_brick.catching import Drive
 from turtle_brick.catching import State
 from turtle_brick.catching import Tilt
-from turtle_brick.catching import Unreachable
 from turtle_brick.driving import Driver
 from turtle_brick.driving import within_arena
 from turtle_brick.geometry import from_pitch
@@ -44,23 +44,25 @@ from turtle_brick.geometry import Pose
 from turtle_brick.geometry import Vector
 from turtle_brick.parameters import Parameters
 from turtle_brick.physics import Phase
+from turtle_brick.physics import STEP
 from turtle_brick.physics import World
+from turtle_brick.reaching import Decision
+from turtle_brick.step_clock import NANO
 from turtle_brick.turtlesim_kinematics import ARENA_CENTER
 from turtle_brick.turtlesim_kinematics import Pose as TurtlePose
+from turtle_brick.turtlesim_kinematics import TICK
 from turtle_brick.turtlesim_kinematics import Turtle
 
-PHYSICS_PERIOD = 4_000_000
-ROBOT_PERIOD = 10_000_000
-TICK_PERIOD = 16_000_000
-CATCHER_PERIOD = 20_000_000
-NANO = 1e-9
+ROBOT_PERIOD = round(driving.PERIOD / NANO)
+TICK_PERIOD = round(TICK / NANO)
+CATCHER_PERIOD = round(catching.PERIOD / NANO)
 
 
 @dataclass(frozen=True)
 class Delays:
     """What the live graph adds to the ideal loop; times in s."""
 
-    transport: float = 0.0004
+    transport: float = driving.TRANSPORT
     """From publishing a message to its arrival in another node."""
     transforms: float = 0.0010
     """From the robot's cycle to the platform's transform (by way of robot_state_publisher)."""
@@ -107,10 +109,7 @@ class Simulation:
         self.parameters = parameters
         self.random = Random(seed)
         self.delays = delays
-        self.world = World(parameters.brick_start, parameters.gravity_accel,
-                           parameters.platform_radius, PHYSICS_PERIOD * NANO)
-        self.world.size = parameters.brick_size
-        self.world.thickness = parameters.platform_thickness
+        self.world = World.from_parameters(parameters)
         self.driver = Driver(parameters.max_velocity)
         self.turtle = Turtle(*start, holonomic=True)
         self.catcher = Catcher(parameters)
@@ -124,13 +123,13 @@ class Simulation:
         self._shown: tuple[TurtlePose | None, float] = (None, 0.0)
         # What is on its way: (time of arrival, content), in order.
         self._to_turtle: deque[tuple[int, float, float]] = deque()
-        self._to_driver: deque[tuple[int, object]] = deque()
-        self._orders: deque[tuple[int, object]] = deque()
+        self._to_driver: deque[tuple[int, TurtlePose]] = deque()
+        self._orders: deque[tuple[int, Drive | Tilt]] = deque()
         self._transforms: deque[tuple[int, Pose]] = deque()
         self._transport = round(delays.transport / NANO)
         self._transform_delay = round(delays.transforms / NANO)
         uniform = self.random.randrange
-        self._physics_at = uniform(PHYSICS_PERIOD)
+        self._physics_at = uniform(STEP)
         self._robot_grid = uniform(ROBOT_PERIOD)
         self._robot_at = self._robot_grid
         self._tick_grid = uniform(TICK_PERIOD)
@@ -189,7 +188,7 @@ class Simulation:
         world.brick = brick
         self.rest(0.1)
         world.release()
-        released = self._physics_at - PHYSICS_PERIOD
+        released = self._physics_at - STEP
         robot = (self.turtle.pose.x, self.turtle.pose.y)
         catcher.decision = None
         decided = inf
@@ -243,17 +242,17 @@ class Simulation:
             else:
                 driver.drive_to(*within_arena(order.x, order.y))
         self._to_turtle.append((now + self._transport, *driver.command(now * NANO)))
-        pose, tilt = driver.pose, self._tilt
-        pose_shown, tilt_shown = self._shown
-        if pose is not None and (pose is not pose_shown or tilt != tilt_shown):
-            self._shown = (pose, tilt)
+        place, tilt = driver.pose, self._tilt
+        place_shown, tilt_shown = self._shown
+        if place is not None and (place is not place_shown or tilt != tilt_shown):
+            self._shown = (place, tilt)
             self._transforms.append((now + self._transform_delay, Pose(
-                (pose.x, pose.y, self._hinge),
-                multiply(from_yaw(pose.theta), from_pitch(tilt)))))
+                (place.x, place.y, self._hinge),
+                multiply(from_yaw(place.theta), from_pitch(tilt)))))
 
     def _step(self, now: int) -> None:
         """Do what the arena does 250 times per second; the catcher sees the outcome."""
-        self._physics_at += PHYSICS_PERIOD
+        self._physics_at += STEP
         world = self.world
         while self._transforms and self._transforms[0][0] <= now:
             world.platform = self._transforms.popleft()[1]
@@ -267,15 +266,13 @@ class Simulation:
         """Let the catcher decide what is to be done, and do it."""
         # News of a fall is heard ahead of what happens until it has arrived.
         self._decided_at = now = max(now, self._decided_at)
-        catcher = self.catcher
-        before = catcher.decision
-        for action in catcher.update(now, self.world.platform):
-            if isinstance(action, Unreachable):
-                self.unreachable += 1
-            else:
+        for action in self.catcher.update(now, self.world.platform):
+            if not isinstance(action, Decision):
                 self._orders.append((now + self._transport, action))
-        if self.on_decision is not None and catcher.decision is not before:
-            self.on_decision(catcher.decision)
+                continue
+            self.unreachable += not action.reachable
+            if self.on_decision is not None:
+                self.on_decision(action)
 
     def _jittered(self, instant: int, deviation: float) -> int:
         """Return an instant (ns) about the given one."""

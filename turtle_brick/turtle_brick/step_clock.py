@@ -14,6 +14,14 @@
 
 """A clock of equal steps that late callbacks can't make drift."""
 
+from typing import Any
+
+NANOSECONDS = 1_000_000_000
+"""In a second."""
+
+NANO = 1e-9
+"""A nanosecond, in s."""
+
 
 class StepClock:
     """
@@ -60,3 +68,14 @@ class StepClock:
         if instants:
             self.last = instants[-1]
         return instants
+
+
+def due_instant(timer: Any, now: int) -> int:
+    """
+    Return the instant at which a timer was due whose callback runs now.
+
+    :param timer: The timer, an rclpy.timer.Timer.
+    :param now: The present instant of its clock (ns).
+    :return: The instant (ns), a multiple of its period after the others, and not after `now`.
+    """
+    return now - max(timer.timer_period_ns - timer.time_until_next_call(), 0)

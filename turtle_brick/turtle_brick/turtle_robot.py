@@ -71,17 +71,16 @@ from turtle_brick.geometry import from_yaw
 from turtle_brick.geometry import Pose
 from turtle_brick.geometry import Pose2D
 from turtle_brick.geometry import Vector
-from turtle_brick.node_tools import declare_parameters
-from turtle_brick.node_tools import due_instant
-from turtle_brick.node_tools import run
-from turtle_brick.node_tools import Warner
+from turtle_brick.node_parameters import declare_parameters
 from turtle_brick.odometry import Odometer
+from turtle_brick.spinning import run
+from turtle_brick.step_clock import due_instant
+from turtle_brick.step_clock import NANOSECONDS
 from turtle_brick.step_clock import StepClock
+from turtle_brick.throttling import Warner
 from turtle_brick.turtlesim_kinematics import Pose as TurtlePose
 from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage
-
-NANOSECONDS = 1_000_000_000
 
 FRAME_PATIENCE = 1.0
 """How long (s) a goal waits for its frame to be known."""
@@ -159,6 +158,7 @@ class TurtleRobot(Node):
         self.driver.observe(now, pose)
         self.odometer.observe(now, pose)
         if first:
+            assert self.odometer.origin is not None
             set_transform(self.world_to_odom.transform, upright(self.odometer.origin))
             self.place_odom()
             self.get_logger().info(f'The turtle is at ({pose.x:.3f}, {pose.y:.3f}), '
@@ -191,11 +191,10 @@ class TurtleRobot(Node):
             frame = WORLD
             self.get_logger().info(f'A goal without a frame_id is taken to be in "{WORLD}"')
         self.pending = (frame, point, monotonic() + FRAME_PATIENCE)
-        self.try_pending_goal()
+        self.try_pending_goal(*self.pending)
 
-    def try_pending_goal(self) -> None:
+    def try_pending_goal(self, name: str, point: Vector, deadline: float) -> None:
         """Drive to the goal that waits for its frame, or give it up."""
-        name, point, deadline = self.pending
         try:
             frame = self.pose_of_frame(name)
         except TransformException as error:
@@ -232,7 +231,7 @@ class TurtleRobot(Node):
     def on_timer(self) -> None:
         """Go through every cycle that is due."""
         if self.pending is not None:
-            self.try_pending_goal()
+            self.try_pending_goal(*self.pending)
         if self.odom_contested and monotonic() - self.odom_placed > ODOM_PERIOD:
             self.warner.warn('odom', f'Somebody else broadcasts "{ODOM}": there should be only '
                                      'one robot in a ROS domain')
@@ -276,7 +275,7 @@ class TurtleRobot(Node):
             return upright(Pose2D(0.0, 0.0, 0.0))
         if name in (ODOM, BASE_LINK):
             origin, pose = self.odometer.origin, self.odometer.pose
-            if pose is None:
+            if origin is None or pose is None:
                 raise LookupException(f'"{name}" is not there before the first pose of the turtle')
             return upright(origin if name == ODOM else origin.compose(pose))
         if self.tf_buffer is None:

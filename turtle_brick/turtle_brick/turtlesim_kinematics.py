@@ -54,7 +54,7 @@ QUEUE_DEPTH = 7
 COMMAND_TIMEOUT = 1.0
 #: Width and height of the arena in m: 499 pixels of 1/45 m, in single precision.
 ARENA_SIZE = float32(499 / 45)
-#: x and y of the arena's centre in m, where the first turtle starts.
+#: x and y of the arena's center in m, where the first turtle starts.
 ARENA_CENTER = float32(ARENA_SIZE / 2)
 
 # turtlesim's own pi is shorter than math.pi; the last bits of every heading depend on it.
@@ -262,7 +262,7 @@ class Turtle:
 
 
 class TurtleSim:
-    """All turtles of one turtlesim, by name; a new one holds turtle1 in the arena's centre."""
+    """All turtles of one turtlesim, by name; a new one holds turtle1 in the arena's center."""
 
     def __init__(self, holonomic: bool = False, now: float = 0.0) -> None:
         """
@@ -330,7 +330,7 @@ class TurtleSim:
 
     def reset(self, now: float = 0.0) -> None:
         """
-        Remove all turtles and start again with turtle1 in the centre, at rest.
+        Remove all turtles and start again with turtle1 in the center, at rest.
 
         :param now: The time in s, on the clock that tick() is given.
         """

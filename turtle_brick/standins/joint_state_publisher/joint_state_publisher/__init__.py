@@ -33,8 +33,8 @@ from rclpy.qos import QoSProfile
 from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
-from turtle_brick.node_tools import run
 from turtle_brick.parameters import ParameterError
+from turtle_brick.spinning import run
 
 DEFAULTS = {'rate': 10, 'source_list': [''], 'publish_default_positions': True,
             'publish_default_velocities': False, 'publish_default_efforts': False}
@@ -129,7 +129,7 @@ class Gui(JointStatePublisher):
     """Publishes them as they are set on a page in the browser."""
 
     def __init__(self):
-        from turtle_brick.web_view import make_server  # with viser, which takes its time
+        from turtle_brick.view.web_view import make_server  # with viser, which takes its time
         self.sliders = {}
         self.server, door = make_server('127.0.0.1', 8081, 'Joint State Publisher')
         super().__init__()

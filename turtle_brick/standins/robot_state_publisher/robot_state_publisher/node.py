@@ -47,8 +47,8 @@ from robot_state_publisher.description import parse
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
-from turtle_brick.node_tools import run
 from turtle_brick.parameters import ParameterError
+from turtle_brick.spinning import run
 
 # How many sets of joint names to keep a plan for; senders have one each.
 _PLANS = 32

@@ -30,7 +30,7 @@ Serves, for each turtle:
 Serves:
     spawn (turtlesim/srv/Spawn): add a turtle
     kill (turtlesim/srv/Kill): remove a turtle
-    reset (std_srvs/srv/Empty): begin again with turtle1 in the centre
+    reset (std_srvs/srv/Empty): begin again with turtle1 in the center
 
 ROS parameters:
     holonomic (bool, false): whether turtles obey sideways velocities; may change at any time
@@ -54,7 +54,7 @@ from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from rclpy.validate_topic_name import validate_topic_name
 from std_srvs.srv import Empty
-from turtle_brick.node_tools import run
+from turtle_brick.spinning import run
 from turtle_brick.turtlesim_kinematics import Pose
 from turtle_brick.turtlesim_kinematics import QUEUE_DEPTH
 from turtle_brick.turtlesim_kinematics import TICK
@@ -158,7 +158,7 @@ class TurtleSimNode(Node):
 
     def __init__(self, **node_arguments: Any) -> None:
         """
-        Start with turtle1 in the arena's centre.
+        Start with turtle1 in the arena's center.
 
         :param node_arguments: Further arguments of rclpy's Node, such as a namespace.
         """
@@ -253,7 +253,7 @@ class TurtleSimNode(Node):
 
     def _reset(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
         """
-        Begin again with turtle1 in the arena's centre.
+        Begin again with turtle1 in the arena's center.
 
         :param request: Nothing.
         :param response: Nothing.

@@ -1,0 +1,623 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The laws of World, under random input: closed forms, an integration of its own, invariants.
+
+What a platform's axes are, how far a rectangle is from a point and where a brick must be are
+computed here by hand, not by the modules under test.
+"""
+
+from math import cos
+from math import floor
+from math import hypot
+from math import inf
+from math import isfinite
+from math import nan
+from math import pi
+from math import sin
+from math import sqrt
+
+from hypothesis import assume
+from hypothesis import example
+from hypothesis import given
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import initialize
+from hypothesis.stateful import invariant
+from hypothesis.stateful import precondition
+from hypothesis.stateful import rule
+from hypothesis.stateful import RuleBasedStateMachine
+from laws import law
+import pytest
+from turtle_brick.geometry import multiply
+from turtle_brick.geometry import rotate
+from turtle_brick.physics import CONTACT_TOLERANCE
+from turtle_brick.physics import LEVEL_TOLERANCE
+from turtle_brick.physics import Phase
+from turtle_brick.physics import World
+from worlds import advance
+from worlds import axes_of
+from worlds import brick_in
+from worlds import gap
+from worlds import HINGE
+from worlds import in_phase
+from worlds import LIFT
+from worlds import on_platform
+from worlds import PLACES
+from worlds import pose_of
+from worlds import RADIUS
+from worlds import riding
+from worlds import SIZE
+from worlds import THICKNESS
+from worlds import TOP
+from worlds import upright_of
+
+VISIBLY_TILTED = 0.002
+"""Angle (rad) from which a platform catches nothing: a millimetre at its rim."""
+
+headings = st.floats(-pi, pi)
+coordinates = st.floats(-20.0, 20.0)
+gravities = st.floats(0.5, 30.0)
+time_steps = st.sampled_from((0.002, 0.004, 0.01, 0.0333))
+tilts = st.builds(lambda angle, sign: sign * angle,
+                  st.floats(0.1, 1.5), st.sampled_from((1.0, -1.0)))
+
+
+@st.composite
+def discs(draw, radius):
+    """Draw a point within a radius of the origin."""
+    distance, angle = radius * sqrt(draw(st.floats(0.0, 0.999))), draw(headings)
+    return distance * cos(angle), distance * sin(angle)
+
+
+def forward_of(quaternion):
+    """Return the direction of a frame's x axis: the first column of its rotation matrix."""
+    x, y, z, w = quaternion
+    return (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y))
+
+
+@law(600)
+@given(steps=st.integers(1, 3000), gravity=st.one_of(st.just(9.81), st.floats(0.01, 19.0)))
+@example(steps=250, gravity=9.81)
+@example(steps=99_991, gravity=9.81)
+def test_one_second_of_fall_from_ten_metres_at_any_timestep(steps, gravity):
+    world = World((1.5, -2.5, 10.0), gravity, 0.5, 1.0 / steps)
+    for _ in range(steps):
+        world.drop()
+    assert gap(world.brick, (1.5, -2.5, 10.0 - gravity / 2.0)) <= 1e-9
+
+
+@law(200)
+@given(height=st.floats(1.0, 100.0), gravity=gravities, dt=st.floats(1e-4, 0.1))
+def test_every_step_of_a_fall_is_the_closed_form(height, gravity, dt):
+    world = brick_in((0.0, 0.0, height), gravity, dt)
+    world.release()
+    assert world.brick == (0.0, 0.0, height)
+    falling = min(floor(sqrt(2.0 * (height - LIFT) / gravity) / dt), 400)
+    for step in range(1, falling):
+        world.step()
+        assert abs(world.brick[2] - height + 0.5 * gravity * (step * dt) ** 2) <= 1e-9
+    assert world.phase is Phase.FALLING
+
+
+@law(200)
+@given(height=st.floats(0.1, 30.0), gravity=gravities, dt=time_steps)
+def test_fall_ends_on_the_ground(height, gravity, dt):
+    world = brick_in((3.0, 4.0, height), gravity, dt)
+    world.release()
+    locations = advance(world, Phase.FALLING)
+    assert world.phase is Phase.GROUNDED
+    assert world.brick == (3.0, 4.0, LIFT)
+    time = dt * (len(locations) - 1)
+    assert time - dt < sqrt(2.0 * (height - LIFT) / gravity) + 1e-9
+    assert time > sqrt(2.0 * (height - LIFT) / gravity) - 1e-9
+
+
+@law(1000)
+@given(place=discs(2.0), x=coordinates, y=coordinates, yaw=headings,
+       height=st.floats(1e-3, 20.0), radius=st.floats(0.05, 2.0), gravity=gravities,
+       dt=time_steps)
+def test_brick_lands_if_its_center_is_within_the_radius(
+        place, x, y, yaw, height, radius, gravity, dt):
+    """And then at once and at no other height; else it goes down to the ground."""
+    u, v = place
+    assume(abs(hypot(u, v) - radius) > 1e-9)
+    rest = TOP + LIFT
+    world = brick_in((x + u, y + v, rest + height), gravity, dt, radius, pose_of(x, y, yaw))
+    world.release()
+    *falling, last = advance(world, Phase.FALLING)
+    assert [location[:2] for location in falling] == [(x + u, y + v)] * len(falling)
+    if hypot(u, v) < radius:
+        assert world.phase is Phase.RIDING
+        assert all(z >= rest - CONTACT_TOLERANCE for _, _, z in falling)
+        assert gap(last, (x + u, y + v, rest)) <= 1e-12
+        # Not a step too late: the closed form would be below the top.
+        assert rest + height - 0.5 * gravity * (len(falling) * dt) ** 2 < rest + 1e-12
+    else:
+        assert world.phase is Phase.GROUNDED
+        assert gap(last, (x + u, y + v, LIFT)) <= 1e-12
+
+
+@law(200)
+@given(place=discs(RADIUS), depth=st.one_of(st.floats(2e-9, 1e-3), st.floats(2e-9, TOP)))
+def test_brick_released_under_the_top_falls_through(place, depth):
+    world = brick_in((*place, TOP + LIFT - depth), platform=pose_of())
+    world.release()
+    advance(world, Phase.FALLING)
+    assert world.phase is Phase.GROUNDED
+
+
+@law(300)
+@given(place=discs(RADIUS), depth=st.floats(1e-6, TOP - 0.1), tilt=st.floats(-0.5, 0.5),
+       dt=time_steps)
+def test_brick_that_has_passed_is_never_caught(place, depth, tilt, dt):
+    """A platform that arrives, or is levelled, above the bottom of the brick comes too late."""
+    elsewhere = pose_of(x=5.0) if abs(tilt) < 2.0 * LEVEL_TOLERANCE else pose_of(tilt=tilt)
+    world = brick_in((*place, TOP + LIFT + 1.0), dt=dt, platform=elsewhere)
+    world.release()
+    while world.brick[2] - LIFT > TOP - depth and world.phase is Phase.FALLING:
+        world.step()
+    world.platform = pose_of()
+    advance(world, Phase.FALLING)
+    assert world.phase is Phase.GROUNDED
+    assert gap(world.brick, (*place, LIFT)) <= 1e-12
+
+
+@law(200)
+@given(place=discs(RADIUS), dt=time_steps, gravity=gravities)
+def test_platform_that_arrives_in_the_last_step_is_in_time(place, dt, gravity):
+    world = brick_in((*place, TOP + LIFT + 1.0), gravity, dt)
+    world.release()
+    for _ in range(floor(sqrt(2.0 / gravity) / dt - 1e-6)):
+        world.step()
+    world.platform = pose_of()
+    advance(world, Phase.FALLING)
+    assert world.phase is Phase.RIDING
+    assert gap(world.brick, (*place, TOP + LIFT)) <= 1e-12
+
+
+@law(200)
+@given(place=discs(RADIUS), dt=time_steps, gravity=gravities)
+def test_platform_that_leaves_before_the_last_step_catches_nothing(place, dt, gravity):
+    world = brick_in((*place, TOP + LIFT + 1.0), gravity, dt, platform=pose_of())
+    world.release()
+    for _ in range(floor(sqrt(2.0 / gravity) / dt - 1e-6)):
+        world.step()
+    world.platform = pose_of(x=3.0)
+    advance(world, Phase.FALLING)
+    assert world.phase is Phase.GROUNDED
+
+
+@law(300)
+@given(place=discs(RADIUS), yaw=headings, dt=time_steps, tilt=st.one_of(
+    st.floats(VISIBLY_TILTED, 2.0 * pi - VISIBLY_TILTED),
+    st.sampled_from((pi / 2.0, pi, VISIBLY_TILTED))))
+def test_brick_falls_past_a_tilted_platform(place, yaw, dt, tilt):
+    world = brick_in((*place, TOP + 2.0), dt=dt, platform=pose_of(yaw=yaw, tilt=tilt))
+    world.release()
+    advance(world, Phase.FALLING)
+    assert world.phase is Phase.GROUNDED
+    assert gap(world.brick, (*place, LIFT)) <= 1e-12
+
+
+@law(200)
+@given(motions=st.lists(st.tuples(coordinates, coordinates, headings, headings), max_size=10),
+       lost=st.booleans())
+def test_brick_on_the_ground_never_follows(motions, lost):
+    world = in_phase(Phase.GROUNDED)
+    before = world.brick
+    for motion in motions:
+        world.platform = pose_of(*motion)
+        world.step()
+        world.drop()
+        assert world.brick == before
+        assert world.orientation == (0.0, 0.0, 0.0, 1.0)
+        if lost:
+            world.platform = None
+            world.step()
+    assert world.phase is Phase.GROUNDED
+
+
+@law(300)
+@given(place=discs(RADIUS), yaw=headings, dt=time_steps,
+       motions=st.lists(st.tuples(coordinates, coordinates, headings), min_size=1, max_size=20))
+def test_brick_rides_exactly_while_the_platform_drives_and_turns(place, yaw, dt, motions):
+    world = riding(place, x=2.0, y=3.0, yaw=yaw, dt=dt)
+    for x, y, heading in motions:
+        world.platform = pose_of(x, y, heading)
+        world.step()
+        assert gap(world.brick, on_platform(place, x, y, heading, 0.0)) <= 1e-12
+        forward = (cos(heading - yaw), sin(heading - yaw), 0.0)
+        assert gap(forward_of(world.orientation), forward) <= 1e-12
+    assert world.phase is Phase.RIDING
+
+
+def runge_kutta(acceleration, position, velocity, dt):
+    """Integrate one step of the classical fourth-order method; vectors are tuples."""
+    def moved(vector, rate, time):
+        return tuple(a + time * b for a, b in zip(vector, rate))
+
+    v1, a1 = velocity, acceleration(position)
+    v2, a2 = moved(velocity, a1, dt / 2.0), acceleration(moved(position, v1, dt / 2.0))
+    v3, a3 = moved(velocity, a2, dt / 2.0), acceleration(moved(position, v2, dt / 2.0))
+    v4, a4 = moved(velocity, a3, dt), acceleration(moved(position, v3, dt))
+    return (tuple(p + dt / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+                  for p, a, b, c, d in zip(position, v1, v2, v3, v4)),
+            tuple(v + dt / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+                  for v, a, b, c, d in zip(velocity, a1, a2, a3, a4)))
+
+
+def clearance(place, yaw):
+    """Return how far the nearest point of the brick's bottom is from the platform's axis."""
+    (u, v), (length, width, _) = place, SIZE
+    corners = [(u + cos(yaw) * a - sin(yaw) * b, v + sin(yaw) * a + cos(yaw) * b)
+               for a, b in ((length / 2, width / 2), (-length / 2, width / 2),
+                            (-length / 2, -width / 2), (length / 2, -width / 2))]
+    nearest, covered = inf, True
+    for (ax, ay), (bx, by) in zip(corners, corners[1:] + corners[:1]):
+        dx, dy = bx - ax, by - ay
+        part = min(max(-(ax * dx + ay * dy) / (dx * dx + dy * dy), 0.0), 1.0)
+        nearest = min(nearest, hypot(ax + part * dx, ay + part * dy))
+        covered = covered and ax * by - ay * bx > 0.0
+    return 0.0 if covered else nearest
+
+
+slides = {'place': discs(RADIUS), 'x': coordinates, 'y': coordinates, 'yaw': headings,
+          'tilt': tilts, 'gravity': st.floats(2.0, 30.0), 'dt': time_steps}
+
+
+@law(400)
+@given(**slides)
+def test_slide_is_that_of_a_free_body_on_a_smooth_incline(place, x, y, yaw, tilt, gravity, dt):
+    """
+    From any place, to either side, until the trailing edge has cleared, then no further.
+
+    In the world's coordinates, by the closed form and by integrating gravity and the normal
+    force.
+    """
+    world = riding(place, x, y, yaw, gravity=gravity, dt=dt)
+    world.platform = pose_of(x, y, yaw, tilt)
+    ex, _, normal = axes_of(yaw, tilt)
+    start = on_platform(place, x, y, yaw, tilt)
+    steps = 0
+    while world.phase is Phase.RIDING:
+        world.step()
+        steps += 1
+        path = 0.5 * gravity * sin(tilt) * (steps * dt) ** 2
+        assert gap(world.brick, [a + path * b for a, b in zip(start, ex)]) <= 1e-9
+        # Nothing comes between brick and platform, nor the one into the other.
+        above = sum((a - b) * n for a, b, n in zip(world.brick, (x, y, HINGE), normal))
+        assert abs(above - THICKNESS - LIFT) <= 1e-12
+        assert steps < 10_000
+
+    # The platform bears gravity's part along its normal; the rest accelerates.
+    borne = gravity * normal[2]
+    pull = tuple(borne * n - g for n, g in zip(normal, (0.0, 0.0, gravity)))
+    position, velocity = start, (0.0, 0.0, 0.0)
+    for _ in range(10):
+        position, velocity = runge_kutta(
+            lambda _: pull, position, velocity, steps * dt / 10.0)
+    assert gap(world.brick, position) <= 1e-9
+
+    # The brick has kept its heading of 0 in the world, so -yaw on the platform.
+    assert clearance((place[0] + path, place[1]), -yaw) > RADIUS - 1e-9
+    before = 0.5 * gravity * sin(tilt) * ((steps - 1) * dt) ** 2
+    assert clearance((place[0] + before, place[1]), -yaw) <= RADIUS + 1e-9
+
+
+@law(300)
+@given(**slides)
+def test_slide_turns_height_into_speed(place, x, y, yaw, tilt, gravity, dt):
+    """v^2 = 2 g sin(angle) path; the central difference of a parabola is its slope."""
+    world = riding(place, x, y, yaw, gravity=gravity, dt=dt)
+    world.platform = pose_of(x, y, yaw, tilt)
+    start = on_platform(place, x, y, yaw, tilt)
+    locations = [start] + advance(world, Phase.RIDING)[1:]
+    for before, here, after in zip(locations, locations[1:], locations[2:]):
+        speed = sqrt(sum((b - a) ** 2 for a, b in zip(before, after))) / (2.0 * dt)
+        path = sqrt(sum((b - a) ** 2 for a, b in zip(start, here)))
+        assert abs(speed ** 2 - 2.0 * gravity * abs(sin(tilt)) * path) <= 1e-6
+        assert abs(speed ** 2 - 2.0 * gravity * (start[2] - here[2])) <= 1e-6
+
+
+@law(400)
+@given(place=discs(RADIUS), yaw=headings, gravity=gravities, dt=time_steps,
+       programme=st.lists(st.tuples(st.floats(-1.5, 1.5), st.integers(1, 10), coordinates,
+                                    coordinates, headings), min_size=1, max_size=10))
+def test_slide_on_a_platform_that_moves_in_every_way(place, yaw, gravity, dt, programme):
+    """
+    A change of angle keeps the speed, and neither driving nor turning has a force.
+
+    In the platform's plane gravity's pull along it is all there is; it is integrated here.
+    """
+    world = riding(place, yaw=yaw, gravity=gravity, dt=dt)
+    position, velocity = place, (0.0, 0.0)
+    for tilt, steps, x, y, heading in programme:
+        world.platform = pose_of(x, y, heading, tilt)
+        for _ in range(steps):
+            if world.phase is not Phase.RIDING:
+                break
+            world.step()
+            position, velocity = runge_kutta(
+                lambda _: (gravity * sin(tilt), 0.0), position, velocity, dt)
+            assert gap(world.brick, on_platform(position, x, y, heading, tilt)) <= 1e-9
+            distance = clearance(position, -yaw)
+            if abs(distance - RADIUS) > 1e-9:
+                assert world.phase is (Phase.FLOATING if distance > RADIUS else Phase.RIDING)
+
+
+@law(200)
+@given(place=discs(RADIUS), yaw=headings, tilt=st.floats(0.3, 1.0),
+       gravity=st.floats(5.0, 30.0))
+def test_levelled_in_mid_slide_it_slides_on_at_its_speed(place, yaw, tilt, gravity):
+    world = riding(place, yaw=yaw, gravity=gravity, dt=0.01)
+    world.platform = pose_of(yaw=yaw, tilt=tilt)
+    for _ in range(10):
+        world.step()
+    assume(world.phase is Phase.RIDING)
+    speed = gravity * sin(tilt) * 0.1
+    path = 0.5 * gravity * sin(tilt) * 0.01
+    world.platform = pose_of(yaw=yaw)
+    step = 0
+    while world.phase is Phase.RIDING:
+        world.step()
+        step += 1
+        u = place[0] + path + speed * step * 0.01
+        assert gap(world.brick, on_platform((u, place[1]), 0.0, 0.0, yaw, 0.0)) <= 1e-9
+    assert clearance((u, place[1]), -yaw) > RADIUS - 1e-9
+
+
+@law(200)
+@given(place=discs(RADIUS), yaw=headings, tilt=tilts, dt=time_steps,
+       motions=st.lists(st.tuples(coordinates, coordinates, headings, headings),
+                        min_size=1, max_size=10))
+def test_brick_floats_in_the_world_once_it_has_cleared(place, yaw, tilt, dt, motions):
+    world = riding(place, yaw=yaw, dt=dt)
+    world.platform = pose_of(yaw=yaw, tilt=tilt)
+    *_, last = advance(world, Phase.RIDING)
+    assert world.phase is Phase.FLOATING
+    for motion in motions:
+        world.platform = pose_of(*motion)
+        world.step()
+        assert world.brick == last
+    world.platform = None
+    world.step()
+    assert world.brick == last
+    assert world.phase is Phase.FLOATING
+
+
+@law(300)
+@given(phase=st.sampled_from([phase for phase in Phase if phase is not Phase.GROUNDED]),
+       motions=st.lists(st.tuples(coordinates, coordinates, headings,
+                                  st.floats(-2.0 * pi, 2.0 * pi)), min_size=1, max_size=8))
+def test_inclination_is_the_platforms_at_all_times(phase, motions):
+    world = in_phase(phase)
+    for x, y, yaw, tilt in motions:
+        world.platform = pose_of(x, y, yaw, tilt)
+        assert gap(upright_of(world.orientation), axes_of(yaw, tilt)[2]) <= 1e-12
+        world.step()
+        if world.phase is Phase.GROUNDED:
+            break
+        assert gap(upright_of(world.orientation), axes_of(yaw, tilt)[2]) <= 1e-12
+        assert abs(sum(part ** 2 for part in world.orientation) - 1.0) <= 1e-12
+    # A platform out of sight leaves it as it was last.
+    before = world.orientation
+    world.platform = None
+    assert world.orientation == before
+    world.step()
+    assert world.phase is Phase.GROUNDED or world.orientation == before
+
+
+@law(200)
+@given(yaw=headings, tilt=st.floats(-2.0 * pi, 2.0 * pi))
+def test_brick_in_the_air_keeps_its_heading(yaw, tilt):
+    """It is inclined about the platform's hinge, also over, and turned by nothing else."""
+    world = brick_in((0.0, 0.0, 9.0), platform=pose_of(yaw=yaw, tilt=tilt))
+    hinge = (-sin(yaw), cos(yaw), 0.0)
+    # The rotation by the tilt about the hinge, from a heading of 0.
+    half = sin(tilt / 2.0)
+    turn = (hinge[0] * half, hinge[1] * half, 0.0, cos(tilt / 2.0))
+    for direction in (forward_of, upright_of):
+        assert gap(direction(world.orientation), direction(turn)) <= 1e-12
+
+
+@law(200)
+@given(place=discs(RADIUS), yaw=headings, tilt=tilts)
+def test_neither_landing_nor_clearing_turns_the_brick(place, yaw, tilt):
+    x, y, z = on_platform(place, 0.0, 0.0, yaw, 0.0)
+    world = brick_in((x, y, z + 0.1), platform=pose_of(yaw=yaw))
+    world.release()
+    before = world.orientation
+    advance(world, Phase.FALLING)
+    assert world.phase is Phase.RIDING
+    assert gap(world.orientation, before) <= 1e-12
+    world.platform = pose_of(yaw=yaw, tilt=tilt)
+    before = world.orientation
+    advance(world, Phase.RIDING)
+    assert world.phase is Phase.FLOATING
+    assert gap(world.orientation, before) <= 1e-12
+
+
+class AnyOrder(RuleBasedStateMachine):
+    """Do everything that can be done to a world, in any order: its laws hold all the time."""
+
+    @initialize(gravity=gravities, dt=time_steps)
+    def begin(self, gravity, dt):
+        self.gravity, self.dt = gravity, dt
+        self.world = brick_in((1.0, 1.0, 8.0), gravity, dt)
+        self.motion = None
+        self.upright = (0.0, 0.0, 1.0)
+        self.settled = True
+        self.fallen = 0
+
+    def place_at(self, location):
+        self.world.brick = location
+        assert self.world.brick == location
+        assert self.world.phase is Phase.HOVERING
+
+    @rule(x=coordinates, y=coordinates, z=st.floats(LIFT, 20.0))
+    def place(self, x, y, z):
+        self.place_at((x, y, z))
+
+    @precondition(lambda self: self.motion is not None)
+    @rule(place=discs(1.1 * RADIUS), height=st.floats(0.0, 0.01))
+    def drop_on_platform(self, place, height):
+        x, y, yaw, _ = self.motion
+        u, v, z = on_platform(place, x, y, yaw, 0.0)
+        self.move(x, y, yaw, 0.0)
+        self.place_at((u, v, z + height))
+        self.release()
+        while (self.world.phase is Phase.FALLING
+               and self.world.brick[2] > TOP + LIFT - 0.01):
+            self.advance(self.world.step)
+
+    @precondition(lambda self: self.motion is not None and self.world.phase is Phase.RIDING)
+    @rule(tilt=tilts, count=st.integers(1, 50))
+    def slide(self, tilt, count):
+        self.move(*self.motion[:3], tilt)
+        self.step(count)
+
+    @rule(location=st.sampled_from(((nan, 0.0, 1.0), (0.0, inf, 1.0), (0.0, 0.0, -1.0))))
+    def misplace(self, location):
+        before, phase = self.world.brick, self.world.phase
+        with pytest.raises(ValueError):
+            self.world.brick = location
+        assert self.world.brick == before
+        assert self.world.phase is phase
+
+    @rule()
+    def release(self):
+        phase, before = self.world.phase, self.world.brick
+        if phase in (Phase.HOVERING, Phase.FLOATING):
+            self.world.release()
+            assert self.world.phase is Phase.FALLING
+            self.released_at, self.fallen = before[2], 0
+        else:
+            with pytest.raises(ValueError, match=PLACES[phase]):
+                self.world.release()
+            assert self.world.phase is phase
+        assert self.world.brick == before
+
+    @rule(x=coordinates, y=coordinates, yaw=headings)
+    def level(self, x, y, yaw):
+        self.move(x, y, yaw, 0.0)
+
+    @precondition(lambda self: self.motion is not None)
+    @rule(tilt=st.one_of(tilts, st.floats(-7.0, 7.0), st.just(pi / 2.0)))
+    def tilt(self, tilt):
+        x, y, yaw, _ = self.motion
+        self.move(x, y, yaw, tilt)
+
+    def move(self, *motion):
+        self.motion = motion
+        self.upright = axes_of(*motion[2:])[2]
+        self.settled = False  # The brick follows with the next step.
+        self.world.platform = pose_of(*motion)
+
+    @rule()
+    def lose_platform(self):
+        self.world.platform = None
+        self.motion = None
+
+    @rule(count=st.integers(1, 50))
+    def step(self, count):
+        for _ in range(count):
+            self.advance(self.world.step)
+
+    @rule()
+    def drop(self):
+        if self.world.phase in (Phase.HOVERING, Phase.FLOATING):
+            self.released_at, self.fallen = self.world.brick[2], 0
+            self.advance(self.world.drop, Phase.FALLING)
+        elif self.world.phase is Phase.FALLING:
+            self.advance(self.world.drop)
+        else:
+            before, phase = self.world.brick, self.world.phase
+            self.world.drop()
+            assert self.world.brick == before
+            assert self.world.phase is phase
+
+    def advance(self, step, phase=None):
+        world = self.world
+        phase = phase or world.phase
+        x, y, z = before = world.brick
+        step()
+        self.settled = True
+        if phase is Phase.FALLING:
+            self.fallen += 1
+            course = self.released_at - 0.5 * self.gravity * (self.fallen * self.dt) ** 2
+            assert gap(world.brick[:2], (x, y)) <= 1e-12
+            if world.phase is Phase.FALLING:
+                assert abs(world.brick[2] - course) <= 1e-9
+                assert world.brick[2] >= LIFT
+                if self.lands(x, y):
+                    assert not z - LIFT >= TOP > course - LIFT + 1e-9
+            elif world.phase is Phase.RIDING:
+                assert self.lands(x, y)
+                assert z - LIFT >= TOP - 2.0 * CONTACT_TOLERANCE
+                assert course - LIFT < TOP + 1e-9
+            else:
+                assert world.phase is Phase.GROUNDED
+                assert world.brick[2] == LIFT
+                assert course <= LIFT + 1e-9
+        elif phase is Phase.RIDING:
+            if self.motion is None:
+                assert world.brick == before
+            assert world.phase in (Phase.RIDING, Phase.FLOATING)
+        else:
+            assert world.brick == before
+            assert world.phase is phase
+        if world.phase is Phase.RIDING and self.motion is not None:
+            px, py, yaw, tilt = self.motion
+            normal = axes_of(yaw, tilt)[2]
+            above = sum((a - b) * n for a, b, n in zip(world.brick, (px, py, HINGE), normal))
+            assert abs(above - THICKNESS - LIFT) <= 1e-9
+            assert cos(tilt) > 0.0
+
+    def lands(self, x, y):
+        if self.motion is None:
+            return False
+        px, py, _, tilt = self.motion
+        return cos(tilt) > cos(LEVEL_TOLERANCE) - 1e-12 and hypot(x - px, y - py) <= RADIUS
+
+    @invariant()
+    def brick_is_somewhere(self):
+        brick = self.world.brick
+        assert type(brick) is tuple
+        assert all(isfinite(value) for value in brick)
+        assert brick[2] >= LIFT or self.world.phase in (Phase.RIDING, Phase.FLOATING)
+
+    @invariant()
+    def brick_is_inclined_like_the_platform(self):
+        upright = (0.0, 0.0, 1.0) if self.world.phase is Phase.GROUNDED else self.upright
+        assert gap(upright_of(self.world.orientation), upright) <= 1e-9
+
+    @invariant()
+    def brick_keeps_to_the_platform_it_is_said_to_ride_on(self):
+        """Platform's pose times the brick's in its frame is the brick's, after a step or not."""
+        place = self.world.on_platform
+        assert (place is None) == (self.motion is None or self.world.phase is not Phase.RIDING)
+        if place is not None and self.settled:
+            platform = self.world.platform
+            offset = rotate(platform.orientation, place.position)
+            assert gap(self.world.brick, tuple(map(sum, zip(platform.position, offset)))) <= 1e-9
+            turned = multiply(platform.orientation, place.orientation)
+            assert gap(upright_of(turned), upright_of(self.world.orientation)) <= 1e-9
+            assert gap(forward_of(turned), forward_of(self.world.orientation)) <= 1e-9
+
+
+AnyOrder.TestCase.settings = settings(
+    max_examples=250, stateful_step_count=30, derandomize=True, deadline=None)
+test_laws_hold_in_any_order = AnyOrder.TestCase

@@ -1,0 +1,132 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Each of the six launch files is started with launch, used and ended."""
+
+import signal
+import sys
+
+from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Twist
+import joint_state_publisher
+from live_graph import graph
+from live_graph import process
+import pytest
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+from turtle_brick.parameters import default_path
+from turtle_brick.tools.browser import Chromium
+from turtle_brick.tools.browser import find_chromium
+from turtlesim.msg import Pose
+import witness
+
+# In JavaScript, a button by its text.
+BUTTON = '[...document.querySelectorAll("button")].find(each => each.innerText == "{}")'
+
+LAUNCH = """
+import sys
+
+from launch import LaunchDescription
+from launch import LaunchService
+from launch.actions import IncludeLaunchDescription
+from launch.launch_description_sources import AnyLaunchDescriptionSource
+service = LaunchService(noninteractive=True)  # not only the terminal interrupts
+service.include_launch_description(LaunchDescription([IncludeLaunchDescription(
+    AnyLaunchDescriptionSource(sys.argv[1]),
+    launch_arguments=[argument.split(':=') for argument in sys.argv[2:]])]))
+sys.exit(service.run())
+"""
+
+
+def launched(name, language, domain_id, *arguments):
+    """Launch a file in a process, which Ctrl-C ends."""
+    path = default_path().parents[1] / 'launch' / f'{name}.launch.{language}'
+    return process([sys.executable, '-c', LAUNCH, str(path), *arguments], domain_id, timeout=20.0)
+
+
+def ended(launching):
+    """Interrupt launch, and see that every process has ended cleanly by itself."""
+    assert launching.stop(signal.SIGINT, 20.0) == 0
+    assert 'Traceback' not in launching.output
+    assert 'escalating' not in launching.output
+    started = launching.output.count('process started with pid')
+    assert launching.output.count('process has finished cleanly') == started
+    return started
+
+
+def rate(live, topic, message_type, count):
+    """Return at what mean rate so many messages arrive, between the least late ones."""
+    heard = live.record(topic, message_type)
+    live.wait_for(lambda: heard.messages, 30.0, topic)
+    heard.clear()
+    live.wait_for(lambda: len(heard.times) >= count, 10.0, f'{count} messages on {topic}')
+    return witness.rate(list(zip(heard.times, heard.messages)))
+
+
+@pytest.mark.parametrize('language', ['py', 'xml'])
+def test_show_turtle(language, domain_id):
+    with launched('show_turtle', language, domain_id, 'use_jsp:=jsp', 'view:=none') as launching:
+        with graph(domain_id) as live:
+            assert rate(live, 'joint_states', JointState, 30) == pytest.approx(10.0, rel=0.1)
+            states = live.record('joint_states', JointState)
+            live.wait_for(lambda: states.last and states.last.name, 10.0, 'joints')
+            assert states.last.name == ['stem_joint', 'wheel_joint', 'platform_joint']
+            assert list(states.last.position) == [0.0] * 3
+        assert ended(launching) == 2
+
+
+@pytest.mark.skipif(not hasattr(joint_state_publisher, 'Gui'),
+                    reason='the real joint_state_publisher_gui has a window')
+@pytest.mark.skipif(find_chromium() is None,
+                    reason='Chromium is not installed here: apt-get install chromium')
+def test_sliders(domain_id):
+    """On the page that stands in for the window, Randomize moves the joints, and Center back."""
+    with launched('show_turtle', 'py', domain_id, 'view:=none') as launching:
+        page = launching.wait_for_output(r'Joint State Publisher: (\S+)', 30.0)[1]
+        with graph(domain_id) as live, Chromium() as browser:
+            states = live.record('joint_states', JointState)
+            browser.go_to(page)
+            for name, moved in (('Randomize', True), ('Center', False)):
+                button = BUTTON.format(name)
+                browser.wait_for(button)
+                browser.evaluate(f'{button}.click()')
+                live.wait_for(lambda: states.last and states.last.position and all(
+                    (position != 0.0) is moved for position in states.last.position), 10.0, name)
+        assert ended(launching) == 2
+
+
+@pytest.mark.parametrize('language', ['py', 'xml'])
+def test_run_turtle(language, domain_id):
+    with launched('run_turtle', language, domain_id, 'view:=none') as launching:
+        with graph(domain_id) as live:
+            assert rate(live, 'turtle1/cmd_vel', Twist, 300) == pytest.approx(100.0, rel=0.1)
+            poses = live.record('turtle1/pose', Pose)
+            goals = live.publisher('goal_pose', PoseStamped)
+            goal = PoseStamped()
+            goal.header.frame_id = 'world'
+            goal.pose.position.x, goal.pose.position.y = 6.5, 6.0
+            live.do(lambda: goals.publish(goal))
+            live.wait_for(lambda: poses.last and abs(poses.last.x - 6.5) < 0.05, 10.0,
+                          'the turtle at its goal')
+        assert ended(launching) == 3
+
+
+@pytest.mark.parametrize('language', ['py', 'xml'])
+def test_turtle_arena(language, domain_id):
+    with launched('turtle_arena', language, domain_id, 'view:=none') as launching:
+        launching.wait_for_output('waiting for a fall', 30.0)
+        with graph(domain_id) as live:
+            assert live.call('drop', Trigger, timeout=20.0).success
+        launching.wait_for_output('can be caught', 10.0)
+        launching.wait_for_output(r'arena-\d\].*on the platform', 10.0)
+        assert ended(launching) == 5

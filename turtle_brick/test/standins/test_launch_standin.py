@@ -1,0 +1,494 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+This home's launch, launch_ros, launch_xml and launch_testing against recordings of the real ones.
+
+What can be told without processes is told in this one: descriptions are executed, and what would
+start a process notes what it would start. The rest is done by commands, all of them side by side,
+since nearly all that they do is wait.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+import importlib.metadata
+import json
+import os
+from pathlib import Path
+import pty
+import re
+import signal
+import subprocess
+import sys
+from tempfile import gettempdir
+import threading
+from types import SimpleNamespace
+
+from ament_index_python.packages import get_package_share_directory
+import launch
+from launch.actions import IncludeLaunchDescription
+from launch.launch_description_sources import AnyLaunchDescriptionSource
+from launch.launch_description_sources import get_launch_description_from_any_launch_file
+import pytest
+from recorded import DATA
+from recorded import with_paths
+from recorded import write_files
+import yaml
+
+# Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
+pytestmark = pytest.mark.skipif(importlib.metadata.version('launch') != '1.0.0',
+                                reason='this is the real launch, which the recordings are of')
+
+SHARE = get_package_share_directory('turtle_brick')
+HEADER = ['[INFO] [launch]: All log files can be found below $LOGDIR',
+          '[INFO] [launch]: Default logging verbosity is set to INFO']
+
+#: What the recordings have that is not replayed, and why.
+LEFT_OUT = {
+    'no_arguments|.*unknown_file.*|package_without_file|unknown_package|malformed_.*|file_.*'
+    '|argument_empty_value|path_that_does_not_exist|relative_path|show_all_subprocesses_help'
+    '|terminal_ros2_run_ctrl_c|ros2_test': 'the command line is of ros2cli and ros2launch',
+    'print_description_.*|debug|launch_test_verbose': 'for the developers of launch',
+    'launch_test_junit_.*': 'colcon test has pytest write these reports',
+    'launch_test_help': 'what argparse makes of the options, which changes with Python',
+    'pytest_junit_.*|pytest_verbose': 'how pytest reports a test: as the others',
+    'pytest_9_cannot_load_the_plugin': 'a fault of the real one',
+    '(launch_test|pytest)_of_the_workspace': 'is test_brick_launch itself',
+}
+
+
+def recorded(name, *more):
+    """Return the records of some files that are replayed, for parametrize."""
+    return [pytest.param(record, id=record['name']) for each in (name, *more)
+            for record in json.loads((DATA / f'launch_{each}.json').read_text())['records']
+            if not any(re.fullmatch(pattern, record['name']) for pattern in LEFT_OUT)]
+
+
+@pytest.fixture(scope='module')
+def files(tmp_path_factory):
+    """Write the files that were launched."""
+    top = tmp_path_factory.mktemp('ros2')
+    write_files(top)
+    for package in ('rviz2', 'joint_state_publisher', 'joint_state_publisher_gui'):
+        program = top / 'others' / 'lib' / package / package
+        mark = top / 'others/share/ament_index/resource_index/packages' / package
+        for path in (program, mark):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.touch(0o755)
+    return top
+
+
+@pytest.fixture
+def environment(files, monkeypatch):
+    """Set what was set when it was recorded."""
+    monkeypatch.setenv('AMENT_PREFIX_PATH', os.pathsep.join(
+        [str(files / 'probe'), os.environ['AMENT_PREFIX_PATH'], str(files / 'others')]))
+    monkeypatch.setenv('COLUMNS', '100')
+    monkeypatch.delenv('TURTLE_BRICK_VIEW', raising=False)
+    monkeypatch.delenv('QT_QPA_PLATFORM', raising=False)
+    before = dict(os.environ)
+    yield
+    os.environ.clear()  # what is launched in this process sets variables of this process
+    os.environ.update(before)
+
+
+def normal(text, files, log_dir=None):
+    """Write a text as in the recordings."""
+    text = text.replace('\r\n', '\n')
+    if log_dir:
+        text = text.replace(str(log_dir), '$LOGDIR')
+    text = text.replace(f'{files}/probe', '$PROBE').replace(str(files), '$FILES')
+    text = text.replace(SHARE, '$SHARE')
+    text = re.sub(r'(pid \[?)\d+', r'\1$PID', text)
+    text = re.sub(r'0x[0-9a-f]+', '0x$ADDRESS', text)
+    text = re.sub(r'(?m)^(\[.*?\] )?(Traceback .*:)(\n\1?  .*)+', r'\1\2\n\1  $TRACEBACK', text)
+    text = re.sub(rf'{re.escape(gettempdir())}/launch_params_\w+', '$TMP1', text)
+    return re.sub(r'([=_-])\1{2,}', r'\1\1\1', re.sub(r'in \d+\.\d+s', 'in $N s', text))
+
+
+def found_in(command, files):
+    """Return the path of a launch file that a recorded command names, and its arguments."""
+    _, _, *rest = (part for part in with_paths(command, files)
+                   if part not in ('-s', '-a', '-n', '--show-args'))
+    if not os.path.isfile(rest[0]):
+        package, name, *arguments = rest
+        rest = [str(next(Path(get_package_share_directory(package)).rglob(name))), *arguments]
+    return rest[0], dict(each.split(':=', 1) for each in rest[1:])
+
+
+def launched(path, arguments):
+    """Launch a file, and return launch's status."""
+    service = launch.LaunchService()
+    service.include_launch_description(launch.LaunchDescription([IncludeLaunchDescription(
+        AnyLaunchDescriptionSource(path), launch_arguments=list(arguments.items()))]))
+    return service.run()
+
+
+# ------------------------------------------------------------------ what is done in this process
+
+@pytest.mark.parametrize('record', recorded('show_args'))
+def test_arguments_are_shown(record, files, environment):
+    path, _ = found_in(record['command'], files)
+    shown = "Arguments (pass arguments as '<name>:=<value>'):\n"
+    for each in get_launch_description_from_any_launch_file(path).get_launch_arguments():
+        shown += f"\n    '{each.name}':\n        {each.description}\n"
+        if each.default_value is not None:
+            shown += f"        (default: {' + '.join(p.describe() for p in each.default_value)})\n"
+    if shown.count('\n') == 1:
+        shown += '\n  No arguments.\n'
+    expected = record['stdout'].replace("'rviz')", "EnvVar('TURTLE_BRICK_VIEW'))")
+    assert shown == expected
+
+
+class Starts:
+    """Takes the place of subprocess.Popen: notes what is to be started, and starts little."""
+
+    def __init__(self, monkeypatch):
+        self.found = []
+        popen = subprocess.Popen
+
+        def start(command, **options):
+            self.found.append((command, options))
+            return popen(['true'], **{**options, 'shell': False, 'cwd': None, 'env': None})
+
+        outputs = {}
+
+        def run(command, real=subprocess.run, **options):
+            if command[0] == 'xacro':  # takes half a second, each time the same
+                return outputs.setdefault(str(command), outputs.get(str(command))
+                                          or real(command, **options))
+            return real(command, **options)
+
+        monkeypatch.setattr(launch.actions, 'subprocess', SimpleNamespace(
+            Popen=start, PIPE=subprocess.PIPE))
+        monkeypatch.setattr(launch.substitutions, 'subprocess', SimpleNamespace(
+            run=run, PIPE=subprocess.PIPE, STDOUT=subprocess.STDOUT))
+
+
+DESCRIPTION = {}
+
+
+def described(files):
+    """Return the robot's description, made once."""
+    if not DESCRIPTION:
+        DESCRIPTION['text'] = subprocess.run(
+            ['xacro', f'{SHARE}/urdf/turtle.urdf.xacro'], stdout=subprocess.PIPE, text=True,
+            check=True).stdout
+    return DESCRIPTION['text']
+
+
+def process_record(command, options, temporary, files, inherited):
+    """Write what was to be started as in the recordings."""
+    argv = [command] if options['shell'] else list(command)
+    written = {}
+    for index, part in enumerate(argv):
+        if Path(part).name.startswith('launch_params_'):
+            temporary.append(part)
+            content = yaml.unsafe_load(Path(part).read_text())
+            for node in content.values():
+                for name, value in node['ros__parameters'].items():
+                    if isinstance(value, tuple):
+                        value = ['$TUPLE', *value]
+                    if value == described(files):
+                        value = '$STDOUT(xacro $SHARE/urdf/turtle.urdf.xacro)'
+                    node['ros__parameters'][name] = value
+            written[f'$TMP{len(temporary)}'] = content
+            argv[index] = f'$TMP{len(temporary)}'
+    argv = [re.sub(r'^.*(?=/lib/(turtle|joint|robot|rviz))', '$PREFIX', normal(part, files))
+            for part in argv]
+    env = options['env']
+    exact = not env.keys() >= {'HOME', 'PATH'}
+    return {'argv': argv, 'cwd': options['cwd'], 'files': written,
+            'environment': env if exact else
+            {name: value for name, value in env.items() if inherited.get(name) != value}}
+
+
+@pytest.mark.parametrize('record', recorded('features', 'processes'))
+def test_processes_are_those_recorded(record, files, environment, monkeypatch, capfd):
+    for name, value in (record.get('environment') or {}).items():
+        monkeypatch.setenv(name, value)
+    starts = Starts(monkeypatch)
+    before = dict(os.environ)
+    status = launched(*found_in(record['command'], files))
+    said = normal(capfd.readouterr().out, files, launch.substitutions.launch_config.log_dir)
+    assert status == record['returncode']
+    if record.get('stdout'):
+        assert said == record['stdout']
+    for line in record.get('log', ()):
+        assert line in said.split('\n')
+    temporary = []
+    found = [process_record(*each, temporary, files, before) for each in starts.found]
+    expected = [{'argv': [' '.join(each['argv'])] if '|' in each['argv'] else each['argv'],
+                 'cwd': each.get('cwd'), 'files': each.get('files', {}),
+                 'environment': each['environment']} for each in record['processes']]
+    assert found == expected
+    names = re.findall(r'\[INFO\] \[(.*)\]: process started', said)
+    assert names == [each['process'] for each in record['processes']]
+
+
+def first_complaint(text):
+    """Return a text without the complaints of the loader for the other format."""
+    return re.sub(
+        r'\n - (SyntaxError: invalid syntax \(\w+\.launch\.xml|'
+        r'InvalidFrontendLaunchFileError: The launch|RuntimeError: Expected).*', '', text)
+
+
+@pytest.mark.parametrize('record', recorded('errors'))
+def test_errors_are_those_recorded(record, files, environment, capfd):
+    if '-s' in record['command']:
+        return
+    status = launched(*found_in(record['command'], files))
+    said = normal(capfd.readouterr().out, files, launch.substitutions.launch_config.log_dir)
+    expected = record['stdout']
+    if 'searching: ' in expected:
+        said, expected = (re.sub('searching: .*', '', text) for text in (said, expected))
+    assert first_complaint(said) == first_complaint(expected)
+    assert status == record['returncode']
+
+
+# ------------------------------------------------------------------------ what is done by commands
+
+LAUNCH = """
+import signal
+import sys
+from launch import LaunchDescription, LaunchService
+from launch.actions import IncludeLaunchDescription
+signal.signal(signal.SIGINT, signal.SIG_IGN)  # before and after launch, which handles it
+service = LaunchService()
+service.include_launch_description(LaunchDescription([IncludeLaunchDescription(sys.argv[1])]))
+sys.exit(service.run())
+"""
+
+
+class Run:
+    """A recorded command, done again."""
+
+    def __init__(self, record, files, top):
+        self.record = record
+        self.log = top / 'log'
+        self.top = top
+        environment = {
+            **os.environ, 'ROS_LOG_DIR': str(self.log), 'HOME': str(top / 'home'),
+            'COLUMNS': '100', 'PYTHONPATH': os.pathsep.join(
+                [str(Path(__file__).parents[1]), os.environ.get('PYTHONPATH', '')]),
+            'AMENT_PREFIX_PATH': f'{files}/probe:{os.environ["AMENT_PREFIX_PATH"]}'}
+        for name, value in (record.get('environment') or {}).items():
+            environment.pop(name, None)
+            if value is not None:
+                environment[name] = value.replace('$WORK', str(top))
+        command = record['command']
+        if isinstance(command, str):  # with a pipe to head
+            command = ['bash', '-c', '"$0" -c "$1" "$2" | head -3; echo "${PIPESTATUS[*]}"',
+                       sys.executable, LAUNCH, f'{files}/dynamic/chatter.launch.xml']
+        elif command[0] == 'ros2':
+            if '-a' in command:
+                environment['OVERRIDE_LAUNCH_PROCESS_OUTPUT'] = 'both'
+            path, arguments = found_in(command, files)
+            command = [sys.executable, '-c', LAUNCH, path]
+        else:
+            command = [sys.executable if part == 'python' else part
+                       for part in with_paths(command, files)]
+        self.terminal = None
+        options = {'stdin': subprocess.PIPE, 'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE}
+        if record.get('terminal'):
+            self.terminal, other = pty.openpty()
+            options = {'stdin': other, 'stdout': other, 'stderr': other, 'preexec_fn': lambda: (
+                __import__('fcntl').ioctl(0, __import__('termios').TIOCSCTTY, 0))}
+        self.text, self.error = '', ''
+        self.changed = threading.Condition()
+        self.popen = subprocess.Popen(
+            command, env=environment, start_new_session=True, cwd=top, **options)
+        if self.terminal:
+            os.close(other)
+        readers = [threading.Thread(target=self.read, args=each, daemon=True) for each in (
+            [(self.terminal, 'text')] if self.terminal else
+            [(self.popen.stdout.fileno(), 'text'), (self.popen.stderr.fileno(), 'error')])]
+        for reader in readers:
+            reader.start()
+        if record.get('stdin') is not None:
+            self.popen.communicate  # its end is closed below
+            self.popen.stdin.write(record['stdin'].encode())
+            self.popen.stdin.close()
+        try:
+            self.act()
+            self.status = self.popen.wait(60)
+            for reader in readers:
+                reader.join(10)
+            self.left = self.group()
+        finally:
+            for pid in self.group():
+                os.kill(pid, signal.SIGKILL)
+
+    def group(self):
+        """Return the processes that are left of it."""
+        return [int(path.name) for path in Path('/proc').glob('[0-9]*')
+                if self.in_group(path)]
+
+    def in_group(self, path):
+        """Tell whether a process belongs to it and lives."""
+        try:
+            state, _, group = (path / 'stat').read_text().rpartition(')')[2].split()[:3]
+        except OSError:
+            return False
+        return int(group) == self.popen.pid and state != 'Z'
+
+    def read(self, end, name):
+        """Read what it writes."""
+        while True:
+            try:
+                data = os.read(end, 65536)
+            except OSError:
+                data = b''
+            with self.changed:
+                setattr(self, name, getattr(self, name) + data.decode(errors='replace'))
+                self.changed.notify_all()
+            if not data:
+                return
+
+    def wait_for(self, text, times):
+        """Wait until it has written a text so often."""
+        with self.changed:
+            assert self.changed.wait_for(lambda: self.text.count(text) >= times, 30), (
+                f'no {text!r} in:\n{self.text}{self.error}')
+
+    def pause(self, seconds):
+        """Let time pass, which is what was recorded."""
+        with self.changed:
+            self.changed.wait_for(lambda: False, seconds)
+
+    def act(self):
+        """Send the signals that were sent, and type what was typed."""
+        for (kind, what), number, whom in self.record.get('signals') or (
+                [(('line', 'stdin is'), 'SIGINT', 'process')]
+                if self.record.get('ended_by_recorder') else ()):
+            if kind == 'line':
+                if 'respawn_exit_0' in str(self.record['command']):
+                    what = ['dying soon', 3]  # not while Python starts, which says much then
+                self.wait_for(*(what if isinstance(what, list) else (what, 1)))
+                if what == 'stdin is':
+                    self.pause(0.6)  # it reads: a signal just before that goes unheard in Python
+            elif kind == 't':
+                self.wait_for('ready', 1)
+            else:
+                self.pause(what)
+            (os.killpg if whom == 'group' else os.kill)(
+                self.popen.pid, getattr(signal, number))
+        for key in self.record.get('typed') or ():
+            self.wait_for('ready' if 'two_wait' in str(self.record['command']) else 'stdin is', 1)
+            if 'two_wait' in str(self.record['command']):
+                self.wait_for('ready', 2)
+            os.write(self.terminal, key.encode())
+            self.wait_for(key.strip().replace('\x03', '^C'), 1)
+
+
+COMMANDS = [param for param in recorded('dynamic', 'logs_and_terminal', 'testing')
+            if not param.id.startswith('pytest_')]
+PYTEST = {'name': 'pytest', 'seconds': 60, 'returncode': 1, 'command': [
+    'python', '-m', 'pytest', '-p', 'no:cacheprovider', '-rA', *(
+        param.values[0]['command'][-1] for param in recorded('testing')
+        if param.id.startswith('pytest_'))]}
+COMMANDS.append(pytest.param(PYTEST, id='pytest'))
+
+
+@pytest.fixture(scope='module')
+def runs(files, tmp_path_factory):
+    """Do all commands again, side by side."""
+    tops = {param.id: tmp_path_factory.mktemp('run') for param in COMMANDS}
+    with ThreadPoolExecutor(8) as pool:
+        slow_first = sorted(COMMANDS, key=lambda param: -param.values[0].get('seconds', 1))
+        futures = {param.id: pool.submit(Run, param.values[0], files, tops[param.id])
+                   for param in slow_first}
+    return futures
+
+
+def by_speaker(text):
+    """
+    Sort lines by who says them.
+
+    In no order are those of different processes, and, of a process, what launch says of it against
+    what it says itself.
+    """
+    said, speaker = {}, ''
+    text = re.sub(r'(?<=[^\n])(\[(INFO|ERROR)\])', r'\n\1', text.replace('^C', ''))
+    for line in filter(None, text.replace('\r', '').split('\n')):  # print() is two writes
+        match = re.match(r'(\[(?:INFO|ERROR|WARNING)\] \[.*?\]:|\[[\w]+-\d+\]) ?', line)
+        speaker = match.group(1) if match else speaker
+        if "sending signal 'SIGINT'" not in line:  # not, where it had ended already
+            lines = said.setdefault(re.sub('INFO|ERROR|WARNING', '', speaker), [])
+            if 'ignored SIGINT' not in line or line not in lines:  # two signals at once may be one
+                lines.append(line)
+    return said
+
+
+def has_ended(text):
+    """Write how a process has ended that was interrupted, maybe before it could listen."""
+    return re.sub(
+        r'\[\w+\] (\[wait-\d\]: process has )(finished cleanly|died).*', r'\1ended', text)
+
+
+@pytest.mark.parametrize('record', recorded('dynamic', 'logs_and_terminal'))
+def test_runs_are_those_recorded(record, runs, files):
+    run = runs[record['name']].result()
+    (log_dir,) = (path.parent for path in run.top.rglob('launch.log'))
+    said = normal(run.text, files, log_dir).replace(str(run.top), '$WORK')
+    expected = record['stdout']
+    if '$RUN' in expected:
+        expected = re.sub(r'\$WORK/\S*\$RUN', '$LOGDIR', expected)
+    for text in record.get('files_written', {}).items():
+        written = {re.sub('^.*/', '', name): text.replace('\n', '')
+                   for name, text in record['files_written'].items()}
+        for name, text in written.items():
+            found = normal((log_dir / name).read_text(), files).replace(str(run.top), '$WORK')
+            found = re.sub(r'(?m)^\d+\.\d+ ', '$STAMP ', found).replace(log_dir.name, '$RUN')
+            text = text.replace('$HOME', '$WORK/home').replace('$WORK', '$WORK')
+            assert sorted(found.replace('\n', '').split('$STAMP')) == sorted(
+                text.split('$STAMP'))
+    if record['name'] == 'ctrl_c_twice':  # the second may come too late
+        said, expected = (re.sub('\n.* again, ignoring...', '', text) for text in (said, expected))
+    if record['name'].startswith(('sigterm', 'sigquit')):  # the real one leaves its processes
+        assert not run.left
+        for number in '12':
+            assert f"sending signal 'SIGTERM' to process[wait-{number}]" in said
+            assert f'[wait-{number}] got SIGTERM' in said
+            assert f'[INFO] [wait-{number}]: process has finished cleanly' in said
+    elif record['name'] == 'stdout_closed_early':
+        assert said.split('\n')[-2] == expected.split('\n')[-2] == '120 0'
+        assert run.error == ''
+    elif 'kill' in record['name']:
+        assert by_speaker(said) == by_speaker(expected)
+    else:
+        assert by_speaker(said) == by_speaker(expected)
+        assert run.error == '' and not run.left
+    assert run.status == record['returncode']
+
+
+@pytest.mark.parametrize('record', recorded('testing'))
+def test_test_runs_are_those_recorded(record, runs, files):
+    if record['name'].startswith('pytest_'):
+        run = runs['pytest'].result()  # one for all files, since it is slow to start
+        said = normal(run.text, files)
+        outcome = {0: 'PASSED', 1: 'FAILED', 5: r'SKIPPED \[1\]'}[record['returncode']]
+        assert re.search(rf'\n{outcome} \S*{Path(record["command"][-1]).name}', said)
+        for part in re.findall(r'(?s)\n(FAIL: .*?)(?=\n===|\n--- Cap)', record['stdout']):
+            assert part.strip() in said
+        return
+    run = runs[record['name']].result()
+    assert run.status == record['returncode']
+    said, error, expected, complaint = (
+        has_ended(re.sub(r'(?m)^(\[.*log files.*below ).*', r'\1$LOGDIR', normal(text, files)))
+        for text in (run.text, run.error, record['stdout'], record['stderr']))
+    said, expected = (sorted(sum(by_speaker(text).values(), [])) for text in (said, expected))
+    assert said == expected
+    # from 3.12 on unittest says so of no tests
+    assert error.replace('NO TESTS RAN', 'OK').split('\n')[-8:] == complaint.split('\n')[-8:]

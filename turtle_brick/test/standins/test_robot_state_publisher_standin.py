@@ -1,0 +1,417 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+The robot_state_publisher of this home against recordings of the real one.
+
+Where the real one is installed it is tested itself, as far as it can be from outside.
+"""
+
+from collections.abc import Iterator
+from collections.abc import Sequence
+from functools import partial
+from importlib.util import find_spec
+import json
+from math import cos
+from math import radians
+from math import sin
+from pathlib import Path
+import signal
+from typing import Any
+
+from ament_index_python.packages import get_package_prefix
+from ament_index_python.packages import PackageNotFoundError
+from hypothesis import given
+from hypothesis import strategies as st
+from live_graph import executable
+from live_graph import graph
+from live_graph import LiveGraph
+from live_graph import NodeProcess
+from live_graph import process
+from live_graph import Recording
+import numpy as np
+import pytest
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy
+from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+
+DATA = Path(__file__).parents[1] / 'data' / 'tf2'
+URDF = (DATA / 'r2.urdf').read_text()
+RECORDINGS = [json.loads(path.read_text()) for path in sorted(DATA.glob('rsp_*.json'))]
+LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+SECOND = 1_000_000_000
+
+IS_STANDIN = find_spec('robot_state_publisher') is not None
+for_standin = pytest.mark.skipif(
+    not IS_STANDIN, reason='the real robot_state_publisher cannot be imported')
+if IS_STANDIN:
+    from robot_state_publisher.description import DescriptionError
+    from robot_state_publisher.description import parse
+    from robot_state_publisher.node import RobotStatePublisher
+
+
+def by_name(name: str) -> dict[str, Any]:
+    """Find a recording."""
+    return next(recording for recording in RECORDINGS if recording['name'] == name)
+
+
+def nanoseconds(stamp: Sequence[int]) -> int:
+    """Read the seconds and nanoseconds of a recorded stamp."""
+    return stamp[0] * SECOND + stamp[1]
+
+
+def joint_state(row: dict[str, Any], shift: int) -> JointState:
+    """
+    Make the message that a row of a recording tells of.
+
+    :param row: The row.
+    :param shift: What to add to its stamp, unless that is zero, in ns.
+    :return: The message.
+    """
+    message = JointState(name=row['name'], position=[float(value) for value in row['position']])
+    if nanoseconds(row['stamp']):
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(
+            nanoseconds(row['stamp']) + shift, SECOND)
+    return message
+
+
+def assert_transforms(message: TFMessage, recorded: list[dict], shift: int = 0,
+                      stamps: bool = True) -> None:
+    """
+    Compare a message with a recorded one.
+
+    :param message: The message.
+    :param recorded: The transforms of the recorded one.
+    :param shift: By how much its stamps are later, in ns.
+    :param stamps: Whether stamps count.
+    """
+    assert len(message.transforms) == len(recorded)
+    for found, wanted in zip(message.transforms, recorded):
+        t, r = found.transform.translation, found.transform.rotation
+        assert (found.header.frame_id, found.child_frame_id) == (
+            wanted['frame_id'], wanted['child_frame_id'])
+        assert [t.x, t.y, t.z, r.x, r.y, r.z, r.w] == pytest.approx(
+            wanted['t'] + wanted['q'], abs=1e-9)
+        if stamps:
+            stamp = found.header.stamp
+            assert stamp.sec * SECOND + stamp.nanosec == nanoseconds(wanted['stamp']) + shift
+
+
+# ----------------------------------------------------------------------------------- recordings
+
+def shift_to_past(live: LiveGraph, recording: dict[str, Any]) -> int:
+    """Tell what to add to the recorded stamps, so that the last is a second ago, in ns."""
+    now = live.listener.get_clock().now().nanoseconds
+    return now - SECOND - nanoseconds(recording['sent'][-1]['stamp'])
+
+
+@for_standin
+@pytest.mark.parametrize('recording', RECORDINGS, ids=lambda recording: recording['name'])
+def test_every_recorded_joint_state_has_its_recorded_effect(
+        recording: dict[str, Any], domain_id: int) -> None:
+    """Message by message: which are thinned out, what the others move, what is latched."""
+    urdf = (DATA / recording.get('urdf', 'r2.urdf')).read_text()
+    overrides = [Parameter(name, value=value) for name, value in
+                 {'robot_description': urdf, **recording['params']}.items()]
+    with graph(domain_id, partial(RobotStatePublisher, parameter_overrides=overrides)) as live:
+        node = live.nodes[-1]
+        tf = live.record('/tf', TFMessage, QoSProfile(depth=500))
+        static = live.record('/tf_static', TFMessage, LATCHED)
+        live.wait_for(lambda: node.count_subscribers('/tf') == 1, 10.0, 'a listener')
+        shift = shift_to_past(live, recording)
+        for row in recording['sent']:
+            live.do(lambda: node.joint_states_callback(joint_state(row, shift)))
+        # What comes last shows that nothing more is to come.
+        last = {'name': ['j3'], 'position': [0.25], 'stamp': [9 * SECOND, 0]}
+        end = joint_state(last, 0)
+        end.header.stamp = live.listener.get_clock().now().to_msg()
+        live.do(lambda: node.joint_states_callback(end))
+        live.wait_for(lambda: tf.messages and tf.last.transforms[0].header.stamp
+                      == end.header.stamp, 10.0, 'the end')
+        live.wait_for(lambda: static.messages, 10.0, 'the static transforms')
+        assert len(tf.messages) == len(recording['tf']) + 1
+        for message, (_, recorded) in zip(tf.messages, recording['tf']):
+            assert_transforms(message, recorded, shift)
+        assert len(static.messages) == len(recording['tf_static']) == 1
+        assert_transforms(static.last, recording['tf_static'][0][1], stamps=False)
+
+
+def test_the_recordings_are_there() -> None:
+    """Five runs, of which one is thinned out from 200 to 36 and one to nothing."""
+    assert sorted((len(recording['sent']), len(recording['tf'])) for recording in RECORDINGS) == [
+        (3, 3), (5, 0), (5, 3), (200, 36), (200, 152)]
+
+
+@for_standin
+def test_a_stamp_of_the_future_does_not_silence_it(domain_id: int) -> None:
+    """The interval runs from the node's clock, if that is earlier than the last stamp."""
+    overrides = [Parameter('robot_description', value=URDF)]
+    with graph(domain_id, partial(RobotStatePublisher, parameter_overrides=overrides)) as live:
+        node = live.nodes[-1]
+        tf = live.record('/tf', TFMessage)
+        live.wait_for(lambda: node.count_subscribers('/tf') == 1, 10.0, 'a listener')
+        for ahead in (100, 0, 10):
+            state = JointState(name=['j1'], position=[float(ahead)])
+            now = live.listener.get_clock().now().nanoseconds
+            state.header.stamp.sec, state.header.stamp.nanosec = divmod(
+                now + ahead * SECOND, SECOND)
+            live.do(partial(node.joint_states_callback, state))
+        live.wait_for(lambda: len(tf.messages) == 2, 10.0, 'what is 100 s and 10 s ahead')
+        assert tf.last.transforms[0].header.stamp == state.header.stamp
+
+
+@for_standin
+def test_no_limit_and_no_stamps(domain_id: int) -> None:
+    """At zero Hz nothing is thinned out that is in order, and on demand nothing at all."""
+    for parameter, stamps in ((Parameter('publish_frequency', value=0.0), (5, 5, 6)),
+                              (Parameter('ignore_timestamp', value=True), (5, 0, 4))):
+        overrides = [Parameter('robot_description', value=URDF), parameter]
+        with graph(domain_id, partial(RobotStatePublisher, parameter_overrides=overrides)) as live:
+            node = live.nodes[-1]
+            tf = live.record('/tf', TFMessage)
+            live.wait_for(lambda: node.count_subscribers('/tf') == 1, 10.0, 'a listener')
+            for stamp in stamps:
+                state = JointState(name=['j1'], position=[1.0])
+                state.header.stamp.sec = stamp
+                live.do(partial(node.joint_states_callback, state))
+            live.wait_for(lambda: len(tf.messages) == 3, 10.0, 'three messages')
+
+
+# ------------------------------------------------------------------------------- as a process
+
+@pytest.fixture
+def command(tmp_path: Path) -> list[str]:
+    """Write the command that runs the executable with the recorded robot, at 1000 Hz."""
+    try:
+        get_package_prefix('robot_state_publisher')
+    except PackageNotFoundError as error:
+        pytest.skip(str(error))
+    parameters = tmp_path / 'parameters.yaml'
+    parameters.write_text(json.dumps({'/**': {'ros__parameters': {
+        'robot_description': URDF, 'publish_frequency': 1000.0}}}))
+    return [executable('robot_state_publisher', 'robot_state_publisher'),
+            '--ros-args', '--params-file', str(parameters)]
+
+
+@pytest.fixture
+def publisher(command: list[str], domain_id: int) -> Iterator[NodeProcess]:
+    """Run it until the test ends, with Ctrl-C and status 0."""
+    with process(command, domain_id) as running:
+        yield running
+
+
+def send(live: LiveGraph, state: JointState, tf: Recording) -> TFMessage:
+    """
+    Publish a joint state until it has an effect.
+
+    :param live: The graph.
+    :param state: The joint state; joint_states are best effort, so one may get lost.
+    :param tf: The recording of /tf.
+    :return: The first message on /tf with the stamp of the joint state.
+    """
+    sender = live.publisher('joint_states', JointState, qos_profile_sensor_data)
+
+    def answer() -> list[TFMessage]:
+        """Find what has that stamp."""
+        return [message for message in tf.messages
+                if message.transforms and message.transforms[0].header.stamp == state.header.stamp]
+
+    for attempt in range(20):
+        # A second copy has no effect: its stamp is not later than the first one's.
+        sender.publish(state)
+        try:
+            return live.wait_for(answer, 0.5, 'transforms')[0]
+        except TimeoutError:
+            if attempt == 19:
+                raise
+    raise AssertionError('unreachable')
+
+
+def test_late_listeners_get_description_and_fixed_links(
+        publisher: NodeProcess, domain_id: int) -> None:
+    """Both are latched; the fixed links come in one message."""
+    with graph(domain_id) as live:
+        static = live.record('/tf_static', TFMessage, LATCHED)
+        description = live.record('robot_description', String, LATCHED)
+        live.wait_for(lambda: static.messages and description.messages, 20.0, 'what is latched')
+        assert description.last.data == URDF
+        recorded = by_name('partial_joints_and_unknown')['tf_static'][0][1]
+        assert_transforms(static.last, recorded, stamps=False)
+
+
+def test_joint_states_on_the_topic_move_the_links(
+        publisher: NodeProcess, domain_id: int) -> None:
+    """What was recorded of some joints, unknown ones among them, comes over DDS as well."""
+    recording = by_name('partial_joints_and_unknown')
+    with graph(domain_id) as live:
+        tf = live.record('/tf', TFMessage)
+        shift = shift_to_past(live, recording)
+        for row, (_, recorded) in zip(recording['sent'], recording['tf']):
+            assert_transforms(send(live, joint_state(row, shift), tf), recorded, shift)
+
+
+def set_parameter(live: LiveGraph, name: str, value: Any) -> Any:
+    """Set a parameter of the node, and return what it answers."""
+    return live.call('robot_state_publisher/set_parameters', SetParameters, SetParameters.Request(
+        parameters=[Parameter(name, value=value).to_parameter_msg()])).results[0]
+
+
+def test_parameters_can_change_while_it_runs(publisher: NodeProcess, domain_id: int) -> None:
+    """A new robot is published, a bad one refused, and a prefix counts from the next message."""
+    recording = by_name('partial_joints_and_unknown')
+    with graph(domain_id) as live:
+        tf = live.record('/tf', TFMessage)
+        static = live.record('/tf_static', TFMessage, LATCHED)
+        description = live.record('robot_description', String, LATCHED)
+        live.wait_for(lambda: static.messages and description.messages, 20.0, 'what is latched')
+        for bad in ('', '<robot name="x"><link/>', 'no robot at all'):
+            assert not set_parameter(live, 'robot_description', bad).successful
+        assert not set_parameter(live, 'publish_frequency', 1001.0).successful
+        assert not set_parameter(live, 'publish_frequency', -1.0).successful
+
+        shift = shift_to_past(live, recording)
+        first, _, second, *_ = recording['sent']
+        send(live, joint_state(first, shift), tf)
+        changed = URDF.replace('xyz="0.3 0 0.1"', 'xyz="0.4 0 0.1"').replace(
+            'xyz="0 0 0.05"', 'xyz="0 0 0.06"')
+        assert set_parameter(live, 'robot_description', changed).successful
+        live.wait_for(lambda: description.last.data == changed
+                      and static.last.transforms[0].transform.translation.x == 0.4,
+                      10.0, 'the new robot')
+        assert [t.child_frame_id for t in static.last.transforms] == ['fixed_link']
+        moved, = send(live, joint_state({**first, 'stamp': second['stamp']}, shift), tf).transforms
+        assert (moved.child_frame_id, moved.transform.translation.z) == ('link1', 0.06)
+
+        assert set_parameter(live, 'frame_prefix', 'bot2/').successful
+        moved, = send(live, joint_state(
+            {**first, 'stamp': recording['sent'][3]['stamp']}, shift), tf).transforms
+        assert (moved.header.frame_id, moved.child_frame_id) == ('bot2/base_link', 'bot2/link1')
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_it_ends_quietly(command: list[str], domain_id: int, number: int) -> None:
+    """Ctrl-C and SIGTERM end it with status 0 and without another word."""
+    with graph(domain_id) as live, process(command, domain_id, stop=None) as running:
+        live.publisher('joint_states', JointState, qos_profile_sensor_data, timeout=20.0)
+        running.wait_for_output('Robot initialized', 20.0)
+        before = running.output
+        assert running.stop(number) == 0
+        if IS_STANDIN:
+            assert running.output == before
+
+
+@pytest.mark.parametrize('name, value, reason', [
+    ('robot_description', '', 'must not be empty'),
+    ('robot_description', '<robot', 'XML'),
+    ('robot_description', '<car/>', '<car>'),
+    ('publish_frequency', 2000.0, '2000'),
+    ('publish_frequency', 30, 'publish_frequency'),
+    ('publish_frequency', 'abc', 'publish_frequency'),
+])
+@for_standin
+def test_a_bad_parameter_ends_it_with_a_sentence(
+        name: str, value: Any, reason: str, domain_id: int, tmp_path: Path) -> None:
+    """The sentence says what is wrong; there is no traceback and no success."""
+    parameters = tmp_path / 'parameters.yaml'
+    parameters.write_text(json.dumps(
+        {'/**': {'ros__parameters': {'robot_description': URDF, name: value}}}))
+    with process([executable('robot_state_publisher', 'robot_state_publisher'), '--ros-args',
+                  '--params-file', str(parameters)], domain_id, stop=None) as running:
+        assert running.wait(20.0) == 1
+        assert reason in running.output
+        assert len(running.output.strip().splitlines()) == 1
+
+
+# -------------------------------------------------------------------------------- descriptions
+
+def robot(*joints: str, links: Sequence[str] = ('a', 'b')) -> str:
+    """Write a robot's description."""
+    return (f'<robot name="r">{"".join(f"<link name={name!r}/>" for name in links)}'
+            f'{"".join(joints)}</robot>')
+
+
+def joint(inside: str = '', kind: str = 'fixed', name: str = 'j', parent: str = 'a',
+          child: str = 'b') -> str:
+    """Write a joint."""
+    return (f'<joint name="{name}" type="{kind}"><parent link="{parent}"/>'
+            f'<child link="{child}"/>{inside}</joint>')
+
+
+@for_standin
+@pytest.mark.parametrize('description, reason', [
+    (robot(links=()), 'no link'),
+    (robot(links=('a', 'a')), r'link \[a\] is there more than once'),
+    (robot(joint(), joint(name='k')), r'\[b\] is the child of more than one joint'),
+    (robot(joint(child='b'), joint(child='c'), links='abc'), r'joint \[j\] is there more than'),
+    (robot(links='ab'), r'\[a\] and \[b\] are both roots'),
+    (robot(joint(), joint(parent='b', child='a', name='k')), 'loop'),
+    (robot(joint(child='x')), r'child link \[x\] of joint \[j\] does not exist'),
+    (robot('<joint name="j" type="fixed"><parent link="a"/></joint>'), 'no child link'),
+    (robot(joint(kind='wobbly')), r'unknown type \[wobbly\]'),
+    (robot(joint(kind='revolute')), 'no limit'),
+    (robot(joint('<axis xyz="0 0 0"/>', kind='continuous')), 'axis of joint .* no length'),
+    (robot(joint('<axis xyz="0 1"/>', kind='continuous')), 'not three numbers'),
+    (robot(joint('<origin xyz="0 x 1"/>')), "'x' where a number should be"),
+    (robot(joint('<mimic/>', kind='continuous')), 'mimic of joint .* names no joint'),
+])
+def test_a_bad_description_is_refused_with_a_reason(description: str, reason: str) -> None:
+    """The reason names the joint or link and what is wrong with it."""
+    with pytest.raises(DescriptionError, match=reason):
+        parse(description)
+
+
+@for_standin
+def test_a_floating_joint_neither_rests_nor_moves() -> None:
+    """It is left to others to publish; a planar one counts as fixed."""
+    joints = parse(robot(joint(kind='floating'), joint(kind='planar', name='p', child='c'),
+                         links='abc'))
+    assert [(joints[name].moves, joints[name].is_fixed) for name in 'jp'] == [
+        (False, False), (False, True)]
+
+
+def about(axis: Sequence[float], angle: float) -> np.ndarray:
+    """Make a rotation matrix by Rodrigues' formula."""
+    x, y, z = np.array(axis) / np.linalg.norm(axis)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + sin(angle) * cross + (1.0 - cos(angle)) * cross @ cross
+
+
+TRIPLES = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
+
+
+@for_standin
+@given(TRIPLES, TRIPLES, TRIPLES.filter(lambda axis: np.linalg.norm(axis) > 0.1),
+       st.sampled_from(['continuous', 'prismatic']), st.floats(-10.0, 10.0))
+def test_a_joint_moves_as_urdf_says(xyz: tuple, rpy: tuple, axis: tuple, kind: str,
+                                    position: float) -> None:
+    """Origin first, by fixed-axis roll, pitch, yaw; then about or along the joint's axis."""
+    def words(values: tuple) -> str:
+        """Write numbers for XML."""
+        return ' '.join(map(repr, values))
+
+    inside = (f'<origin xyz="{words(xyz)}" rpy="{words(rpy)}"/><axis xyz="{words(axis)}"/>'
+              '<limit effort="1" velocity="1"/>')
+    translation, (x, y, z, w) = parse(robot(joint(inside, kind=kind)))['j'].pose(position)
+    origin = about((0, 0, 1), rpy[2]) @ about((0, 1, 0), rpy[1]) @ about((1, 0, 0), rpy[0])
+    turns = kind == 'continuous'
+    slid = np.zeros(3) if turns else position * np.array(axis) / np.linalg.norm(axis)
+    assert translation == pytest.approx(np.array(xyz) + origin @ slid, abs=1e-9)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    rotation = np.eye(3) + 2.0 * w * cross + 2.0 * cross @ cross
+    assert np.allclose(rotation, origin @ about(axis, position if turns else 0.0), atol=1e-9)
+    assert w > 0.5 - 1e-9 or max(x, y, z) > radians(20)

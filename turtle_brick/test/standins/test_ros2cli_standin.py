@@ -1,0 +1,416 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+`ros2` on a running turtle_arena, held to recordings of the real one.
+
+Every record of data/ros2 about what the stand-in has is replayed on one graph. Where the real
+ros2cli is installed, and TURTLE_BRICK_ORACLE set, that is held to the same records, one by one
+because of its daemon, which takes some minutes and shows that the comparison is right.
+"""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+import contextlib
+from importlib.util import find_spec
+import json
+import os
+from pathlib import Path
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from typing import Any
+from typing import NamedTuple
+
+from ament_index_python.packages import get_package_share_directory
+from live_graph import GLANCE
+import pytest
+from rcl_interfaces.msg import IntegerRange
+from rcl_interfaces.msg import ParameterDescriptor
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.action import ActionServer
+from rclpy.node import Node
+from recorded import DATA
+from recorded import with_paths
+from recorded import write_files
+from std_srvs.srv import Empty
+from turtle_brick.tools.domains import reserved_domain
+from turtle_brick.tools.graph import Graph
+from turtlesim.action import RotateAbsolute
+from turtlesim.msg import Color
+from turtlesim.srv import SetPen
+
+STAND_IN = find_spec('ros2cli.traffic') is not None
+# Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
+pytestmark = pytest.mark.skipif(not STAND_IN and 'TURTLE_BRICK_ORACLE' not in os.environ,
+                                reason='the real ros2cli is not tested here')
+
+RECORDS = {record['name']: record
+           for file in ('cli', 'launch_show_args', 'launch_errors')
+           for record in json.loads((DATA / f'{file}.json').read_text())['records']}
+
+# How long (s) a command may take.
+TIME = 30.0
+
+# Verbs that the stand-in does not have, by the words of the command.
+LEFT_OUT_VERBS = (
+    'action', 'daemon', 'doctor', 'interface list', 'interface package', 'interface packages',
+    'interface proto', 'param delete', 'param dump', 'param load', 'pkg xml', 'service find',
+    'topic bw', 'topic delay', 'topic find')
+
+# Records that are not replayed, with the reason.
+LEFT_OUT = {
+    'pkg_list': 'the recording is of what was installed there',
+    **dict.fromkeys(
+        (name for name, record in RECORDS.items()
+         if record['command'][1:2] == ['launch'] and record['stdout'].startswith('[')),
+        'what launch says; test_launch_standin.py'),
+    'print_description_py': '-p is left out',
+    'print_description_xml': '-p is left out',
+    'run_wait_sigterm_to_ros2_only':
+        'the real one leaves its child behind; test_run_passes_sigterm_on',
+}
+
+
+def verb(record: dict[str, Any]) -> str | None:
+    """Return the verb that the stand-in does not have and that a record is about, if it is."""
+    words = ' '.join(record['command'][1:]) + ' '
+    return next((verb for verb in LEFT_OUT_VERBS if words.startswith(f'{verb} ')), None)
+
+
+REPLAYED = [name for name, record in RECORDS.items()
+            if name not in LEFT_OUT and verb(record) is None]
+
+# They want the graph for themselves: they count ends of topics that every node has, or change
+# what others see.
+ALONE = [name for name in REPLAYED if re.match(
+    'topic_list_verbose|param_set|call_(place|drop|int|stdin|unknown|wrong)|service_call_w',
+    name)]
+
+# They come before those that add to the graph.
+FIRST = [name for name in REPLAYED if not re.match('echo|pub|topic_hz', name)]
+
+
+@pytest.fixture(scope='module')
+def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Write the files that were recorded with."""
+    top = tmp_path_factory.mktemp('ros2')
+    write_files(top)
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv('COLUMNS', '100')
+        environment.setenv('AMENT_PREFIX_PATH',
+                           f'{top}/probe:{os.environ["AMENT_PREFIX_PATH"]}')
+        yield top
+
+
+class Outcome(NamedTuple):
+    """What came of a command."""
+
+    status: int
+    stdout: str
+    stderr: str
+
+
+# ----------------------------------------------------------------------------------- the graph
+
+def complete(turtlesim: Node, publisher: Node) -> None:
+    """Give the stand-ins of two nodes what they leave out and the recordings show."""
+    turtlesim.create_publisher(Color, 'turtle1/color_sensor', 10)
+    turtlesim.create_service(Empty, 'clear', lambda _, response: response)
+    turtlesim.create_service(SetPen, 'turtle1/set_pen', lambda _, response: response)
+    ActionServer(turtlesim, RotateAbsolute, 'turtle1/rotate_absolute', lambda _: None)
+    for color, name, value in (('b', 'Blue', 255), ('g', 'Green', 86), ('r', 'Red', 69)):
+        turtlesim.declare_parameter(f'background_{color}', value, ParameterDescriptor(
+            description=f'{name} channel of the background color',
+            integer_range=[IntegerRange(from_value=0, to_value=255, step=1)]))
+    own = ('depth', 'history', 'reliability')
+    for node, ends in (
+            (turtlesim, {'parameter_events.publisher': (*own, 'durability')}),
+            (publisher, {'joint_states.subscription': own,
+                         'parameter_events.publisher': (*own, 'durability'),
+                         'tf.publisher': (*own, 'durability'), 'tf_static.publisher': own})):
+        for end, policies in ends.items():
+            for policy in policies:
+                node.declare_parameter(f'qos_overrides./{end}.{policy}', '')
+        for _ in range(2):
+            node.create_subscription(ParameterEvent, '/parameter_events', lambda _: None, 10)
+
+
+@pytest.fixture(scope='module')
+def arena() -> Iterator[Node]:
+    """Run what `turtle_arena view:=none` starts, in a domain of its own; return one node."""
+    with reserved_domain() as domain, Graph(domain, quiet=True) as graph:
+        turtlesim = graph.add_turtlesim()
+        publisher = graph.add_robot_state_publisher()
+        graph.add_robot()
+        node = graph.add_arena()
+        graph.add_catcher()
+        if turtlesim and publisher:
+            complete(turtlesim, publisher)
+        over = threading.Event()
+
+        def spin() -> None:
+            while not over.is_set():
+                graph.spin_for(GLANCE)
+
+        spinning = threading.Thread(target=spin, name='arena')
+        spinning.start()
+        try:
+            yield node
+        finally:
+            over.set()
+            spinning.join()
+
+
+# ---------------------------------------------------------------------------------- the replay
+
+class Command:
+    """A command that runs, with what it has printed so far."""
+
+    def __init__(self, words: list[str], domain: int, stdin: str = '') -> None:
+        """Start it in a process group of its own, as a shell does."""
+        self.popen = subprocess.Popen(
+            words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            text=True, env={**os.environ, 'ROS_DOMAIN_ID': str(domain)}, start_new_session=True)
+        self.popen.stdin.write(stdin)
+        self.popen.stdin.close()
+        self.lines: list[str] = []
+        self.errors: list[str] = []
+        self.readers = [
+            threading.Thread(target=lines.extend, args=(stream,))
+            for lines, stream in ((self.lines, self.popen.stdout),
+                                  (self.errors, self.popen.stderr))]
+        for reader in self.readers:
+            reader.start()
+
+    def wait_for(self, condition: Callable[[], Any]) -> None:
+        """Wait until something is so, or the command has ended, or the time is over."""
+        deadline = time.monotonic() + TIME
+        while not condition() and self.popen.poll() is None and time.monotonic() < deadline:
+            time.sleep(GLANCE)
+
+    def end(self) -> Outcome:
+        """Wait until it has ended; what is left of it then, and after a time all of it, goes."""
+        self.wait_for(lambda: False)
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.popen.pid, signal.SIGKILL)
+        for reader in self.readers:
+            reader.join()
+        return Outcome(self.popen.wait(), ''.join(self.lines), ''.join(self.errors))
+
+
+def replay(record: dict[str, Any], domain: int, arena: Node, files: Path) -> Outcome:
+    """Do what was recorded, with its signals when what they waited for has come."""
+    command = Command(
+        with_paths(record['command'], files), domain, record.get('stdin', ''))
+    topics = [word for word in record['command'][3:] if word.startswith('/')]
+    expected = record['stdout'].replace('$MORE\n', '').count('\n')
+
+    def reached(when: list[Any]) -> bool:
+        """Return whether what a signal waits for has come."""
+        if when[0] == 'line':
+            pattern, number = when[1] if isinstance(when[1], list) else (when[1], 1)
+            return sum(1 for line in command.lines if re.search(pattern, line)) >= number
+        # After some seconds, when it was waiting: for what it has told, or as a subscription.
+        name = f'_ros2cli_{command.popen.pid}'
+        return len(command.lines) >= expected if expected else any(
+            info.node_name == name for topic in topics
+            for info in arena.get_subscriptions_info_by_topic(topic))
+
+    signals = [] if record['stderr'] else list(record.get('signals', ()))
+    if record.get('ended_by_recorder'):
+        signals.append([signals[-1][0] if signals else ['t'], 'SIGINT', 'group'])
+    for when, name, whom in signals:
+        command.wait_for(lambda: reached(when))
+        with contextlib.suppress(ProcessLookupError):
+            (os.kill if whom == 'process' else os.killpg)(
+                command.popen.pid, getattr(signal, name))
+    return command.end()
+
+
+class Replays:
+    """What has come of the records that a session tests."""
+
+    def __init__(self, arena: Node, empty: int, files: Path, wanted: Iterable[str]) -> None:
+        """Replay as many at once as do not disturb each other."""
+        self._arena = arena
+        self.files = files
+        self._empty = empty
+        self._outcomes: dict[str, Outcome] = {}
+        with ThreadPoolExecutor(4 if STAND_IN else 1) as pool:
+            for part in (FIRST, REPLAYED):
+                now = [name for name in part if name in wanted and name not in self._outcomes
+                       and name not in ALONE]
+                self._outcomes.update(zip(now, pool.map(self._replay, now)))
+        for name in ALONE:
+            if name in wanted:
+                self._outcomes[name] = self._replay(name)
+
+    def _replay(self, name: str) -> Outcome:
+        domain = self._empty if name.startswith('empty') else self._arena.context.get_domain_id()
+        return replay(RECORDS[name], domain, self._arena, self.files)
+
+    def take(self, name: str) -> Outcome:
+        """Return what has come of a record; who asks again has it replayed again."""
+        return self._outcomes.pop(name, None) or self._replay(name)
+
+
+@pytest.fixture(scope='module')
+def replays(arena: Node, files: Path, request: pytest.FixtureRequest) -> Iterator[Replays]:
+    """Replay all records that this session tests."""
+    with reserved_domain() as empty:
+        deadline = time.monotonic() + TIME  # for a daemon to know the graph
+        while not STAND_IN and time.monotonic() < deadline:
+            names = Command(['ros2', 'node', 'list'], arena.context.get_domain_id()).end().stdout
+            if names.count('/') == 5:
+                break
+        try:
+            yield Replays(arena, empty, files, [
+                item.callspec.params['name'] for item in request.session.items
+                if getattr(item, 'originalname', '') == test_replay.__name__])
+        finally:
+            if not STAND_IN:
+                for domain in (empty, arena.context.get_domain_id()):
+                    Command(['ros2', 'daemon', 'stop'], domain).end()
+
+
+# -------------------------------------------------------------------------------- the comparison
+
+# What may be there or not: lines about a graph that is not known yet, as the real one mostly has;
+# lost messages; where the stand-in says what it is; the way to the last line of an error; what
+# differs between versions of argparse.
+MAY_DIFFER = (
+    (r'\$MORE\n?', ''),
+    (r'waiting for service to become available\.\.\.\n(?=requester)', ''),
+    (r'(Waiting for at least 1 matching subscription\(s\)\.\.\.\n)+(?=publisher)', ''),
+    (r'WARNING: topic .* does not appear to be published yet\n(?=average)', ''),
+    (r'A message was lost!!!\n.*\n.*---\n', ''),
+    (r'\nThis is a stand-in for ros2cli.*\n', ''),
+    (r'Traceback \(most recent call last\):\n(  .*\n)+', ''),
+    (r'(-\w) [A-Z_]+, (?=--)', r'\1, '),
+    (r"'(?=[\w', ]*\)\n)", ''),
+    (r'(required: .*), (argv|launch_arguments)\n', r'\1\n'),
+    (r'searching: .*', ''),
+    # what the workspace says has changed since
+    ('centre', 'center'),
+)
+
+# What another node answers, and says in its own words, and what the graph has got since.
+ANSWERS = {
+    'topic_list_verbose': r'(/tf_static.*\] )\d( subscribers)',
+    **dict.fromkeys(('call_drop_again', 'service_call_without_slash'), r'(Response\().*()'),
+    **dict.fromkeys((name for name in RECORDS if name.startswith('param_set')), r'(failed: ).*()'),
+    # what xacro makes of the comments differs between its versions
+    'echo_latched_string_truncated': r"(data: )'?<\?xml[\s\S]*?(\.\.\.)'?",
+    # the workspace has changed since
+    'echo_latched_array': r'(\ntext: ).*()',
+    **dict.fromkeys((name for name in RECORDS if re.match('show_args_.*(turtle|option)', name)),
+                    r"('view':\n.*\n        \(default: ).*()"),
+}
+
+TOKENS = {
+    'SHARE': re.escape(get_package_share_directory('turtle_brick')),
+    'PREFIX': r'\S+',
+    'GID': '[0-9a-f.]+',
+}
+
+
+def comparable(name: str, text: str) -> str:
+    """Return what a command prints, without what may differ."""
+    for pattern, replacement in MAY_DIFFER:
+        text = re.sub(pattern, replacement, text)
+    return re.sub(ANSWERS[name], r'\1\2', text) if name in ANSWERS else text
+
+
+def matches(name: str, recorded: str, printed: str, files: Path) -> bool:
+    """Return whether a command has printed what is recorded."""
+    tokens = {**TOKENS, 'PROBE': re.escape(f'{files}/probe'), 'FILES': re.escape(str(files))}
+    pattern = re.sub(r'\\\$([A-Z]+)', lambda token: tokens.get(token[1], r'\d[\d.]*'),
+                     re.escape(comparable(name, recorded)))
+    if RECORDS[name].get('signals') and recorded:
+        pattern += r'[\s\S]*'  # it may have gone on until the signal came
+    return re.fullmatch(pattern, comparable(name, printed)) is not None
+
+
+@pytest.mark.parametrize('name', REPLAYED)
+def test_replay(name: str, replays: Replays) -> None:
+    """The command prints what the real one printed, and ends as it did."""
+    record, outcome = RECORDS[name], replays.take(name)
+    assert outcome.status == record['returncode'], outcome
+    for recorded, printed in ((record['stdout'], outcome.stdout),
+                              (record['stderr'], outcome.stderr)):
+        if not matches(name, recorded, printed, replays.files):
+            assert comparable(name, printed) == comparable(name, recorded)
+
+
+# ------------------------------------------------------------------ what the stand-in does better
+
+@pytest.mark.skipif(not STAND_IN, reason='the real ros2cli has these verbs')
+@pytest.mark.parametrize('verb', LEFT_OUT_VERBS)
+def test_what_is_left_out_says_so(verb: str, files: Path, domain_id: int) -> None:
+    """One line, whatever follows the verb."""
+    outcome = Command(['ros2', *verb.split(), 'a', '--b', '-h'], domain_id).end()
+    assert outcome == (
+        1, '', f'ros2 {verb}: this needs the real ros2cli, which this one stands in for\n')
+
+
+@pytest.mark.skipif(not STAND_IN, reason='the real one leaves its child behind')
+@pytest.mark.parametrize('number, status, said', [
+    (signal.SIGTERM, 0, 'got SIGTERM\n'),
+    (signal.SIGHUP, 256 - signal.SIGHUP, '[ros2run]: Hangup\n'),
+])
+def test_run_passes_signals_on(number: int, status: int, said: str, files: Path,
+                               domain_id: int) -> None:
+    """The child ends too, and its status is that of the command."""
+    command = Command(['ros2', 'run', 'probe', 'wait'], domain_id)
+    command.wait_for(lambda: command.lines)
+    os.kill(command.popen.pid, number)
+    assert command.end() == (status, f'ready\n{said}', '')
+
+
+# What pybind11 makes of an exception that comes in a callback.
+SWALLOWED = """
+import os, sys
+from ros2cli import cli, graph
+number = int(sys.argv.pop())
+def spin_until(*_):
+    try:
+        os.kill(os.getpid(), number)
+    except BaseException:
+        raise RuntimeError("Unable to convert call argument '0'")
+graph.Observer.spin_until = spin_until
+cli.main()
+"""
+
+
+@pytest.mark.skipif(not STAND_IN, reason='the real one prints a traceback')
+@pytest.mark.parametrize('number', (signal.SIGINT, signal.SIGTERM))
+def test_interrupted_in_the_middleware(number: int, domain_id: int) -> None:
+    """Whatever the middleware makes of the interruption, the command ends quietly."""
+    outcome = Command([sys.executable, '-c', SWALLOWED, 'topic', 'echo', '/odom',
+                       'nav_msgs/msg/Odometry', str(int(number))], domain_id).end()
+    assert outcome == (number, '', '')
+
+
+@pytest.mark.skipif(not STAND_IN, reason='the real one prints a traceback')
+def test_nobody_reads_on(arena: Node) -> None:
+    """A pipe that is closed ends the command quietly, as in `ros2 topic echo ... | head`."""
+    command = ['bash', '-c', 'ros2 topic echo /turtle1/pose | head -n 1']
+    outcome = Command(command, arena.context.get_domain_id()).end()
+    assert (outcome.status, outcome.stderr) == (0, '')
+    assert outcome.stdout.startswith('x: ')

@@ -1,0 +1,488 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+The buffer of this home's tf2_ros against recordings of the real one and against matrices.
+
+Where the real tf2_ros is installed it is tested itself, which shows that the tests are right.
+"""
+
+from collections.abc import Sequence
+from functools import partial
+import inspect
+import json
+from math import sqrt
+from pathlib import Path
+from threading import Thread
+from time import monotonic
+from time import perf_counter
+from typing import Any
+
+from geometry_msgs.msg import TransformStamped
+from hypothesis import given
+from hypothesis import strategies as st
+from live_graph import graph
+import numpy as np
+import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy
+from rclpy.qos import QoSProfile
+from rclpy.qos import ReliabilityPolicy
+from rclpy.time import Time
+from tf2_msgs.msg import TFMessage
+from tf2_msgs.srv import FrameGraph
+import tf2_ros
+from tf2_ros import Buffer
+from tf2_ros import ExtrapolationException
+from tf2_ros import LookupException
+from tf2_ros import StaticTransformBroadcaster
+from tf2_ros import TransformBroadcaster
+from tf2_ros import TransformException
+from tf2_ros import TransformListener
+
+DATA = Path(__file__).parents[1] / 'data' / 'tf2'
+RECORDED = json.loads((DATA / 'tf2_recorded.json').read_text())
+# Random calls: trees that change, doubled stamps, old data, loops, lengths of the cache.
+RANDOM = json.loads((DATA / 'tf2_random.json').read_text())
+
+# One of the recorded buffers was made to forget sooner than after 10 s.
+CACHE_TIME = {'single_and_cache_expiry': 2.0,
+              **{script['name']: script['cache_time'] for script in RANDOM}}
+
+SECOND = 1_000_000_000
+LATEST = Time()
+
+
+# ---------------------------------------------------------------------------------- conversions
+
+def stamped(parent: str, child: str, time: int, translation: Sequence[float] = (0.0, 0.0, 0.0),
+            rotation: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> TransformStamped:
+    """
+    Write a transform.
+
+    :param parent: The frame.
+    :param child: The child frame.
+    :param time: The time in ns.
+    :param translation: x, y, z.
+    :param rotation: The quaternion x, y, z, w.
+    :return: The message.
+    """
+    message = TransformStamped()
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(time, SECOND)
+    message.header.frame_id = parent
+    message.child_frame_id = child
+    t, r = message.transform.translation, message.transform.rotation
+    t.x, t.y, t.z = map(float, translation)
+    r.x, r.y, r.z, r.w = map(float, rotation)
+    return message
+
+
+def numbers(message: TransformStamped) -> list[float]:
+    """Read x, y, z and the quaternion x, y, z, w of a transform."""
+    t, r = message.transform.translation, message.transform.rotation
+    return [t.x, t.y, t.z, r.x, r.y, r.z, r.w]
+
+
+def matrix(values: Sequence[float]) -> np.ndarray:
+    """
+    Write a transform as a homogeneous matrix.
+
+    :param values: x, y, z and the quaternion x, y, z, w.
+    :return: The matrix, (4, 4).
+    """
+    x, y, z, qx, qy, qz, qw = values
+    cross = np.array([[0.0, -qz, qy], [qz, 0.0, -qx], [-qy, qx, 0.0]])
+    result = np.eye(4)
+    result[:3, :3] = np.eye(3) + 2.0 * qw * cross + 2.0 * cross @ cross
+    result[:3, 3] = x, y, z
+    return result
+
+
+def seconds(time: float) -> Time:
+    """Make a time of seconds."""
+    return Time(nanoseconds=round(time * SECOND))
+
+
+# ----------------------------------------------------------------------------------- recordings
+
+def ask(buffer: Buffer, call: dict[str, Any]) -> TransformStamped:
+    """
+    Repeat a recorded lookup.
+
+    :param buffer: The buffer to ask.
+    :param call: The call.
+    :return: What the buffer returns.
+    """
+    if call['op'] == 'lookup':
+        return buffer.lookup_transform(call['target'], call['source'], seconds(call['t']))
+    return buffer.lookup_transform_full(
+        call['target'], seconds(call['target_t']), call['source'], seconds(call['source_t']),
+        call['fixed'])
+
+
+@pytest.mark.parametrize('script', RECORDED + RANDOM, ids=lambda script: script['name'])
+def test_every_recorded_call_is_answered_as_recorded(script: dict[str, Any]) -> None:
+    """Values to 1e-9, exceptions to the letter, descriptions of the frames likewise."""
+    buffer = Buffer(Duration(seconds=CACHE_TIME.get(script['name'], 10.0)))
+    for call in script['ops']:
+        if call['op'] in ('set', 'set_static'):
+            tf = call['tf']
+            sec, nanosec = tf['stamp']
+            message = stamped(
+                tf['frame_id'], tf['child'], sec * SECOND + nanosec, tf['t'], tf['q'])
+            add = buffer.set_transform if call['op'] == 'set' else buffer.set_transform_static
+            assert add(message, 'oracle') is None
+        elif call['op'] == 'clear':
+            buffer.clear()
+        elif call['op'] == 'all_frames_yaml':
+            assert buffer.all_frames_as_yaml() == call['text']
+        elif call['op'] == 'all_frames_string':
+            assert buffer.all_frames_as_string() == call['text']
+        else:
+            if 'can' in call:
+                possible, reason = buffer.can_transform(
+                    call['target'], call['source'], seconds(call['t']), return_debug_tuple=True)
+                assert [bool(possible), reason] == call['can'], call
+            if 'exc' in call:
+                with pytest.raises(getattr(tf2_ros, call['exc'])) as raised:
+                    ask(buffer, call)
+                assert type(raised.value).__name__ == call['exc']
+                assert str(raised.value) == call['text']
+            else:
+                answer, wanted = ask(buffer, call), call['ok']
+                assert numbers(answer) == pytest.approx(wanted['t'] + wanted['q'], abs=1e-9), call
+                stamp = answer.header.stamp
+                assert [stamp.sec, stamp.nanosec] == wanted['stamp']
+                assert answer.header.frame_id == wanted['frame_id']
+                assert answer.child_frame_id == wanted['child']
+
+
+def test_the_recordings_are_there() -> None:
+    """Five scripts with 116 lookups, and forty random ones."""
+    lookups = [call for script in RECORDED for call in script['ops'] if 'lookup' in call['op']]
+    assert (len(RECORDED), len(lookups), len(RANDOM)) == (5, 116, 40)
+
+
+# ----------------------------------------------------------------------------------- properties
+
+COORDINATES = st.floats(-100.0, 100.0)
+QUATERNIONS = st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(
+    lambda q: sum(v * v for v in q) > 0.01).map(
+    lambda q: tuple(v / sqrt(sum(w * w for w in q)) for v in q))
+TRANSFORMS = st.tuples(st.tuples(*[COORDINATES] * 3), QUATERNIONS)
+
+
+@st.composite
+def trees(draw: st.DrawFn) -> list[tuple[int, bool, tuple]]:
+    """Draw a tree: for each frame after the first its parent, whether it is static, its pose."""
+    count = draw(st.integers(1, 8))
+    return [(draw(st.integers(0, index)), draw(st.booleans()), draw(TRANSFORMS))
+            for index in range(count)]
+
+
+@given(trees(), st.data())
+def test_lookups_compose_and_invert_like_matrices(tree: list, data: st.DataObject) -> None:
+    """Between any two frames of any tree the answer is the quotient of their matrices."""
+    buffer = Buffer()
+    poses = [np.eye(4)]
+    for index, (parent, static, (translation, rotation)) in enumerate(tree, 1):
+        message = stamped(f'f{parent}', f'f{index}', 5 * SECOND, translation, rotation)
+        (buffer.set_transform_static if static else buffer.set_transform)(message, 'test')
+        poses.append(poses[parent] @ matrix((*translation, *rotation)))
+    frames = st.integers(0, len(tree))
+    a, b, c = data.draw(frames), data.draw(frames), data.draw(frames)
+
+    def look(target: int, source: int) -> np.ndarray:
+        """Ask for a transform as a matrix."""
+        values = numbers(buffer.lookup_transform(f'f{target}', f'f{source}', LATEST))
+        assert sum(v * v for v in values[3:]) == pytest.approx(1.0, abs=1e-12)
+        return matrix(values)
+
+    assert np.allclose(look(a, b), np.linalg.inv(poses[a]) @ poses[b], atol=1e-9)
+    assert np.allclose(look(a, b) @ look(b, a), np.eye(4), atol=1e-9)
+    assert np.allclose(look(a, b) @ look(b, c), look(a, c), atol=1e-9)
+
+
+@given(TRANSFORMS, TRANSFORMS, st.integers(1, 99))
+def test_between_two_times_motion_is_uniform(first: tuple, second: tuple, percent: int) -> None:
+    """The position runs along the line, the rotation about one axis, both at a constant rate."""
+    buffer = Buffer()
+    buffer.set_transform(stamped('w', 'x', SECOND, *first), 'test')
+    buffer.set_transform(stamped('w', 'x', 2 * SECOND, *second), 'test')
+    values = numbers(buffer.lookup_transform(
+        'w', 'x', Time(nanoseconds=SECOND + percent * SECOND // 100)))
+    ratio = percent / 100.0
+    assert values[:3] == pytest.approx(
+        (1.0 - ratio) * np.array(first[0]) + ratio * np.array(second[0]), abs=1e-9)
+    one, two, between = (matrix((0.0, 0.0, 0.0, *q))[:3, :3]
+                         for q in (first[1], second[1], values[3:]))
+
+    def angle(rotation: np.ndarray) -> float:
+        """Measure the angle of a rotation matrix."""
+        axis = rotation - rotation.T
+        return float(np.arctan2(np.linalg.norm(axis) / sqrt(2.0), np.trace(rotation) - 1.0))
+
+    whole = angle(one.T @ two)
+    assert angle(one.T @ between) == pytest.approx(ratio * whole, abs=1e-6)
+    assert angle(between.T @ two) == pytest.approx((1.0 - ratio) * whole, abs=1e-6)
+
+
+@given(st.permutations(range(30)), st.lists(st.integers(0, 2900), min_size=1, max_size=20))
+def test_the_order_of_arrival_does_not_matter(order: list[int], times: list[int]) -> None:
+    """Transforms that come late and in disorder are sorted in."""
+    buffer = Buffer()
+    for index in order:
+        buffer.set_transform(
+            stamped('w', 'x', SECOND + index * 100_000_000, (index ** 2, 0.0, 0.0)), 'test')
+    for time in times:
+        index, rest = divmod(time, 100)
+        wanted = index ** 2 + (2 * index + 1) * rest / 100.0
+        found = buffer.lookup_transform('w', 'x', Time(nanoseconds=SECOND + time * 1_000_000))
+        assert found.transform.translation.x == pytest.approx(wanted, abs=1e-9)
+
+
+def test_ten_seconds_are_kept_at_any_rate() -> None:
+    """Of a long stream the last 10 s can be had, and nothing before them."""
+    buffer = Buffer()
+    step = 4_000_000
+    count = 10_000
+    for index in range(count):
+        buffer.set_transform(stamped('w', 'x', SECOND + index * step, (index, 0.0, 0.0)), 'test')
+    for index in (count - 1, count - 1000, count - 2500):
+        for half in (0, 1):
+            time = Time(nanoseconds=SECOND + index * step - half * step // 2)
+            assert buffer.lookup_transform('w', 'x', time).transform.translation.x == (
+                index - 0.5 * half)
+    for index in (0, count - 2503):
+        with pytest.raises(ExtrapolationException):
+            buffer.lookup_transform('w', 'x', Time(nanoseconds=SECOND + index * step))
+
+
+# ------------------------------------------------------------------------------- speed and waits
+
+def test_a_lookup_in_a_full_cache_takes_less_than_100_us() -> None:
+    """Three links, each with 10 s at 250 Hz: nodes ask this many times per second."""
+    buffer = Buffer()
+    for index in range(2500):
+        for parent, child in (('world', 'a'), ('a', 'b'), ('b', 'c')):
+            buffer.set_transform(stamped(
+                parent, child, SECOND + index * 4_000_000, (index, 1.0, 2.0),
+                (0.0, 0.0, 0.6, 0.8)), 'test')
+    for time in (LATEST, Time(nanoseconds=5 * SECOND + 1_234_567)):
+        best = float('inf')
+        for _ in range(200):
+            start = perf_counter()
+            buffer.lookup_transform('world', 'c', time)
+            best = min(best, perf_counter() - start)
+        assert best < 100e-6
+
+
+def test_a_lookup_waits_until_the_transform_comes() -> None:
+    """A transform that comes within the timeout is returned soon after."""
+    buffer = Buffer()
+    found: list[TransformStamped] = []
+    waiter = Thread(target=lambda: found.append(
+        buffer.lookup_transform('w', 'x', LATEST, Duration(seconds=20.0))))
+    waiter.start()
+    begin = monotonic()
+    buffer.set_transform(stamped('w', 'x', SECOND, (1.0, 2.0, 3.0)), 'test')
+    waiter.join(10.0)
+    assert monotonic() - begin < 5.0
+    assert numbers(found[0])[:3] == [1.0, 2.0, 3.0]
+
+
+def test_a_lookup_gives_up_after_its_timeout() -> None:
+    """It waits no shorter, and then says what a lookup without a timeout says."""
+    buffer = Buffer()
+    begin = monotonic()
+    with pytest.raises(LookupException):
+        buffer.lookup_transform('w', 'x', LATEST, Duration(seconds=0.2))
+    assert 0.19 < monotonic() - begin < 5.0
+    assert not buffer.can_transform('w', 'x', LATEST, timeout=Duration(seconds=0.05))
+    assert not buffer.can_transform_full(
+        'w', LATEST, 'x', LATEST, 'w', timeout=Duration(seconds=0.05))
+
+
+def test_a_future_is_done_when_the_transform_comes() -> None:
+    """Waiting without blocking, for one time and for two."""
+    buffer = Buffer()
+    future = buffer.wait_for_transform_async('w', 'x', seconds(1.5))
+    both = buffer.wait_for_transform_full_async('x', seconds(2.0), 'x', seconds(1.0), 'w')
+    buffer.set_transform(stamped('w', 'x', SECOND, (1.0, 0.0, 0.0)), 'test')
+    assert not future.done() and not both.done()
+    buffer.set_transform(stamped('w', 'x', 2 * SECOND, (2.0, 0.0, 0.0)), 'test')
+    assert numbers(future.result())[0] == 1.5
+    assert numbers(both.result())[0] == -1.0
+    assert buffer.wait_for_transform_async('w', 'x', LATEST).done()
+
+
+def test_several_threads_can_share_a_buffer() -> None:
+    """Lookups of the latest time see whole transforms while others are being added."""
+    buffer = Buffer()
+    buffer.set_transform(stamped('w', 'x', SECOND, (0.0, 0.0, 0.0)), 'test')
+    count = 5000
+
+    def fill() -> None:
+        """Add transforms whose coordinates agree with each other and with their time."""
+        for index in range(1, count):
+            buffer.set_transform(
+                stamped('w', 'x', SECOND + index * 10_000_000, (index, index, index)), 'test')
+
+    filler = Thread(target=fill)
+    filler.start()
+    seen = [0.0]
+    while seen[-1] < count - 1:
+        message = buffer.lookup_transform('w', 'x', LATEST)
+        x, y, z = numbers(message)[:3]
+        stamp = message.header.stamp
+        assert x == y == z == (stamp.sec * SECOND + stamp.nanosec - SECOND) / 10_000_000
+        assert x >= seen[-1]
+        seen.append(x)
+    filler.join()
+
+
+def test_the_same_transform_twice_is_there_once() -> None:
+    """Two listeners that fill one buffer do not double its contents."""
+    buffer = Buffer()
+    for _ in range(3):
+        for index in range(3):
+            buffer.set_transform(
+                stamped('w', 'x', (index + 1) * SECOND, (index, 0.0, 0.0)), 'test')
+    assert '  rate: 1.500\n' in buffer.all_frames_as_yaml()
+
+
+def test_clear_forgets_what_moves_and_keeps_what_does_not() -> None:
+    """After it, static transforms can still be had and the frames are still known."""
+    buffer = Buffer()
+    buffer.set_transform(stamped('w', 'x', SECOND), 'test')
+    buffer.set_transform_static(stamped('x', 'y', 0, (1.0, 0.0, 0.0)), 'test')
+    buffer.clear()
+    assert numbers(buffer.lookup_transform('x', 'y', LATEST))[0] == 1.0
+    with pytest.raises(TransformException):
+        buffer.lookup_transform('w', 'x', LATEST)
+    buffer.set_transform(stamped('w', 'x', SECOND, (2.0, 0.0, 0.0)), 'test')
+    assert numbers(buffer.lookup_transform('w', 'y', LATEST))[0] == 3.0
+
+
+def test_a_loop_is_an_error_and_no_endless_walk() -> None:
+    """Frames that are their own ancestors can be asked for, in vain."""
+    buffer = Buffer()
+    for parent, child in (('a', 'b'), ('b', 'c'), ('c', 'a'), ('w', 'x')):
+        buffer.set_transform(stamped(parent, child, SECOND), 'test')
+    for time in (LATEST, seconds(1.0)):
+        with pytest.raises(LookupException, match='contains a loop'):
+            buffer.lookup_transform('w', 'a', time)
+
+
+# -------------------------------------------------------------------------------------- live ROS
+
+class Hearer(Node):
+    """A node with a buffer and a listener."""
+
+    def __init__(self, context: Context, **listener_arguments: Any) -> None:
+        """Start to listen."""
+        super().__init__('hearer', context=context)
+        self.buffer = Buffer(node=self)
+        self.listener_of_tf = TransformListener(self.buffer, self, **listener_arguments)
+
+
+def test_what_is_broadcast_can_be_looked_up(domain_id: int) -> None:
+    """Moving and static transforms pass over DDS, also to a listener in another namespace."""
+    with graph(domain_id, Hearer) as live:
+        hearer = live.nodes[-1]
+        moving = live.do(lambda: TransformBroadcaster(live.listener))
+        static = live.do(lambda: StaticTransformBroadcaster(live.listener))
+        live.wait_for(lambda: moving.pub_tf.get_subscription_count() == 1, 10.0, 'a listener')
+        moving.sendTransform(stamped('world', 'a', SECOND, (1.0, 0.0, 0.0)))
+        moving.sendTransform([stamped('world', 'a', 2 * SECOND, (3.0, 0.0, 0.0)),
+                              stamped('world', 'b', 2 * SECOND, (0.0, 1.0, 0.0))])
+        static.sendTransform((stamped('a', 'tip', 0, (0.0, 0.0, 7.0)),))
+        live.wait_for(lambda: hearer.buffer.can_transform('b', 'tip', LATEST), 10.0, 'b to tip')
+        assert numbers(hearer.buffer.lookup_transform('world', 'tip', seconds(1.5)))[:3] == [
+            2.0, 0.0, 7.0]
+        yaml = live.call('tf2_frames', FrameGraph).frame_yaml
+        assert yaml == hearer.buffer.all_frames_as_yaml()
+        assert "b: \n  parent: 'world'" in yaml
+
+
+def test_static_transforms_reach_late_listeners_all_together(domain_id: int) -> None:
+    """One latched message holds every child that was ever sent; a child keeps its first pose."""
+    with graph(domain_id) as live:
+        static = live.do(lambda: StaticTransformBroadcaster(live.listener))
+        static.sendTransform(stamped('a', 'b', 0, (1.0, 0.0, 0.0)))
+        static.sendTransform(stamped('a', 'c', 0, (2.0, 0.0, 0.0)))
+        static.sendTransform(stamped('a', 'b', 0, (9.0, 0.0, 0.0)))
+        heard = live.record('/tf_static', TFMessage, QoSProfile(
+            depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        live.wait_for(lambda: heard.messages, 10.0, 'the static transforms')
+        assert [(t.child_frame_id, numbers(t)[0]) for t in heard.last.transforms] == [
+            ('b', 1.0), ('c', 2.0)]
+        assert len(heard.messages) == 1
+
+
+def test_quality_of_service_is_the_real_one(domain_id: int) -> None:
+    """Reliable, and /tf_static transient local, whoever else is on the topics."""
+    with graph(domain_id, Hearer) as live:
+        live.do(lambda: (TransformBroadcaster(live.listener),
+                         StaticTransformBroadcaster(live.listener)))
+        for topic, durability in (('/tf', DurabilityPolicy.VOLATILE),
+                                  ('/tf_static', DurabilityPolicy.TRANSIENT_LOCAL)):
+            ends = live.wait_for(
+                lambda: (live.listener.get_publishers_info_by_topic(topic)
+                         + live.listener.get_subscriptions_info_by_topic(topic))[:2],
+                10.0, topic)
+            assert len(ends) == 2
+            for end in ends:
+                assert end.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+                assert end.qos_profile.durability == durability
+
+
+def test_a_listener_can_spin_a_thread_of_its_own(domain_id: int) -> None:
+    """A callback may then wait for a transform, even where nothing else spins."""
+    # Such a thread belongs to the default context; the real listener knows no other.
+    rclpy.init(domain_id=domain_id)
+    try:
+        with graph(domain_id) as live:
+            hearer = Hearer(rclpy.get_default_context(), spin_thread=True)
+            moving = live.do(lambda: TransformBroadcaster(live.listener))
+            live.wait_for(lambda: moving.pub_tf.get_subscription_count() == 1, 10.0, 'a listener')
+            moving.sendTransform(stamped('world', 'a', SECOND, (1.0, 0.0, 0.0)))
+            found = hearer.buffer.lookup_transform('world', 'a', LATEST, Duration(seconds=10.0))
+            assert numbers(found)[0] == 1.0
+        hearer.listener_of_tf.executor.shutdown()
+        hearer.listener_of_tf.dedicated_listener_thread.join(10.0)
+        assert not hearer.listener_of_tf.dedicated_listener_thread.is_alive()
+    finally:
+        rclpy.shutdown()
+
+
+def test_an_unregistered_listener_hears_no_more(domain_id: int) -> None:
+    """Nobody subscribes to /tf any more."""
+    with graph(domain_id, Hearer) as live:
+        moving = live.do(lambda: TransformBroadcaster(live.listener))
+        live.wait_for(lambda: moving.pub_tf.get_subscription_count() == 1, 10.0, 'a listener')
+        live.do(live.nodes[-1].listener_of_tf.unregister)
+        live.wait_for(lambda: moving.pub_tf.get_subscription_count() == 0, 10.0, 'its end')
+
+
+@pytest.mark.skipif('static_only' not in inspect.signature(TransformListener).parameters,
+                    reason='this tf2_ros has no static_only')
+def test_a_listener_can_be_static_only(domain_id: int) -> None:
+    """It subscribes to /tf_static, and leaves /tf alone."""
+    with graph(domain_id, partial(Hearer, static_only=True)) as live:
+        static = live.do(lambda: StaticTransformBroadcaster(live.listener))
+        live.wait_for(lambda: static.pub_tf.get_subscription_count() == 1, 10.0, 'a listener')
+        assert live.listener.count_subscribers('/tf') == 0

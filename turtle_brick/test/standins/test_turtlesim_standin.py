@@ -1,0 +1,296 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+The turtlesim_node of this home, from outside: topics, services, parameter, QoS, log, end.
+
+Its motion is held to recordings in test_turtlesim_kinematics.py. Where the real turtlesim is
+installed it is tested itself, without a window, which shows that the tests are right.
+"""
+
+from collections.abc import Callable
+from collections.abc import Iterator
+from math import hypot
+from math import pi
+import os
+import signal
+from statistics import median
+from typing import NamedTuple
+
+from ament_index_python.packages import get_package_prefix
+from ament_index_python.packages import PackageNotFoundError
+from geometry_msgs.msg import Twist
+from live_graph import executable
+from live_graph import graph
+from live_graph import LiveGraph
+from live_graph import NodeProcess
+from live_graph import process
+from live_graph import Recording
+import pytest
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy
+from rclpy.qos import ReliabilityPolicy
+from std_srvs.srv import Empty
+from turtle_brick.tools.domains import reserved_domain
+from turtle_brick.turtlesim_kinematics import ARENA_CENTER
+from turtle_brick.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.turtlesim_kinematics import TICK
+from turtlesim.msg import Pose
+from turtlesim.srv import Kill
+from turtlesim.srv import Spawn
+from turtlesim.srv import TeleportAbsolute
+from turtlesim.srv import TeleportRelative
+from witness import rate
+
+
+@pytest.fixture(scope='module')
+def command() -> Iterator[list[str]]:
+    """Find the executable; the real one needs no display."""
+    try:
+        get_package_prefix('turtlesim')
+    except PackageNotFoundError as error:
+        pytest.skip(str(error))
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv('QT_QPA_PLATFORM', os.environ.get('QT_QPA_PLATFORM', 'offscreen'))
+        yield [executable('turtlesim', 'turtlesim_node')]
+
+
+class World(NamedTuple):
+    """A turtlesim in a process, a graph beside it, and the name of a new turtle."""
+
+    turtlesim: NodeProcess
+    live: LiveGraph
+    turtle: str
+
+
+@pytest.fixture(scope='module')
+def shared(command: list[str]) -> Iterator[World]:
+    """Run one turtlesim for all tests that only talk to it."""
+    with reserved_domain() as domain_id:
+        # The real one ends by the signal itself, so that its status is not zero.
+        with process(command, domain_id, stop=None) as turtlesim, graph(domain_id) as live:
+            yield World(turtlesim, live, 'turtle1')
+
+
+@pytest.fixture
+def world(shared: World, request: pytest.FixtureRequest) -> Iterator[World]:
+    """Put a turtle with topics of its own into the center, at rest."""
+    turtle = request.node.name
+    answer = shared.live.call('spawn', Spawn, Spawn.Request(
+        x=ARENA_CENTER, y=ARENA_CENTER, name=turtle), timeout=20.0)
+    assert answer.name == turtle
+    yield shared._replace(turtle=turtle)
+    shared.live.call('kill', Kill, Kill.Request(name=turtle))
+
+
+def twist(x: float = 0.0, y: float = 0.0, turn: float = 0.0) -> Twist:
+    """Make a velocity command."""
+    message = Twist()
+    message.linear.x, message.linear.y, message.angular.z = x, y, turn
+    return message
+
+
+def poses_of(live: LiveGraph, turtle: str) -> Recording:
+    """Record a turtle's poses, and wait for the first."""
+    poses = live.record(f'{turtle}/pose', Pose)
+    live.wait_for(lambda: poses.messages, 20.0, f'a pose of {turtle}')
+    return poses
+
+
+def settle(live: LiveGraph, poses: Recording, wanted: Callable[[Pose], bool], what: str) -> Pose:
+    """Wait until the latest pose is as wanted, and return it."""
+    def find() -> Pose | None:
+        """Return the latest pose, if there is one and it is as wanted."""
+        pose = poses.last
+        return pose if pose is not None and wanted(pose) else None
+
+    return live.wait_for(find, 10.0, what)
+
+
+def test_poses_come_at_62_5_hz(world: World) -> None:
+    """One per 16 ms, none made up for when a busy machine loses some; the first is the start."""
+    _, live, turtle = world
+    poses = poses_of(live, turtle)
+    live.wait_for(lambda: len(poses.messages) > 200, 20.0, '200 poses')
+    intervals = [later - earlier for earlier, later in zip(poses.times, poses.times[1:])]
+    assert median(intervals) == pytest.approx(TICK, rel=0.15)
+    assert rate(list(zip(poses.times, poses.messages))) < 63.5
+    first = poses.messages[0]
+    assert (first.x, first.y, first.theta) == (ARENA_CENTER, ARENA_CENTER, 0.0)
+
+
+def set_holonomic(live: LiveGraph, value: bool) -> None:
+    """Set the parameter."""
+    answer = live.call('turtlesim/set_parameters', SetParameters, SetParameters.Request(
+        parameters=[Parameter('holonomic', value=value).to_parameter_msg()]))
+    assert answer.results[0].successful
+
+
+def test_a_command_drives_for_a_second(world: World) -> None:
+    """In whole ticks; the sideways velocity counts once the node is holonomic."""
+    _, live, turtle = world
+    poses = poses_of(live, turtle)
+    commands = live.publisher(f'{turtle}/cmd_vel', Twist)
+    set_holonomic(live, False)
+    commands.publish(twist(x=1.0, y=1.0))
+    settle(live, poses, lambda pose: pose.linear_velocity > 0.0, 'motion')
+    end = settle(live, poses, lambda pose: pose.linear_velocity == 0.0, 'its end')
+    # The clock of the timeout is a real one, and on a busy machine ticks get lost.
+    ticks = (end.x - ARENA_CENTER) / TICK
+    assert ticks == pytest.approx(round(ticks), abs=1e-3)
+    assert 30 < ticks < 64.5
+    assert end.y == ARENA_CENTER
+    set_holonomic(live, True)
+    commands.publish(twist(y=1.0))
+    pose = settle(live, poses, lambda pose: pose.y > ARENA_CENTER, 'motion to the side')
+    assert pose.linear_velocity == 1.0
+
+
+def test_a_burst_leaves_seven_commands(world: World) -> None:
+    """They are taken in order, one per tick, so each shows in a pose of its own."""
+    _, live, turtle = world
+    poses = poses_of(live, turtle)
+    commands = live.publisher(f'{turtle}/cmd_vel', Twist, 50)
+    poses.clear()
+    for index in range(1, 41):
+        commands.publish(twist(x=0.01 * index))
+    settle(live, poses, lambda pose: pose.linear_velocity > 0.399, 'the last command')
+    speeds = [round(pose.linear_velocity / 0.01) for pose in poses.messages]
+    assert speeds == sorted(speeds)
+    assert sorted(set(speeds))[-7:] == [34, 35, 36, 37, 38, 39, 40]
+
+
+def test_teleports_jump(world: World) -> None:
+    """To a pose, and by a turn and a distance."""
+    turtlesim, live, turtle = world
+    poses = poses_of(live, turtle)
+    live.call(f'{turtle}/teleport_absolute', TeleportAbsolute,
+              TeleportAbsolute.Request(x=2.0, y=3.0, theta=0.0))
+    settle(live, poses, lambda pose: (pose.x, pose.y) == (2.0, 3.0), 'the jump')
+    live.call(f'{turtle}/teleport_relative', TeleportRelative,
+              TeleportRelative.Request(linear=1.0, angular=pi / 2))
+    pose = settle(live, poses, lambda pose: pose.theta != 0.0, 'the jump ahead')
+    assert (pose.x, pose.y, pose.theta) == pytest.approx((2.0, 4.0, pi / 2), abs=1e-6)
+    live.call(f'{turtle}/teleport_absolute', TeleportAbsolute,
+              TeleportAbsolute.Request(x=20.0, y=3.0, theta=0.0))
+    settle(live, poses, lambda pose: pose.x == ARENA_SIZE, 'the wall')
+    turtlesim.wait_for_output(r'\[WARN\].*Oh no! I hit the wall! \(Clamping from \['
+                              r'x=20\.000000, y=8\.088889\]\)', 10.0)
+
+
+def test_turtles_come_and_go(shared: World) -> None:
+    """Names are given and refused, killed turtles fall silent, and a reset begins again."""
+    turtlesim, live, first = shared
+
+    def spawn(name: str) -> str:
+        """Ask for a turtle, and return the name that it got."""
+        request = Spawn.Request(x=2.0, y=3.0, theta=0.5, name=name)
+        return live.call('spawn', Spawn, request).name
+
+    def silent(turtle: str) -> bool:
+        """Tell whether nobody publishes a turtle's pose any more."""
+        return live.listener.count_publishers(f'{turtle}/pose') == 0
+
+    poses_of(live, first)
+    turtlesim.wait_for_output(r'Starting turtlesim with node name /turtlesim\n', 10.0)
+    turtlesim.wait_for_output(r'Spawning turtle \[turtle1\] at x=\[5\.544445\], '
+                              r'y=\[5\.544445\], theta=\[0\.000000\]\n', 10.0)
+    assert spawn('bob') == 'bob'
+    assert spawn('bob') == ''
+    turtlesim.wait_for_output(r'\[ERROR\].*A turtle named \[bob\] already exists\n', 10.0)
+    assert spawn('') == 'turtle2'
+    pose = poses_of(live, 'bob').last
+    assert (pose.x, pose.y, pose.theta) == (2.0, 3.0, 0.5)
+    live.call('kill', Kill, Kill.Request(name='bob'))
+    live.wait_for(lambda: silent('bob'), 10.0, 'silence')
+    live.call('kill', Kill, Kill.Request(name='bob'))
+    turtlesim.wait_for_output(
+        r'\[ERROR\].*Tried to kill turtle \[bob\], which does not exist\n', 10.0)
+    live.call('turtle1/teleport_absolute', TeleportAbsolute, TeleportAbsolute.Request(x=1.0))
+    live.call('reset', Empty)
+    turtlesim.wait_for_output('Resetting turtlesim', 10.0)
+    live.wait_for(lambda: silent('turtle2'), 10.0, 'silence')
+    pose = poses_of(live, first).last
+    assert (pose.x, pose.y) == (ARENA_CENTER, ARENA_CENTER)
+    assert spawn('') == 'turtle2'
+
+
+def test_all_names_are_relative(command: list[str], domain_id: int) -> None:
+    """In a namespace everything is under it, and works."""
+    arguments = ['--ros-args', '-r', '__ns:=/one/two', '-p', 'holonomic:=true']
+    with process([*command, *arguments], domain_id, stop=None), graph(domain_id) as live:
+        poses = poses_of(live, 'one/two/turtle1')
+        live.publisher('one/two/turtle1/cmd_vel', Twist).publish(twist(x=0.3, y=0.4))
+        pose = settle(live, poses, lambda pose: pose.linear_velocity > 0.0, 'motion')
+        assert pose.linear_velocity == pytest.approx(hypot(0.3, 0.4))
+        names = {name for name, _ in live.listener.get_topic_names_and_types()
+                 + live.listener.get_service_names_and_types() if 'turtle1/' in name
+                 or name.endswith(('/spawn', '/kill', '/reset'))}
+        assert names >= {f'/one/two/{name}' for name in (
+            'spawn', 'kill', 'reset', 'turtle1/cmd_vel', 'turtle1/pose',
+            'turtle1/teleport_absolute', 'turtle1/teleport_relative')}
+        assert all(name.startswith('/one/two/') for name in names)
+
+
+def test_quality_of_service_is_the_real_one(world: World) -> None:
+    """Both topics are reliable and volatile."""
+    _, live, turtle = world
+    for find in (lambda: live.listener.get_publishers_info_by_topic(f'{turtle}/pose'),
+                 lambda: live.listener.get_subscriptions_info_by_topic(f'{turtle}/cmd_vel')):
+        end, = live.wait_for(find, 10.0, 'the topic')
+        assert end.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+        assert end.qos_profile.durability == DurabilityPolicy.VOLATILE
+
+
+def is_standin() -> bool | None:
+    """Tell whether turtlesim is the stand-in."""
+    try:
+        import turtlesim_standin.node  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
+@pytest.mark.skipif(not is_standin(), reason='the real turtlesim is no node of ours')
+def test_a_name_that_cannot_be_is_refused(world: World) -> None:
+    """The reason is in the log, nothing is spawned, and the turtles go on."""
+    turtlesim, live, turtle = world
+    poses = poses_of(live, turtle)
+    answer = live.call('spawn', Spawn, Spawn.Request(name='no such name'))
+    assert answer.name == ''
+    turtlesim.wait_for_output(r'A turtle cannot be named \[no such name\]', 10.0)
+    poses.clear()
+    live.wait_for(lambda: len(poses.messages) > 2, 10.0, 'more poses')
+
+
+@pytest.mark.skipif(not is_standin(), reason='the real turtlesim aborts, and dumps core')
+def test_a_parameter_that_cannot_be_ends_it_with_a_sentence(command: list[str],
+                                                            domain_id: int) -> None:
+    """With what the real one says, as far as rclpy has the same words for it."""
+    with process([*command, '--ros-args', '-p', 'holonomic:=abc'], domain_id,
+                 stop=None) as running:
+        assert running.wait(20.0) == 1
+        assert "'holonomic' to 'abc'" in running.output
+        assert len(running.output.splitlines()) == 1
+
+
+@pytest.mark.skipif(not is_standin(), reason='the real turtlesim is no node of ours')
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_it_ends_quietly(command: list[str], domain_id: int, number: int) -> None:
+    """Ctrl-C and SIGTERM end it with status 0 and without another word."""
+    with graph(domain_id) as live, process(command, domain_id, stop=None) as running:
+        poses_of(live, 'turtle1')
+        before = running.output
+        assert running.stop(number) == 0
+        assert running.output == before

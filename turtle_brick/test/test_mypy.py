@@ -1,0 +1,31 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""The types of the package hold."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[1] / 'turtle_brick'
+
+
+@pytest.mark.linter
+@pytest.mark.mypy
+def test_mypy():
+    api = pytest.importorskip('mypy.api', reason='mypy is not installed')
+    report, complaint, status = api.run(
+        ['--config-file', os.devnull, '--cache-dir', os.devnull, '--ignore-missing-imports',
+         '--warn-unused-ignores', str(PACKAGE)])
+    assert status == 0, report + complaint

@@ -1,0 +1,130 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Videos of the page: what is heard again, where the camera looks, and a short one for real."""
+
+from math import hypot
+import shutil
+import subprocess
+
+from geometry_msgs.msg import TransformStamped
+from hypothesis import given
+from hypothesis import strategies as st
+import numpy
+import pytest
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+from turtle_brick.tools import recording
+from turtle_brick.tools.recording import Log
+from turtle_brick.view.viewing import NANOSECONDS
+from turtle_brick_interfaces.msg import Tilt
+
+START = 1_700_000_000 * NANOSECONDS
+COORDINATES = st.floats(-20.0, 20.0)
+
+ROBOT = """
+<robot name="small">
+  <link name="base_link">
+    <visual><origin xyz="0 0 0.5"/><geometry><box size="1 1 1"/></geometry></visual>
+  </link>
+</robot>
+"""
+
+
+class Ear:
+    """A display that only listens."""
+
+    def __init__(self):
+        """Begin with nothing."""
+        self.heard = []
+
+    def hear_of(self, name, now):
+        """Take note of a message."""
+        self.heard.append(now)
+
+    def hear_tilt(self, message, now):
+        """Take note of a tilt."""
+        self.heard.append(now)
+
+
+@given(st.lists(st.integers(-10 * NANOSECONDS, 3 * NANOSECONDS)))
+def test_every_picture_is_of_all_that_was_heard_until_then(offsets):
+    log = Log()
+    for number, offset in enumerate(offsets):
+        if number % 2:
+            log.hear_tilt(Tilt(), START + offset)
+        else:
+            log.hear_of('odom', START + offset)
+    ear, instants = Ear(), []
+    for now in log.replay(ear, START, START + 2 * NANOSECONDS):
+        instants.append(now)
+        assert ear.heard == sorted(START + offset for offset in offsets if START + offset <= now)
+    assert len(instants) == 2 * recording.RATE
+    gaps = {after - before for before, after in zip(instants, instants[1:])}
+    assert instants[0] == START
+    assert gaps <= {NANOSECONDS // recording.RATE, NANOSECONDS // recording.RATE + 1}
+
+
+@given(st.tuples(*[COORDINATES] * 3), st.tuples(*[COORDINATES] * 3))
+def test_the_camera_looks_where_it_should_and_upright(eye, target):
+    pytest.importorskip('viser', reason='viser, which draws the page, is not installed here')
+    direction = numpy.subtract(target, eye)
+    if hypot(direction[0], direction[1]) < 0.1:
+        return
+    w, x, y, z = recording.facing(eye, target)
+    right = numpy.array((1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)))
+    forward = numpy.array((2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)))
+    assert forward == pytest.approx(direction / numpy.linalg.norm(direction), abs=1e-6)
+    assert right[2] == pytest.approx(0.0, abs=1e-6)
+    assert numpy.cross(forward, right)[2] < 0.0, 'down is down'
+
+
+def test_what_is_missing_is_named_with_the_way_to_get_it(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(recording, 'find_spec', lambda name: None)
+    assert recording.main([str(tmp_path / 'video')]) == 1
+    assert f'pip install {recording.VISER}' in capsys.readouterr().err
+    monkeypatch.setattr(recording, 'find_spec', lambda name: object())
+    monkeypatch.setattr(recording, 'find_chromium', lambda: None)
+    monkeypatch.setattr(recording.shutil, 'which', lambda name: None)
+    assert recording.main([str(tmp_path / 'video')]) == 1
+    assert 'apt-get install chromium ffmpeg' in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(recording.missing() is not None, reason=str(recording.missing()))
+def test_a_video_is_made(tmp_path, monkeypatch):
+    monkeypatch.setattr(recording, 'SIZE', (640, 360))
+    log = Log()
+    log.hear_description(String(data=ROBOT), START)
+    for step in range(40):
+        transform = TransformStamped()
+        transform.header.frame_id, transform.child_frame_id = 'world', 'base_link'
+        transform.header.stamp.sec = 1_700_000_000
+        transform.header.stamp.nanosec = step * 10_000_000
+        transform.transform.translation.x = 0.1 * (step // 10)
+        transform.transform.rotation.w = 1.0
+        now = START + step * 10_000_000
+        log.hear_transforms(TFMessage(transforms=[transform]), False, now, now)
+    video, picture = tmp_path / 'a.mp4', tmp_path / 'a.webp'
+    recording.film(log, START, START + NANOSECONDS // 5, video, None)
+    recording.animate(video, picture)
+    if shutil.which('ffprobe'):
+        found = subprocess.run(
+            ['ffprobe', '-v', 'error', '-count_frames', '-show_entries',
+             'stream=nb_read_frames,r_frame_rate,width,height', '-of', 'csv=p=0', str(video)],
+            check=True, capture_output=True, text=True).stdout
+        assert found.strip().split(',') == ['640', '360', f'{recording.RATE}/1', '6']
+    from PIL import Image
+    with Image.open(picture) as image:
+        assert image.format == 'WEBP'
+        assert image.n_frames >= 2, 'the robot has moved'

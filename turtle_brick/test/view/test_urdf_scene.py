@@ -1,0 +1,165 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Robot descriptions as shapes: by closed forms, our own robot, and what is refused."""
+
+from math import cos
+from math import pi
+from math import sin
+
+from hypothesis import given
+from hypothesis import strategies as st
+import pytest
+from turtle_brick.geometry import rotate
+from turtle_brick.parameters import default_path
+from turtle_brick.parameters import load
+from turtle_brick.view.urdf_scene import from_rpy
+from turtle_brick.view.urdf_scene import GREY
+from turtle_brick.view.urdf_scene import LONGEST
+from turtle_brick.view.urdf_scene import parse_urdf
+from turtle_brick.view.urdf_scene import UrdfError
+import xacro
+
+ANGLES = st.floats(-10.0, 10.0)
+
+SMALL = """<?xml version="1.0"?>
+<robot name="small">
+  <material name="paint"><color rgba="0.1 0.2 0.3 0.4"/></material>
+  <link name="root">
+    <visual>
+      <origin xyz="1 2 3" rpy="0 0 1.5707963267948966"/>
+      <geometry><box size="0.5 0.25 2"/></geometry>
+      <material name="paint"/>
+    </visual>
+    <visual>
+      <geometry><sphere radius="0.5"/></geometry>
+      <material name="own"><color rgba="1 0 0 1"/></material>
+    </visual>
+    <visual><geometry><mesh filename="package://x/y.stl"/></geometry></visual>
+    <collision><geometry><box size="9 9 9"/></geometry></collision>
+  </link>
+  <link name="tip">
+    <visual><geometry><cylinder radius="0.1" length="3"/></geometry></visual>
+  </link>
+  <link name="bare"/>
+  <joint name="a" type="fixed"><parent link="root"/><child link="tip"/></joint>
+  <joint name="b" type="fixed"><parent link="tip"/><child link="bare"/></joint>
+</robot>
+"""
+
+
+@given(ANGLES, ANGLES, ANGLES, st.tuples(*[st.floats(-5.0, 5.0)] * 3))
+def test_roll_pitch_and_yaw_are_turns_about_the_fixed_axes_in_this_order(roll, pitch, yaw, point):
+    x, y, z = point
+    y, z = cos(roll) * y - sin(roll) * z, sin(roll) * y + cos(roll) * z
+    x, z = cos(pitch) * x + sin(pitch) * z, -sin(pitch) * x + cos(pitch) * z
+    x, y = cos(yaw) * x - sin(yaw) * y, sin(yaw) * x + cos(yaw) * y
+    assert rotate(from_rpy(roll, pitch, yaw), point) == pytest.approx((x, y, z), abs=1e-12)
+
+
+def test_what_is_drawn_is_what_the_description_says():
+    robot = parse_urdf(SMALL)
+    assert (robot.name, robot.root) == ('small', 'root')
+    assert set(robot.links) == {'root', 'tip', 'bare'}
+    assert robot.links['bare'] == ()
+    box, sphere = robot.links['root']
+    (cylinder,) = robot.links['tip']
+    assert (box.kind, box.size, box.color) == ('box', (0.5, 0.25, 2.0), (0.1, 0.2, 0.3, 0.4))
+    assert box.pose.position == (1.0, 2.0, 3.0)
+    assert rotate(box.pose.orientation, (1.0, 0.0, 0.0)) == pytest.approx((0.0, 1.0, 0.0))
+    assert (sphere.kind, sphere.size) == ('sphere', (1.0, 1.0, 1.0))
+    assert sphere.color == (1.0, 0.0, 0.0, 1.0)
+    assert (cylinder.kind, cylinder.size, cylinder.color) == ('cylinder', (0.2, 0.2, 3.0), GREY)
+    assert robot.undrawn == ('the mesh of link root',)
+
+
+def test_our_robot_has_the_dimensions_of_its_chassis():
+    path = default_path().parent.parent / 'urdf' / 'turtle.urdf.xacro'
+    robot = parse_urdf(xacro.process_file(str(path)).toxml())
+    chassis = load().chassis
+    assert robot.root == 'base_link'
+    named = ('base_link', 'stem', 'wheel', 'post', 'platform')
+
+    cube = robot.links['base_link'][0]
+    assert cube.kind == 'box'
+    assert cube.size == pytest.approx((chassis.cube_side,) * 3)
+    assert cube.pose.position == pytest.approx((0.0, 0.0, chassis.cube_bottom
+                                                + chassis.cube_side / 2.0))
+    tyre = robot.links['wheel'][0]
+    assert tyre.kind == 'cylinder'
+    assert tyre.size == pytest.approx((2.0 * chassis.wheel_radius,) * 2 + (chassis.wheel_width,))
+    axle = rotate(tyre.pose.orientation, (0.0, 0.0, 1.0))
+    assert abs(axle[1]) == pytest.approx(1.0)
+    (plate,) = robot.links['platform']
+    assert plate.size == pytest.approx((2.0 * chassis.platform_radius,) * 2
+                                       + (chassis.platform_thickness,))
+    assert plate.pose.position == pytest.approx((0.0, 0.0, chassis.platform_thickness / 2.0))
+    assert len({robot.links[link][0].color for link in named}) == len(named)
+
+
+@pytest.mark.parametrize(('before', 'after', 'said'), [
+    ('<?xml version="1.0"?>\n<robot name="small">', '<robot', 'is not XML'),
+    ('<robot name="small">', '<model name="small">', '<model>'),
+    ('radius="0.5"', 'radius="wide"', 'radius="wide"'),
+    ('radius="0.5"', 'radius="inf"', 'radius="inf"'),
+    ('radius="0.5"', '', 'radius="None"'),
+    ('xyz="1 2 3"', 'xyz="1 2"', 'xyz="1 2"'),
+    ('rgba="1 0 0 1"', 'rgba="1 0 0"', 'rgba="1 0 0"'),
+    ('<box size="0.5 0.25 2"/>', '', 'without geometry in link root'),
+    ('<child link="bare"/>', '<child link="other"/>', 'no single root link, but root, bare'),
+])
+def test_what_cannot_be_understood_is_named(before, after, said):
+    assert before in SMALL
+    broken = SMALL.replace(before, after, 1)
+    if after.startswith('<model'):
+        broken = broken.replace('</robot>', '</model>')
+    with pytest.raises(UrdfError) as caught:
+        parse_urdf(broken)
+    assert said in str(caught.value)
+
+
+BOMB = '<!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa">{}]><robot name="&i;"/>'.format(''.join(
+    f'<!ENTITY {name} "{10 * f"&{before};"}">' for before, name in zip('abcdefgh', 'bcdefghi')))
+
+
+@pytest.mark.parametrize(('description', 'said'), [
+    (BOMB, '<!DOCTYPE>'),
+    ('<!DOCTYPE robot [<!ENTITY f SYSTEM "file:///etc/passwd">]><robot name="&f;"/>',
+     '<!DOCTYPE>'),
+    ('<robot>' + ' ' * LONGEST + '</robot>', '1000015 characters'),
+    ('<robot>' + '<a>' * 100_000 + '</a>' * 100_000 + '</robot>', 'no single root link, but none'),
+    ('<a>' * 300_000, 'is not XML'),
+    ('<robot>' + '<link name="a"/>' * 10_000 + '</robot>', '10000 times link'),
+    ('<robot><link name="a">' + '<visual/>' * 10_000 + '</link></robot>',
+     '10000 times link/visual'),
+    ('<robot>\ud800</robot>', 'is not XML'), ('<robot>\0</robot>', 'is not XML'),
+    ('', 'is not XML')])
+def test_what_would_take_too_long_is_refused(description, said):
+    with pytest.raises(UrdfError) as caught:
+        parse_urdf(description)
+    assert said in str(caught.value)
+
+
+@given(st.text(alphabet='<>/="&;! \0abrobotlink', max_size=60) | st.binary(max_size=30).map(
+    lambda data: data.decode('utf-16', 'surrogatepass') if len(data) % 2 == 0 else ''))
+def test_no_text_is_too_much(text):
+    for description in (text, f'<robot name="a">{text}</robot>'):
+        try:
+            parse_urdf(description)
+        except UrdfError:
+            pass
+
+
+def test_a_full_turn_is_none():
+    assert rotate(from_rpy(2.0 * pi, 0.0, -2.0 * pi), (1.0, 2.0, 3.0)) == pytest.approx(
+        (1.0, 2.0, 3.0))

@@ -1,0 +1,246 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Tell whether the robot can be under a falling brick in time.
+
+`reach` gives the verdict, from the course of the fall and from what `Track` knows of the robot:
+where it is, and where the commands on their way may take it. The latencies of the command path
+stand here. Instants are integer nanoseconds of one clock.
+"""
+
+from collections import deque
+from math import hypot
+from math import inf
+from math import isnan
+from math import sqrt
+from typing import NamedTuple
+
+from turtle_brick.driving import PERIOD
+from turtle_brick.driving import TRANSPORT
+from turtle_brick.driving import travel_time
+from turtle_brick.falling import Fall
+from turtle_brick.geometry import Pose
+from turtle_brick.parameters import Parameters
+from turtle_brick.physics import is_level
+from turtle_brick.step_clock import NANO
+from turtle_brick.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.turtlesim_kinematics import QUEUE_DEPTH
+from turtle_brick.turtlesim_kinematics import TICK
+
+QUEUE_LATENCY = QUEUE_DEPTH * PERIOD + TICK - PERIOD + TRANSPORT
+"""The longest time (s) from publishing a command to the pose that shows it: its turn comes when
+six newer ones wait behind it, and if a tick has just gone by then, with the next (0.0764 s)."""
+
+COMMAND_LATENCY = 3 * TRANSPORT + PERIOD + QUEUE_LATENCY + PERIOD + 0.010
+"""The longest time (s) from the decision to the platform's first motion as the arena sees it:
+the goal reaches the robot, waits for its next cycle, the command goes through turtlesim's queue,
+the pose waits for the robot's next cycle to become a transform, and that reaches the arena (4 ms
+until its next step, the rest for what an operating system does in between)."""
+
+GUARANTEED_LATENCY = 0.13
+"""Time (s) from the release of a brick that is promised to be enough to see it fall, to decide
+and to set the robot going: COMMAND_LATENCY and three samples of the brick."""
+
+LEVEL_LATENCY = 3 * TRANSPORT + PERIOD + 0.015
+"""The longest time (s) from publishing a tilt to the arena seeing the platform like that."""
+
+CARRY_ON = QUEUE_LATENCY + 2 * PERIOD + TICK
+"""How long (s) a moving robot may go on from where it is seen: what is seen is up to a tick and
+a cycle old, and the commands on their way are obeyed whatever is decided."""
+
+ROUNDING = 1e-9
+"""Distance (m) by which the transforms of what stands still may differ: tf2 interpolates them."""
+
+
+class Decision(NamedTuple):
+    """What `reach` found about a fall; every length in m, every time in s."""
+
+    reachable: bool
+    fall: Fall
+    contact: int
+    """Instant (ns) at which the brick's bottom is at the height of the platform's top."""
+    available: float
+    """Time from the decision to the contact."""
+    needed: float
+    """Time from the decision until the platform can be under the brick."""
+    distance: float
+    reason: str
+    """Why the brick can't be caught; empty if it can."""
+
+    @property
+    def margin(self) -> float:
+        """Time (s) to spare."""
+        return self.available - self.needed
+
+
+class Robot(NamedTuple):
+    """Where the robot is, and where commands on their way may take it, in the world (m)."""
+
+    x: float
+    y: float
+    bound_for: tuple[tuple[float, float], ...] = ()
+    level: bool = True
+    """Whether its platform is level, and will be seen so by everyone."""
+    reserve: float = 0.0
+    """How far (m) a motion that has not been seen yet may take it."""
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether it stands still, and will."""
+        return not self.bound_for and not self.reserve
+
+
+def resting_height(parameters: Parameters) -> float:
+    """Return the height (m) of the center of a brick that lies on the level platform."""
+    return parameters.platform_height + parameters.brick_size[2] / 2.0
+
+
+def guaranteed_distance(height: float, parameters: Parameters) -> float:
+    """
+    Return how far from a robot at rest a brick is sure to be caught inside the arena.
+
+    :param height: of the brick's center when it is released (m)
+    :param parameters: the physical numbers
+    :return: The distance (m); negative where nothing is promised.
+    """
+    fall = height - resting_height(parameters)
+    if fall < 0.0:
+        return -inf
+    time = sqrt(2.0 * fall / parameters.gravity_accel)
+    return parameters.max_velocity * (time - GUARANTEED_LATENCY) + parameters.platform_radius
+
+
+def reach(fall: Fall, now: int, robot: Robot | None, parameters: Parameters) -> Decision:
+    """
+    Compute whether the robot can be under a falling brick when it comes down.
+
+    :param fall: the fall
+    :param now: the present instant (ns)
+    :param robot: the robot, None where it is not known
+    :param parameters: max_velocity, platform_height, platform_radius, gravity_accel, brick_size
+    :return: The decision. The brick is reachable if it comes down inside the arena and the time to
+        travel (distance - platform_radius) at max_velocity plus the latency of the command path is
+        within the time until the contact; under a robot that is there already it always is. The
+        distance of a moving robot is the largest that the commands on their way may lead to.
+    """
+    height = resting_height(parameters)
+    time = fall.time_to(height, parameters.gravity_accel)
+    contact = fall.stamp + (0 if isnan(time) else round(time / NANO))
+    available = (contact - now) * NANO
+    if robot is None:
+        return Decision(False, fall, contact, available, inf, inf,
+                        'no robot is known that could come')
+    distance = hypot(fall.x - robot.x, fall.y - robot.y)
+    farthest = robot.reserve + max(
+        [distance] + [hypot(fall.x - x, fall.y - y) for x, y in robot.bound_for])
+    needed = 0.0
+    if farthest > parameters.platform_radius:
+        needed = COMMAND_LATENCY + travel_time(
+            farthest, parameters.platform_radius, parameters.max_velocity)
+    if not robot.level:
+        needed = max(needed, LEVEL_LATENCY)
+    reason = ''
+    if isnan(time):
+        reason = (f'it falls from {fall.z:.4g} m, below the {height:.4g} m at which it would '
+                  'lie on the platform')
+    elif not (0.0 <= fall.x <= ARENA_SIZE and 0.0 <= fall.y <= ARENA_SIZE):
+        reason = f'({fall.x:.4g}, {fall.y:.4g}) is outside the arena'
+    elif time < 0.0:
+        reason = f'at {fall.z:.4g} m it has passed the platform already'
+    elif needed > max(available, 0.0):
+        reason = (f'the robot, {distance:.2f} m away, needs {needed:.3f} s and the brick is down '
+                  f'in {max(available, 0.0):.3f} s, {needed - available:.3f} s too early')
+    return Decision(not reason, fall, contact, available, needed, distance, reason)
+
+
+class Track:
+    """Where the robot was seen and sent: what its motion and its orders may lead to."""
+
+    MEMORY = 0.07
+    """Time (s) at one position after which the robot is at rest: four ticks of turtlesim."""
+
+    def __init__(self, max_velocity: float) -> None:
+        """
+        Know nothing yet.
+
+        :param max_velocity: the robot's greatest speed (m/s)
+        """
+        self.seen = -inf
+        """When the robot was in sight last (ns)."""
+        self.level_seen = 0
+        """When its platform was seen to be level last (ns)."""
+        self._way = max_velocity * CARRY_ON
+        self._places: deque[tuple[int, float, float]] = deque()
+        self._orders: deque[tuple[int, tuple[float, float]]] = deque()
+
+    @property
+    def goal(self) -> tuple[float, float]:
+        """Where the robot was sent last (m)."""
+        return self._orders[-1][1]
+
+    def order(self, now: int, goal: tuple[float, float]) -> None:
+        """Take note that the robot is sent to a point of the world (m) at an instant (ns)."""
+        self._orders.append((now, goal))
+
+    def restart(self, now: int) -> None:
+        """Begin all times at an instant (ns) before those that are known."""
+        self._places.clear()
+        self._orders = deque((now, goal) for _, goal in self._orders)
+        self.seen = self.level_seen = now
+
+    def observe(self, now: int, platform: Pose | None, level: bool) -> Robot | None:
+        """
+        Take note of where the robot is.
+
+        :param now: the present instant (ns)
+        :param platform: pose of the platform's frame in the world, None if it is out of sight
+        :param level: whether everyone sees by now that it was ordered to be level
+        :return: The robot, None if it is out of sight.
+        """
+        places = self._places
+        if platform is None:
+            places.clear()
+            return None
+        self.seen = now
+        if is_level(platform):
+            self.level_seen = now
+        x, y, _ = platform.position
+        places.append((now, x, y))
+        # One older position is kept: the robot may have been out of sight for a while.
+        while len(places) > 1 and (now - places[1][0]) * NANO > self.MEMORY:
+            places.popleft()
+        bound_for = []
+        for _, x_before, y_before in reversed(places):
+            moved = hypot(x - x_before, y - y_before)
+            if moved > ROUNDING:
+                # However slow it seems: ticks and transforms come in lumps.
+                scale = self._way / moved
+                bound_for.append((x + scale * (x - x_before), y + scale * (y - y_before)))
+                break
+        orders = self._orders
+        while len(orders) > 1 and (now - orders[1][0]) * NANO > COMMAND_LATENCY:
+            orders.popleft()
+        for ordered, (goal_x, goal_y) in orders:
+            # A moving robot obeys the last order. For a while after each, it may not yet be seen
+            # to obey it, and still obey the one before.
+            if bound_for or len(orders) > 1 or (now - ordered) * NANO < COMMAND_LATENCY:
+                distance = hypot(goal_x - x, goal_y - y)
+                if distance > 0.0:
+                    part = min(self._way / distance, 1.0)
+                    bound_for.append((x + part * (goal_x - x), y + part * (goal_y - y)))
+        # Seen for too short a time, it may move as fast as it can to anywhere.
+        known = bool(bound_for) or (now - places[0][0]) * NANO >= self.MEMORY
+        return Robot(x, y, tuple(bound_for), level and is_level(platform),
+                     0.0 if known else self._way)

@@ -1,0 +1,517 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+benchmark: measure what the live graph costs, how regular it is and how quickly it reacts.
+
+How it is measured:
+
+* The graph is started twice: every node as a process of its own (the installed executables), and
+  composed (one process, one executor; a turtlesim or robot_state_publisher that cannot be composed
+  runs beside). Its floor is measured before and after it, in the same way, and the mean taken,
+  since processors change their pace: bare nodes that publish and receive the same messages at the
+  same rates and compute nothing (`turtle_brick.tools.benchmark_nodes`). The ratio of the two is
+  what the nodes' own work costs.
+* Processor time is the user and system time that Linux books on a process and its threads
+  (/proc/<pid>/stat) over a window, while nobody else listens to what comes 100 or 250 times per
+  second: "idle", the brick hovering and the robot at rest, and "catching", one drop after another.
+  Peak memory is VmHWM, start-up included.
+* Intervals are taken in further windows, with a listener, which costs the publishers some time:
+  idle, and under two busy loops beside. Their instants are those at which the middleware took a
+  message over for publication (source_timestamp), not those of its arrival here. Given are the
+  mean, the 1st, 50th and 99th percentile and the greatest.
+* Drift is counted in steps of the physics: gaps between the stamps of the brick's transforms,
+  and what the stamps fall behind the clock of their publication.
+* Latency is taken from drops on a robot at rest, each from a random distance that asks for
+  motion. The release is the stamp of the last position before the brick falls; the decision is
+  the goal's publication; motion is the first pose of turtlesim that has changed.
+* Headless drops are those of `sweep`, in this process, by its own processor time.
+* Set-up, if asked for, is `source turtle_brick/scripts/env.bash` in a fresh clone with an empty
+  HOME and environment, and once more. The package index's speed is part of it.
+
+Everything runs in a ROS domain of its own. What other programs use meanwhile is measured too, and
+said: above a twentieth of a core the numbers are not worth much. So is what the host of a virtual
+machine keeps from it: while it does, everything comes late, and the percentiles show it.
+"""
+
+import argparse
+from collections import Counter
+from collections.abc import Iterator
+from collections.abc import Sequence
+from datetime import datetime
+from datetime import timezone
+from importlib.util import find_spec
+import json
+from math import cos
+from math import hypot
+from math import inf
+from math import pi
+from math import sin
+import os
+from pathlib import Path
+import platform
+from random import Random
+import shutil
+import subprocess
+import sys
+from tempfile import TemporaryDirectory
+from threading import Event
+from time import monotonic
+from time import process_time
+from time import time_ns
+from typing import Any
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+from ament_index_python.packages import get_package_share_path
+from rclpy.utilities import get_rmw_implementation_identifier
+from std_srvs.srv import Trigger
+from turtle_brick.arena import STEP
+from turtle_brick.catching import CENTER
+from turtle_brick.frames import BASE_LINK
+from turtle_brick.frames import BRICK
+from turtle_brick.frames import nanoseconds_of
+from turtle_brick.geometry import Vector
+from turtle_brick.interrupts import INTERRUPTS
+from turtle_brick.parameters import load
+from turtle_brick.parameters import ParameterError
+from turtle_brick.parameters import Parameters
+from turtle_brick.reaching import guaranteed_distance
+from turtle_brick.tools.domains import reserved_domain
+from turtle_brick.tools.graph import Graph
+from turtle_brick.tools.listening import Observer
+from turtle_brick.tools.listening import Recording
+from turtle_brick.tools.measuring import BrickSample
+from turtle_brick.tools.measuring import busy_time
+from turtle_brick.tools.measuring import chain
+from turtle_brick.tools.measuring import Drift
+from turtle_brick.tools.measuring import drift
+from turtle_brick.tools.measuring import Events
+from turtle_brick.tools.measuring import intervals
+from turtle_brick.tools.measuring import peak_memory
+from turtle_brick.tools.measuring import Place as RobotPlace
+from turtle_brick.tools.measuring import processor_model
+from turtle_brick.tools.measuring import processor_time
+from turtle_brick.tools.measuring import spread
+from turtle_brick.tools.measuring import stolen_time
+from turtle_brick.tools.processes import FOREIGN
+from turtle_brick.tools.processes import Processes
+from turtle_brick.tools.processes import start_graph
+from turtle_brick.tools.report import draw
+from turtle_brick.tools.report import plain
+from turtle_brick.tools.report import report
+from turtle_brick.tools.sweeping import make
+from turtle_brick.tools.sweeping import Plan
+from turtle_brick.tools.sweeping import version
+from turtle_brick_interfaces.srv import Place
+
+START_TIME = 60.0
+"""How long (s) processes may take to start and to find each other."""
+
+WARM_UP = 3.0
+"""How long (s) a graph runs before it is measured."""
+
+HOVERING = 0.5
+"""How long (s) a brick hovers before it is dropped."""
+
+LONGEST_DROP = 30.0
+"""How long (s) a drop may take until the catcher waits again."""
+
+BUSY_LOOPS = 2
+
+SWEEP = Plan(grid=False, count=400, heights=(2.0, 10.0), seed=1)
+"""The headless drops."""
+
+
+class Window(NamedTuple):
+    """What was used in a stretch of time."""
+
+    seconds: float
+    cores: dict[str, float]
+    """Cores that each process used."""
+    others: float
+    """Cores that all programs outside the benchmark used."""
+
+
+class Throw(NamedTuple):
+    """A drop into the live graph."""
+
+    begin: int
+    """Shortly before it was asked for (ns), the brick hovering."""
+    end: int
+    """When all was over (ns)."""
+    outcome: str
+    """'caught', 'refused' or 'missed'."""
+
+
+class Benchmark:
+    """The measurements, one after another."""
+
+    def __init__(self, options: argparse.Namespace, parameters: Parameters) -> None:
+        """
+        Measure nothing yet.
+
+        :param options: of the command line
+        :param parameters: the physical numbers
+        """
+        self.options = options
+        self.parameters = parameters
+        self.random = Random(1)
+        self.others: list[float] = []
+
+    def say(self, text: str) -> None:
+        """Tell what is being done."""
+        print(text, file=sys.stderr, flush=True)
+
+    def run(self) -> dict[str, Any]:
+        """Measure everything; return what was found."""
+        found: dict[str, Any] = {'machine': machine()}
+        begin, stolen = monotonic(), stolen_time()
+        if self.options.setup is not None:
+            self.say('set-up: a fresh clone')
+            found['set_up'] = measure_set_up(self.options.setup)
+        for name, composed in (('processes', False), ('composed', True)):
+            self.say(f'{name}: the floor')
+            before = self.with_graph('bare', composed, self.measure_floor)
+            real = self.with_graph('real', composed, self.measure)
+            self.say(f'{name}: the floor once more')
+            after = self.with_graph('bare', composed, self.measure_floor)
+            found[name] = {'floor': mean_floor(before, after), **real}
+        self.say('headless: drops on one core')
+        found['headless'] = measure_headless(self.parameters)
+        found['others_cores'] = max(self.others)
+        found['stolen_cores'] = (stolen_time() - stolen) / (monotonic() - begin)
+        return found
+
+    def with_graph(self, kind: str, composed: bool, measure: Any) -> dict[str, Any]:
+        """Start a graph, measure it and end it."""
+        with Graph(quiet=True) as watch, Processes() as processes:
+            observer = watch.add(Observer, parameters=False)
+            start_graph(processes, watch, kind, composed)
+            self.await_in(watch, processes, observer.is_complete, START_TIME,
+                          'the nodes find each other')
+            recordings = observer.record()
+            self.await_in(watch, processes, lambda: recordings['odom'].published, START_TIME,
+                          'the robot moves or rests')
+            observer.stop_listening()
+            watch.spin_for(WARM_UP)
+            return measure(watch, processes, observer)
+
+    @staticmethod
+    def await_in(watch: Graph, processes: Processes, condition: Any, timeout: float,
+                 what: str) -> None:
+        """Wait until a condition holds, with an eye on the processes."""
+        def holds() -> bool:
+            processes.check()
+            return condition()
+        watch.spin_until(holds, timeout, what)
+
+    def measure_floor(self, watch: Graph, processes: Processes,
+                      observer: Observer) -> dict[str, Any]:
+        """Measure bare nodes, which nobody listens to."""
+        window = self.window(processes, lambda: Event().wait(self.options.seconds))
+        return {'cores': window.cores, 'memory': memory(processes)}
+
+    def measure(self, watch: Graph, processes: Processes, observer: Observer) -> dict[str, Any]:
+        """Measure the real nodes in every way."""
+        seconds = self.options.seconds
+        found: dict[str, Any] = {}
+        self.say('  idle, nobody listening')
+        found['idle'] = self.window(processes, lambda: Event().wait(seconds)).cores
+        self.say('  catching, nobody listening')
+        outcomes: Counter = Counter()
+
+        def catch() -> None:
+            end = monotonic() + seconds
+            while monotonic() < end:
+                outcomes[self.throw(watch, processes, observer).outcome] += 1
+
+        found['catching'] = self.window(processes, catch).cores
+        found['memory'] = memory(processes)
+        self.say('  idle, listening')
+        found['intervals'], found['drift'] = self.listen(watch, observer)
+        self.say('  under two busy loops, listening')
+        with Processes() as loops:
+            for number in range(BUSY_LOOPS):
+                loops.start(f'loop{number}', sys.executable, '-c', 'while True: pass')
+            found['intervals_busy'], found['drift_busy'] = self.listen(watch, observer)
+        self.say(f'  {self.options.drops} drops')
+        found['latency'] = self.measure_latency(watch, processes, observer, outcomes)
+        found['outcomes'] = dict(outcomes)
+        return found
+
+    def window(self, processes: Processes, action: Any) -> Window:
+        """Return what is used while something happens."""
+        def snapshot() -> tuple[float, float, float, dict[str, float]]:
+            return (monotonic(), busy_time(), process_time(),
+                    {process.name: processor_time(process.pid) for process in processes.all})
+
+        begin, busy, own, used = snapshot()
+        action()
+        processes.check()
+        end, busy_then, own_then, used_then = snapshot()
+        seconds = end - begin
+        cores = {name: (used_then[name] - used[name]) / seconds for name in used}
+        others = (busy_then - busy - (own_then - own)) / seconds - sum(cores.values())
+        self.others.append(max(others, 0.0))
+        return Window(seconds, cores, others)
+
+    def throw(self, watch: Graph, processes: Processes, observer: Observer) -> Throw:
+        """
+        Place a brick where it can be caught, drop it and wait until all is over.
+
+        :param watch: the graph that the observer is in
+        :param processes: the nodes
+        :param observer: calls the services
+        :return: How it went.
+        :raises ValueError: a service has refused
+        """
+        x, y, z = self.brick()
+        request = Place.Request()
+        request.location.x, request.location.y, request.location.z = x, y, z
+        self.call(watch, processes, observer.place_client, request)
+        watch.spin_for(HOVERING / 2.0)
+        begin = time_ns()
+        watch.spin_for(HOVERING / 2.0)
+        observer.expect_drop()
+        self.call(watch, processes, observer.drop_client, Trigger.Request())
+        try:
+            self.await_in(watch, processes, lambda: observer.levelled or observer.refused,
+                          LONGEST_DROP, 'the drop ends')
+        except TimeoutError:
+            # Said to be reachable, and not caught: that happens where a machine has no time.
+            return Throw(begin, time_ns(), 'missed')
+        return Throw(begin, time_ns(), 'refused' if observer.refused else 'caught')
+
+    def brick(self) -> Vector:
+        """Return where to drop the next brick, so that the robot has to move and can make it."""
+        z = self.parameters.brick_start[2]
+        distance = self.random.uniform(0.5, 0.9) * guaranteed_distance(z, self.parameters)
+        angle = self.random.uniform(-pi, pi)
+        return CENTER[0] + distance * cos(angle), CENTER[1] + distance * sin(angle), z
+
+    def call(self, watch: Graph, processes: Processes, client: Any, request: Any) -> None:
+        """Call a service; ValueError with its reason if it refuses."""
+        future = client.call_async(request)
+        self.await_in(watch, processes, future.done, 10.0, f'{client.srv_name} answers')
+        if not future.result().success:
+            raise ValueError(f'{client.srv_name}: {future.result().message}')
+
+    def listen(self, watch: Graph, observer: Observer) -> tuple[dict[str, Any], Drift]:
+        """Return the spreads of all intervals over a window, and the drift of the physics."""
+        recordings = observer.record()
+        watch.spin_for(self.options.seconds)
+        observer.stop_listening()
+        steps: list[tuple[int, int]] = []
+        instants: dict[str, list[int]] = {
+            name: recordings[name].published for name in ('cmd_vel', 'odom', 'joint_states')}
+        instants.update({'odom -> base_link': [], 'world -> brick': []})
+        for published, message in recordings['tf'].messages():
+            children = [transform.child_frame_id for transform in message.transforms]
+            if BASE_LINK in children:
+                instants['odom -> base_link'].append(published)
+            if BRICK in children:
+                instants['world -> brick'].append(published)
+                steps += [(nanoseconds_of(transform.header.stamp), published)
+                          for transform in message.transforms]
+        return ({name: spread(intervals(published)) for name, published in instants.items()},
+                drift([stamp for stamp, _ in steps], [published for _, published in steps], STEP))
+
+    def measure_latency(self, watch: Graph, processes: Processes, observer: Observer,
+                        outcomes: Counter) -> list[dict[str, float]]:
+        """Return the chain of each of some drops, and count how they ended."""
+        chains = []
+        for _ in range(self.options.drops):
+            recordings = observer.record()
+            drop = self.throw(watch, processes, observer)
+            observer.stop_listening()
+            outcomes[drop.outcome] += 1
+            links = chain(events(recordings, drop.begin, drop.end))
+            if links is not None:
+                chains.append(links)
+        if not chains:
+            raise RuntimeError('no drop was heard from its release to the first motion')
+        return chains
+
+
+def events(recordings: dict[str, Recording], begin: int, end: int) -> Events:
+    """Return what was heard in a stretch of time (ns), as `measuring.chain` wants it."""
+    def part(name: str) -> Iterator[tuple[int, Any]]:
+        return ((published, message) for published, message in recordings[name].messages()
+                if begin <= published <= end)
+
+    brick: list[BrickSample] = []
+    transforms: list[RobotPlace] = []
+    for published, message in part('tf'):
+        for transform in message.transforms:
+            place = transform.transform.translation
+            if transform.child_frame_id == BRICK:
+                brick.append(BrickSample(
+                    nanoseconds_of(transform.header.stamp), published, place.z))
+            elif transform.child_frame_id == BASE_LINK:
+                transforms.append(RobotPlace(published, place.x, place.y))
+    return Events(
+        brick=brick, goals=[published for published, _ in part('goal')],
+        commands=[(published, hypot(message.linear.x, message.linear.y))
+                  for published, message in part('cmd_vel')],
+        poses=[RobotPlace(published, message.x, message.y)
+               for published, message in part('pose')],
+        transforms=transforms)
+
+
+def mean_floor(before: dict[str, Any], after: dict[str, Any]) -> dict[str, Any]:
+    """Return the mean of two floors; of their peak memories the greater."""
+    return {
+        'cores': {name: (cores + after['cores'][name]) / 2.0
+                  for name, cores in before['cores'].items()},
+        'memory': {name: max(peak, after['memory'][name])
+                   for name, peak in before['memory'].items()},
+    }
+
+
+def memory(processes: Processes) -> dict[str, int]:
+    """Return the peak memory of each process so far, in bytes."""
+    return {process.name: peak_memory(process.pid) for process in processes.all}
+
+
+def measure_headless(parameters: Parameters) -> dict[str, float]:
+    """Return how many drops a core makes per second, and at how many times real time."""
+    simulated, drops = 0.0, 0
+    begin = process_time()
+    for one in SWEEP.chains():
+        done, time = make(parameters, one, SWEEP.delays)
+        drops += len(done)
+        simulated += time
+    cost = process_time() - begin
+    return {'drops': drops, 'drops_per_second': drops / cost, 'real_time_factor': simulated / cost}
+
+
+def measure_set_up(repository: Path) -> dict[str, float]:
+    """
+    Return how long (s) env.bash takes in a fresh clone, and once more.
+
+    :param repository: what is cloned
+    :return: 'cold' and 'warm'.
+    :raises RuntimeError: it failed; the text holds the last of what it said
+    """
+    with TemporaryDirectory() as directory:
+        clone, home = Path(directory, 'clone'), Path(directory, 'home')
+        home.mkdir()
+        subprocess.run(['git', 'clone', '--quiet', str(repository), str(clone)], check=True)
+        kept = ('PATH', 'LANG', 'PYTHON')
+        # What leads to the package index is the machine's, not the caller's.
+        environment = {name: value for name, value in os.environ.items()
+                       if name in kept or name.startswith('PIP_') or name.endswith('_proxy')}
+        if os.environ.get('TURTLE_BRICK_HOME'):
+            own = os.environ['TURTLE_BRICK_HOME']
+            environment['PATH'] = os.pathsep.join(
+                place for place in environment['PATH'].split(os.pathsep)
+                if not place.startswith(own))
+        environment['HOME'] = str(home)
+        taken = {}
+        for name in ('cold', 'warm'):
+            begin = monotonic()
+            done = subprocess.run(
+                ['bash', '-c', 'source "$1" && python3 -c "import rclpy"', 'bash',
+                 str(clone / 'turtle_brick' / 'scripts' / 'env.bash')],
+                env=environment, cwd=directory, stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            taken[name] = monotonic() - begin
+            if done.returncode != 0:
+                said = done.stdout.strip().splitlines() or ['nothing']
+                raise RuntimeError(f'the {name} set-up failed, and said last: {said[-1]}')
+        return taken
+
+
+def machine() -> dict[str, Any]:
+    """Return what the numbers were measured on and with."""
+    def package_version(name: str) -> str:
+        manifest = get_package_share_path(name) / 'package.xml'
+        return ElementTree.parse(manifest).findtext('version', '')
+
+    return {
+        'processor': processor_model(),
+        'cores': len(os.sched_getaffinity(0)),
+        'system': platform.platform(),
+        'python': platform.python_version(),
+        'turtle_brick': version(),
+        'rclpy': package_version('rclpy'),
+        'middleware': get_rmw_implementation_identifier(),
+        **{name: package_version(name) + ('' if find_spec(module) is None else ' (stand-in)')
+           for name, module in FOREIGN.items()},
+        'date': datetime.now(timezone.utc).strftime('%Y-%m-%d %H:%M UTC'),
+        'load_average': os.getloadavg()[0],
+    }
+
+
+def parse(args: Sequence[str] | None) -> argparse.Namespace:
+    """Read the command line; what is wrong with it ends the process with a sentence."""
+    first, rest = __doc__.strip().split('\n\n', 1)
+    parser = argparse.ArgumentParser(
+        prog='benchmark', description=first.partition(': ')[2].capitalize(), epilog=rest,
+        formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--seconds', type=float, default=60.0, metavar='T',
+                        help='length of each window (s, default: 60); there are twelve')
+    parser.add_argument('--drops', type=int, default=20, metavar='N',
+                        help='drops for the latency, each way (default: 20)')
+    parser.add_argument('--output', type=Path, default=Path('.'), metavar='DIR',
+                        help='where benchmark.json and latency.png go (default: here)')
+    parser.add_argument('--no-figure', dest='figure', action='store_false',
+                        help='make no latency.png')
+    parser.add_argument('--setup', type=Path, metavar='REPOSITORY',
+                        help='also measure the set-up, in a clone of this repository (some '
+                        'minutes; needs the package index)')
+    options = parser.parse_args(args)
+    if not 1.0 <= options.seconds < inf:
+        parser.error(f'--seconds {options.seconds:g}: at least 1')
+    if options.drops < 1:
+        parser.error(f'--drops {options.drops}: at least 1')
+    if options.setup is not None:
+        if not (options.setup / 'turtle_brick' / 'scripts' / 'env.bash').is_file():
+            parser.error(f'--setup {options.setup}: there is no turtle_brick/scripts/env.bash')
+        if shutil.which('git') is None:
+            parser.error('--setup: this needs git')
+    if options.output.exists() and not options.output.is_dir():
+        parser.error(f'--output {options.output}: this is not a directory')
+    return options
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the benchmark; return its exit status."""
+    options = parse(args)
+    INTERRUPTS.take_over()
+    try:
+        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+        with reserved_domain() as domain:
+            os.environ['ROS_DOMAIN_ID'] = str(domain)
+            found = Benchmark(options, load()).run()
+        found.update(seconds=options.seconds, drops=options.drops)
+        options.output.mkdir(parents=True, exist_ok=True)
+        (options.output / 'benchmark.json').write_text(
+            json.dumps(plain(found), indent=1) + '\n', encoding='utf-8')
+        print(report(found))
+        print(f'\n{options.output / "benchmark.json"}')
+        if options.figure:
+            draw(found, options.output / 'latency.png')
+    except KeyboardInterrupt:
+        print('benchmark: stopped, and nothing written', file=sys.stderr)
+        return 0
+    except (OSError, ParameterError, RuntimeError, TimeoutError, ValueError) as error:
+        print(f'benchmark: {error}', file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

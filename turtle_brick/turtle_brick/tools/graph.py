@@ -1,0 +1,284 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The whole graph in one process: the very node classes, one executor, real DDS.
+
+Where turtlesim and robot_state_publisher are stand-ins, they are composed too; where the real
+ones are installed, they run beside as child processes.
+"""
+
+from collections.abc import Callable
+from collections.abc import Sequence
+import importlib
+from importlib.util import find_spec
+import os
+from pathlib import Path
+import signal
+import subprocess
+from tempfile import TemporaryDirectory
+from time import monotonic
+from typing import Any
+from typing import TYPE_CHECKING
+from typing import TypeVar
+
+from ament_index_python.packages import get_package_prefix
+from ament_index_python.packages import get_package_share_path
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from turtle_brick.interrupts import INTERRUPTS
+from turtle_brick.parameters import default_path
+from turtle_brick.spinning import find_log_dir
+from turtle_brick.spinning import make_executor
+import xacro
+import yaml
+
+if TYPE_CHECKING:
+    from turtle_brick.arena import Arena
+    from turtle_brick.catcher import CatcherNode
+    from turtle_brick.turtle_robot import TurtleRobot
+
+PUBLISH_FREQUENCY = 1000.0
+"""The rate of robot_state_publisher (Hz), as in the launch files: at its default of 20 Hz the
+platform and the wheel are up to 61 ms late in TF."""
+
+END_TIME = 5.0
+"""How long (s) a child process may take to end when it is asked to."""
+
+LONGEST_WAIT = 0.02
+"""How long (s) the executor waits for work, and a Ctrl-C with it. The same each time: with another
+timeout a SingleThreadedExecutor forgets whose turn it is, and under load the first node would have
+every turn."""
+
+AnyNode = TypeVar('AnyNode', bound=Node)
+
+
+class Child:
+    """A ROS executable in a process of its own."""
+
+    def __init__(self, package: str, executable: str, arguments: Sequence[str],
+                 environment: dict[str, str], silent: bool = True) -> None:
+        """
+        Start it.
+
+        :param package: the package it belongs to
+        :param executable: its name
+        :param arguments: its command line
+        :param environment: variables to set for it, besides those of this process
+        :param silent: whether what it prints is of no interest
+        :raises LookupError: there is no such package
+        """
+        path = Path(get_package_prefix(package), 'lib', package, executable)
+        self._process = subprocess.Popen(
+            [str(path), *arguments], env={**os.environ, **environment},
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL if silent else None,
+            # A Ctrl-C is for the process that started it, which then ends this one in order.
+            start_new_session=True)
+
+    def end(self) -> None:
+        """Ask it to end, as Ctrl-C does, and see that it has."""
+        self._process.send_signal(signal.SIGINT)
+        try:
+            self._process.wait(END_TIME)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+
+class Graph:
+    """Nodes in one process that see each other, and whoever else is in their ROS domain."""
+
+    def __init__(self, domain_id: int | None = None, namespace: str = '',
+                 params_file: Path | None = None,
+                 overrides: dict[str, Any] | None = None, quiet: bool = False) -> None:
+        """
+        Start with no nodes.
+
+        :param domain_id: the ROS domain; that of the environment if None
+        :param namespace: the namespace of all nodes
+        :param params_file: the parameter file; that of the package if None
+        :param overrides: parameters that differ from it
+        :param quiet: whether the nodes log warnings and errors only
+        """
+        self.namespace = namespace
+        self._files = TemporaryDirectory()
+        self.params_file = params_file or default_path()
+        if overrides:
+            given = yaml.safe_load(self.params_file.read_text(encoding='utf-8'))
+            self.params_file = self._parameter_file(
+                {**given['/**']['ros__parameters'], **overrides})
+        self._use_sim_time = (overrides or {}).get('use_sim_time', False)
+        self.domain_id = domain_id
+        self.context = Context()
+        self._log_level = ['--log-level', 'warn'] if quiet else []
+        find_log_dir()
+        rclpy.init(args=['--ros-args', *self._log_level], context=self.context,
+                   domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)
+        self.executor = make_executor(self.context)
+        self.nodes: list[Node] = []
+        self._children: list[Child] = []
+
+    def __enter__(self) -> 'Graph':
+        """Return the graph itself; on leaving it, everything ends."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End everything."""
+        self.close()
+
+    def add(self, node_type: type[AnyNode], *ros_arguments: str, parameters: bool = True,
+            **options: Any) -> AnyNode:
+        """
+        Add a node.
+
+        :param node_type: its class
+        :param ros_arguments: what stands behind --ros-args, as '-r', 'cmd_vel:=turtle1/cmd_vel'
+        :param parameters: whether to give it the parameter file and its overrides
+        :param options: passed on to the node's class
+        :return: The node.
+        """
+        arguments = ['--ros-args', *ros_arguments]
+        if parameters:
+            arguments += ['--params-file', str(self.params_file)]
+        node = node_type(context=self.context, cli_args=arguments, use_global_arguments=False,
+                         namespace=self.namespace, **options)
+        self.nodes.append(node)
+        self.executor.add_node(node)
+        return node
+
+    def remove(self, node: Node) -> None:
+        """Take a node out of the graph and destroy it."""
+        self.nodes.remove(node)
+        self.executor.remove_node(node)
+        # An executor may have to let go of the node first, which is a piece of work.
+        self.spin_until(self.executor.create_task(lambda: None).done, END_TIME,
+                        'the executor lets go of a node')
+        node.destroy_node()
+
+    def add_turtlesim(self) -> Node | None:
+        """Add turtlesim, holonomic; return its node, None if it is the real one."""
+        return self._add_foreign('turtlesim', 'turtlesim_node', 'turtlesim_standin.node',
+                                 'TurtleSimNode', {'holonomic': True})
+
+    def add_robot_state_publisher(self) -> Node | None:
+        """Add robot_state_publisher with our robot; return its node, None if it is real."""
+        return self._add_foreign(
+            'robot_state_publisher', 'robot_state_publisher', 'robot_state_publisher.node',
+            'RobotStatePublisher',
+            {'robot_description': self.robot_description(), 'publish_frequency': PUBLISH_FREQUENCY,
+             'use_sim_time': self._use_sim_time})
+
+    def robot_description(self) -> str:
+        """Return the URDF of the robot that the parameters describe."""
+        path = get_package_share_path('turtle_brick') / 'urdf' / 'turtle.urdf.xacro'
+        return xacro.process_file(
+            str(path), mappings={'params_file': str(self.params_file)}).toxml()
+
+    def add_robot(self) -> 'TurtleRobot':
+        """Add turtle_robot, connected to turtlesim as the launch files do it."""
+        # Here and below: nodes are imported where they are needed, since a graph may do without.
+        from turtle_brick.turtle_robot import TurtleRobot
+        return self.add(TurtleRobot, '-r', 'cmd_vel:=turtle1/cmd_vel')
+
+    def add_arena(self) -> 'Arena':
+        """Add the arena."""
+        from turtle_brick.arena import Arena
+        return self.add(Arena)
+
+    def add_catcher(self) -> 'CatcherNode':
+        """Add the catcher."""
+        from turtle_brick.catcher import CatcherNode
+        return self.add(CatcherNode)
+
+    def add_process(self, package: str, executable: str, *arguments: str,
+                    silent: bool = True) -> None:
+        """
+        Start an executable that belongs to the graph, in a process of its own.
+
+        :param package: the package it belongs to
+        :param executable: its name
+        :param arguments: its command line
+        :param silent: whether what it prints is of no interest
+        :raises LookupError: there is no such package
+        """
+        environment = {}
+        if not os.environ.get('DISPLAY'):
+            environment['QT_QPA_PLATFORM'] = 'offscreen'
+        if self.domain_id is not None:
+            environment['ROS_DOMAIN_ID'] = str(self.domain_id)
+        ros_arguments = [*self._log_level]
+        if self.namespace:
+            ros_arguments += ['-r', f'__ns:={self.namespace}']
+        if ros_arguments:
+            arguments = (*arguments, '--ros-args', *ros_arguments)
+        self._children.append(Child(package, executable, arguments, environment, silent))
+
+    def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
+        """
+        Let the nodes work until a condition holds.
+
+        :param condition: asked after each piece of work
+        :param timeout: longest time (s) that it may take
+        :param what: the condition in words, for the error
+        :raises TimeoutError: the condition has not come to hold
+        """
+        deadline = monotonic() + timeout
+        while not condition():
+            if monotonic() > deadline:
+                raise TimeoutError(f'{what}: not within {timeout:g} s')
+            self._work()
+
+    def spin_for(self, seconds: float) -> None:
+        """Let the nodes work for a time (s)."""
+        end = monotonic() + seconds
+        while monotonic() < end:
+            self._work()
+
+    def close(self) -> None:
+        """End every node and child process."""
+        for child in self._children:
+            child.end()
+        self._children.clear()
+        self.executor.shutdown()
+        for node in self.nodes:
+            node.destroy_node()
+        self.nodes.clear()
+        self.context.try_shutdown()
+        self._files.cleanup()
+
+    def _work(self) -> None:
+        """Do one piece of work, or wait for it for a while; a Ctrl-C comes afterwards."""
+        # In a callback it would be taken for the node's own error, and logged as such.
+        with INTERRUPTS.held():
+            self.executor.spin_once(timeout_sec=LONGEST_WAIT)
+
+    def _parameter_file(self, parameters: dict[str, Any]) -> Path:
+        """Write parameters to a file for any node, that lives as long as the graph."""
+        path = Path(self._files.name) / f'{len(os.listdir(self._files.name))}.yaml'
+        path.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}),
+                        encoding='utf-8')
+        return path
+
+    def _add_foreign(self, package: str, executable: str, module: str, node_type: str,
+                     parameters: dict[str, Any]) -> Node | None:
+        """Compose a stand-in where there is one, else start the real executable."""
+        # A file, since no command line takes a URDF as the value of a parameter.
+        arguments = ['--params-file', str(self._parameter_file(parameters))]
+        if find_spec(module.partition('.')[0]) is not None:
+            return self.add(getattr(importlib.import_module(module), node_type), *arguments,
+                            parameters=False)
+        self.add_process(package, executable, '--ros-args', *arguments)
+        return None

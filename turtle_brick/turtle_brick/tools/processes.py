@@ -1,0 +1,169 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The nodes of a graph as processes of their own."""
+
+from collections.abc import Sequence
+from importlib.util import find_spec
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from ament_index_python.packages import get_package_prefix
+from turtle_brick.interrupts import INTERRUPTS
+from turtle_brick.parameters import default_path
+from turtle_brick.tools.benchmark_nodes import REMAP
+from turtle_brick.tools.graph import Graph
+from turtle_brick.tools.graph import PUBLISH_FREQUENCY
+import yaml
+
+OURS = ('turtle_robot', 'arena', 'catcher')
+FOREIGN = {'turtlesim': 'turtlesim_standin', 'robot_state_publisher': 'robot_state_publisher'}
+"""The other nodes of the graph, and the Python package whose presence tells a stand-in."""
+
+END_TIME = 10.0
+"""How long (s) a process may take to end when it is asked to."""
+
+
+class Process:
+    """A program of its own, and what it uses."""
+
+    def __init__(self, name: str, command: Sequence[str], log: Path,
+                 environment: dict[str, str] | None = None) -> None:
+        """
+        Start it.
+
+        :param name: what to call it
+        :param command: its command line
+        :param log: the file for all that it says
+        :param environment: variables besides those of this process
+        """
+        self.name = name
+        self._log = log
+        with open(log, 'wb') as file:
+            self._process = subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT,
+                env={**os.environ, **(environment or {})},
+                # A Ctrl-C is for the process that started it, which then ends this one in order.
+                start_new_session=True)
+
+    @property
+    def pid(self) -> int:
+        """Return the process's id."""
+        return self._process.pid
+
+    def check(self) -> None:
+        """
+        See that it still runs.
+
+        :raises RuntimeError: it does not; the text holds the last of what it said
+        """
+        if self._process.poll() is not None:
+            said = self._log.read_text(errors='replace').strip().splitlines() or ['nothing']
+            raise RuntimeError(f'{self.name} has ended with status {self._process.returncode}, '
+                               f'and said last: {said[-1]}')
+
+    def ask_to_end(self) -> None:
+        """Ask it to end, as Ctrl-C does."""
+        self._process.send_signal(signal.SIGINT)
+
+    def see_end(self) -> None:
+        """See that it ends, or end it."""
+        try:
+            self._process.wait(END_TIME)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+
+class Processes:
+    """The programs of a graph; on leaving it, they are ended."""
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self._files = TemporaryDirectory()
+        self.all: list[Process] = []
+
+    def __enter__(self) -> 'Processes':
+        """Return the processes themselves."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End them all."""
+        with INTERRUPTS.held():
+            for process in self.all:
+                process.ask_to_end()
+            for process in self.all:
+                process.see_end()
+            self._files.cleanup()
+
+    def start(self, name: str, *command: str) -> None:
+        """Start one."""
+        environment = {} if os.environ.get('DISPLAY') else {'QT_QPA_PLATFORM': 'offscreen'}
+        with INTERRUPTS.held():
+            self.all.append(Process(name, command, Path(self._files.name, f'{name}.log'),
+                                    environment))
+
+    def parameter_file(self, name: str, parameters: dict[str, Any]) -> str:
+        """Write parameters for any node; return the file's path."""
+        path = Path(self._files.name, f'{name}.yaml')
+        path.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}),
+                        encoding='utf-8')
+        return str(path)
+
+    def check(self) -> None:
+        """See that all still run; RuntimeError if not."""
+        for process in self.all:
+            process.check()
+
+
+def composable() -> list[str]:
+    """Return the nodes that can be composed here: ours, and the stand-ins."""
+    return [*OURS, *(name for name, module in FOREIGN.items() if find_spec(module) is not None)]
+
+
+def start_graph(processes: Processes, watch: Graph, kind: str, composed: bool) -> None:
+    """
+    Start a graph.
+
+    :param processes: what to add its processes to
+    :param watch: knows the robot's description
+    :param kind: 'real' or 'bare'
+    :param composed: whether as many nodes as possible share a process
+    """
+    together = composable() if composed else []
+    host = [sys.executable, '-m', 'turtle_brick.tools.benchmark_nodes', kind]
+    if together:
+        processes.start('composed', *host, *together)
+    for name in (*FOREIGN, *OURS):
+        if name in together:
+            continue
+        if kind == 'bare':
+            processes.start(name, *host, name, '--ros-args', *REMAP.get(name, ()))
+            continue
+        package = name if name in FOREIGN else 'turtle_brick'
+        executable = 'turtlesim_node' if name == 'turtlesim' else name
+        params_file = str(default_path())
+        if name == 'turtlesim':
+            params_file = processes.parameter_file(name, {'holonomic': True})
+        elif name == 'robot_state_publisher':
+            params_file = processes.parameter_file(name, {
+                'robot_description': watch.robot_description(),
+                'publish_frequency': PUBLISH_FREQUENCY})
+        processes.start(name, str(Path(get_package_prefix(package), 'lib', package, executable)),
+                        '--ros-args', '--params-file', params_file, *REMAP.get(name, ()))

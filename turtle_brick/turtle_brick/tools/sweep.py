@@ -1,0 +1,403 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+sweep: drop many bricks without ROS, over all cores, and see what is caught, refused or missed.
+
+Every drop begins with the robot at rest in the center of the arena, in a simulation of its own
+(`turtle_brick.simulation`); with --chain, several drops follow one another in one simulation.
+Written are a table, drops.csv, with one row per drop, and figures: the map of the arena, the
+margins against the distance, and one drop in detail. The table depends on the options alone,
+not on the number of workers: the same options give the same file, byte for byte.
+
+Ctrl-C keeps what is done: the table is complete up to there, and the figures are made of it.
+
+The status is 0 if both promises were kept in every drop: what was said to be reachable was
+caught, and nothing within the guaranteed distance was refused. It is 1 if not, and 2 if the sweep
+could not be made.
+"""
+
+import argparse
+from collections import deque
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Sequence
+from concurrent.futures import Future
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from importlib.util import find_spec
+from math import isfinite
+import multiprocessing
+from multiprocessing import resource_tracker
+import os
+from pathlib import Path
+import signal
+import sys
+from threading import Thread
+from time import monotonic
+from time import process_time
+from time import strftime
+from types import FrameType
+from typing import NamedTuple
+
+from turtle_brick.parameters import load
+from turtle_brick.parameters import ParameterError
+from turtle_brick.parameters import Parameters
+from turtle_brick.simulation import Delays
+from turtle_brick.tools.sweeping import Chain
+from turtle_brick.tools.sweeping import Drop
+from turtle_brick.tools.sweeping import is_good
+from turtle_brick.tools.sweeping import make
+from turtle_brick.tools.sweeping import most_telling
+from turtle_brick.tools.sweeping import Plan
+from turtle_brick.tools.sweeping import summary
+from turtle_brick.tools.sweeping import Table
+from turtle_brick.tools.sweeping import trace
+
+TABLE = 'drops.csv'
+
+BATCH = 8
+"""Simulations that a worker makes at a time: about a tenth of a second."""
+
+AHEAD = 3
+"""Batches per worker that are handed out before they are needed."""
+
+
+class Batch(NamedTuple):
+    """What a worker has done."""
+
+    drops: list[Drop]
+    simulated: float
+    """Simulated time (s)."""
+    cost: float
+    """Processor time (s)."""
+
+
+def work(parameters: Parameters, chains: Sequence[Chain], delays: Delays) -> Batch:
+    """
+    Make the drops of some simulations; this is what a worker does.
+
+    :param parameters: the physical numbers
+    :param chains: the simulations
+    :param delays: the delays between their parts
+    :return: The drops in order, and what they took.
+    """
+    begin = process_time()
+    drops: list[Drop] = []
+    simulated = 0.0
+    for chain in chains:
+        more, time = make(parameters, chain, delays)
+        drops += more
+        simulated += time
+    return Batch(drops, simulated, process_time() - begin)
+
+
+class Stop:
+    """Ctrl-C or SIGTERM: nothing is interrupted, but no more is begun."""
+
+    SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+    def __init__(self) -> None:
+        """Leave the signals as they are until the first `with`."""
+        self.count = 0
+
+    def __enter__(self) -> 'Stop':
+        """Take over the signals."""
+        self._before = {
+            number: signal.signal(number, self._on_signal) for number in self.SIGNALS}
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Give them back."""
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        self.count += 1
+
+    def __bool__(self) -> bool:
+        """Tell whether it has been asked for."""
+        return self.count > 0
+
+
+def _begin_worker() -> None:
+    """Leave signals to the first process, and end when that is gone, however it went."""
+    for number in Stop.SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, Stop.SIGNALS)
+
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def follow() -> None:
+        parent.join()
+        os._exit(1)
+
+    Thread(target=follow, daemon=True).start()
+
+
+def batches(parameters: Parameters, plan: Plan, workers: int,
+            stop: Callable[[], bool]) -> Iterator[Batch]:
+    """
+    Make the drops of a plan, over several processes.
+
+    :param parameters: the physical numbers
+    :param plan: the drops
+    :param workers: how many processes, beside this one if more than one
+    :param stop: asked again and again; once it is true, no more is begun
+    :return: What is done, in the order of the plan: all of it, or all that was begun before the
+        stop.
+    :raises BrokenProcessPool: a worker has been killed
+    """
+    jobs = _in_parts(plan.chains(), max(BATCH // plan.chain, 1))
+    if workers == 1:
+        for chains in jobs:
+            if stop():
+                return
+            yield work(parameters, chains, plan.delays)
+        return
+    # Started first: it would unblock the signals that are blocked below.
+    resource_tracker.ensure_running()
+    pool = ProcessPoolExecutor(workers, multiprocessing.get_context('spawn'), _begin_worker)
+    pending: deque[Future] = deque()
+    try:
+        while True:
+            while len(pending) < workers * AHEAD and not stop():
+                job = next(jobs, None)
+                if job is None:
+                    break
+                # A worker must not see a signal before it is ready to leave it to this process.
+                before = signal.pthread_sigmask(signal.SIG_BLOCK, Stop.SIGNALS)
+                try:
+                    pending.append(pool.submit(work, parameters, job, plan.delays))
+                finally:
+                    signal.pthread_sigmask(signal.SIG_SETMASK, before)
+            if stop():
+                # Those that have begun are the first: what is left is without a gap.
+                while pending and pending[-1].cancel():
+                    pending.pop()
+            if not pending:
+                return
+            yield pending.popleft().result()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _in_parts(chains: Iterable[Chain], size: int) -> Iterator[list[Chain]]:
+    """Yield lists of so many, the last with what is left."""
+    part: list[Chain] = []
+    for chain in chains:
+        part.append(chain)
+        if len(part) == size:
+            yield part
+            part = []
+    if part:
+        yield part
+
+
+def draw(drops: Sequence[Drop], parameters: Parameters, plan: Plan, directory: Path,
+         stop: Callable[[], bool]) -> None:
+    """
+    Make the figures.
+
+    :param drops: what became of the bricks
+    :param parameters: the physical numbers
+    :param plan: the drops that were planned
+    :param directory: where the files are to be
+    :param stop: asked between figures; once it is true, the rest is left out
+    """
+    if not drops:
+        print('No figures: no drop was finished.')
+        return
+    if find_spec('matplotlib') is None:
+        print('No figures: they need matplotlib (apt: python3-matplotlib, pip: matplotlib).')
+        return
+    from turtle_brick.tools import plots
+    chosen = most_telling(drops)
+    chain = next(chain for chain in plan.chains() if chain.first == chosen.index - chosen.turn)
+    for name, make_figure in (
+            ('map.png', lambda path: plots.reachability_map(
+                drops, parameters, plan.cell, path)),
+            ('margin.png', lambda path: plots.margins(drops, parameters, path)),
+            ('drop.png', lambda path: plots.one_drop(
+                trace(parameters, chain, chosen.turn, plan.delays), chosen, parameters, path))):
+        if stop():
+            print('The figures that are missing were left out.')
+            return
+        make_figure(directory / name)
+        print(f'  {directory / name}')
+
+
+class Progress:
+    """A bar on a terminal, nothing elsewhere."""
+
+    def __init__(self, total: int) -> None:
+        """
+        Show an empty bar.
+
+        :param total: how many drops there will be
+        """
+        self._bar = None
+        if sys.stdout.isatty() and find_spec('tqdm') is not None:
+            from tqdm import tqdm
+            self._bar = tqdm(total=total, unit=' drops', file=sys.stdout, smoothing=0.1,
+                             dynamic_ncols=True)
+
+    def add(self, drops: Sequence[Drop]) -> None:
+        """Show that drops have been made."""
+        if self._bar is not None:
+            self._bar.update(len(drops))
+
+    def end(self) -> None:
+        """Leave the bar as it is."""
+        if self._bar is not None:
+            self._bar.close()
+
+
+def at_least(least: int) -> Callable[[str], int]:
+    """Return what reads an integer with a lower bound from a command line."""
+    def read(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f'{text!r} is not a whole number') from None
+        if value < least:
+            raise argparse.ArgumentTypeError(f'{value} is too small: at least {least}')
+        return value
+    return read
+
+
+def parse(args: Sequence[str] | None) -> tuple[argparse.Namespace, Parameters, Plan]:
+    """
+    Read the command line; what is wrong with it ends the process with status 2 and a sentence.
+
+    :param args: the arguments; those of the process if None
+    :return: The options, the parameters and the plan.
+    """
+    first, second = __doc__.strip().split('\n\n')[:2]
+    parser = argparse.ArgumentParser(
+        prog='sweep', description=first.partition(': ')[2].capitalize(), epilog=second)
+    kind = parser.add_mutually_exclusive_group()
+    kind.add_argument('--drops', type=at_least(1), default=2000, metavar='N',
+                      help='drop N bricks at random places of the arena (default: 2000)')
+    kind.add_argument('--grid', type=at_least(1), metavar='N',
+                      help='drop a brick in each of the N x N cells of the arena instead')
+    parser.add_argument('--height', type=float, nargs='+', metavar='Z',
+                        help="of the brick's center when it is let go (m): one, or the lowest and "
+                        'the highest of random ones (default: that of brick_start)')
+    parser.add_argument('--seed', type=int, default=1, metavar='N',
+                        help='of everything random (default: 1)')
+    parser.add_argument('--chain', type=at_least(1), default=1, metavar='N',
+                        help='drops that follow one another in one simulation (default: 1)')
+    parser.add_argument('--no-jitter', dest='jitter', action='store_false',
+                        help='let all timers be even')
+    parser.add_argument('--workers', type=at_least(1), metavar='N',
+                        help='processes (default: one for each core)')
+    parser.add_argument('--params-file', type=Path, metavar='FILE',
+                        help='the parameters (default: config/turtle.yaml of the package)')
+    parser.add_argument('--output', type=Path, metavar='DIR',
+                        help='where the table and the figures go (default: sweep-<date>-<time>)')
+    parser.add_argument('--no-figures', dest='figures', action='store_false',
+                        help='make the table only')
+    options = parser.parse_args(args)
+    try:
+        parameters = load(options.params_file)
+    except ParameterError as error:
+        parser.error(str(error))
+    heights = options.height or [parameters.brick_start[2]]
+    lowest = parameters.brick_size[2] / 2.0
+    if len(heights) > 2:
+        parser.error(f'--height takes one or two numbers, not {len(heights)}')
+    for height in heights:
+        if not isfinite(height) or height < lowest:
+            parser.error(f'--height {height:g} cannot be: the center of a brick that lies on the '
+                         f'ground is at {lowest:g} m')
+    if heights[0] > heights[-1]:
+        parser.error(f'--height {heights[0]:g} {heights[-1]:g}: the lowest comes first')
+    plan = Plan(grid=options.grid is not None, count=options.grid or options.drops,
+                heights=(heights[0], heights[-1]), seed=options.seed, chain=options.chain,
+                jitter=options.jitter)
+    options.output = options.output or Path(strftime('sweep-%Y%m%d-%H%M%S'))
+    if options.output.exists() and not options.output.is_dir():
+        parser.error(f'--output {options.output}: this is not a directory')
+    if (options.output / TABLE).exists():
+        parser.error(f'--output {options.output}: there is a {TABLE} already, which stays')
+    options.workers = min(options.workers or len(os.sched_getaffinity(0)), plan.drops)
+    return options, parameters, plan
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the sweep; return its exit status."""
+    with Stop() as stop:
+        options, parameters, plan = parse(args)
+        try:
+            return run(options, parameters, plan, stop)
+        except OSError as error:
+            print(f'sweep: {error}', file=sys.stderr)
+            return 2
+
+
+def run(options: argparse.Namespace, parameters: Parameters, plan: Plan, stop: Stop) -> int:
+    """
+    Make, write, draw and count the drops.
+
+    :param options: the command line
+    :param parameters: the physical numbers
+    :param plan: the drops
+    :param stop: true once the user has had enough
+    :return: The exit status.
+    :raises OSError: the table or a figure cannot be written
+    """
+    options.output.mkdir(parents=True, exist_ok=True)
+    drops: list[Drop] = []
+    simulated = cost = 0.0
+    begin = monotonic()
+    failure = ''
+    with open(options.output / TABLE, 'x', encoding='utf-8', newline='') as file:
+        table = Table(file, parameters, plan)
+        progress = Progress(plan.drops)
+        try:
+            for batch in batches(parameters, plan, options.workers, lambda: bool(stop)):
+                table.write(batch.drops)
+                drops += batch.drops
+                simulated += batch.simulated
+                cost += batch.cost
+                progress.add(batch.drops)
+        except BrokenProcessPool:
+            failure = 'a worker was killed from outside'
+        progress.end()
+    took = monotonic() - begin
+    if stop and len(drops) < plan.drops:
+        print(f'Stopped: {len(drops):,} of {plan.drops:,} drops are done, and kept.')
+    workers = f'{options.workers} worker{"s" if options.workers > 1 else ""}'
+    print(f'{len(drops):,} drops in {took:.1f} s with {workers}', end='')
+    print(f', {len(drops) / cost:.0f} drops and {simulated / cost:.0f} s simulated in a '
+          'second of a core' if cost else '')
+    print(f'  {options.output / TABLE}', flush=True)
+    if options.figures:
+        asked_before = stop.count
+        draw(drops, parameters, plan, options.output, lambda: stop.count > asked_before)
+    print()
+    print(summary(drops))
+    for drop in [drop for drop in drops if drop.broken][:10]:
+        print(f'  drop {drop.index} (seed {drop.seed}), {drop.distance:.3f} m away: {drop.broken}')
+    if failure:
+        print(f'sweep: {failure}', file=sys.stderr)
+        return 2
+    return 0 if is_good(drops) else 1
+
+
+if __name__ == '__main__':
+    sys.exit(main())

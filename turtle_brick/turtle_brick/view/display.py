@@ -1,0 +1,441 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What the viewer shows: what is heard in the graph is kept, and drawn on the page when it is time.
+
+Messages come in here, and shapes, poses and sentences go out. It belongs to no node, so that what
+was heard can also be drawn later.
+"""
+
+from collections.abc import Callable
+from math import hypot
+from typing import Any
+from typing import TYPE_CHECKING
+
+from builtin_interfaces.msg import Time as TimeMessage
+from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import TransformStamped
+from rclpy.time import Time
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+from tf2_ros import Buffer
+from tf2_ros import TransformException
+from turtle_brick.frames import BASE_LINK
+from turtle_brick.frames import BRICK
+from turtle_brick.frames import Intake
+from turtle_brick.frames import LATEST
+from turtle_brick.frames import nanoseconds_of
+from turtle_brick.frames import ODOM
+from turtle_brick.frames import OLDEST
+from turtle_brick.frames import pose_of
+from turtle_brick.frames import WORLD
+from turtle_brick.geometry import Pose
+from turtle_brick.physics import Phase
+from turtle_brick.step_clock import NANOSECONDS
+from turtle_brick.view.urdf_scene import Color
+from turtle_brick.view.urdf_scene import LARGEST
+from turtle_brick.view.urdf_scene import ORIGIN
+from turtle_brick.view.urdf_scene import parse_urdf
+from turtle_brick.view.urdf_scene import Robot
+from turtle_brick.view.urdf_scene import Shape
+from turtle_brick.view.urdf_scene import undrawable
+from turtle_brick.view.urdf_scene import UrdfError
+from turtle_brick.view.viewing import Account
+from turtle_brick.view.viewing import common_instant
+from turtle_brick.view.viewing import Key
+from turtle_brick.view.viewing import Mark
+from turtle_brick.view.viewing import Marks
+from turtle_brick.view.viewing import Rate
+from turtle_brick_interfaces.msg import Tilt
+from visualization_msgs.msg import Marker
+
+if TYPE_CHECKING:
+    from turtle_brick.view.web_view import WebView
+
+WALLS = 'walls'
+BRICK_MARKER = 'brick_marker'
+CATCHER_MARKER = 'catcher_marker'
+"""The topics of markers, whatever is on them is drawn."""
+
+BRICK_TF = 'brick (TF)'
+COUNTED = (('cmd_vel', 'turtle1/cmd_vel'), ('odom',), ('joint_states',), (BRICK_TF,))
+"""
+What is counted; of several names that which comes.
+
+The launch files give cmd_vel turtlesim's name.
+"""
+
+FRAMES = (WORLD, ODOM, BASE_LINK, BRICK)
+"""The frames that can be switched on."""
+
+PHASES = {phase.value for phase in Phase}
+
+TEXT_PERIOD = NANOSECONDS // 5
+"""Least time (ns) between two changes of the texts on the page."""
+
+GOAL = Shape('cylinder', (0.24, 0.24, 0.01), (0.10, 0.75, 0.25, 1.0))
+"""What marks the robot's goal on the ground."""
+
+GOAL_REACHED = 0.05
+"""How far (m) from it the robot need not be told any more."""
+
+MOST_MARKERS = 100
+"""How many markers of one topic are drawn."""
+
+MOST_POINTS = 10_000
+"""How many points a marker may have."""
+
+LONGEST_TEXT = 1000
+"""How many characters the text, the namespace and the frame of a marker may have together."""
+
+UNREACHABLE = 'Unreachable'
+"""What catcher_marker says of a brick that is out of reach."""
+
+LONGEST_WARNING = 300
+"""How many characters a warning may have."""
+
+SOLIDS = {Marker.CUBE: 'box', Marker.SPHERE: 'sphere', Marker.CYLINDER: 'cylinder'}
+
+
+class Display:
+    """
+    From messages to the page: what is heard is kept, and drawn when it is time.
+
+    Every instant is in ns. Messages are heard at the instant at which they came, pictures are
+    drawn of an instant that is not before.
+    """
+
+    def __init__(self, view: 'WebView', buffer: Buffer, warn: Callable[[str, str], Any]) -> None:
+        """
+        Know nothing yet.
+
+        :param view: the page
+        :param buffer: an empty one, for the transforms
+        :param warn: told of which topic something cannot be shown, and what, in a sentence
+        """
+        self._view = view
+        self._buffer = buffer
+        self._warn = warn
+        # Messages of several senders are not heard in the order in which they were sent.
+        self._intake = Intake(buffer, self._complain, jitter=NANOSECONDS)
+        self._known_frames: set[str] = set()
+        self._robot: Robot | None = None
+        self._marks = Marks()
+        self._brick_color: Color = (0.0, 0.0, 0.0, 0.0)
+        self._account = Account()
+        self._goal: tuple[float, float] | None = None
+        self._tilt = 0.0
+        self._instant = 0
+        self._drawn: dict[str, Pose | None] = {}
+        self._text_time = 0
+        self._suggested = False
+        self._rates: dict[str, Rate] = {
+            name: Rate() for names in COUNTED for name in names}
+
+    def hear_description(self, message: String, now: int) -> None:
+        """Take in a robot."""
+        try:
+            robot = parse_urdf(message.data)
+        except UrdfError as error:
+            self._complain('robot_description', f'The robot is not shown: {error}')
+            return
+        if robot == self._robot:
+            return
+        if robot.undrawn:
+            self._complain(
+                'robot_description', 'The viewer draws boxes, cylinders and spheres, not '
+                f'{", ".join(robot.undrawn)}')
+        if self._robot is not None:
+            for link in self._robot.links:
+                self._view.scene.remove(f'robot/{link}')
+        self._robot = robot
+        for link, shapes in robot.links.items():
+            if shapes:
+                self._view.scene.put(f'robot/{link}', shapes)
+
+    def hear_transforms(self, message: TFMessage, static: bool, clock: int, now: int) -> None:
+        """Take in transforms, which are stamped by a clock that may be another one."""
+        bricks = 0
+        for transform in self._intake.take_in(message, static, clock):
+            self._known_frames.add(transform.header.frame_id)
+            self._known_frames.add(transform.child_frame_id)
+            bricks += transform.child_frame_id == BRICK
+        if bricks:
+            self._rates[BRICK_TF].add(now, bricks)
+
+    def hear_marker(self, topic: str, message: Marker, now: int) -> None:
+        """Take in a marker of a topic."""
+        key: Key = (topic, message.ns, message.id)
+        if message.action == Marker.DELETEALL:
+            self._marks.clear(topic)
+            return
+        if message.action == Marker.DELETE:
+            self._marks.remove(key)
+            return
+        try:
+            mark = mark_of(message, now)
+            if key not in self._marks.shown and self._marks.count(topic) >= MOST_MARKERS:
+                raise ValueError(f'there are {MOST_MARKERS} of them already')
+        except ValueError as error:
+            self._complain(topic, f'A marker on {topic} is left out: {error}')
+            return
+        self._marks.put(key, mark)
+        if topic == BRICK_MARKER:
+            self._account.see_phase(phase_of(message))
+            self._brick_color = mark.shape.color
+        elif topic == CATCHER_MARKER and mark.shape.text == UNREACHABLE:
+            self._account.see_unreachable()
+
+    def hear_goal(self, message: PoseStamped, now: int) -> None:
+        """Take in where the robot is sent."""
+        frame = self.pose(message.header.frame_id or WORLD)
+        if frame is None:
+            self._complain('goal_pose', 'A goal is not shown: where its frame '
+                           f'{message.header.frame_id!r} is, is not known')
+            return
+        point = message.pose.position
+        x, y, _ = frame.transform((point.x, point.y, point.z))
+        wild = undrawable((x, y))
+        if wild is not None:
+            self._complain('goal_pose', f'A goal is not shown: a coordinate is {wild:g}')
+            return
+        self._goal = (x, y)
+        brick = self.pose(BRICK)
+        self._account.see_goal(x, y, brick.position[:2] if brick is not None else None)
+
+    def hear_tilt(self, message: Tilt, now: int) -> None:
+        """Take in how the platform is tilted."""
+        if undrawable((message.angle,)) is not None:
+            self._complain('tilt', f'A tilt is not shown: it is {message.angle:g} rad')
+            return
+        self._tilt = message.angle
+        self._account.see_tilt(message.angle)
+
+    def hear_of(self, name: str, now: int) -> None:
+        """Take note that a message has come, of which nothing else is of interest."""
+        self._rates[name].add(now)
+
+    def account(self) -> str:
+        """Say what the robot is up to with the brick."""
+        return self._account.sentence()
+
+    def phase(self) -> Phase | None:
+        """Return what the brick does, None if that can't be told."""
+        return self._account.phase
+
+    def walls(self) -> tuple[float, float, float, float] | None:
+        """Return in m the least and the greatest x, then y, of the walls, None without walls."""
+        corners = [(mark.placed or ORIGIN, mark.shape) for key, mark in self._marks.shown.items()
+                   if key[0] == WALLS]
+        if not corners:
+            return None
+        spots = [frame.transform(shape.pose.position) for frame, shape in corners]
+        xs, ys = [spot[0] for spot in spots], [spot[1] for spot in spots]
+        return min(xs), max(xs), min(ys), max(ys)
+
+    def rates(self, now: int) -> list[tuple[str, float | None]]:
+        """Return how often (Hz) each of what is counted comes at an instant (ns), if it does."""
+        found = []
+        for names in COUNTED:
+            rates = [(name, self._rates[name].value(now)) for name in names]
+            found.append(next((entry for entry in rates if entry[1] is not None), rates[0]))
+        return found
+
+    def pose(self, frame: str, stamp: int = 0) -> Pose | None:
+        """Return where a frame is at an instant (ns; 0 for the latest), None if that's unknown."""
+        if frame == self._fixed_frame():
+            return ORIGIN
+        transform = self._lookup(frame, stamp)
+        if transform is None:
+            return None
+        pose = pose_of(transform.transform)
+        return pose if undrawable(pose.position + pose.orientation) is None else None
+
+    def drawn(self, frame: str) -> Pose | None:
+        """Return where a frame is in the picture that was drawn last, None if it is not there."""
+        if frame not in self._drawn:
+            # What is not known of this instant, as it has stopped coming, is where it was last.
+            self._drawn[frame] = self.pose(frame, self._instant) or self.pose(frame)
+        return self._drawn[frame]
+
+    def draw(self, now: int) -> None:
+        """Bring the page up to date at an instant (ns)."""
+        self._instant = self._latest_instant()
+        self._drawn.clear()
+        with self._view.together():
+            self._draw_robot()
+            self._draw_marks(now)
+            self._draw_frames()
+            self._draw_goal()
+            if not 0 <= now - self._text_time < TEXT_PERIOD:
+                self._text_time = now
+                self._write(now)
+
+    def _lookup(self, frame: str, stamp: int) -> TransformStamped | None:
+        """Return the transform of a frame at an instant (ns; 0 for the latest) if it is known."""
+        if frame not in self._known_frames:
+            return None
+        time = Time(nanoseconds=stamp) if stamp else LATEST
+        try:
+            return self._buffer.lookup_transform(self._fixed_frame(), frame, time)
+        except TransformException:
+            return None
+
+    def _latest_instant(self) -> int:
+        """Return the latest instant (ns) at which robot and brick are known, 0 if none moves."""
+        moving = {BASE_LINK, BRICK}.union(self._robot.links if self._robot is not None else ())
+        found = (self._lookup(frame, 0) for frame in moving)
+        return common_instant((nanoseconds_of(transform.header.stamp) for transform in found
+                               if transform is not None), OLDEST)
+
+    def _draw_robot(self) -> None:
+        if self._robot is not None:
+            for link, shapes in self._robot.links.items():
+                if shapes:
+                    self._view.scene.move(f'robot/{link}', self.drawn(link))
+
+    def _draw_marks(self, now: int) -> None:
+        scene = self._view.scene
+        self._marks.expire(now)
+        shown = {}
+        for key, mark in self._marks.shown.items():
+            if mark.locked:
+                pose = self.drawn(mark.frame)
+            else:
+                pose = mark.placed or (self.pose(mark.frame, mark.stamp) if mark.stamp
+                                       else self.drawn(mark.frame))
+                if pose is not mark.placed:
+                    self._marks.put(key, mark._replace(placed=pose))
+            shown['markers/{}/{}/{}'.format(*key)] = (mark.shape, pose)
+        for name in scene.names():
+            if name.startswith('markers/') and name not in shown:
+                scene.remove(name)
+        for name, (shape, pose) in shown.items():
+            scene.put(name, (shape,))
+            scene.move(name, pose)
+
+    def _draw_frames(self) -> None:
+        for frame in FRAMES:
+            name = f'frames/{frame}'
+            if self._view.panel.frames:
+                self._view.scene.put(name, (), axes=True)
+                self._view.scene.move(name, self.drawn(frame))
+            else:
+                self._view.scene.remove(name)
+
+    def _draw_goal(self) -> None:
+        self._view.scene.put('goal', (GOAL,))
+        robot = self.drawn(BASE_LINK)
+        pose = None
+        if self._goal is not None and robot is not None:
+            x, y = self._goal
+            if max(abs(robot.position[0] - x), abs(robot.position[1] - y)) > GOAL_REACHED:
+                pose = Pose((x, y, 0.0), ORIGIN.orientation)
+        self._view.scene.move('goal', pose)
+
+    def _write(self, now: int) -> None:
+        panel = self._view.panel
+        brick = self.drawn(BRICK)
+        phase = self._account.phase
+        if brick is None:
+            panel.show_brick('no brick in sight', None)
+        else:
+            if not self._suggested:
+                panel.suggest_place(brick.position)
+                self._suggested = True
+            panel.show_brick(
+                f'{phase.value if phase else "brick"}, {brick.position[2]:.2f} m up',
+                self._brick_color if phase else None)
+        panel.show_account(self._account.sentence(), self._account.unreachable)
+        panel.show_tilt(self._tilt)
+        panel.show_rates(self.rates(now))
+
+    def _fixed_frame(self) -> str:
+        """Return the frame in which all is drawn: the world, or the robot alone stands still."""
+        if WORLD in self._known_frames or self._robot is None:
+            return WORLD
+        return self._robot.root
+
+    def _complain(self, topic: str, sentence: str) -> None:
+        """Say what is wrong with a message, which may hold anything."""
+        self._warn(topic, ''.join(letter if letter.isprintable() else ' '
+                                  for letter in sentence[:LONGEST_WARNING]))
+
+
+def mark_of(marker: Marker, now: int) -> Mark:
+    """
+    Read a marker that is to be added.
+
+    :param marker: the message
+    :param now: the instant at which it came (ns)
+    :raises ValueError: it can't be drawn, for the reason that is given
+    """
+    frame = marker.header.frame_id
+    if marker.action != Marker.ADD:
+        raise ValueError(f'its action is {marker.action}')
+    if not frame:
+        raise ValueError('its frame_id is empty')
+    letters = len(marker.text) + len(marker.ns) + len(frame)
+    if letters > LONGEST_TEXT:
+        raise ValueError(f'its texts have {letters} characters')
+    if len(marker.points) > MOST_POINTS:
+        raise ValueError(f'it has {len(marker.points)} points')
+    stamp = _instant_of(marker.header.stamp, 'stamp')
+    lifetime = _instant_of(marker.lifetime, 'lifetime')
+    shape = shape_of(marker)
+    if shape is None:
+        raise ValueError(f'its type is {marker.type}')
+    wild = shape.undrawable()
+    if wild is not None:
+        raise ValueError(f'one of its numbers is {wild:g}')
+    expires = now + lifetime if lifetime else None
+    return Mark(frame, shape, marker.frame_locked, stamp, expires, heard=now)
+
+
+def _instant_of(stamp: TimeMessage, name: str) -> int:
+    """Return the instant (ns) of a stamp, or a duration."""
+    if stamp.sec < 0 or stamp.nanosec >= NANOSECONDS:
+        raise ValueError(f'its {name} is {stamp.sec} s and {stamp.nanosec} ns')
+    return nanoseconds_of(stamp)
+
+
+def shape_of(marker: Marker) -> Shape | None:
+    """Return what a marker looks like, None for a type that isn't drawn."""
+    position, orientation = marker.pose.position, marker.pose.orientation
+    quaternion = (orientation.x, orientation.y, orientation.z, orientation.w)
+    length = hypot(*quaternion)
+    if length == 0.0:
+        quaternion = ORIGIN.orientation  # as rviz takes it
+    elif length <= LARGEST:
+        quaternion = tuple(part / length for part in quaternion)
+    pose = Pose((position.x, position.y, position.z), quaternion)
+    size = (marker.scale.x, marker.scale.y, marker.scale.z)
+    color = (marker.color.r, marker.color.g, marker.color.b, marker.color.a)
+    if marker.type in SOLIDS:
+        return Shape(SOLIDS[marker.type], size, color, pose)
+    if marker.type == Marker.TEXT_VIEW_FACING:
+        return Shape('text', (size[2], size[2], size[2]), color, pose, text=marker.text)
+    if marker.type not in (Marker.LINE_STRIP, Marker.LINE_LIST):
+        return None
+    points = [(point.x, point.y, point.z) for point in marker.points]
+    if marker.type == Marker.LINE_STRIP:
+        points = [point for pair in zip(points, points[1:]) for point in pair]
+    return Shape('lines', (size[0], size[0], size[0]), color, pose,
+                 points=tuple(points[:len(points) // 2 * 2]))
+
+
+def phase_of(marker: Marker) -> Phase | None:
+    """Return what the brick does by the text of its marker, None if that tells nothing."""
+    return Phase(marker.text) if marker.text in PHASES else None
