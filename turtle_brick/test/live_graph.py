@@ -299,7 +299,7 @@ class NodeProcess:
             self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, start_new_session=True,
             env={**os.environ, **environment, 'ROS_DOMAIN_ID': str(domain_id),
-                 'PYTHONUNBUFFERED': '1'})
+                 'PYTHONUNBUFFERED': '1', 'PYTHONFAULTHANDLER': '1'})
         self._reader = threading.Thread(target=self._read, name='output', daemon=True)
         self._reader.start()
 
