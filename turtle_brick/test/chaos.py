@@ -54,7 +54,6 @@ from chaos_messages import Injector
 from chaos_soak import soak
 from geometry_msgs.msg import PoseStamped
 from geometry_msgs.msg import Twist
-from live_graph import executable
 from live_graph import NodeProcess
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
@@ -79,6 +78,7 @@ from turtle_brick.parameters import load
 from turtle_brick.physics import Phase
 from turtle_brick.reaching import guaranteed_distance
 from turtle_brick.tools.domains import reserved_domain
+from turtle_brick.tools.graph import executable
 from turtle_brick.tools.graph import Graph
 from turtle_brick.view.display import phase_of
 from turtle_brick_interfaces.msg import Tilt

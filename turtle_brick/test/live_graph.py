@@ -31,7 +31,6 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 import contextlib
 import os
-from pathlib import Path
 import re
 import signal
 import subprocess
@@ -40,7 +39,6 @@ import time
 from typing import Any
 from typing import TypeVar
 
-from ament_index_python.packages import get_package_prefix
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
@@ -274,11 +272,6 @@ def graph(domain_id: int, *node_factories: Callable[..., Node]) -> Iterator[Live
 
 
 # ------------------------------------------------------------------------- nodes in processes
-
-def executable(package: str, name: str) -> str:
-    """Return the path of an installed executable, which `ros2 run` would start."""
-    return str(Path(get_package_prefix(package), 'lib', package, name))
-
 
 class NodeProcess:
     """A process, with what it prints."""

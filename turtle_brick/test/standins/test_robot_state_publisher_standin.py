@@ -33,7 +33,6 @@ from ament_index_python.packages import get_package_prefix
 from ament_index_python.packages import PackageNotFoundError
 from hypothesis import given
 from hypothesis import strategies as st
-from live_graph import executable
 from live_graph import graph
 from live_graph import LiveGraph
 from live_graph import NodeProcess
@@ -49,6 +48,7 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
+from turtle_brick.tools.graph import executable
 
 DATA = Path(__file__).parents[1] / 'data' / 'tf2'
 URDF = (DATA / 'r2.urdf').read_text()

@@ -30,7 +30,6 @@ from typing import NamedTuple
 from ament_index_python.packages import get_package_prefix
 from ament_index_python.packages import PackageNotFoundError
 from geometry_msgs.msg import Twist
-from live_graph import executable
 from live_graph import graph
 from live_graph import LiveGraph
 from live_graph import NodeProcess
@@ -43,6 +42,7 @@ from rclpy.qos import DurabilityPolicy
 from rclpy.qos import ReliabilityPolicy
 from std_srvs.srv import Empty
 from turtle_brick.tools.domains import reserved_domain
+from turtle_brick.tools.graph import executable
 from turtle_brick.turtlesim_kinematics import ARENA_CENTER
 from turtle_brick.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.turtlesim_kinematics import TICK

@@ -28,13 +28,13 @@ from faulty_markers import FAULTS
 from faulty_markers import harmless
 from geometry_msgs.msg import PoseStamped
 from geometry_msgs.msg import TransformStamped
-from live_graph import executable
 from live_graph import process
 import pytest
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from turtle_brick.physics import Phase
+from turtle_brick.tools.graph import executable
 from turtle_brick.tools.graph import Graph
 from turtle_brick.view import viewer
 from turtle_brick_interfaces.msg import Tilt

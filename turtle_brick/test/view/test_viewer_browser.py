@@ -22,7 +22,6 @@ from threading import Thread
 from time import monotonic
 
 from geometry_msgs.msg import PoseStamped
-from live_graph import executable
 from live_graph import process
 import numpy
 import pytest
@@ -32,6 +31,7 @@ from turtle_brick.physics import Phase
 from turtle_brick.tools.browser import Chromium
 from turtle_brick.tools.browser import find_chromium
 from turtle_brick.tools.domains import reserved_domain
+from turtle_brick.tools.graph import executable
 from turtle_brick.tools.graph import Graph
 from witness import Witness
 

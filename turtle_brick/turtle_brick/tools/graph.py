@@ -66,33 +66,44 @@ every turn."""
 AnyNode = TypeVar('AnyNode', bound=Node)
 
 
-class Child:
-    """A ROS executable in a process of its own."""
+def executable(package: str, name: str) -> str:
+    """Return the path of an installed executable, which `ros2 run` would start."""
+    return str(Path(get_package_prefix(package), 'lib', package, name))
 
-    def __init__(self, package: str, executable: str, arguments: Sequence[str],
-                 environment: dict[str, str], silent: bool = True) -> None:
+
+def write_parameters(path: Path, parameters: dict[str, Any]) -> Path:
+    """Write parameters for any node into a file; return its path."""
+    path.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}), encoding='utf-8')
+    return path
+
+
+class Child:
+    """A program in a process of its own."""
+
+    def __init__(self, command: Sequence[str], environment: dict[str, str] | None = None,
+                 **streams: Any) -> None:
         """
         Start it.
 
-        :param package: the package it belongs to
-        :param executable: its name
-        :param arguments: its command line
+        :param command: its command line
         :param environment: variables to set for it, besides those of this process
-        :param silent: whether what it prints is of no interest
-        :raises LookupError: there is no such package
+        :param streams: where its output goes, as for subprocess.Popen
         """
-        path = Path(get_package_prefix(package), 'lib', package, executable)
+        display = {} if os.environ.get('DISPLAY') else {'QT_QPA_PLATFORM': 'offscreen'}
         self._process = subprocess.Popen(
-            [str(path), *arguments], env={**os.environ, **environment},
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL if silent else None,
+            command, env={**os.environ, **display, **(environment or {})},
+            stdin=subprocess.DEVNULL, **streams,
             # A Ctrl-C is for the process that started it, which then ends this one in order.
             start_new_session=True)
 
-    def end(self) -> None:
-        """Ask it to end, as Ctrl-C does, and see that it has."""
+    def ask_to_end(self) -> None:
+        """Ask it to end, as Ctrl-C does."""
         self._process.send_signal(signal.SIGINT)
+
+    def see_end(self, patience: float) -> None:
+        """See that it ends within a time (s), or end it."""
         try:
-            self._process.wait(END_TIME)
+            self._process.wait(patience)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
@@ -203,20 +214,18 @@ class Graph:
         from turtle_brick.catcher import CatcherNode
         return self.add(CatcherNode)
 
-    def add_process(self, package: str, executable: str, *arguments: str,
+    def add_process(self, package: str, name: str, *arguments: str,
                     silent: bool = True) -> None:
         """
         Start an executable that belongs to the graph, in a process of its own.
 
         :param package: the package it belongs to
-        :param executable: its name
+        :param name: its name
         :param arguments: its command line
         :param silent: whether what it prints is of no interest
         :raises LookupError: there is no such package
         """
         environment = {}
-        if not os.environ.get('DISPLAY'):
-            environment['QT_QPA_PLATFORM'] = 'offscreen'
         if self.domain_id is not None:
             environment['ROS_DOMAIN_ID'] = str(self.domain_id)
         ros_arguments = [*self._log_level]
@@ -224,7 +233,8 @@ class Graph:
             ros_arguments += ['-r', f'__ns:={self.namespace}']
         if ros_arguments:
             arguments = (*arguments, '--ros-args', *ros_arguments)
-        self._children.append(Child(package, executable, arguments, environment, silent))
+        self._children.append(Child([executable(package, name), *arguments], environment,
+                                    stdout=subprocess.DEVNULL if silent else None))
 
     def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
         """
@@ -250,7 +260,8 @@ class Graph:
     def close(self) -> None:
         """End every node and child process."""
         for child in self._children:
-            child.end()
+            child.ask_to_end()
+            child.see_end(END_TIME)
         self._children.clear()
         self.executor.shutdown()
         for node in self.nodes:
@@ -266,11 +277,9 @@ class Graph:
             self.executor.spin_once(timeout_sec=LONGEST_WAIT)
 
     def _parameter_file(self, parameters: dict[str, Any]) -> Path:
-        """Write parameters to a file for any node, that lives as long as the graph."""
-        path = Path(self._files.name) / f'{len(os.listdir(self._files.name))}.yaml'
-        path.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}),
-                        encoding='utf-8')
-        return path
+        """Write parameters into a file of this graph; return its path."""
+        return write_parameters(
+            Path(self._files.name, f'{len(os.listdir(self._files.name))}.yaml'), parameters)
 
     def _add_foreign(self, package: str, executable: str, module: str, node_type: str,
                      parameters: dict[str, Any]) -> Node | None:

@@ -16,21 +16,20 @@
 
 from collections.abc import Sequence
 from importlib.util import find_spec
-import os
 from pathlib import Path
-import signal
 import subprocess
 import sys
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from ament_index_python.packages import get_package_prefix
 from turtle_brick.interrupts import INTERRUPTS
 from turtle_brick.parameters import default_path
 from turtle_brick.tools.benchmark_nodes import REMAP
+from turtle_brick.tools.graph import Child
+from turtle_brick.tools.graph import executable
 from turtle_brick.tools.graph import Graph
 from turtle_brick.tools.graph import PUBLISH_FREQUENCY
-import yaml
+from turtle_brick.tools.graph import write_parameters
 
 OURS = ('turtle_robot', 'arena', 'catcher')
 FOREIGN = {'turtlesim': 'turtlesim_standin', 'robot_state_publisher': 'robot_state_publisher'}
@@ -40,27 +39,21 @@ END_TIME = 10.0
 """How long (s) a process may take to end when it is asked to."""
 
 
-class Process:
+class Process(Child):
     """A program of its own, and what it uses."""
 
-    def __init__(self, name: str, command: Sequence[str], log: Path,
-                 environment: dict[str, str] | None = None) -> None:
+    def __init__(self, name: str, command: Sequence[str], log: Path) -> None:
         """
         Start it.
 
         :param name: what to call it
         :param command: its command line
         :param log: the file for all that it says
-        :param environment: variables besides those of this process
         """
         self.name = name
         self._log = log
         with open(log, 'wb') as file:
-            self._process = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT,
-                env={**os.environ, **(environment or {})},
-                # A Ctrl-C is for the process that started it, which then ends this one in order.
-                start_new_session=True)
+            super().__init__(command, stdout=file, stderr=subprocess.STDOUT)
 
     @property
     def pid(self) -> int:
@@ -77,18 +70,6 @@ class Process:
             said = self._log.read_text(errors='replace').strip().splitlines() or ['nothing']
             raise RuntimeError(f'{self.name} has ended with status {self._process.returncode}, '
                                f'and said last: {said[-1]}')
-
-    def ask_to_end(self) -> None:
-        """Ask it to end, as Ctrl-C does."""
-        self._process.send_signal(signal.SIGINT)
-
-    def see_end(self) -> None:
-        """See that it ends, or end it."""
-        try:
-            self._process.wait(END_TIME)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
 
 
 class Processes:
@@ -109,22 +90,17 @@ class Processes:
             for process in self.all:
                 process.ask_to_end()
             for process in self.all:
-                process.see_end()
+                process.see_end(END_TIME)
             self._files.cleanup()
 
     def start(self, name: str, *command: str) -> None:
         """Start one."""
-        environment = {} if os.environ.get('DISPLAY') else {'QT_QPA_PLATFORM': 'offscreen'}
         with INTERRUPTS.held():
-            self.all.append(Process(name, command, Path(self._files.name, f'{name}.log'),
-                                    environment))
+            self.all.append(Process(name, command, Path(self._files.name, f'{name}.log')))
 
     def parameter_file(self, name: str, parameters: dict[str, Any]) -> str:
         """Write parameters for any node; return the file's path."""
-        path = Path(self._files.name, f'{name}.yaml')
-        path.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}),
-                        encoding='utf-8')
-        return str(path)
+        return str(write_parameters(Path(self._files.name, f'{name}.yaml'), parameters))
 
     def check(self) -> None:
         """See that all still run; RuntimeError if not."""
@@ -157,7 +133,7 @@ def start_graph(processes: Processes, watch: Graph, kind: str, composed: bool) -
             processes.start(name, *host, name, '--ros-args', *REMAP.get(name, ()))
             continue
         package = name if name in FOREIGN else 'turtle_brick'
-        executable = 'turtlesim_node' if name == 'turtlesim' else name
+        program = 'turtlesim_node' if name == 'turtlesim' else name
         params_file = str(default_path())
         if name == 'turtlesim':
             params_file = processes.parameter_file(name, {'holonomic': True})
@@ -165,5 +141,5 @@ def start_graph(processes: Processes, watch: Graph, kind: str, composed: bool) -
             params_file = processes.parameter_file(name, {
                 'robot_description': watch.robot_description(),
                 'publish_frequency': PUBLISH_FREQUENCY})
-        processes.start(name, str(Path(get_package_prefix(package), 'lib', package, executable)),
+        processes.start(name, executable(package, program),
                         '--ros-args', '--params-file', params_file, *REMAP.get(name, ()))
