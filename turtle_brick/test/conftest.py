@@ -42,7 +42,8 @@ def left_out() -> dict[str, str]:
     return files
 
 
-collect_ignore = list(left_out())
+LEFT_OUT = left_out()
+collect_ignore = list(LEFT_OUT)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -58,7 +59,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_report_header(config: pytest.Config) -> list[str]:
     """Say which files are left out, and why."""
-    return [f'left out: {file}: {reason}' for file, reason in left_out().items()]
+    return [f'left out: {file}: {reason}' for file, reason in LEFT_OUT.items()]
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:

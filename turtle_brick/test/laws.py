@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""How laws are tested: with many random cases."""
+"""What tests of laws share: how many random cases, and times in ns."""
 
 from hypothesis import settings
 
@@ -19,3 +19,8 @@ from hypothesis import settings
 def law(examples: int) -> settings:
     """Check so many random cases, the same ones every time."""
     return settings(max_examples=examples, derandomize=True, deadline=None)
+
+
+def seconds(time: float) -> int:
+    """Return a time (s) in ns."""
+    return round(time * 1e9)

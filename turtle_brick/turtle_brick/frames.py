@@ -31,6 +31,7 @@ from tf2_ros import TransformException
 from tf2_ros import TransformListener
 from turtle_brick.geometry import FARTHEST
 from turtle_brick.geometry import Pose
+from turtle_brick.step_clock import NANOSECONDS
 from turtle_brick.throttling import Warner
 
 WORLD = 'world'
@@ -50,7 +51,7 @@ AHEAD = 5_000_000_000
 would outlast all that come after it: tf2 forgets what is 10 s older than its latest, and so hears
 nothing else of that frame until its time comes."""
 
-ECHO = 1_000_000_000
+ECHO = NANOSECONDS
 """How long (ns) after a clock was set back transforms may come that were stamped before. They are
 those whose stamps are nearer to the time before: in a buffer they would be the latest."""
 
@@ -70,12 +71,12 @@ LATEST = Time()
 
 def set_stamp(stamp: TimeMessage, nanoseconds: int) -> None:
     """Write an instant (ns) into a message's stamp."""
-    stamp.sec, stamp.nanosec = divmod(nanoseconds, 1_000_000_000)
+    stamp.sec, stamp.nanosec = divmod(nanoseconds, NANOSECONDS)
 
 
 def nanoseconds_of(stamp: TimeMessage) -> int:
     """Return the instant (ns) of a message's stamp."""
-    return stamp.sec * 1_000_000_000 + stamp.nanosec
+    return stamp.sec * NANOSECONDS + stamp.nanosec
 
 
 def set_transform(transform: Transform, pose: Pose) -> None:
@@ -162,7 +163,7 @@ class Guard:
         if not abs(x * x + y * y + z * z + w * w - 1.0) <= LENGTH_TOLERANCE:
             return f'has the quaternion ({x:g}, {y:g}, {z:g}, {w:g}), which is no unit quaternion'
         stamp = transform.header.stamp
-        if stamp.sec < 0 or stamp.nanosec >= 1_000_000_000:
+        if stamp.sec < 0 or stamp.nanosec >= NANOSECONDS:
             return f'has the stamp {stamp.sec} s {stamp.nanosec} ns, which is no time'
         age = now - nanoseconds_of(stamp)
         if not static and not -self._ahead(now) <= age <= PAST:
@@ -205,7 +206,7 @@ class Guard:
         claims = self._claims.setdefault(frame, deque(maxlen=STEADY))
         if not static and (not claims or now != claims[-1]):  # One message counts once.
             claims.append(now)
-        return len(claims) == STEADY and now - claims[0] <= 1_000_000_000
+        return len(claims) == STEADY and now - claims[0] <= NANOSECONDS
 
     def _up_from(self, frame: str) -> list[str]:
         """Return a frame and all above it."""

@@ -33,6 +33,7 @@ from random import Random
 from hypothesis import given
 from hypothesis import strategies as st
 from laws import law
+from laws import seconds
 import pytest
 from turtle_brick.catching import ARRIVED
 from turtle_brick.catching import Catcher
@@ -59,11 +60,6 @@ PARAMETERS = load()
 GRAVITY = PARAMETERS.gravity_accel
 REST = resting_height(PARAMETERS)
 SECOND = 1_000_000_000
-
-
-def seconds(time):
-    """Return a time (s) in ns."""
-    return round(time * 1e9)
 
 
 # Each state's ways out, in the order of their priority; none taken: the state stays.

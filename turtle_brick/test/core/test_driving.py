@@ -361,10 +361,8 @@ def test_pose_becomes_stale_after_so_long():
     assert path.is_stale(1.001 + STALE)
 
 
-@law(100)
-@given(drive=drives(1.0), part=st.floats(0.0, 1.0), length=st.floats(0.01, 0.6), seed=seeds)
-def test_survives_a_stall_of_turtlesim(drive, part, length, seed):
-    """It neither overshoots nor hunts, as turtlesim takes one command per tick all the same."""
+def under_way(drive, part, seed):
+    """Return a bench at some part of a way, how long (m) that is, and what tells its overshoot."""
     speed, start, goal = drive
     bench = Bench(speed, start, seed)
     bench.run(0.3)
@@ -372,31 +370,33 @@ def test_survives_a_stall_of_turtlesim(drive, part, length, seed):
     x, y = bench.turtle.pose[:2]
     bench.driver.drive_to(*goal)
     bench.run(0.3 + part * distance / speed)
+    ex, ey = (goal[0] - x) / distance, (goal[1] - y) / distance
+    return bench, distance, lambda: max(
+        (pose.x - goal[0]) * ex + (pose.y - goal[1]) * ey for _, pose in bench.poses)
+
+
+@law(100)
+@given(drive=drives(1.0), part=st.floats(0.0, 1.0), length=st.floats(0.01, 0.6), seed=seeds)
+def test_survives_a_stall_of_turtlesim(drive, part, length, seed):
+    """It neither overshoots nor hunts, as turtlesim takes one command per tick all the same."""
+    speed, _, goal = drive
+    bench, distance, overshoot = under_way(drive, part, seed)
     bench.stall_turtlesim(length)
     rest = bench.now + length + distance / speed + 0.6
     bench.assert_rests(goal, rest, rest + 0.3)
-    ex, ey = (goal[0] - x) / distance, (goal[1] - y) / distance
-    assert max((pose.x - goal[0]) * ex + (pose.y - goal[1]) * ey
-               for _, pose in bench.poses) <= 0.020 * speed
+    assert overshoot() <= 0.020 * speed
 
 
 @law(100)
 @given(drive=drives(1.0), part=st.floats(0.0, 1.0), length=st.floats(0.01, 0.6), seed=seeds)
 def test_survives_a_stall_of_its_own(drive, part, length, seed):
     """What turtlesim had in its queue lasts for seven ticks; it goes on with the last command."""
-    speed, start, goal = drive
-    bench = Bench(speed, start, seed)
-    bench.run(0.3)
-    distance = bench.distance(goal)
-    x, y = bench.turtle.pose[:2]
-    bench.driver.drive_to(*goal)
-    bench.run(0.3 + part * distance / speed)
+    speed, _, goal = drive
+    bench, distance, overshoot = under_way(drive, part, seed)
     bench.stall_robot(length)
     rest = bench.now + (distance + length * speed) / speed + 0.8
     bench.assert_rests(goal, rest, rest + 0.3)
-    ex, ey = (goal[0] - x) / distance, (goal[1] - y) / distance
-    assert max((pose.x - goal[0]) * ex + (pose.y - goal[1]) * ey
-               for _, pose in bench.poses) <= (0.020 + length) * speed
+    assert overshoot() <= (0.020 + length) * speed
 
 
 # ------------------------------------------------------------------------------ what it is made of

@@ -26,6 +26,7 @@ from random import Random
 from hypothesis import given
 from hypothesis import strategies as st
 from laws import law
+from laws import seconds
 import pytest
 from turtle_brick.driving import travel_time
 from turtle_brick.falling import Fall
@@ -48,11 +49,6 @@ SECOND = 1_000_000_000
 
 
 gravities = st.floats(0.5, 30.0)
-
-
-def seconds(time):
-    """Return a time (s) in ns."""
-    return round(time * 1e9)
 
 
 @st.composite

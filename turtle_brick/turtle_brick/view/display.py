@@ -80,7 +80,7 @@ The launch files give cmd_vel turtlesim's name.
 FRAMES = (WORLD, ODOM, BASE_LINK, BRICK)
 """The frames that can be switched on."""
 
-PHASES = {phase.value for phase in Phase}
+PHASES = {phase.value: phase for phase in Phase}
 
 TEXT_PERIOD = NANOSECONDS // 5
 """Least time (ns) between two changes of the texts on the page."""
@@ -438,4 +438,4 @@ def shape_of(marker: Marker) -> Shape | None:
 
 def phase_of(marker: Marker) -> Phase | None:
     """Return what the brick does by the text of its marker, None if that tells nothing."""
-    return Phase(marker.text) if marker.text in PHASES else None
+    return PHASES.get(marker.text)
