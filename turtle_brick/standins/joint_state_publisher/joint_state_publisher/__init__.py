@@ -24,17 +24,24 @@ The _gui is a page on 127.0.0.1 instead of a window.
 
 from math import pi
 from random import uniform
+from signal import SIG_IGN
+from signal import SIGINT
+from signal import signal
+from signal import SIGTERM
 import sys
+from threading import Event
 from xml.etree import ElementTree
 
+import rclpy
+from rclpy.exceptions import ParameterException
+from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy
 from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
-from turtle_brick.parameters import ParameterError
-from turtle_brick.spinning import run
 
 DEFAULTS = {'rate': 10, 'source_list': [''], 'publish_default_positions': True,
             'publish_default_velocities': False, 'publish_default_efforts': False}
@@ -49,13 +56,13 @@ class JointStatePublisher(Node):
                          automatically_declare_parameters_from_overrides=True)
         for name in LEFT_OUT:
             if self.get_parameters_by_prefix(name) or self.has_parameter(name):
-                raise ParameterError(
+                raise ValueError(
                     f'{name} needs the real joint_state_publisher: it is not in the stand-in')
         self.given = {name: self.get_parameter_or(name).value for name in DEFAULTS}
         self.given.update((name, value) for name, value in DEFAULTS.items()
                           if self.given[name] is None)
         if not self.given['rate'] > 0:
-            raise ParameterError(f'rate is {self.given["rate"]}, but must be more than 0')
+            raise ValueError(f'rate is {self.given["rate"]}, but must be more than 0')
         self.limits = {}  # of the joints that are free: least, greatest, zero
         self.mimics = {}  # of those that follow another: which, factor, offset
         self.names, self.positions = [], {}
@@ -168,11 +175,30 @@ class Gui(JointStatePublisher):
         super().destroy_node()
 
 
-def main():
-    """Run the node."""
-    return run(JointStatePublisher)
+def main(node_type=JointStatePublisher):
+    """Run a node until Ctrl-C or SIGTERM; return what is wrong with its arguments, if anything."""
+    ended = Event()
+    for number in (SIGINT, SIGTERM):
+        signal(number, lambda *_: ended.set())
+    try:
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        node = node_type()
+    except (OSError, ParameterException, RuntimeError, ValueError) as error:
+        rclpy.try_shutdown()
+        return f'joint_state_publisher: {error}'
+    executor = EventsExecutor()
+    executor.add_node(node)
+    while not ended.is_set():
+        executor.spin_once(timeout_sec=0.1)
+    # Under launch, a terminal's Ctrl-C comes twice.
+    for number in (SIGINT, SIGTERM):
+        signal(number, SIG_IGN)
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return None
 
 
 def main_gui():
     """Run the node with its page."""
-    return run(Gui)
+    return main(Gui)

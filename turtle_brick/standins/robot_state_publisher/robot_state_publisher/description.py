@@ -19,8 +19,6 @@ from math import sqrt
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from turtle_brick.parameters import ParameterError
-
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
@@ -32,7 +30,7 @@ _RESTING = ('fixed', 'planar')
 _FREE = ('floating',)
 
 
-class DescriptionError(ParameterError):
+class DescriptionError(ValueError):
     """A robot_description that describes no robot; the text says why."""
 
 

@@ -31,24 +31,32 @@ ROS parameters:
 
 """
 
+from gc import freeze
+from signal import SIG_IGN
+from signal import SIGINT
+from signal import signal
+from signal import SIGTERM
+from threading import Event
 from typing import Any
 from typing import NamedTuple
 
 from geometry_msgs.msg import TransformStamped
 from rcl_interfaces.msg import SetParametersResult
+import rclpy
+from rclpy.exceptions import ParameterException
+from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
 from robot_state_publisher.description import DescriptionError
 from robot_state_publisher.description import Joint
 from robot_state_publisher.description import parse
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
-from turtle_brick.parameters import ParameterError
-from turtle_brick.spinning import run
 
 # How many sets of joint names to keep a plan for; senders have one each.
 _PLANS = 32
@@ -77,7 +85,7 @@ class RobotStatePublisher(Node):
         Publish what does not move, and wait for joint states.
 
         :param node_arguments: Further arguments of rclpy's Node, such as a namespace.
-        :raises ParameterError: A parameter makes no sense.
+        :raises ValueError: A parameter makes no sense.
         """
         super().__init__('robot_state_publisher', **node_arguments)
         description = self.declare_parameter('robot_description', '').value
@@ -85,9 +93,9 @@ class RobotStatePublisher(Node):
         self._prefix = self.declare_parameter('frame_prefix', '').value
         self._ignore_stamp = self.declare_parameter('ignore_timestamp', False).value
         if not description:
-            raise ParameterError('robot_description parameter must not be empty')
+            raise ValueError('robot_description parameter must not be empty')
         if not 0.0 <= self._frequency <= 1000.0:
-            raise ParameterError(
+            raise ValueError(
                 f'publish_frequency must be between 0 and 1000, but is {self._frequency}')
 
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -274,11 +282,32 @@ class RobotStatePublisher(Node):
             self._set_up(values['robot_description'])
 
 
-def main(args: list[str] | None = None) -> int:
+def main(args: list[str] | None = None) -> str | None:
     """
-    Run the node until it is told to end.
+    Run the node until Ctrl-C or SIGTERM.
 
     :param args: The command line, with the program's name first; the process's own if None.
-    :return: The exit status.
+    :return: What is wrong with the arguments or parameters, if anything is.
     """
-    return run(RobotStatePublisher, args)
+    ended = Event()
+    for number in (SIGINT, SIGTERM):
+        signal(number, lambda *_: ended.set())
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        node = RobotStatePublisher()
+    except (ParameterException, RuntimeError, ValueError) as error:
+        rclpy.try_shutdown()
+        return f'robot_state_publisher: {error}'
+    executor = EventsExecutor()
+    executor.add_node(node)
+    # Otherwise the garbage collector delays transforms by some tens of milliseconds.
+    freeze()
+    while not ended.is_set():
+        executor.spin_once(timeout_sec=0.1)
+    # Under launch, a terminal's Ctrl-C comes twice.
+    for number in (SIGINT, SIGTERM):
+        signal(number, SIG_IGN)
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return None

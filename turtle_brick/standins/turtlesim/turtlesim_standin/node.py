@@ -40,21 +40,30 @@ parameters background_r, background_g and background_b; and the action rotate_ab
 
 """
 
+from gc import freeze
+from signal import SIG_IGN
+from signal import SIGINT
+from signal import signal
+from signal import SIGTERM
+from threading import Event
 from typing import Any
 
 from geometry_msgs.msg import Twist
 from rcl_interfaces.msg import ParameterDescriptor
+import rclpy
 from rclpy.clock import Clock
 from rclpy.clock import ClockType
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidTopicNameException
+from rclpy.exceptions import ParameterException
+from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_topic_name import validate_topic_name
 from std_srvs.srv import Empty
-from turtle_brick.spinning import run
 from turtle_brick.turtlesim_kinematics import Pose
 from turtle_brick.turtlesim_kinematics import QUEUE_DEPTH
 from turtle_brick.turtlesim_kinematics import TICK
@@ -268,11 +277,32 @@ class TurtleSimNode(Node):
         return response
 
 
-def main(args: list[str] | None = None) -> int:
+def main(args: list[str] | None = None) -> str | None:
     """
-    Run the node until it is told to end.
+    Run the node until Ctrl-C or SIGTERM.
 
     :param args: The command line, with the program's name first; the process's own if None.
-    :return: The exit status.
+    :return: What is wrong with the arguments or parameters, if anything is.
     """
-    return run(TurtleSimNode, args)
+    ended = Event()
+    for number in (SIGINT, SIGTERM):
+        signal(number, lambda *_: ended.set())
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        node = TurtleSimNode()
+    except (ParameterException, RuntimeError) as error:
+        rclpy.try_shutdown()
+        return f'turtlesim: {error}'
+    executor = EventsExecutor()
+    executor.add_node(node)
+    # Otherwise the garbage collector delays ticks by some tens of milliseconds.
+    freeze()
+    while not ended.is_set():
+        executor.spin_once(timeout_sec=0.1)
+    # Under launch, a terminal's Ctrl-C comes twice.
+    for number in (SIGINT, SIGTERM):
+        signal(number, SIG_IGN)
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return None
