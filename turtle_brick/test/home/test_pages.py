@@ -1,0 +1,390 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+What README.md and doc/ say is so: commands run, numbers come out, names and links exist.
+
+A page's commands are the lines of its ```bash blocks, and what stands in `...` and begins like a
+command. Each one is run, unless NOT_RUN says why not.
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import fields
+from importlib.util import find_spec
+import os
+from pathlib import Path
+import re
+import shlex
+import signal
+import subprocess
+from threading import Event
+from threading import Lock
+from time import monotonic
+from xml.etree import ElementTree
+
+from live_graph import graph
+from live_graph import NodeProcess
+import pytest
+from turtle_brick.parameters import default_path
+from turtle_brick.parameters import load
+from turtle_brick.parameters import Parameters
+from turtle_brick.tools.domains import reserved_domain
+from turtle_brick_interfaces.srv import Place
+import xacro
+import yaml
+
+PACKAGE = Path(__file__).resolve().parents[2]
+ROOT = PACKAGE.parent
+PAGES = [ROOT / 'README.md', *sorted(PACKAGE.glob('doc/**/*.md'))]
+TIMEOUT = 60.0
+
+PROGRAMS = ('bash', 'colcon', 'export', 'pip', 'python3', 'ros2', 'rosdep', 'source', 'sudo')
+"""With what a command in the text begins."""
+
+NOT_RUN = {
+    'rosdep install': 'it installs packages, as root',
+    'pip install': 'it installs packages',
+    'colcon build': 'scripts/test, which runs this, has done so',
+    'colcon test': 'this is one of its tests',
+    'source install/setup.bash': 'it belongs to a workspace of the reader',
+    'bash turtle_brick/scripts/test': 'this is one of its tests',
+    'python3 -m pytest': 'this is one of its tests',
+    'bash turtle_brick/scripts/record': 'it takes Chromium and minutes; see test_recording.py',
+    'ros2 run turtle_brick benchmark': 'it takes minutes; see test_benchmark.py',
+    'ros2 run turtle_brick own_node': 'it belongs to the reader',
+    'ros2 run turtle_brick lesson$': 'its five parts are run',
+}
+"""Commands, by a pattern of how they begin, that are not run here, and why."""
+
+ARENA = 'ros2 launch turtle_brick turtle_arena.launch.py'
+"""The command that starts the graph which the others talk to."""
+
+LASTING = {
+    'ros2 launch turtle_brick show_turtle': r'joint_state_publisher-\d\]: process started',
+    'ros2 run turtle_brick sweep': Path('*/**/drops.csv'),
+    'ros2 run turtle_brick viewer': 'http://',
+    'ros2 topic hz': 'average rate: ',
+    'bash turtle_brick/scripts/demo': 'http://',
+}
+"""Commands that go on until Ctrl-C, and what they print, or the file that they make, when they are
+up."""
+
+NEEDS = {'ros2 run turtle_brick viewer': 'viser', 'bash turtle_brick/scripts/demo': 'viser'}
+"""Commands that need what a home without ROS has, and others may not have."""
+
+OF_THE_HOME = ('source turtle_brick/scripts', 'bash turtle_brick/scripts')
+"""Commands that need the home which they make: there is one if it has been sourced."""
+HAS_HOME = os.environ.get('TURTLE_BRICK_HOME') == str(ROOT / '.ros')
+
+
+# ------------------------------------------------------------------------------ what they say
+
+def blocks(page):
+    """Return the fenced blocks of a page: language and text, in order."""
+    return [(language, re.sub(f'^{indent}', '', text, flags=re.M)) for indent, language, text
+            in re.findall(r'^( *)```([^\n]*)\n(.*?)^ *```$', page.read_text(), re.M | re.S)]
+
+
+def commands(page):
+    """Return the commands of a page: in blocks, and in the text."""
+    found = []
+    for language, text in blocks(page):
+        if language == 'bash':
+            found += [re.sub(' +#.*', '', line) for line in text.splitlines()]
+    prose = re.sub(r'^ *```.*?^ *```$', '', page.read_text(), flags=re.M | re.S)
+    found += [' '.join(code.split()) for code in re.findall(r'`([^`]+)`', prose)
+              if code.split()[0] in PROGRAMS and len(code.split()) > 1]
+    return found
+
+
+COMMANDS = list(dict.fromkeys(command for page in PAGES for command in commands(page)))
+EXPECTED = {commands[0]: text for page in PAGES
+            for (language, command), (following, text) in zip(blocks(page), blocks(page)[1:])
+            if (language, following) == ('bash', 'text') and len(
+                commands := command.splitlines()) == 1 and 'lesson' in command}
+"""What a command prints, where the page shows it."""
+
+
+def begins(command, table):
+    """Return the pattern of a table that a command begins with, or None."""
+    return next((pattern for pattern in table if re.match(pattern, command)), None)
+
+
+def test_every_block_has_a_language_that_is_known():
+    for page in PAGES:
+        assert {language for language, _ in blocks(page)} <= {'bash', 'text', 'yaml', 'python'}
+
+
+def test_no_table_has_a_command_that_no_page_has():
+    for beginning in (*NOT_RUN, *LASTING):
+        assert any(re.match(beginning, command) for command in COMMANDS), beginning
+    assert ARENA in COMMANDS and len(EXPECTED) == 5
+
+
+# ------------------------------------------------------------------------------------ commands
+
+def reader(directory):
+    """Make a directory in which the packages seem to be, and the reader's own node is."""
+    for name in ('turtle_brick', 'turtle_brick_interfaces'):
+        (directory / name).symlink_to(ROOT / name)
+    (directory / 'own_node.py').write_text(block('changing.md', 'python', 'own_node'))
+    return directory
+
+
+def block(page, language, word):
+    """Return the one block of a page in a language that has a word in it."""
+    text, = (text for kind, text in blocks(PACKAGE / 'doc' / page)
+             if kind == language and word in text)
+    return text
+
+
+class Arena:
+    """The graph of turtle_arena, started as the page says, and a listener in it."""
+
+    def __init__(self, domain, live, directory):
+        """Start it."""
+        self.domain = domain
+        self.live = live
+        self.brick = Lock()
+        self.process = started(ARENA, domain, directory)
+
+    def hover(self):
+        """Have the brick hover where it can be caught."""
+        request = Place.Request()
+        request.location.x, request.location.y, request.location.z = 7.0, 7.0, 8.0
+        assert self.live.call('place', Place, request, TIMEOUT).success
+
+
+def started(command, domain, directory):
+    """Start a command in a shell that becomes it."""
+    return NodeProcess(['bash', '-c', f'cd {shlex.quote(str(directory))} && exec {command}'],
+                       domain, {'TURTLE_BRICK_VIEW': 'none'})
+
+
+def interrupted(process):
+    """Press Ctrl-C, which reaches all that the process has started; return its status."""
+    os.killpg(process.pid, signal.SIGINT)
+    return process.wait(TIMEOUT)
+
+
+@pytest.fixture(scope='module')
+def arena(tmp_path_factory):
+    """Start the graph; see in the end that Ctrl-C ends it quietly."""
+    with reserved_domain() as domain, graph(domain) as live:
+        arena = Arena(domain, live, tmp_path_factory.mktemp('arena'))
+        try:
+            arena.process.wait_for_output('waiting for a fall', TIMEOUT)
+            yield arena
+            assert interrupted(arena.process) == 0, arena.process.output
+            assert 'Traceback' not in arena.process.output
+        finally:
+            arena.process.kill()
+
+
+def last(command, sign, domain, directory):
+    """Start a command, see that it is up, and press Ctrl-C."""
+    process = started(command, domain, directory)
+    try:
+        if isinstance(sign, Path):
+            deadline = monotonic() + TIMEOUT
+            while not list(directory.glob(str(sign))):
+                assert process.running and monotonic() < deadline, process.output
+                Event().wait(0.05)
+        else:
+            process.wait_for_output(sign, TIMEOUT)
+        interrupted(process)
+        assert 'Traceback' not in process.output
+    finally:
+        process.kill()
+
+
+def end(command, arena, directory):
+    """Run a command to its end, and see that it has done its work."""
+    if '/drop' in command:
+        arena.hover()
+    done = subprocess.run(
+        ['bash', '-c', command], cwd=directory, stdin=subprocess.DEVNULL, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=TIMEOUT,
+        env={**os.environ, 'ROS_DOMAIN_ID': str(arena.domain)})
+    assert done.returncode == 0, done.stdout
+    assert 'Traceback' not in done.stdout
+    if re.search('/drop|/place', command):
+        assert 'success=True' in done.stdout
+    if command in EXPECTED:
+        assert done.stdout == EXPECTED[command]
+
+
+def try_out(command, arena, directory):
+    """Do what the page says."""
+    reader(directory)
+    if command == ARENA:
+        assert arena.process.running
+    elif begins(command, LASTING):
+        with reserved_domain() as own:
+            last(command, LASTING[begins(command, LASTING)],
+                 arena.domain if 'topic' in command else own, directory)
+    elif re.search('/drop|/place|own_node', command):
+        with arena.brick:
+            end(command, arena, directory)
+    else:
+        end(command, arena, directory)
+
+
+@pytest.fixture(scope='module')
+def outcomes(request, arena, tmp_path_factory):
+    """Try the commands that are asked for, three at a time: most of them wait for the graph."""
+    asked = [item.callspec.params['command'] for item in request.session.items
+             if item.function is test_command]
+    with ThreadPoolExecutor(3) as pool:
+        return {command: pool.submit(
+            try_out, command, arena, tmp_path_factory.mktemp('reader')) for command in asked}
+
+
+@pytest.mark.parametrize('command', [
+    command for command in COMMANDS if not begins(command, NOT_RUN)], ids=str)
+def test_command(command, request):
+    if begins(command, OF_THE_HOME) and not HAS_HOME:
+        pytest.skip('env.bash has not been sourced')
+    for program, package in NEEDS.items():
+        if command.startswith(program) and find_spec(package) is None:
+            pytest.skip(f'{package} is not installed')
+    request.getfixturevalue('outcomes')[command].result()
+
+
+# --------------------------------------------------------------------------------------- names
+
+def cells(page, heading):
+    """Return the rows of the table under a heading, each a list of its cells."""
+    section = (PACKAGE / 'doc' / page).read_text().split(f'## {heading}\n')[1].split('\n## ')[0]
+    rows = [[cell.strip() for cell in line.split('|')[1:-1]] for line in section.splitlines()
+            if line.startswith('|')]
+    return rows[2:]
+
+
+def names(cell):
+    """Return what stands in `...` in a cell."""
+    return re.findall('`([^`]+)`', cell)
+
+
+def drawn():
+    """Return the texts of the picture of the graph: of the frames, and all."""
+    root = ElementTree.parse(PACKAGE / 'media' / 'graph.svg').getroot()
+    texts = [''.join(text.itertext()) for text in root.findall("{*}g[@class='m']/{*}text")]
+    return texts, [''.join(text.itertext()) for text in root.iter() if text.tag.endswith('text')]
+
+
+def test_every_frame_is_told_and_drawn():
+    urdf = ElementTree.fromstring(
+        xacro.process_file(str(default_path().parents[1] / 'urdf' / 'turtle.urdf.xacro')).toxml())
+    told = {}
+    for frames, parents, joint, _ in cells('graph.md', 'Frames'):
+        told.update((frame, (names(parents), joint)) for frame in names(frames))
+    links = {link.get('name') for link in urdf.findall('link')}
+    assert set(told) == links | {'world', 'odom', 'brick'}
+    assert sorted(told) == sorted(drawn()[0])
+    for joint in urdf.findall('joint'):
+        parents, words = told[joint.find('child').get('link')]
+        assert parents == [joint.find('parent').get('link')]
+        axis = joint.find('axis')
+        if axis is not None:
+            about = 'xyz'[axis.get('xyz').split().index('1')]
+        assert words == ('fixed' if axis is None else f'`{joint.get("name")}`, about {about}')
+
+
+def test_every_parameter_is_told_with_its_default():
+    told = {names(name)[0]: yaml.safe_load(re.match(r'\[.*\]|[\d.]+', value)[0])
+            for name, value, _ in cells('graph.md', 'Parameters')}
+    parameters = load()
+    actual = {entry.name: getattr(parameters, entry.name) for entry in fields(Parameters)}
+    assert told == {name: list(value) if isinstance(value, tuple) else value
+                    for name, value in actual.items()}
+
+
+def interfaces(found):
+    """Return names of topics or services and their types, but for those of every node."""
+    return {(name.lstrip('/').replace('turtle1/cmd_vel', 'cmd_vel'), kind.rpartition('/')[2])
+            for name, (kind, *_) in found
+            if not re.search('/rosout|/parameter_events|/tf|parameter|type_desc', name)}
+
+
+def test_what_the_nodes_publish_hear_and_serve_is_told_and_drawn(arena):
+    _, words = drawn()
+    words = set(re.findall('[a-z_0-9/]+', ' '.join(words)))
+    for row in cells('graph.md', 'Nodes')[:3]:
+        node, = names(row[0])
+        told = [set(re.findall(r'`([\w/]+)` ([A-Z]\w+)', cell)) for cell in (*row[1:], '')[:3]]
+
+        def heard():
+            ask = arena.live.listener
+            return [interfaces(getter(node, '/')) for getter in (
+                ask.get_publisher_names_and_types_by_node,
+                ask.get_subscriber_names_and_types_by_node,
+                ask.get_service_names_and_types_by_node)]
+
+        try:
+            arena.live.wait_for(lambda: heard() == told, 10.0, 'the graph that is told')
+        except TimeoutError:
+            assert heard() == told
+        assert {node, *(name for part in told for name, _ in part)} <= words, words
+
+
+def test_every_module_is_told():
+    package = PACKAGE / 'turtle_brick'
+    modules = {path.stem for path in package.glob('**/*.py')} - {'__init__'}
+    told = {name for row in cells('changing.md', 'Every module') for name in names(row[0])}
+    assert modules == told - {'view/', 'tools/'}
+
+
+def test_every_launch_file_is_told():
+    told = {name for row in cells('graph.md', 'Launch files') for name in names(row[0])}
+    files = {path.name for path in (PACKAGE / 'launch').iterdir() if path.is_file()}
+    assert {name.replace('{py,xml}', kind) for name in told for kind in ('py', 'xml')} == files
+
+
+def slug(heading):
+    """Return the anchor that GitHub gives to a heading."""
+    return re.sub(r'[^\w\- ]', '', heading.lower()).replace(' ', '-')
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page):
+    for target in re.findall(r'\]\(([^)\s]+)\)', page.read_text()):
+        if target.startswith('https://'):
+            continue
+        path, _, anchor = target.partition('#')
+        file = (page.parent / path).resolve() if path else page
+        assert file.exists(), target
+        assert not anchor or anchor in map(
+            slug, re.findall('^#+ (.*)', file.read_text(), re.M)), target
+
+
+def test_every_page_is_in_the_index():
+    index = PACKAGE / 'doc' / 'README.md'
+    told = {(index.parent / target).resolve()
+            for target in re.findall(r'\]\(([^)]+\.md)\)', index.read_text())}
+    assert told >= {page for page in PAGES if page not in (index, ROOT / 'README.md')}
+
+
+def test_the_readme_follows_the_template():
+    text = (ROOT / 'README.md').read_text()
+    assert text.startswith('# ME495 Embedded Systems Homework 2\n\nAuthor: ')
+    steps = re.findall(r'^(\d)\. (.{12})', text.split('## Quickstart')[1], re.M)
+    assert steps == [('1', 'Use `ros2 lau'[:12]), ('2', 'Use `ros2 se'), ('3', 'Here is a vi'),
+                     ('4', 'Here is a vi')]
+    for video in ('caught', 'unreachable'):
+        assert len(re.findall(f'<!-- {video}.mp4: .* -->', text)) == 1
+        assert f'](turtle_brick/media/{video}.webp)' in text
+
+
+def test_the_pictures_are_small():
+    assert sum(path.stat().st_size for path in (PACKAGE / 'media').iterdir()) < 6e6
