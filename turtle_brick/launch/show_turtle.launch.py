@@ -56,7 +56,7 @@ def generate_launch_description():
                         PathJoinSubstitution(
                             [FindPackageShare('turtle_brick'), 'urdf', 'turtle.urdf.xacro']),
                         '"',
-                    ], on_stderr='warn'),  # of unknown parameters
+                    ], on_stderr='warn'),
                     value_type=str),
                 # Its default of 20 Hz lets the platform's transform grow 50 ms old.
                 'publish_frequency': 1000.0,

@@ -15,14 +15,18 @@
 """The parameters of every node: config/turtle.yaml, declared and read-only."""
 
 from dataclasses import fields
+from itertools import pairwise
+import sys
 
 from rcl_interfaces.msg import FloatingPointRange
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 from turtle_brick.parameters import default_path
 from turtle_brick.parameters import from_mapping
+from turtle_brick.parameters import load
 from turtle_brick.parameters import meaning
 from turtle_brick.parameters import MissingParameterError
+from turtle_brick.parameters import ParameterError
 from turtle_brick.parameters import Parameters
 
 
@@ -52,6 +56,8 @@ def declare_parameters(node: Node) -> Parameters:
     except MissingParameterError as error:
         raise MissingParameterError(
             f'{error}; add --ros-args --params-file {default_path()}') from None
+    except ParameterError as error:
+        raise _located(error) from None
     for entry in fields(Parameters):
         rule = meaning(entry)
         descriptor = ParameterDescriptor(
@@ -64,3 +70,20 @@ def declare_parameters(node: Node) -> Parameters:
         node.declare_parameter(
             entry.name, getattr(parameters, entry.name), descriptor, ignore_override=True)
     return parameters
+
+
+def _located(error: ParameterError) -> ParameterError:
+    """
+    Find the parameter file of this process that an error is about.
+
+    :param error: The error of a node.
+    :return: The same with the file and the line, if there is one that has it.
+    """
+    for option, path in pairwise(sys.argv):
+        if option == '--params-file':
+            try:
+                load(path)
+            except ParameterError as found:
+                if str(found).endswith(str(error)):
+                    return found
+    return error

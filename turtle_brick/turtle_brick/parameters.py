@@ -26,14 +26,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from dataclasses import Field
 from dataclasses import field
 from dataclasses import fields
+from difflib import get_close_matches
+from importlib.metadata import metadata
+from importlib.metadata import PackageNotFoundError
 import logging
 from numbers import Real
 from pathlib import Path
+import re
 from typing import Any
+from urllib.parse import unquote
 
 from turtle_brick.chassis import Chassis
 import yaml
@@ -177,20 +183,29 @@ def from_mapping(mapping: Mapping[Any, Any],
     Make Parameters of a mapping from names to values.
 
     :param mapping: A value for each field of Parameters: a number (integers are as good as floats)
-        or a sequence of three. What else is in it makes no difference.
-    :param warn: Called with a sentence that names what is in it and means nothing to anybody.
+        or a sequence of three.
+    :param warn: Called with a sentence for each further name that is no parameter.
     :return: The values.
     :raises MissingParameterError: A value is missing.
-    :raises ParameterError: A value is of the wrong type or out of range, or the robot that they
-        describe cannot be.
+    :raises ParameterError: A name is misspelt, a value is of the wrong type or out of range, or no
+        robot can have these dimensions.
     """
     names = [entry.name for entry in fields(Parameters)]
-    unknown = {str(name).partition('.')[0] for name in mapping}.difference(names, OF_EVERY_NODE)
-    if unknown:
-        warn(f'unknown parameters: {", ".join(sorted(unknown))}')
-    missing = sorted(name for name in names if name not in mapping)
+    missing = [name for name in names if name not in mapping]
+    misspelt = []
+    for name in sorted({str(name).partition('.')[0] for name in mapping}.difference(
+            names, OF_EVERY_NODE)):
+        meant = get_close_matches(name, missing or names, 1, 0.7)
+        sentence = f'unknown {name}' + ''.join(f', did you mean {name}?' for name in meant)
+        if missing and meant:
+            missing.remove(meant[0])
+            misspelt.append(sentence)
+        else:
+            warn(sentence)
+    if misspelt:
+        raise ParameterError(' '.join(misspelt))
     if missing:
-        raise MissingParameterError(f'missing parameters: {", ".join(missing)}')
+        raise MissingParameterError(f'missing parameters: {", ".join(sorted(missing))}')
     return Parameters(**{name: mapping[name] for name in names})
 
 
@@ -215,27 +230,63 @@ def load(path: str | Path | None = None) -> Parameters:
     Read a ROS parameter file without ROS.
 
     Of the file's sections only `/**: ros__parameters:` is read, the one that holds for every node.
-    LOGGER warns of names in it that mean nothing.
+    LOGGER warns of names in it that are no parameters.
 
     :param path: The file; config/turtle.yaml if None.
     :return: The values in it.
     :raises ParameterError: The file cannot be read, is no parameter file, or holds values that
-        `from_mapping` refuses. The sentence begins with the path.
+        `from_mapping` refuses. The sentence begins with the file to change and, where there is
+        one, the line.
     """
     path = default_path() if path is None else Path(path)
     try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
+        text = path.read_text(encoding='utf-8')
+        section = yaml.safe_load(text)
     except OSError as error:
         raise ParameterError(f'{path}: {error.strerror}') from error
     except (UnicodeDecodeError, yaml.YAMLError) as error:
-        reason = ' '.join(str(error).split())
-        raise ParameterError(f'{path}: this is not YAML: {reason}') from error
-    section = content
+        reason = str(error).replace('in "<unicode string>", ', 'in ')
+        raise ParameterError(f'{to_change(path)}: this is not YAML: {reason}') from error
     for key in ('/**', 'ros__parameters'):
         section = section.get(key) if isinstance(section, dict) else None
     if not isinstance(section, dict):
-        raise ParameterError(f"{path}: there are no parameters under '/**: ros__parameters:'")
+        raise ParameterError(
+            f"{to_change(path)}: there are no parameters under '/**: ros__parameters:'")
+    lines = {key: f':{number}' for number, line in enumerate(text.splitlines(), 1)
+             for key in re.findall(r'(\w+)["\']?\s*:', line.partition('#')[0])}
+
+    def located(sentence: str) -> str:
+        # A sentence begins with the parameter that it is about.
+        line = next((lines[word] for word in re.findall(r'\w+', sentence) if word in lines), '')
+        return f'{to_change(path, line)}: {sentence}'
+
     try:
-        return from_mapping(section, lambda sentence: LOGGER.warning(f'{path}: {sentence}'))
+        return from_mapping(section, lambda sentence: LOGGER.warning(located(sentence)))
     except ParameterError as error:
-        raise type(error)(f'{path}: {error}') from None
+        raise type(error)(located(str(error))) from None
+
+
+def to_change(path: Path, line: str = '') -> str:
+    """
+    Name the file that has to be changed if a file is wrong.
+
+    An install copies the package's files, or links to them. Where the source is, setup.py has
+    left in the metadata of the install.
+
+    :param path: The file.
+    :param line: What follows its name, such as ':7'.
+    :return: If it is an installed one of this package, the one in the source, unless that has
+        changed since.
+    """
+    source = path.resolve()
+    share = default_path().parents[1]
+    if share in path.parents and not path.is_symlink():
+        with suppress(PackageNotFoundError):
+            for url in metadata('turtle_brick').get_all('Project-URL', []):
+                folder = Path(unquote(url.removeprefix('Source, file://')))
+                original = folder / path.relative_to(share)
+                if original.is_file():
+                    source = original
+    if source.read_bytes() != path.read_bytes():
+        return f'{path}{line} (older than {source}: build again)'
+    return f'{source}{line}'

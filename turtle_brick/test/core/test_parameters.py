@@ -18,6 +18,7 @@ from dataclasses import asdict
 from dataclasses import fields
 from dataclasses import FrozenInstanceError
 from dataclasses import replace
+from email.message import Message
 import math
 import pickle
 import subprocess
@@ -27,6 +28,7 @@ from hypothesis import assume
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
+from turtle_brick import parameters
 from turtle_brick.chassis import Chassis
 from turtle_brick.chassis import least_room
 from turtle_brick.parameters import default_path
@@ -89,9 +91,9 @@ def test_values_in_range_are_kept_unless_the_geometry_forbids(mapping):
         for number in (height, radius, thickness, wheel, needed):
             assert f'{number:g} m' in sentence
     else:
-        parameters = from_mapping(mapping)
+        admitted = from_mapping(mapping)
         for name, value in mapping.items():
-            kept = getattr(parameters, name)
+            kept = getattr(admitted, name)
             assert kept == (tuple(value) if RULES[name].length == 3 else value)
             assert all(type(v) is float for v in (kept if RULES[name].length == 3 else [kept]))
 
@@ -189,19 +191,90 @@ def test_what_it_does_not_know_is_warned_of_and_nothing_else(tmp_path, caplog):
     path = write(tmp_path, listed(max_velocty=1.0, port=8080, use_sim_time=True, **{
         'qos_overrides./tf.publisher.depth': 3, 'start_type_description_service': False}))
     assert load(path) == from_mapping(DEFAULTS)
-    (record,) = caplog.records
-    assert record.getMessage() == f'{path}: unknown parameters: max_velocty, port'
+    assert [record.getMessage().partition('.yaml:')[2].partition(': ')[2]
+            for record in caplog.records] == [
+                'unknown max_velocty, did you mean max_velocity?', 'unknown port']
+
+
+@pytest.mark.parametrize('wrong, right', [
+    ('platfrom_height', 'platform_height'), ('wheel_raduis', 'wheel_radius'),
+    ('gravity_acel', 'gravity_accel'), ('brick_starts', 'brick_start')])
+def test_a_misspelt_name_is_told_with_the_right_one(wrong, right):
+    mapping = {wrong if name == right else name: value for name, value in DEFAULTS.items()}
+    assert refused(mapping) == f'unknown {wrong}, did you mean {right}?'
+
+
+@pytest.mark.parametrize('before, after, line, words', [
+    ('wheel_radius: 0.2', 'wheel_radius: -1', 3, 'wheel_radius is -1, but must be'),
+    ('wheel_radius: 0.2', '"wheel_radius" : -1', 3, 'wheel_radius is -1, but must be'),
+    ('wheel_radius', 'whell_radius', 3, 'unknown whell_radius, did you mean wheel_radius?'),
+    ('tilt_angle: 0.7', 'tilt_angle: steep', 4, "tilt_angle is 'steep', but must be"),
+])
+def test_an_error_names_the_file_and_the_line(tmp_path, before, after, line, words):
+    rest = {name: value for name, value in listed().items()
+            if name not in ('wheel_radius', 'tilt_angle')}
+    text = f"""/**:
+  ros__parameters:  # not wheel_radius: 0.1
+    wheel_radius: 0.2
+    tilt_angle: 0.7
+    {str(rest)[1:-1].replace(", '", chr(10) + "    '")}
+"""
+    path = tmp_path / 'turtle.yaml'
+    path.write_text(text)
+    assert load(path) == from_mapping(DEFAULTS)
+    path.write_text(text.replace(before, after))
+    with pytest.raises(ParameterError) as caught:
+        load(path)
+    assert str(caught.value).startswith(f'{path}:{line}: {words}')
+
+
+def test_what_is_not_yaml_is_shown_with_its_place(tmp_path):
+    path = tmp_path / 'turtle.yaml'
+    path.write_text('/**:\n  ros__parameters:\n    brick_size: [0.4, 0.2\n    wheel: 1\n')
+    with pytest.raises(ParameterError) as caught:
+        load(path)
+    first, *rest = str(caught.value).splitlines()
+    assert first.startswith(f'{path}: this is not YAML: ')
+    assert 'in line 3, column 17:' in rest[0]
+    assert rest[1].index('[') == rest[2].index('^')
+
+
+@pytest.mark.parametrize('how', ['copied', 'linked', 'outdated'])
+def test_an_error_about_the_installed_file_names_the_one_to_change(tmp_path, monkeypatch, how):
+    """An install copies the package's own file, or links to it."""
+    source = tmp_path / 'source of it' / 'config' / 'turtle.yaml'
+    installed = tmp_path / 'share' / 'config' / 'turtle.yaml'
+    for path in (source, installed):
+        path.parent.mkdir(parents=True)
+    write(source.parent, listed(max_velocity=-1))
+    if how == 'linked':
+        installed.symlink_to(source)
+    else:
+        installed.write_bytes(source.read_bytes())
+        urls = Message()
+        urls['Project-URL'] = f'Source, {source.parents[1].as_uri()}'
+        monkeypatch.setattr(parameters, 'metadata', lambda name: urls)
+    if how == 'outdated':
+        write(source.parent, listed())
+    monkeypatch.setattr(parameters, 'default_path', lambda: installed)
+    with pytest.raises(ParameterError) as caught:
+        load()
+    line = 1 + yaml.safe_dump({'/**': {'ros__parameters': listed()}}).split(
+        'max_velocity')[0].count('\n')
+    assert str(caught.value).startswith(
+        f'{installed}:{line} (older than {source}: build again): max_velocity is'
+        if how == 'outdated' else f'{source}:{line}: max_velocity is')
 
 
 def test_values_cannot_be_changed_unchecked():
-    parameters = load()
+    loaded = load()
     with pytest.raises(FrozenInstanceError):
-        parameters.max_velocity = 1.0
-    assert replace(parameters, max_velocity=1).max_velocity == 1.0
+        loaded.max_velocity = 1.0
+    assert replace(loaded, max_velocity=1).max_velocity == 1.0
     with pytest.raises(ParameterError):
-        replace(parameters, max_velocity=-1.0)
-    assert pickle.loads(pickle.dumps(parameters)) == parameters
-    assert len({parameters, load()}) == 1
+        replace(loaded, max_velocity=-1.0)
+    assert pickle.loads(pickle.dumps(loaded)) == loaded
+    assert len({loaded, load()}) == 1
 
 
 def write(path, section) -> str:
@@ -228,7 +301,6 @@ def test_file_of_ones_own(tmp_path):
     ('/**: 3', "no parameters under '/**: ros__parameters:'"),
     ('arena:\n  ros__parameters: {wheel_radius: 0.2}', 'no parameters under'),
     ('/**:\n  ros__parameters:', 'no parameters under'),
-    ('/**: [1', 'not YAML'),
     ('/**:\n  ros__parameters: {wheel_radius: 0.2}', 'missing parameters: brick_size'),
 ])
 def test_file_that_says_nothing_is_refused(tmp_path, text, reason):

@@ -118,10 +118,27 @@ def test_missing_parameter_names_itself_and_the_file(context):
     node.destroy_node()
 
 
+def test_a_refusal_names_the_parameter_file_that_has_the_value(context, tmp_path, monkeypatch):
+    path = tmp_path / 'turtle.yaml'
+    path.write_text(default_path().read_text().replace('wheel_radius: 0.2', 'wheel_radius: -1'))
+    for name, value, prefix in (
+            ('wheel_radius', -1, f'{path}:10: '), ('wheel_radius', -2, ''), ('tilt_angle', 9, '')):
+        monkeypatch.setattr('sys.argv', [
+            'arena', '--ros-args', '--params-file', str(default_path()),
+            '--params-file', str(path), '-p', 'x:=1'])
+        node = node_with(context, {**DEFAULTS, name: value})
+        with pytest.raises(ParameterError) as caught:
+            declare_parameters(node)
+        assert str(caught.value).startswith(f'{prefix}{name} is {value}, but must be')
+        node.destroy_node()
+
+
 def test_what_the_node_does_not_know_is_warned_of_and_nothing_else(context, capfd):
     node = node_with(context, {**DEFAULTS, 'max_velocty': 3.0, 'port.a': 1, 'use_sim_time': True,
                                'qos_overrides./tf.publisher.depth': 3})
     assert declare_parameters(node) == load()
-    warning, = capfd.readouterr().err.splitlines()
-    assert '[WARN]' in warning and warning.endswith('unknown parameters: max_velocty, port')
+    warnings = capfd.readouterr().err.splitlines()
+    assert all('[WARN]' in warning for warning in warnings)
+    assert [warning.rpartition(']: ')[2] for warning in warnings] == [
+        'unknown max_velocty, did you mean max_velocity?', 'unknown port']
     node.destroy_node()

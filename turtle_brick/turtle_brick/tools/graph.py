@@ -32,6 +32,7 @@ from time import monotonic
 from typing import Any
 from typing import TYPE_CHECKING
 from typing import TypeVar
+from xml.parsers.expat import ExpatError
 
 from ament_index_python.packages import get_package_prefix
 from ament_index_python.packages import get_package_share_path
@@ -41,6 +42,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from turtle_brick.interrupts import INTERRUPTS
 from turtle_brick.parameters import default_path
+from turtle_brick.parameters import to_change
 from turtle_brick.spinning import find_log_dir
 from turtle_brick.spinning import make_executor
 import xacro
@@ -193,10 +195,17 @@ class Graph:
              'use_sim_time': self._use_sim_time})
 
     def robot_description(self) -> str:
-        """Return the URDF of the robot that the parameters describe."""
+        """
+        Return the URDF of the robot that the parameters describe.
+
+        :raises ValueError: xacro cannot make it of them
+        """
         path = get_package_share_path('turtle_brick') / 'urdf' / 'turtle.urdf.xacro'
-        return xacro.process_file(
-            str(path), mappings={'params_file': str(self.params_file)}).toxml()
+        try:
+            return xacro.process_file(
+                str(path), mappings={'params_file': str(self.params_file)}).toxml()
+        except (xacro.XacroException, ExpatError) as error:
+            raise ValueError(f'{to_change(path)}: {str(error).splitlines()[0].strip()}') from error
 
     def add_robot(self) -> 'TurtleRobot':
         """Add turtle_robot, connected to turtlesim as the launch files do it."""
