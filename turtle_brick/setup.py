@@ -56,7 +56,7 @@ setup(
         'console_scripts': [
             f'{path.rpartition(".")[2]} = {package_name}.{path}:main'
             for path in ('arena', 'catcher', 'turtle_robot', 'tools.benchmark', 'tools.demo',
-                         'tools.lesson', 'tools.sweep', 'view.viewer')
+                         'tools.lesson', 'tools.referee', 'tools.sweep', 'view.viewer')
         ],
     },
 )
