@@ -19,66 +19,25 @@ the machine. A process of its own watches for that. A live test that fails while
 still has measured nothing: it is reported as skipped, with how long that was, and never run again.
 """
 
-from pathlib import Path
-import subprocess
-import sys
-from tempfile import TemporaryDirectory
 from time import monotonic
 
 import pytest
+from turtle_brick.tools.judging.stalls import StallWatch
 
 STALL = 0.05
 """How late (s) the watching process wakes up when the machine stands still: even beside two busy
 loops it is in time within a few milliseconds."""
 
 PURE = 'core'
-"""The directory of the tests that know no time but their own: no stall excuses them."""
-
-PROGRAM = f"""
-import os, sys, threading, time
-pause, parent, last = threading.Event(), os.getppid(), time.monotonic()
-print(0.0, 0.0, flush=True)  # it is up
-while os.getppid() == parent:
-    pause.wait(0.01)
-    now = time.monotonic()
-    if now - last > {STALL}:
-        print(last, now, flush=True)
-    last = now
-"""
-
-
-class Watch:
-    """A process that sees when the machine stands still."""
-
-    def __init__(self):
-        """Begin to watch."""
-        self._directory = TemporaryDirectory(prefix='turtle_brick_watch_')
-        self._log = Path(self._directory.name, 'stalls')
-        with open(self._log, 'w') as log:
-            self.process = subprocess.Popen(
-                [sys.executable, '-c', PROGRAM], stdin=subprocess.DEVNULL, stdout=log,
-                # A Ctrl-C is for pytest, which then ends this.
-                start_new_session=True)
-
-    def stalls(self, begin):
-        """Return how long (s) each stall was that ended after an instant (s, monotonic)."""
-        lines = self._log.read_text().splitlines(True)
-        spans = (map(float, line.split()) for line in lines if line.endswith('\n'))
-        return [end - start for start, end in spans if end > begin]
-
-    def close(self):
-        """Watch no more."""
-        self.process.kill()
-        self.process.wait()
-        self._directory.cleanup()
-
+"""The directory of the tests that know no time but their own: no stall excuses them, and no
+linter."""
 
 class Steadiness:
     """The part of pytest that says of a failed test that the machine has spoiled it."""
 
     def __init__(self):
         """Begin to watch."""
-        self.watch = Watch()
+        self.watch = StallWatch(STALL)
         self.begin = 0.0
 
     def pytest_runtest_setup(self, item):
@@ -90,11 +49,11 @@ class Steadiness:
         """Skip what has failed while the machine stood still."""
         report = (yield).get_result()
         stalls = self.watch.stalls(self.begin) if report.failed else []
-        if stalls and item.path.parent.name != PURE:
+        if stalls and item.path.parent.name != PURE and not item.get_closest_marker('linter'):
             path, line, _ = item.location
             report.outcome = 'skipped'
             report.longrepr = (path, line, f'Skipped: {item.name} has failed, while the machine '
-                               f'stood still for {max(stalls):.2f} s')
+                               f'stood still for {max(end - start for start, end in stalls):.2f} s')
 
     def pytest_unconfigure(self):
         """Watch no more."""

@@ -22,7 +22,8 @@ from threading import Event
 from time import monotonic
 
 import pytest
-from steadiness import Watch
+from steadiness import STALL
+from turtle_brick.tools.judging.stalls import StallWatch
 
 CONFTEST = """
 from steadiness import Steadiness
@@ -37,6 +38,9 @@ def pytest_configure(config):
 """
 
 TESTS = """
+import pytest
+
+{marks}
 def test_it_fails():
     assert False
 
@@ -48,7 +52,7 @@ def test_it_passes():
 @pytest.fixture
 def watch():
     """Watch the machine."""
-    watch = Watch()
+    watch = StallWatch(STALL)
     yield watch
     watch.close()
 
@@ -63,20 +67,22 @@ def test_a_machine_that_stands_still_is_seen(watch):
     os.waitpid(watch.process.pid, os.WUNTRACED)
     Event().wait(0.3)
     watch.process.send_signal(signal.SIGCONT)
-    while max(watch.stalls(begin), default=0.0) < 0.25 and monotonic() < deadline:
+    while not (seen := watch.stalls(begin)) and monotonic() < deadline:
         Event().wait(0.01)
-    assert max(watch.stalls(begin)) >= 0.25
+    assert max(end - start for start, end in seen) >= 0.25
     assert watch.stalls(monotonic() + 1.0) == []
 
 
-@pytest.mark.parametrize('directory, stalls, outcome', [
-    ('nodes', '[0.1, 0.4]', '1 passed, 1 skipped'), ('nodes', '[]', '1 failed, 1 passed'),
-    ('core', '[0.4]', '1 failed, 1 passed')])
-def test_what_is_spoiled(tmp_path, directory, stalls, outcome):
+@pytest.mark.parametrize('directory, marks, stalls, outcome', [
+    ('nodes', '', '[(2.0, 2.1), (3.0, 3.4)]', '1 passed, 1 skipped'),
+    ('nodes', '', '[]', '1 failed, 1 passed'),
+    ('nodes', '@pytest.mark.linter', '[(3.0, 3.4)]', '1 failed, 1 passed'),
+    ('core', '', '[(3.0, 3.4)]', '1 failed, 1 passed')])
+def test_what_is_spoiled(tmp_path, directory, marks, stalls, outcome):
     (tmp_path / 'conftest.py').write_text(CONFTEST.format(stalls=stalls))
     place = tmp_path / directory
     place.mkdir()
-    (place / 'test_them.py').write_text(TESTS)
+    (place / 'test_them.py').write_text(TESTS.format(marks=marks))
     done = subprocess.run(
         [sys.executable, '-m', 'pytest', '-rs', '-p', 'no:cacheprovider', str(place)],
         env={**os.environ, 'PYTHONPATH': os.pathsep.join(

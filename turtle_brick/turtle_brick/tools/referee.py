@@ -22,7 +22,7 @@ and what was expected: kept, broken, or open, where it can't be judged, and why.
 
     ros2 run turtle_brick referee -- ros2 launch turtle_brick turtle_arena.launch.py view:=none
 
-The status is 0 if nothing is broken, 1 if something is, 2 if it can't be judged at all.
+The status is 0 if nothing is broken, 1 if something is, 2 if nothing was judged.
 """
 
 import argparse
@@ -43,16 +43,16 @@ from turtle_brick.tools.judging import arena_rules
 from turtle_brick.tools.judging import catcher_rules
 from turtle_brick.tools.judging import robot_rules
 from turtle_brick.tools.judging import telling
+from turtle_brick.tools.judging.names import Profile
+from turtle_brick.tools.judging.names import ProfileError
 from turtle_brick.tools.judging.observer import Observer
-from turtle_brick.tools.judging.profile import Profile
-from turtle_brick.tools.judging.profile import ProfileError
 from turtle_brick.tools.judging.record import Record
 from turtle_brick.tools.judging.rules import BROKEN
 from turtle_brick.tools.judging.rules import Judgement
 from turtle_brick.tools.judging.trial import Trial
 from turtle_brick.tools.processes import Processes
 
-RULES = (*robot_rules.RULES.all, *arena_rules.RULES.all, *catcher_rules.RULES.all)
+RULES = (*robot_rules.RULES.in_order, *arena_rules.RULES.in_order, *catcher_rules.RULES.in_order)
 
 REACTION = 0.3
 """How long (s) an implementation may take from the release of a brick to the robot's motion."""
@@ -135,7 +135,7 @@ def main(args: Sequence[str] | None = None) -> int:
         if options.params_file is not None:
             profile.load_parameters(options.params_file)
         for option in options.set:
-            profile.set(option)
+            profile.set_entry(option)
         if command and not os.environ.get('ROS_DOMAIN_ID'):
             keep_to_this_machine()
             with reserved_domain() as domain:

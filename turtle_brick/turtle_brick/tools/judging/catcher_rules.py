@@ -25,7 +25,7 @@ from turtle_brick.tools.judging.arena_rules import dropped
 from turtle_brick.tools.judging.arena_rules import TEXT as TEXT_TYPE
 from turtle_brick.tools.judging.drops import DropWatch
 from turtle_brick.tools.judging.drops import TEXT
-from turtle_brick.tools.judging.profile import CENTER
+from turtle_brick.tools.judging.names import CENTER
 from turtle_brick.tools.judging.record import MarkerHeard
 from turtle_brick.tools.judging.record import Record
 from turtle_brick.tools.judging.rules import Broken
@@ -62,7 +62,7 @@ def name_of(drop: DropWatch) -> str:
 @rule('verdict: in time', 'When the node detects that the brick is falling it first computes '
       'whether it can reach the brick on-time', 'before the brick is down', timely=True)
 def verdicts_come_in_time(record: Record) -> Finding:
-    """Goal or text come while the brick still falls."""
+    """Check that goal or text come while the brick still falls."""
     left, late = [], []
     for drop in completed(record):
         assert drop.down is not None
@@ -101,7 +101,7 @@ def reach_plot(record: Record) -> Plot:
 @rule('verdict: out of reach', 'If the brick cannot be caught on time, the node publishes a Text '
       'marker', '"Unreachable" for each brick that nobody could catch', timely=True)
 def hopeless_bricks_are_refused(record: Record) -> Finding:
-    """What a robot at max_velocity could not reach is called Unreachable."""
+    """Check that what a robot at max_velocity could not reach is called Unreachable."""
     hopeless = [drop for drop in completed(record) if drop.should is False]
     if not hopeless:
         raise Open('no brick was dropped out of reach')
@@ -113,7 +113,7 @@ def hopeless_bricks_are_refused(record: Record) -> Finding:
 @rule('verdict: in reach', 'If the brick can be caught on time, the robot drives under the brick',
       'each brick within reach is caught', timely=True)
 def bricks_in_reach_are_caught(record: Record) -> Finding:
-    """What can be caught with some time to react is caught."""
+    """Check that what can be caught with some time to react is caught."""
     easy = [drop for drop in completed(record) if drop.should]
     if not easy:
         raise Open('no brick was dropped within reach')
@@ -126,7 +126,7 @@ def bricks_in_reach_are_caught(record: Record) -> Finding:
 @rule('verdict: kept', 'If the brick cannot be caught on time … If the brick can be caught on '
       'time …', 'Unreachable is not caught, and all else is', timely=True)
 def verdicts_come_true(record: Record) -> Finding:
-    """What was said is what happens, for every brick."""
+    """Check that what was said is what happens, for every brick."""
     wrong = [f'{name_of(drop)} {"refused, but caught" if drop.caught else "missed silently"}'
              for drop in completed(record) if bool(drop.refusals) is drop.caught]
     count = len(completed(record))
@@ -147,7 +147,7 @@ def texts(record: Record) -> list[MarkerHeard]:
 @rule('text: kind', 'the node publishes a Text marker … that says "Unreachable"',
       'TEXT_VIEW_FACING, "Unreachable"')
 def text_is_a_text(record: Record) -> Finding:
-    """The marker is a text that faces the viewer, and says the word."""
+    """Check that the marker is a text that faces the viewer, and says the word."""
     said = {heard.marker.text for heard in texts(record)}
     kinds = {heard.marker.type for heard in texts(record)}
     return Finding(said == {TEXT} and kinds == {TEXT_TYPE},
@@ -156,7 +156,7 @@ def text_is_a_text(record: Record) -> Finding:
 
 @rule('text: time', 'a Text marker that lasts for 3 seconds', '3 s ± 0.3 s for each fall, once')
 def text_lasts(record: Record) -> Finding:
-    """From its first appearance the text is to be seen for three seconds, and not again."""
+    """Check that the text is to be seen for three seconds, and not again."""
     shown, words, kept = texts(record), [], True
     for drop in completed(record):
         if not drop.refusals:
@@ -184,7 +184,7 @@ def text_lasts(record: Record) -> Finding:
 @rule('carry', 'When the brick is caught, the robot drives back to the arena center and tilts the '
       'brick off', f'tilted within {AT_CENTER} m of the center')
 def bricks_are_carried_to_the_center(record: Record) -> Finding:
-    """The platform is tilted at the center, and not on the way."""
+    """Check that the platform is tilted at the center, and not on the way."""
     off = []
     for drop in caught(record):
         if drop.carried_to is None:
@@ -197,7 +197,7 @@ def bricks_are_carried_to_the_center(record: Record) -> Finding:
 @rule('tip off', 'the robot drives back to the arena center and tilts the brick off',
       'each caught brick leaves the platform')
 def bricks_are_tipped_off(record: Record) -> Finding:
-    """The tilt is large and long enough for each brick to leave."""
+    """Check that the tilt is large and long enough for each brick to leave."""
     seen = caught(record)
     stuck = [name_of(drop) for drop in seen if drop.floated is None]
     times = [drop.slide_time for drop in seen if drop.floated is not None]
@@ -208,7 +208,7 @@ def bricks_are_tipped_off(record: Record) -> Finding:
 @rule('again', 'the turtle to catch a falling brick', 'level again after each brick, ready for '
       'the next')
 def robot_is_ready_again(record: Record) -> Finding:
-    """After each brick the platform is levelled, and the next one can come."""
+    """Check that after each brick the platform is levelled, and the next one can come."""
     seen = [drop for drop in caught(record) if drop.floated is not None]
     if not seen:
         raise Open('no brick was tipped off')

@@ -34,8 +34,8 @@ from rclpy.qos import QoSProfile
 from rclpy.qos import ReliabilityPolicy
 from tf2_msgs.msg import TFMessage
 from turtle_brick.geometry import Vector
-from turtle_brick.tools.judging.profile import NUMBERS
-from turtle_brick.tools.judging.profile import Profile
+from turtle_brick.tools.judging.names import NUMBERS
+from turtle_brick.tools.judging.names import Profile
 from turtle_brick.tools.judging.record import Ask
 from turtle_brick.tools.judging.record import Heard
 from turtle_brick.tools.judging.record import MarkerHeard
@@ -248,7 +248,7 @@ class Observer(PollingNode):
                 message_type, self.record.profile.topics[name], 10)
         return self._topics_told[name]
 
-    def client(self, name: str) -> Client:
+    def client(self, name: str) -> Any:
         """
         Return the client of a service, with the type that the graph has.
 

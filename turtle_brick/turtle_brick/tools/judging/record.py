@@ -35,9 +35,9 @@ from turtle_brick.geometry import Pose
 from turtle_brick.geometry import Vector
 from turtle_brick.step_clock import NANO
 from turtle_brick.step_clock import NANOSECONDS
-from turtle_brick.tools.judging.profile import Profile
+from turtle_brick.tools.judging.names import Profile
 
-GAP = 300_000_000
+GAP = 120_000_000
 """How far apart (ns) two transforms may be for the pose in between to be known."""
 
 AFTER = 50_000_000

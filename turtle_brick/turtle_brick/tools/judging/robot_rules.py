@@ -21,11 +21,12 @@ from math import hypot
 from math import isfinite
 from math import pi
 from math import sin
+from typing import Any
 
 from turtle_brick.geometry import axes
 from turtle_brick.geometry import yaw_of
 from turtle_brick.step_clock import NANO
-from turtle_brick.tools.judging.profile import CENTER
+from turtle_brick.tools.judging.names import CENTER
 from turtle_brick.tools.judging.record import Drive
 from turtle_brick.tools.judging.record import Frame
 from turtle_brick.tools.judging.record import inclination
@@ -97,7 +98,7 @@ def drives(record: Record) -> list[Drive]:
 
 @rule('frames: world', 'All other frames are descendants of world', 'every frame below world')
 def all_below_world(record: Record) -> Finding:
-    """Every frame that is broadcast hangs, however far, below the world."""
+    """Check that every frame that is broadcast hangs, however far, below the world."""
     if not record.frames:
         raise Broken('nobody broadcasts any frame')
     world = record.profile.frames['world']
@@ -109,7 +110,7 @@ def all_below_world(record: Record) -> Finding:
 @rule('frames: odom', 'The odom frame is at a fixed offset from world and represents the initial '
       'location of the turtle', 'below world, fixed, at the start')
 def odom_is_fixed(record: Record) -> Finding:
-    """The odom frame does not move, and is where the turtle began."""
+    """Check that the odom frame does not move, and is where the turtle began."""
     parent_is(record, 'odom', 'world')
     places = [sample.pose.position for sample in frame(record, 'odom').samples]
     x, y, _ = places[0]
@@ -124,7 +125,7 @@ def odom_is_fixed(record: Record) -> Finding:
 @rule('frames: base_link', "The turtle's location relative to odom is its position according to "
       'its wheel odometry', f'below odom, where the turtle is (within {NEAR} m at rest)')
 def base_link_is_the_turtle(record: Record) -> Finding:
-    """At rest base_link is where turtlesim says the turtle is."""
+    """Check that at rest base_link is where turtlesim says the turtle is."""
     parent_is(record, 'base_link', 'odom')
     ends = [end for _, end in record.idle] + [drive.end for drive in record.drives]
     off = []
@@ -142,7 +143,7 @@ def base_link_is_the_turtle(record: Record) -> Finding:
 @rule('frames: robot', "The base_link has other child frames, as defined by the robot's urdf file",
       'every link of the URDF in TF, below base_link')
 def links_are_frames(record: Record) -> Finding:
-    """Every link of the description is a frame below base_link."""
+    """Check that every link of the description is a frame below base_link."""
     robot, base = model(record).robot, record.profile.frames['base_link']
     if robot.root != base:
         raise Broken(f'the root of the URDF is {robot.root}')
@@ -154,7 +155,7 @@ def links_are_frames(record: Record) -> Finding:
 
 @rule('frames: brick', 'brick. This frame is the location of the brick', 'a frame below world')
 def brick_is_below_world(record: Record) -> Finding:
-    """The brick's frame can be looked up in the world."""
+    """Check that the brick's frame can be looked up in the world."""
     frame(record, 'brick')
     way = record.way_up(record.profile.frames['brick'])
     return Finding(way[-1] == record.profile.frames['world'], ' -> '.join(reversed(way)))
@@ -163,7 +164,7 @@ def brick_is_below_world(record: Record) -> Finding:
 @rule('frames: broadcasters', 'Broadcasting the location of the base_link frame …, broadcasting '
       'the brick frame …', 'one broadcaster for each frame')
 def one_broadcaster(record: Record) -> Finding:
-    """No frame is broadcast by two."""
+    """Check that no frame is broadcast by two."""
     if not record.frames:
         raise Broken('nobody broadcasts any frame')
     twice = [name for name, one in record.frames.items() if one.restarts > 2 or one.both]
@@ -174,7 +175,7 @@ def one_broadcaster(record: Record) -> Finding:
 @rule('names: relative', 'you should refer to ROS entities using relative names from within your '
       'nodes', 'everything below the namespace')
 def names_are_relative(record: Record) -> Finding:
-    """In a namespace, nothing is outside it but what ROS itself has there."""
+    """Check that in a namespace, nothing is outside it but what ROS itself has there."""
     if record.namespace == '/':
         raise Open('start the graph in a namespace, and give it with --namespace')
     own = f'{record.namespace}/'
@@ -241,21 +242,21 @@ def stamps_of_topic(record: Record, name: str) -> list[list[int]]:
 @rule('rate: cmd_vel', 'All publishing and broadcasting shall be done at 100 Hz', '100 Hz ± 2 %',
       timely=True)
 def rate_of_cmd_vel(record: Record) -> Finding:
-    """Commands come 100 times per second, whether the robot moves or not."""
+    """Check that commands come 100 times per second, whether the robot moves or not."""
     return judge_rate(record, 'cmd_vel', 100.0, stamps_of_topic(record, 'cmd_vel'))
 
 
 @rule('rate: odom', 'All publishing and broadcasting shall be done at 100 Hz', '100 Hz ± 2 %',
       timely=True)
 def rate_of_odom(record: Record) -> Finding:
-    """Odometry comes 100 times per second."""
+    """Check that odometry comes 100 times per second."""
     return judge_rate(record, 'odom', 100.0, stamps_of_topic(record, 'odom'))
 
 
 @rule('rate: joint_states', 'All publishing and broadcasting shall be done at 100 Hz',
       '100 Hz ± 2 %', timely=True)
 def rate_of_joint_states(record: Record) -> Finding:
-    """Joint states come 100 times per second."""
+    """Check that joint states come 100 times per second."""
     return judge_rate(record, 'joint_states', 100.0, stamps_of_topic(record, 'joint_states'))
 
 
@@ -269,14 +270,14 @@ def judge_frame_rate(record: Record, name: str, nominal: float) -> Finding:
 @rule('rate: base_link', 'All publishing and broadcasting shall be done at 100 Hz',
       '100 Hz ± 2 %', timely=True)
 def rate_of_base_link(record: Record) -> Finding:
-    """The robot's place is broadcast 100 times per second."""
+    """Check that the robot's place is broadcast 100 times per second."""
     return judge_frame_rate(record, 'base_link', 100.0)
 
 
 @rule('rate: brick', 'The node should simulate the physics at 250 Hz', '250 Hz ± 2 %',
       timely=True)
 def rate_of_brick(record: Record) -> Finding:
-    """The brick is broadcast with each step of the physics."""
+    """Check that the brick is broadcast with each step of the physics."""
     return judge_frame_rate(record, 'brick', 250.0)
 
 
@@ -285,7 +286,7 @@ def rate_of_brick(record: Record) -> Finding:
 @rule('cmd_vel: at rest', 'If the turtle is not moving, this node should publish a cmd_vel of 0',
       '0 at rest')
 def commands_at_rest(record: Record) -> Finding:
-    """A robot at rest is commanded to stand."""
+    """Check that a robot at rest is commanded to stand."""
     spans(record)
     commands = [one for begin, end in record.idle for one in record.heard('cmd_vel', begin, end)]
     if not commands:
@@ -294,8 +295,8 @@ def commands_at_rest(record: Record) -> Finding:
     return Finding(worst(speeds) <= 1e-9, f'{len(speeds)} commands, at most {worst(speeds):.3f}')
 
 
-def velocity(message: object) -> tuple[float, float, float]:
-    """Return the velocity (m/s, m/s, rad/s) in a Twist or in what has one."""
+def velocity(message: Any) -> tuple[float, float, float]:
+    """Return x and y (m/s) and yaw (rad/s) of a Twist, or of a message that has one."""
     twist = getattr(message, 'twist', message)
     return twist.linear.x, twist.linear.y, twist.angular.z
 
@@ -303,7 +304,7 @@ def velocity(message: object) -> tuple[float, float, float]:
 @rule('odom: pose', 'Publishing nav_msgs/Odometry message on the odom topic',
       'pose of base_link in odom, equal to TF')
 def odometry_equals_tf(record: Record) -> Finding:
-    """The odometry says what the transform of the same instant says."""
+    """Check that the odometry says what the transform of the same instant says."""
     if not record.topics['odom']:
         raise Broken('nothing was heard on odom')
     names = record.profile.frames
@@ -329,7 +330,7 @@ def odometry_equals_tf(record: Record) -> Finding:
 
 @rule('odom: twist', 'twist can be a direct copy of the latest cmd_vel', 'a recent cmd_vel')
 def twist_is_command(record: Record) -> Finding:
-    """Each odometry's twist is one of the commands of that time."""
+    """Check that each odometry's twist is one of the commands of that time."""
     odometry = [one for drive in drives(record)
                 for one in record.heard('odom', drive.begin, drive.end)]
     if not odometry:
@@ -347,7 +348,7 @@ def twist_is_command(record: Record) -> Finding:
 @rule('joint_states: names', 'Publishing the joint_states of the turtle robot',
       'every movable joint of the URDF')
 def joints_are_published(record: Record) -> Finding:
-    """Every movable joint has a finite position, and no joint is made up."""
+    """Check that every movable joint has a finite position, and no joint is made up."""
     if not record.topics['joint_states']:
         raise Broken('nothing was heard on joint_states')
     known = {joint.name for joint in model(record).joints if joint.movable}
@@ -368,7 +369,7 @@ def joints_are_published(record: Record) -> Finding:
 @rule('URDF: base_link', 'A base_link that is the main location of the robot and is represented '
       'by a cube', 'a cube')
 def base_is_a_cube(record: Record) -> Finding:
-    """The robot's base is a box with equal sides."""
+    """Check that the robot's base is a box with equal sides."""
     box = model(record).solid(record.profile.frames['base_link'], 'box')
     if box is None:
         raise Broken('base_link has no box')
@@ -376,11 +377,11 @@ def base_is_a_cube(record: Record) -> Finding:
         *box.size))
 
 
-@rule('URDF: platform', 'A platform which is a cylindrical link at the top of the robot … parallel '
-      'to the ground in the zero position, but should be able to rotate',
+@rule('URDF: platform', 'A platform which is a cylindrical link at the top of the robot … '
+      'parallel to the ground in the zero position, but should be able to rotate',
       'a cylinder that turns about a horizontal axis, the highest link')
 def platform_turns(record: Record) -> Finding:
-    """The platform is a level cylinder on top that can be tilted."""
+    """Check that the platform is a level cylinder on top that can be tilted."""
     robot, name = model(record), record.profile.frames['platform']
     shape, joint = robot.solid(name, 'cylinder'), robot.platform_joint(name)
     if shape is None:
@@ -401,7 +402,7 @@ def platform_turns(record: Record) -> Finding:
 @rule('URDF: room to turn', 'a fixed vertical distance above the base_link, so that it may rotate '
       'fully without colliding with the base link', 'the cube out of reach of the platform')
 def platform_clears_the_base(record: Record) -> Finding:
-    """The platform can turn over without touching the cube."""
+    """Check that the platform can turn over without touching the cube."""
     robot, name = model(record), record.profile.frames['platform']
     base = record.profile.frames['base_link']
     box, shape = robot.solid(base, 'box'), robot.solid(name, 'cylinder')
@@ -418,7 +419,7 @@ def platform_clears_the_base(record: Record) -> Finding:
 @rule('URDF: post', 'A fixed cylindrical link should connect the base_link to the platform',
       'a cylinder, fixed to base_link')
 def post_is_fixed(record: Record) -> Finding:
-    """Between base and platform there is a cylinder that does not move."""
+    """Check that between base and platform there is a cylinder that does not move."""
     robot, name = model(record), record.profile.frames['platform']
     hinge, found = robot.pose(name).position, []
     for link in robot.robot.links:
@@ -435,7 +436,7 @@ def post_is_fixed(record: Record) -> Finding:
 @rule('URDF: stem', 'A stem is a cylindrical link that turns about the vertical z-axis and is '
       'below the base_link', 'a cylinder below the cube that turns about z')
 def stem_turns(record: Record) -> Finding:
-    """Below the base a cylinder turns about the vertical."""
+    """Check that below the base a cylinder turns about the vertical."""
     robot = model(record)
     joint = robot.stem_joint(record.profile.frames['platform'])
     if joint is None:
@@ -452,7 +453,7 @@ def stem_turns(record: Record) -> Finding:
 @rule('URDF: wheel', 'A wheel is connected to the stem and can roll as the robot moves',
       'a cylinder that turns without end about its own axis')
 def wheel_rolls(record: Record) -> Finding:
-    """The wheel is a cylinder on the stem, and its joint is continuous."""
+    """Check that the wheel is a cylinder on the stem, and its joint is continuous."""
     robot = model(record)
     joint = robot.wheel_joint(record.profile.frames['platform'])
     shape = robot.solid(joint.child, 'cylinder') if joint else None
@@ -471,7 +472,7 @@ def axis_of(orientation: tuple[float, float, float, float]) -> tuple[float, floa
 @rule('URDF: colors', 'Each link should be a different color',
       'base_link, platform, post, stem and wheel differ')
 def links_differ_in_color(record: Record) -> Finding:
-    """No two of the robot's parts have the same color."""
+    """Check that no two of the robot's parts have the same color."""
     robot, name = model(record), record.profile.frames['platform']
     parts = {record.profile.frames['base_link'], name}
     parts |= {joint.child for joint in (robot.stem_joint(name), robot.wheel_joint(name)) if joint}
@@ -486,7 +487,7 @@ def links_differ_in_color(record: Record) -> Finding:
       'with a different platform_height or wheel_radius and have the robot appear correctly',
       'platform_height and wheel_radius as configured')
 def model_has_the_numbers(record: Record) -> Finding:
-    """The description was built from the configured numbers."""
+    """Check that the description was built from the configured numbers."""
     robot, name = model(record), record.profile.frames['platform']
     for wanted in ('platform_height', 'wheel_radius'):
         if wanted in record.profile.guessed:
@@ -507,7 +508,7 @@ def model_has_the_numbers(record: Record) -> Finding:
       'goal pose using cmd_vel messages', f'there within {PRECISION} m, in 8 directions',
       timely=True)
 def goals_are_reached(record: Record) -> Finding:
-    """Each goal is where the robot ends."""
+    """Check that each goal is where the robot ends."""
     off = []
     for drive in drives(record):
         poses = record.heard('pose', drive.begin, drive.end)
@@ -532,7 +533,7 @@ def on_the_way(record: Record) -> Iterator[tuple[float, float, float]]:
 @rule('drive: straight', 'To move in a given direction, the stem points in that direction and '
       'then the robot translates', f'at most {PRECISION} m beside the line', timely=True)
 def drives_are_straight(record: Record) -> Finding:
-    """The robot keeps to the line from where it was to its goal."""
+    """Check that the robot keeps to the line from where it was to its goal."""
     beside = worst([abs(side) for _, side, _ in on_the_way(record)])
     return Finding(beside <= PRECISION, f'at most {beside:.3f} m')
 
@@ -540,7 +541,7 @@ def drives_are_straight(record: Record) -> Finding:
 @rule('drive: overshoot', 'driving the robot toward the goal pose',
       f'at most {PRECISION} m beyond the goal', timely=True)
 def drives_do_not_overshoot(record: Record) -> Finding:
-    """The robot does not go beyond its goal."""
+    """Check that the robot does not go beyond its goal."""
     beyond = worst([along - length for along, _, length in on_the_way(record)])
     return Finding(beyond <= PRECISION, f'{max(beyond, 0.0):.3f} m')
 
@@ -548,7 +549,7 @@ def drives_do_not_overshoot(record: Record) -> Finding:
 @rule('drive: speed', 'The max_velocity, maximum translational velocity of the robot',
       'no command above max_velocity')
 def speed_is_limited(record: Record) -> Finding:
-    """No command is faster than the robot may be, and some are not zero."""
+    """Check that no command is faster than the robot may be, and some are not zero."""
     limit = number(record, 'max_velocity')
     speeds = [hypot(*velocity(one.message)[:2]) for one in record.topics['cmd_vel']]
     if not speeds:
@@ -560,7 +561,7 @@ def speed_is_limited(record: Record) -> Finding:
 @rule('drive: rolling', 'The wheel joint state should be published so that the wheel is rolling '
       'without slipping', 'angle x wheel_radius = way, within 2 %')
 def wheel_does_not_slip(record: Record) -> Finding:
-    """What rolls off the wheel is the way of the robot, in eight directions."""
+    """Check that what rolls off the wheel is the way of the robot, in eight directions."""
     joint = model(record).wheel_joint(record.profile.frames['platform'])
     if joint is None:
         raise Broken('there is no wheel')
@@ -587,7 +588,7 @@ def wheel_does_not_slip(record: Record) -> Finding:
 @rule('drive: stem', 'the stem points in that direction and then the robot translates (while the '
       'wheel rolls)', 'the wheel rolls along the motion, within 5 degrees')
 def stem_points_along(record: Record) -> Finding:
-    """In the middle of each drive the wheel's axis is across the motion."""
+    """Check that in the middle of each drive the wheel's axis is across the motion."""
     robot, name = model(record), record.profile.frames['platform']
     wheel, stem = robot.wheel_joint(name), robot.stem_joint(name)
     if wheel is None or stem is None:
@@ -615,7 +616,7 @@ def stem_points_along(record: Record) -> Finding:
 @rule('tilt', 'The tilt angle of the platform is set to the last message received on this topic',
       'joint and TF at each angle that was asked for')
 def tilt_is_obeyed(record: Record) -> Finding:
-    """The platform takes each angle that is asked for, in its joint and in TF."""
+    """Check that the platform takes each angle that is asked for, in its joint and in TF."""
     if not record.tilts:
         raise Open('the platform was not tilted')
     if not record.tilts[0].answered:

@@ -114,7 +114,7 @@ class Rule:
 class Rules:
     """Rules, in their order."""
 
-    all: list[Rule] = field(default_factory=list)
+    in_order: list[Rule] = field(default_factory=list)
 
     def rule(self, name: str, words: str, expected: str, timely: bool = False,
              ) -> Callable[[Callable[[Record], Finding]], Callable[[Record], Finding]]:
@@ -127,7 +127,7 @@ class Rules:
         :param timely: whether a machine without time can be what breaks it
         """
         def add(judge: Callable[[Record], Finding]) -> Callable[[Record], Finding]:
-            self.all.append(Rule(name, words, expected, judge, timely))
+            self.in_order.append(Rule(name, words, expected, judge, timely))
             return judge
         return add
 

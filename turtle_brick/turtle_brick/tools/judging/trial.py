@@ -35,10 +35,10 @@ from turtle_brick.geometry import Vector
 from turtle_brick.step_clock import NANOSECONDS
 from turtle_brick.tools.graph import Graph
 from turtle_brick.tools.judging.drops import DropWatch
+from turtle_brick.tools.judging.names import CENTER
+from turtle_brick.tools.judging.names import NUMBERS
 from turtle_brick.tools.judging.observer import answer
 from turtle_brick.tools.judging.observer import Observer
-from turtle_brick.tools.judging.profile import CENTER
-from turtle_brick.tools.judging.profile import NUMBERS
 from turtle_brick.tools.judging.record import Ask
 from turtle_brick.tools.judging.record import Drive
 from turtle_brick.tools.judging.record import plateau
@@ -77,9 +77,9 @@ DROPS = (
     ('the brick is in reach', 0.60, 0.7, 0.10),
 )
 """What is dropped: why, its direction (turns), how long (s) the robot would drive at its greatest
-speed until its platform is below the brick, and the time (s) that is left over: on top of the time
-to react if positive, missing to a robot that sets off at once if negative. None: half of the time to
-react is left, so that nobody can say from outside whether the brick can be caught."""
+speed until its platform is below the brick, and the time (s) that is left over: on top of the
+time to react if positive, missing to a robot that sets off at once if negative. None: half of the
+time to react is left, so that nobody can say from outside whether the brick can be caught."""
 
 RIM = 0.3
 """How far (m) inside the arena bricks are dropped."""
@@ -147,10 +147,10 @@ class Trial:
         self.say('looking for the graph')
 
         def complete() -> bool:
-            return bool(record.topics['pose'] and record.topics['cmd_vel'] and record.topics['odom']
-                        and record.topics['joint_states'] and record.frame('brick')
-                        and record.frame('platform') and record.topics['robot_description']
-                        and record.markers and self.has('place') and self.has('drop')
+            topics = ('pose', 'cmd_vel', 'odom', 'joint_states', 'robot_description')
+            return bool(all(record.topics[name] for name in topics) and record.frame('brick')
+                        and record.frame('platform') and record.markers
+                        and self.has('place') and self.has('drop')
                         and self.observer.hears_goals())
 
         self.until(complete, patience)

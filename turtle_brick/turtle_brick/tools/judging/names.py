@@ -107,7 +107,7 @@ class Profile:
             self.update({'numbers': {name: value for name, value in given.items()
                                      if name in NUMBERS}}, str(path))
 
-    def set(self, option: str) -> None:
+    def set_entry(self, option: str) -> None:
         """Take over one entry, as in 'topics.tilt:=tray_angle'; ProfileError if it can't be."""
         key, assigned, value = option.partition(':=')
         section, dot, name = key.partition('.')
