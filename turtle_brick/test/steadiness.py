@@ -32,6 +32,7 @@ PURE = 'core'
 """The directory of the tests that know no time but their own: no stall excuses them, and no
 linter."""
 
+
 class Steadiness:
     """The part of pytest that says of a failed test that the machine has spoiled it."""
 
@@ -51,9 +52,10 @@ class Steadiness:
         stalls = self.watch.stalls(self.begin) if report.failed else []
         if stalls and item.path.parent.name != PURE and not item.get_closest_marker('linter'):
             path, line, _ = item.location
+            longest = max(end - start for start, end in stalls)
             report.outcome = 'skipped'
             report.longrepr = (path, line, f'Skipped: {item.name} has failed, while the machine '
-                               f'stood still for {max(end - start for start, end in stalls):.2f} s')
+                               f'stood still for {longest:.2f} s')
 
     def pytest_unconfigure(self):
         """Watch no more."""
