@@ -23,6 +23,10 @@ from turtle_brick.catching import CENTER
 from turtle_brick.geometry import Vector
 from turtle_brick.parameters import default_path
 from turtle_brick.parameters import load
+from turtle_brick.tools.rviz_recording import configuration
+from turtle_brick.tools.rviz_recording import SCENES
+from turtle_brick.tools.rviz_recording import SIZE
+from turtle_brick.tools.rviz_recording import TURTLESIM_SIZE
 import yaml
 
 CONFIG = default_path().parent
@@ -31,55 +35,83 @@ PARAMETERS = load()
 #: Half the height of the picture per distance, at Ogre's default field of view of 45 degrees.
 HALF_HEIGHT = tan(pi / 8)
 
-#: Width per height of the 3D view in a window of 1300 by 800, with the Displays panel.
-ASPECT = 920 / 709
+#: Width and height of what a window has around the 3D view: the Displays panel, bars and edges.
+FRAME = 380, 91
 
 
-def manager(name: str) -> dict:
-    """Return what a configuration says of displays and view."""
-    return yaml.safe_load((CONFIG / f'{name}.rviz').read_text('utf-8'))['Visualization Manager']
+def read(name: str) -> dict:
+    """Return a configuration of the package."""
+    return yaml.safe_load((CONFIG / f'{name}.rviz').read_text('utf-8'))
 
 
-def seen(view: dict, point: Vector) -> tuple[float, float]:
+def view_of(content: dict) -> dict:
+    """Return the view of a configuration."""
+    return content['Visualization Manager']['Views']['Current']
+
+
+def size_of(content: dict) -> tuple[int, int]:
+    """Return width and height of the 3D view (pixels)."""
+    window = content['Window Geometry']
+    return window['Width'] - FRAME[0], window['Height'] - FRAME[1]
+
+
+def seen(content: dict, point: Vector) -> float:
     """
-    Return where a point is in the picture of an Orbit view.
+    See that a point is in the picture of an Orbit view, and return where.
 
-    :param view: the view
+    :param content: the configuration
     :param point: in the view's target frame (m)
-    :return: To the right and up from the center, in half heights of the picture.
+    :return: How far it is up from the center, in half heights of the picture.
     """
+    view = view_of(content)
     yaw, pitch = view['Yaw'], view['Pitch']
     x, y, z = (point[i] - view['Focal Point'][axis] for i, axis in enumerate('XYZ'))
     inward = x * cos(yaw) + y * sin(yaw)
     depth = view['Distance'] - inward * cos(pitch) - z * sin(pitch)
     assert depth > 0
     right, up = y * cos(yaw) - x * sin(yaw), z * cos(pitch) - inward * sin(pitch)
-    return right / depth / HALF_HEIGHT, up / depth / HALF_HEIGHT
+    width, height = size_of(content)
+    assert abs(right) / depth / HALF_HEIGHT < width / height
+    assert abs(up) / depth / HALF_HEIGHT < 1.0
+    return up / depth / HALF_HEIGHT
 
 
-def height_at(view: dict, x: float, y: float) -> float:
-    """Return the height of the robot at a place, all of which is seen, of that of the picture."""
-    bottom, top = (seen(view, (x, y, z)) for z in (0.0, PARAMETERS.platform_height))
-    for right, up in (bottom, top):
-        assert abs(right) < ASPECT and abs(up) < 1.0
-    return (top[1] - bottom[1]) / 2
+def height_at(content: dict, x: float, y: float) -> float:
+    """Return the height (pixels) of the robot at a place, where all of it is seen."""
+    top, bottom = (seen(content, (x, y, z)) for z in (PARAMETERS.platform_height, 0.0))
+    return (top - bottom) / 2 * size_of(content)[1]
 
 
 @pytest.mark.parametrize('name', ['show_turtle', 'run_turtle'])
 def test_the_robot_takes_a_quarter_of_the_height_wherever_it_is(name):
-    configuration = manager(name)
-    view = configuration['Views']['Current']
-    target = view['Target Frame'].replace(
-        '<Fixed Frame>', configuration['Global Options']['Fixed Frame'])
+    content = read(name)
+    target = view_of(content)['Target Frame'].replace(
+        '<Fixed Frame>', content['Visualization Manager']['Global Options']['Fixed Frame'])
     assert target == 'base_link'
-    assert height_at(view, 0.0, 0.0) >= 0.25
+    assert height_at(content, 0.0, 0.0) > size_of(content)[1] / 4
 
 
 def test_the_arena_shows_the_brick_at_its_start_and_a_robot_near_enough_to_see_it_roll():
-    view = manager('turtle_arena')['Views']['Current']
-    assert view['Target Frame'] == '<Fixed Frame>'
+    content = read('turtle_arena')
     x, y, z = PARAMETERS.brick_start
-    right, up = seen(view, (x, y, z + PARAMETERS.brick_size[2] / 2))
-    assert abs(right) < ASPECT and abs(up) < 1.0
-    assert height_at(view, *CENTER) > 1 / 6
-    assert height_at(view, x, y) > 1 / 6
+    assert view_of(content)['Target Frame'] == '<Fixed Frame>'
+    seen(content, (x, y, z + PARAMETERS.brick_size[2] / 2))
+    assert height_at(content, *CENTER) > size_of(content)[1] / 6
+    assert height_at(content, x, y) > size_of(content)[1] / 6
+
+
+def test_the_videos_show_both_bricks_and_a_robot_of_a_quarter_of_their_height():
+    content = configuration()
+    for scene in SCENES:
+        x, y, z = scene.brick
+        seen(content, (x, y, z + PARAMETERS.brick_size[2] / 2))
+        seen(content, (x, y, 0.0))
+    caught = SCENES[0]
+    for place in (CENTER, caught.brick[:2]):
+        assert height_at(content, *place) > SIZE[1] / 4
+
+
+def test_the_window_of_the_videos_stands_beside_that_of_turtlesim():
+    window = configuration()['Window Geometry']
+    assert (window['X'], window['Y']) == (TURTLESIM_SIZE, 0)
+    assert (window['X'] + window['Width'], window['Height']) == SIZE
