@@ -15,13 +15,12 @@
 """
 The physics of the arena: a brick that hovers, falls, rides on a platform, slides off and floats.
 
-Everything is exact for the step it is given. A fall is the closed form
-z = z0 - g t^2 / 2 of the whole time since the release, not a sum of small steps; a slide is
-the closed form of constant acceleration g sin(angle) along the platform over each step.
+A fall is the closed form z = z0 - g t^2 / 2 of the whole time since the release, not a sum of
+steps; a slide is the closed form of the constant acceleration g sin(angle) over each step.
 
-The brick is a box; its location is its center. It is inclined like the platform at all times, also
-like one that is out of sight, as it was last; it is flat where no platform was ever known and on
-the ground. Contact is asked of its bottom, half its height below the center.
+The brick is a box; its location is its center, and it touches something with its bottom, half its
+height below. It is inclined like the platform at all times, or as the platform was seen last; it
+is flat on the ground, and where no platform was ever seen.
 """
 
 from __future__ import annotations
@@ -88,15 +87,28 @@ class World:
         self._size: Vector = (0.0, 0.0, 0.0)
         self._thickness = 0.0
         self._platform: Pose | None = None
-        self._level = False
         self._inclination: Quaternion | None = None
-        self._top: Vector = (0.0, 0.0, 0.0)
+        """Orientation of the platform when it was seen last."""
+        self._axes = axes(IDENTITY)
+        """Its unit vectors x, y, z in the world."""
+        self._hinge_yaw = 0.0
+        """The turn about z that leads to its hinge (rad)."""
+        self._release_height = 0.0
         self._steps_fallen = 0
+        self._place: tuple[float, float] = (0.0, 0.0)
+        """Where the brick is on the platform, along its x and y (m)."""
+        self._speed: tuple[float, float] = (0.0, 0.0)
+        """How fast it slides there (m/s)."""
+        self._relative_yaw = 0.0
+        """Heading of the brick relative to the hinge (rad)."""
+        self._yaw = 0.0
+        """Heading of the brick in the world (rad)."""
+        self._phase = Phase.HOVERING
         self.brick = brick
 
     @classmethod
     def from_parameters(cls, parameters: Parameters) -> World:
-        """Make the world of a robot and a brick with these numbers, in which STEP is a step."""
+        """Return the world with these parameters and STEP as its timestep."""
         world = cls(parameters.brick_start, parameters.gravity_accel, parameters.platform_radius,
                     STEP * NANO)
         world.size = parameters.brick_size
@@ -155,32 +167,25 @@ class World:
     @thickness.setter
     def thickness(self, thickness: float) -> None:
         self._thickness = _number('thickness', thickness)
-        if self._platform is not None:
-            self._find_top(self._platform)
 
     @property
     def platform(self) -> Pose | None:
-        """Pose of the platform's frame, the center of its base, in the world; None: unknown."""
+        """Pose of the platform's frame, the center of its base, in the world; None if unknown."""
         return self._platform
 
     @platform.setter
     def platform(self, pose: Pose | None) -> None:
-        if pose == self._platform:
-            return
         self._platform = pose
-        self._level = pose is not None and is_level(pose)
         if pose is not None:
             self._inclination = pose.orientation
             self._axes = axes(pose.orientation)
-            hinge = self._axes[1]
-            # The turn about z that leads to the hinge: it stays defined when the platform is
-            # turned over, where the heading of its x axis is not.
-            self._hinge_yaw = atan2(-hinge[0], hinge[1])
-            self._find_top(pose)
+            # The heading of the hinge, since that of x is undefined at a tilt of 90 degrees.
+            hinge_x, hinge_y, _ = self._axes[1]
+            self._hinge_yaw = atan2(-hinge_x, hinge_y)
 
     @property
     def phase(self) -> Phase:
-        """Tell what the brick does."""
+        """Get what the brick does."""
         return self._phase
 
     @property
@@ -188,11 +193,11 @@ class World:
         """
         Orientation of the brick in the world.
 
-        Its inclination is the platform's at all times; its heading about its own upright is its
-        own, and turns with the platform while the brick is on it.
+        Its inclination is the platform's at all times; its heading is its own, and turns with the
+        platform while the brick is on it.
         """
         if self._inclination is None or self._phase is Phase.GROUNDED:
-            return from_yaw(self._yaw) if self._yaw else IDENTITY
+            return from_yaw(self._yaw)
         return multiply(self._inclination, from_yaw(self._yaw - self._hinge_yaw))
 
     @property
@@ -200,8 +205,7 @@ class World:
         """
         Pose of the brick in the platform's frame while it rides on a platform in sight, else None.
 
-        It holds wherever the platform is: at an instant at which the platform's own pose is known
-        later or better than here, the brick is just there.
+        It holds also where the platform's own pose is known later or better than here.
         """
         if self._phase is not Phase.RIDING or self._platform is None:
             return None
@@ -210,7 +214,7 @@ class World:
 
     @property
     def fall_time(self) -> float:
-        """Duration (s) of the present fall so far, or of the last one."""
+        """Time (s) that the present fall has taken so far, or the last one took."""
         return self._steps_fallen * self._dt
 
     def release(self) -> None:
@@ -232,7 +236,7 @@ class World:
         if self._phase is Phase.FALLING:
             self.drop()
         elif self._phase is Phase.RIDING and self._platform is not None:
-            self._ride()
+            self._ride(self._platform)
 
     def _fall(self) -> None:
         """Fall for one timestep, onto the platform or the ground if they are in the way."""
@@ -241,56 +245,56 @@ class World:
         time = self._steps_fallen * self._dt
         z = self._release_height - 0.5 * self._gravity * time * time
         half_height = self._size[2] / 2.0
-        if self._level:
-            top = self._top
-            rest = top[2] + half_height
+        if self._platform is not None and is_level(self._platform):
+            top_x, top_y, top_z = self._top(self._platform)
+            rest = top_z + half_height
             if (previous >= rest - CONTACT_TOLERANCE and z < rest
-                    and hypot(x - top[0], y - top[1]) <= self._radius):
-                self._land()
+                    and hypot(x - top_x, y - top_y) <= self._radius):
+                self._land(self._platform)
                 return
         if z <= half_height:
             z = half_height
             self._phase = Phase.GROUNDED
         self._brick = (x, y, z)
 
-    def _find_top(self, platform: Pose) -> None:
-        """Find the center of the platform's top in the world."""
+    def _top(self, platform: Pose) -> Vector:
+        """Return the center of a platform's top in the world (m)."""
         px, py, pz = platform.position
         nx, ny, nz = self._axes[2]
         d = self._thickness
-        self._top = (px + d * nx, py + d * ny, pz + d * nz)
+        return (px + d * nx, py + d * ny, pz + d * nz)
 
-    def _land(self) -> None:
+    def _land(self, platform: Pose) -> None:
         """Come to rest on the platform: from here on the place on it is what counts."""
         ex, ey, _ = self._axes
-        top = self._top
-        dx, dy = self._brick[0] - top[0], self._brick[1] - top[1]
+        top_x, top_y, _ = self._top(platform)
+        dx, dy = self._brick[0] - top_x, self._brick[1] - top_y
         self._place = (dx * ex[0] + dy * ex[1], dx * ey[0] + dy * ey[1])
         self._speed = (0.0, 0.0)
         self._relative_yaw = self._yaw - self._hinge_yaw
         self._phase = Phase.RIDING
-        self._carry()
+        self._carry(platform)
 
-    def _ride(self) -> None:
+    def _ride(self, platform: Pose) -> None:
         """Slide along the platform for one timestep and go where it goes."""
         ex, ey, normal = self._axes
         u, v = self._place
         speed_u, speed_v = self._speed
-        # Gravity along the plane: its part along each of the platform's axes, g sin(angle) in all.
+        # Gravity along the platform's x and y, g sin(angle) in all.
         pull_u = -self._gravity * ex[2]
         pull_v = -self._gravity * ey[2]
         dt = self._dt
         self._place = (u + speed_u * dt + 0.5 * pull_u * dt * dt,
                        v + speed_v * dt + 0.5 * pull_v * dt * dt)
         self._speed = (speed_u + pull_u * dt, speed_v + pull_v * dt)
-        self._carry()
+        self._carry(platform)
         if normal[2] <= VERTICAL or self._is_clear():
             self._phase = Phase.FLOATING
 
-    def _carry(self) -> None:
+    def _carry(self, platform: Pose) -> None:
         """Set the brick's location and heading in the world from its place on the platform."""
         ex, ey, normal = self._axes
-        top = self._top
+        top = self._top(platform)
         u, v = self._place
         lift = self._size[2] / 2.0
         self._brick = (top[0] + u * ex[0] + v * ey[0] + lift * normal[0],
@@ -300,16 +304,13 @@ class World:
 
     def _is_clear(self) -> bool:
         """Tell whether no point of the brick's bottom is within the platform's radius."""
-        # Far cheaper than the rectangle, and decisive until the very end of a slide.
-        if hypot(*self._place) <= self._radius:
-            return False
         length, width, _ = self._size
         return distance_to_rectangle(
             *self._place, self._relative_yaw, length, width) > self._radius
 
 
 def _number(name: str, value: Any, positive: bool = False) -> float:
-    """Return a value as a float, or raise ValueError: it is no finite number, or too small."""
+    """Return a value as a float; raise ValueError if it is not finite or too small."""
     if isinstance(value, bool) or not isinstance(value, Real):
         raise ValueError(f'{name} is {value!r}, but must be a number')
     try:
