@@ -16,42 +16,44 @@
 arena: the walls, and a brick that can be placed and dropped.
 
 Broadcasts:
-    world -> brick, the brick's center, once per step of the physics, 250 times per second; while
-        the brick rides, platform -> brick instead, which moves with the platform to the instant
+    world -> brick: the brick's center, once per step of the physics, 250 times per second; while
+        the brick rides platform -> brick instead, so that it moves with the platform exactly
 
 Publishes:
     walls (visualization_msgs/MarkerArray, latched): the boundary of the arena
-    brick_marker (visualization_msgs/Marker, latched): the brick, in its own frame; its text
-        and its color tell what it does; again each second
+    brick_marker (visualization_msgs/Marker, latched): the brick in its own frame, with its phase
+        as text and color; once per second and when the phase changes
 
 Services:
-    place (turtle_brick_interfaces/Place): put the brick somewhere, where it hovers
+    place (turtle_brick_interfaces/Place): let the brick hover at a point of the world (m)
     drop (std_srvs/Trigger): let a hovering or floating brick fall
 
 Subscribes:
-    /tf, /tf_static: where the platform is, whatever robot it belongs to
+    /tf, /tf_static: the frame platform, whatever robot it belongs to
 
-Parameters: those of config/turtle.yaml, read-only; it uses gravity_accel, platform_radius,
-platform_thickness, brick_size, brick_start and wall_height.
+Parameters, read-only; it needs all of config/turtle.yaml and uses:
+    gravity_accel (double, m/s^2): acceleration due to gravity
+    platform_radius, platform_thickness (double, m): the platform that the brick can land on
+    brick_size (double[3], m): size of the brick along its own x, y and z
+    brick_start (double[3], m): where the center of the brick hovers at first, in the world
+    wall_height (double, m): height of the walls
 """
 
-import sys
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
+from rclpy.time import Time
 from std_srvs.srv import Trigger
 from tf2_ros import Buffer
 from tf2_ros import TransformBroadcaster
+from turtle_brick.executor import make_executor
 from turtle_brick.frames import BRICK
-from turtle_brick.frames import is_old
+from turtle_brick.frames import GuardedListener
 from turtle_brick.frames import LATCHED
-from turtle_brick.frames import latest
-from turtle_brick.frames import OthersListener
 from turtle_brick.frames import PLATFORM
-from turtle_brick.frames import pose_of
-from turtle_brick.frames import set_stamp
-from turtle_brick.frames import set_transform
+from turtle_brick.frames import recent
+from turtle_brick.frames import transform_message
 from turtle_brick.frames import WORLD
 from turtle_brick.geometry import Pose
 from turtle_brick.geometry import Vector
@@ -59,7 +61,8 @@ from turtle_brick.node_parameters import declare_parameters
 from turtle_brick.physics import Phase
 from turtle_brick.physics import STEP
 from turtle_brick.physics import World
-from turtle_brick.spinning import run
+from turtle_brick.spinning import init
+from turtle_brick.spinning import spin
 from turtle_brick.step_clock import due_instant
 from turtle_brick.step_clock import StepClock
 from turtle_brick.turtlesim_kinematics import ARENA_SIZE
@@ -67,9 +70,9 @@ from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker
 from visualization_msgs.msg import MarkerArray
 
-REMINDER = 250
-"""Steps after which the brick's marker is published again: rviz2 drops for good what reaches it
-before the transform does, as may happen while it discovers the two."""
+MARKER_PERIOD = 1.0
+"""Time (s) after which the brick's marker is published again: rviz2 drops for good a marker that
+arrives before its frame is known, as may happen during discovery."""
 
 WALL_THICKNESS = 0.1
 """Thickness of the walls (m), which stand outside the arena."""
@@ -101,24 +104,18 @@ class Arena(Node):
         super().__init__('arena', **node_options)
         parameters = declare_parameters(self)
         self.world = World.from_parameters(parameters)
-        self.clock_of_steps = StepClock(STEP)
-        self.restarts = 0
-        self.shown: Phase | None = None
-        self.steps_shown = 0
+        self.phase = self.world.phase
+        """The brick's phase at the last step."""
+        self.step_clock = StepClock(STEP)
 
         self.tf_buffer = Buffer(node=self)
-        self.tf_listener = OthersListener(self.tf_buffer, self, BRICK)
-        self.platform: TransformStamped | None = None
-        self.platform_pose: Pose | None = None
+        self.tf_listener = GuardedListener(self.tf_buffer, self)
         self.tf_broadcaster = TransformBroadcaster(self)
-        self.transforms: list[TransformStamped] = []
 
         self.walls_publisher = self.create_publisher(MarkerArray, 'walls', LATCHED)
         self.walls_publisher.publish(walls(ARENA_SIZE, parameters.wall_height))
-        self.marker = box(BRICK, 'brick', 0, Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)),
-                          parameters.brick_size)
-        self.marker.frame_locked = True
         self.marker_publisher = self.create_publisher(Marker, 'brick_marker', LATCHED)
+        self.publish_marker()
 
         place = self.create_service(Place, 'place', self.on_place)
         drop = self.create_service(Trigger, 'drop', self.on_drop)
@@ -130,138 +127,108 @@ class Arena(Node):
         """What to type to place the brick and to drop it."""
         self.get_logger().info(
             '\n  '.join(('To place the brick and to drop it:', *self.commands)))
+
+        self.create_timer(MARKER_PERIOD, self.publish_marker)
         self.timer = self.create_timer(STEP * 1e-9, self.on_timer)
 
     def on_place(self, request: Place.Request, response: Place.Response) -> Place.Response:
-        """Put the brick somewhere, unless that can't be."""
+        """Place the brick, or say why it can't be there."""
         location = (request.location.x, request.location.y, request.location.z)
         try:
             self.world.brick = location
         except ValueError as error:
-            response.success, response.message = False, str(error)
+            response.message = str(error)
         else:
             response.success = True
             response.message = 'the brick hovers at ({:g}, {:g}, {:g})'.format(*location)
         return response
 
     def on_drop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Let the brick fall from the next step on, unless it can't."""
+        """Let the brick fall from the next step on, or say why it can't."""
         try:
             self.world.release()
         except ValueError as error:
-            response.success, response.message = False, str(error)
+            response.message = str(error)
         else:
             response.success = True
             response.message = 'the brick falls from ({:g}, {:g}, {:g})'.format(*self.world.brick)
         return response
 
     def on_timer(self) -> None:
-        """Take every step that is due, and say where the brick was at each of them."""
+        """Take every step that is due, and broadcast where the brick was at each of them."""
         now = self.get_clock().now().nanoseconds
         if now == 0:
             return  # Simulated time that has not begun.
-        # A brick that rides is a step ahead: with its latest transform no older than the
-        # platform's, whoever looks both up sees them at one instant.
+        # A brick that rides is a step ahead: its latest transform is then no older than the
+        # platform's, and a lookup of the latest sees both at one instant.
         ahead = STEP if self.world.phase is Phase.RIDING else 0
-        instants = self.clock_of_steps.due(now + ahead, due_instant(self.timer, now))
-        if self.clock_of_steps.restarts != self.restarts:
-            self.restarts = self.clock_of_steps.restarts
+        restarts = self.step_clock.restarts
+        instants = self.step_clock.due(now + ahead, due_instant(self.timer, now))
+        if self.step_clock.restarts != restarts:
             self.get_logger().warning('The clock has jumped: the physics goes on from now')
         if not instants:
             return
-        self.look_at_platform()
-        while len(self.transforms) < len(instants):
-            self.transforms.append(TransformStamped(child_frame_id=BRICK))
-        for instant, message in zip(instants, self.transforms):
-            self.world.platform = self.platform_at(instant)
-            self.world.step()
-            self.say_where(instant, message)
-        self.tf_broadcaster.sendTransform(self.transforms[:len(instants)])
-        self.steps_shown += len(instants)
-        if self.world.phase is not self.shown:
-            self.show(self.world.phase)
-        elif self.steps_shown >= REMINDER:
+        self.tf_broadcaster.sendTransform([self.step(instant) for instant in instants])
+        if self.world.phase is not self.phase:
+            self.phase = self.world.phase
+            self.get_logger().info('The brick is {} at ({:.5g}, {:.5g}, {:.5g})'.format(
+                self.phase.value, *self.world.brick))
             self.publish_marker()
 
-    def look_at_platform(self) -> None:
-        """Take note of where the platform is, if there is news of it."""
-        if self.tf_listener.news:
-            self.tf_listener.news = False
-            self.platform = latest(self.tf_buffer, PLATFORM)
-            self.platform_pose = (
-                pose_of(self.platform.transform) if self.platform is not None else None)
-
-    def platform_at(self, instant: int) -> Pose | None:
-        """Return where the platform is at an instant (ns), None if nothing recent tells."""
-        if self.platform is None or is_old(self.platform, instant):
-            return None
-        return self.platform_pose
-
-    def say_where(self, instant: int, message: TransformStamped) -> None:
-        """Write into a message where the brick is at an instant (ns)."""
-        place = self.world.on_platform
-        set_stamp(message.header.stamp, instant)
-        message.header.frame_id = WORLD if place is None else PLATFORM
-        set_transform(message.transform,
-                      place or Pose(self.world.brick, self.world.orientation))
-
-    def show(self, phase: Phase) -> None:
-        """Say what the brick does, and give it the color of that."""
-        if self.shown is not None:
-            self.get_logger().info(
-                'The brick is {} at ({:.5g}, {:.5g}, {:.5g})'.format(
-                    phase.value, *self.world.brick))
-        self.shown = phase
-        self.marker.text = phase.value
-        set_color(self.marker, BRICK_COLORS[phase])
-        self.publish_marker()
+    def step(self, instant: int) -> TransformStamped:
+        """Take the step that belongs to an instant (ns); return where the brick is then."""
+        self.world.platform = recent(self.tf_buffer, PLATFORM, instant)
+        self.world.step()
+        stamp = Time(nanoseconds=instant).to_msg()
+        if self.world.on_platform is not None:
+            return transform_message(PLATFORM, BRICK, self.world.on_platform, stamp)
+        return transform_message(
+            WORLD, BRICK, Pose(self.world.brick, self.world.orientation), stamp)
 
     def publish_marker(self) -> None:
-        """Show the brick."""
-        self.marker_publisher.publish(self.marker)
-        self.steps_shown = 0
+        """Show the brick and its phase."""
+        self.marker_publisher.publish(brick_marker(self.phase, self.world.size))
 
 
-def set_color(marker: Marker, color: Color) -> None:
-    """Give a marker a color."""
-    marker.color.r, marker.color.g, marker.color.b, marker.color.a = color
+def brick_marker(phase: Phase, size: Vector) -> Marker:
+    """Return the brick (m) in its own frame, with its phase as text and color."""
+    marker = box(BRICK, 'brick', 0, (0.0, 0.0, 0.0), size, BRICK_COLORS[phase])
+    marker.text = phase.value
+    marker.frame_locked = True
+    return marker
 
 
-def box(frame: str, namespace: str, number: int, pose: Pose, size: Vector) -> Marker:
-    """Return the marker of a box with its center at a pose of a frame; no stamp: at any time."""
-    marker = Marker()
+def box(frame: str, namespace: str, number: int, center: Vector, size: Vector, color: Color
+        ) -> Marker:
+    """Return the marker of a box in a frame (m), without a stamp: it holds at any time."""
+    marker = Marker(ns=namespace, id=number, type=Marker.CUBE, action=Marker.ADD)
     marker.header.frame_id = frame
-    marker.ns = namespace
-    marker.id = number
-    marker.type = Marker.CUBE
-    marker.action = Marker.ADD
-    position, orientation = marker.pose.position, marker.pose.orientation
-    position.x, position.y, position.z = pose.position
-    orientation.x, orientation.y, orientation.z, orientation.w = pose.orientation
+    position = marker.pose.position
+    position.x, position.y, position.z = center
     marker.scale.x, marker.scale.y, marker.scale.z = size
+    marker.color.r, marker.color.g, marker.color.b, marker.color.a = color
     return marker
 
 
 def walls(size: float, height: float) -> MarkerArray:
     """Return the walls around the square from (0, 0) to (size, size) of the world (m)."""
     middle, outside = size / 2.0, WALL_THICKNESS / 2.0
-    long_side = size + 2.0 * WALL_THICKNESS
-    along_x, along_y = (long_side, WALL_THICKNESS, height), (WALL_THICKNESS, size, height)
-    markers = MarkerArray()
-    for number, (x, y, scale) in enumerate((
-            (middle, -outside, along_x), (middle, size + outside, along_x),
-            (-outside, middle, along_y), (size + outside, middle, along_y))):
-        wall = box(WORLD, 'walls', number,
-                   Pose((x, y, height / 2.0), (0.0, 0.0, 0.0, 1.0)), scale)
-        set_color(wall, WALL_COLOR)
-        markers.markers.append(wall)
-    return markers
+    along_x = (size + 2.0 * WALL_THICKNESS, WALL_THICKNESS, height)
+    along_y = (WALL_THICKNESS, size, height)
+    places = ((middle, -outside, along_x), (middle, size + outside, along_x),
+              (-outside, middle, along_y), (size + outside, middle, along_y))
+    return MarkerArray(markers=[
+        box(WORLD, 'walls', number, (x, y, height / 2.0), scale, WALL_COLOR)
+        for number, (x, y, scale) in enumerate(places)])
 
 
-def main(args: list[str] | None = None) -> int:
-    """Run the node until it is told to stop."""
-    return run(Arena, args)
+def main(args: list[str] | None = None) -> None:
+    """Run the node until it is interrupted."""
+    with init(args):
+        executor = make_executor()
+        executor.add_node(Arena())
+        spin(executor)
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    main()

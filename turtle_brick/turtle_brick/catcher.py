@@ -17,18 +17,22 @@ catcher: has the robot catch the brick, carry it to the center of the arena and 
 
 Publishes:
     goal_pose (geometry_msgs/PoseStamped): where the robot is to drive, in the world
-    tilt (turtle_brick_interfaces/Tilt): angle of the platform
-    catcher_marker (visualization_msgs/Marker): the text "Unreachable" near a brick that can't be
+    tilt (turtle_brick_interfaces/Tilt): angle of the platform (rad)
+    catcher_marker (visualization_msgs/Marker): the text "Unreachable" above a brick that can't be
         caught, for 3 s, once per fall
 
 Subscribes:
-    /tf, /tf_static: the frames brick and platform, from which alone it knows what happens
+    /tf, /tf_static: the frames brick and platform; it knows nothing else of brick and robot
 
-Parameters: those of config/turtle.yaml, read-only; it uses max_velocity, platform_height,
-platform_radius, platform_thickness, gravity_accel, brick_size and tilt_angle.
+Parameters, read-only; it needs all of config/turtle.yaml and uses:
+    max_velocity (double, m/s): greatest speed of the robot
+    platform_height (double, m): height of the platform's top
+    platform_radius (double, m): radius of the platform
+    gravity_accel (double, m/s^2): acceleration due to gravity
+    brick_size (double[3], m): size of the brick along its own x, y and z
+    tilt_angle (double, rad): tilt with which the brick is tipped off
 """
 
-import sys
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
@@ -39,8 +43,9 @@ from turtle_brick.catching import Catcher
 from turtle_brick.catching import Drive
 from turtle_brick.catching import PERIOD
 from turtle_brick.catching import Tilt
+from turtle_brick.executor import make_executor
 from turtle_brick.frames import BRICK
-from turtle_brick.frames import FrameListener
+from turtle_brick.frames import GuardedListener
 from turtle_brick.frames import latest
 from turtle_brick.frames import nanoseconds_of
 from turtle_brick.frames import PLATFORM
@@ -50,7 +55,8 @@ from turtle_brick.frames import WORLD
 from turtle_brick.geometry import Vector
 from turtle_brick.node_parameters import declare_parameters
 from turtle_brick.reaching import Decision
-from turtle_brick.spinning import run
+from turtle_brick.spinning import init
+from turtle_brick.spinning import spin
 from turtle_brick_interfaces.msg import Tilt as TiltMessage
 from visualization_msgs.msg import Marker
 
@@ -60,7 +66,7 @@ TEXT_HEIGHT = 0.6
 TEXT_COLOR = (1.0, 0.15, 0.1, 1.0)
 
 TEXT_LIFETIME = 3
-"""For which "Unreachable" is shown (s)."""
+"""Time (s) for which "Unreachable" is shown."""
 
 
 class CatcherNode(Node):
@@ -76,18 +82,22 @@ class CatcherNode(Node):
         super().__init__('catcher', **node_options)
         self.catcher = Catcher(declare_parameters(self))
         self.waiting = False
+        """Whether it was logged what is missing."""
         self.complete = False
+        """Whether robot and brick have been in sight."""
 
         self.tf_buffer = Buffer(node=self)
-        self.tf_listener = FrameListener(self.tf_buffer, self, BRICK, self.on_brick)
+        self.tf_listener = GuardedListener(self.tf_buffer, self, self.on_transform)
 
         self.goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', 10)
         self.tilt_publisher = self.create_publisher(TiltMessage, 'tilt', 10)
         self.marker_publisher = self.create_publisher(Marker, 'catcher_marker', 10)
         self.create_timer(PERIOD, self.update)
 
-    def on_brick(self, transform: TransformStamped) -> None:
-        """Look at where the brick was; act at once if it has begun to fall."""
+    def on_transform(self, transform: TransformStamped) -> None:
+        """Note where the brick is; act at once if it has begun to fall."""
+        if transform.child_frame_id != BRICK:
+            return
         position = pose_of(transform.transform).position
         parent = transform.header.frame_id
         if parent != WORLD:
@@ -99,7 +109,7 @@ class CatcherNode(Node):
             self.update()
 
     def update(self) -> None:
-        """Let the catcher decide, and publish what it wants."""
+        """Let the catcher decide, and publish what it orders."""
         now = self.get_clock().now().nanoseconds
         state = self.catcher.state
         platform = recent(self.tf_buffer, PLATFORM, now) if self.is_heard() else None
@@ -115,10 +125,10 @@ class CatcherNode(Node):
         if self.catcher.state is not state:
             self.get_logger().info(f'Now {self.catcher.state.value}')
         if not self.complete:
-            self.wait_quietly()
+            self.log_what_is_missing()
 
     def is_heard(self) -> bool:
-        """Tell whether there is a robot that hears what it is told; else nothing is promised."""
+        """Tell whether a robot subscribes to the orders; else no brick is promised to be caught."""
         return all(publisher.get_subscription_count() > 0
                    for publisher in (self.goal_publisher, self.tilt_publisher))
 
@@ -128,29 +138,24 @@ class CatcherNode(Node):
         goal.header.frame_id = WORLD
         goal.header.stamp = self.get_clock().now().to_msg()
         goal.pose.position.x, goal.pose.position.y = x, y
-        goal.pose.orientation.w = 1.0
         self.goal_publisher.publish(goal)
 
-    def say_unreachable(self, position: Vector) -> None:
-        """Show the verdict near the brick."""
-        marker = Marker()
+    def say_unreachable(self, brick: Vector) -> None:
+        """Show "Unreachable" above a point of the world (m)."""
+        marker = Marker(ns='catcher', type=Marker.TEXT_VIEW_FACING, action=Marker.ADD,
+                        text='Unreachable')
         marker.header.frame_id = WORLD
         marker.header.stamp = self.get_clock().now().to_msg()
-        marker.ns = 'catcher'
-        marker.type = Marker.TEXT_VIEW_FACING
-        marker.action = Marker.ADD
-        marker.text = 'Unreachable'
-        x, y, z = position
+        x, y, z = brick
         marker.pose.position.x, marker.pose.position.y = x, y
         marker.pose.position.z = z + TEXT_HEIGHT
-        marker.pose.orientation.w = 1.0
         marker.scale.z = TEXT_HEIGHT
         marker.color.r, marker.color.g, marker.color.b, marker.color.a = TEXT_COLOR
         marker.lifetime.sec = TEXT_LIFETIME
         self.marker_publisher.publish(marker)
 
     def explain(self, decision: Decision) -> None:
-        """Say why, and by how much, a brick can be caught or not."""
+        """Log why, and by how much, a brick can be caught or not."""
         place = f'The brick falls at ({decision.fall.x:.4g}, {decision.fall.y:.4g})'
         if decision.reachable:
             self.get_logger().info(
@@ -159,8 +164,8 @@ class CatcherNode(Node):
         else:
             self.get_logger().info(f'{place}: unreachable, {decision.reason}')
 
-    def wait_quietly(self) -> None:
-        """Say once what is missing, and once that nothing is any more."""
+    def log_what_is_missing(self) -> None:
+        """Log, once, what is missing of robot and brick; log when both are there."""
         missing = [f'the transform of {frame}' for frame in (PLATFORM, BRICK)
                    if latest(self.tf_buffer, frame) is None]
         if not self.is_heard():
@@ -173,10 +178,13 @@ class CatcherNode(Node):
             self.get_logger().info('Robot and brick are in sight: waiting for a fall')
 
 
-def main(args: list[str] | None = None) -> int:
-    """Run the node until it is told to stop."""
-    return run(CatcherNode, args)
+def main(args: list[str] | None = None) -> None:
+    """Run the node until it is interrupted."""
+    with init(args):
+        executor = make_executor()
+        executor.add_node(CatcherNode())
+        spin(executor)
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    main()

@@ -20,18 +20,19 @@ from types import FrameType
 
 class Interrupts:
     """
-    Ctrl-C and SIGTERM raise KeyboardInterrupt, but not in the middle of what can't bear it.
+    Ctrl-C and SIGTERM raise KeyboardInterrupt, but not inside `with held():`.
 
-    Only the first one counts: a terminal's Ctrl-C under `ros2 launch` is two signals, one from
-    the terminal and one from launch, and the second must not disturb the clean-up.
+    Only the first one counts: Ctrl-C under `ros2 launch` is two signals, one from the terminal and
+    one from launch, and the second must not disturb the clean-up.
     """
 
     NUMBERS = (signal.SIGINT, signal.SIGTERM)
 
     def __init__(self) -> None:
         """Change nothing yet."""
+        self.came = False
+        """Whether a signal has come."""
         self._held = 0
-        self._came = False
         self._put_off = False
 
     def take_over(self) -> None:
@@ -40,29 +41,29 @@ class Interrupts:
             signal.signal(number, self._on_signal)
 
     def ignore(self) -> None:
-        """Let no signal disturb the rest of the process, the interpreter's own end included."""
+        """Ignore the signals from now on, until the process has ended."""
         for number in self.NUMBERS:
             signal.signal(number, signal.SIG_IGN)
 
     def held(self) -> 'Interrupts':
-        """Return a context that puts off what comes meanwhile to its end."""
+        """Return a context that puts a signal off until it is left."""
         return self
 
     def __enter__(self) -> None:
-        """Put off what comes from now on."""
+        """Put signals off from now on."""
         self._held += 1
 
     def __exit__(self, error: type | None, *_: object) -> None:
-        """Raise what was put off, unless an error is on its way, which matters more."""
+        """Raise what was put off, unless another error is being raised."""
         self._held -= 1
         if self._put_off and not self._held and error is None:
             self._put_off = False
             raise KeyboardInterrupt
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
-        if self._came:
+        if self.came:
             return
-        self._came = True
+        self.came = True
         if not self._held:
             raise KeyboardInterrupt
         self._put_off = True

@@ -23,14 +23,14 @@ from random import Random
 import subprocess
 import sys
 
-from geometry_msgs.msg import TransformStamped
 import pytest
 from rclpy.qos import DurabilityPolicy
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 from tf2_ros import TransformBroadcaster
 from turtle_brick.arena import Arena
-from turtle_brick.frames import set_transform
+from turtle_brick.frames import latest
+from turtle_brick.frames import transform_message
 from turtle_brick.geometry import from_pitch
 from turtle_brick.geometry import from_yaw
 from turtle_brick.geometry import multiply
@@ -65,13 +65,9 @@ class Platform(Witness):
         """Say where it is."""
         x, y, yaw, tilt = self.pose
         self.pose = (x + 0.01 * self.velocity, y, yaw, tilt)
-        message = TransformStamped()
-        message.header.stamp = self.get_clock().now().to_msg()
-        message.header.frame_id = 'world'
-        message.child_frame_id = 'platform'
-        set_transform(message.transform, Pose(
-            (x, y, HINGE), multiply(from_yaw(yaw), from_pitch(tilt))))
-        self.broadcaster.sendTransform(message)
+        pose = Pose((x, y, HINGE), multiply(from_yaw(yaw), from_pitch(tilt)))
+        self.broadcaster.sendTransform(transform_message(
+            'world', 'platform', pose, self.get_clock().now().to_msg()))
 
 
 class Bench:
@@ -401,7 +397,7 @@ def test_a_platform_that_is_not_heard_of_any_more_is_absent(bench_with_platform)
     bench = bench_with_platform
     (timer,) = bench.witness.timers
     timer.cancel()
-    last = bench.arena.platform
+    last = latest(bench.arena.tf_buffer, 'platform')
     bench.graph.spin_until(lambda: bench.world.platform is None, 5.0, 'the platform is absent')
     gone = bench.arena.get_clock().now().nanoseconds
     assert gone - nanoseconds(last) >= 500_000_000

@@ -24,7 +24,6 @@ from math import sin
 from time import time_ns
 
 from geometry_msgs.msg import PoseStamped
-from geometry_msgs.msg import TransformStamped
 import pytest
 from rclpy.duration import Duration
 from rclpy.qos import DurabilityPolicy
@@ -39,15 +38,13 @@ from tf2_ros import TransformListener
 from turtle_brick.arena import STEP
 from turtle_brick.catching import CENTER
 from turtle_brick.catching import State
-from turtle_brick.frames import between
 from turtle_brick.frames import BRICK
 from turtle_brick.frames import latest
 from turtle_brick.frames import nanoseconds_of
 from turtle_brick.frames import PLATFORM
 from turtle_brick.frames import pose_of
 from turtle_brick.frames import recent
-from turtle_brick.frames import set_stamp
-from turtle_brick.frames import set_transform
+from turtle_brick.frames import transform_message
 from turtle_brick.frames import WORLD
 from turtle_brick.geometry import IDENTITY
 from turtle_brick.geometry import Pose
@@ -231,14 +228,8 @@ class Thrower(Witness):
             z = self.top - 0.5 * PARAMETERS.gravity_accel * time * time
             self.resting = z <= REST
             self.position = (*self.position[:2], max(z, REST))
-        message = TransformStamped()
-        set_stamp(message.header.stamp, now)
-        message.header.frame_id = 'world'
-        message.child_frame_id = 'brick'
-        translation = message.transform.translation
-        translation.x, translation.y, translation.z = self.position
-        message.transform.rotation.w = 1.0
-        self.broadcaster.sendTransform(message)
+        self.broadcaster.sendTransform(transform_message(
+            'world', 'brick', Pose(self.position, IDENTITY), Time(nanoseconds=now).to_msg()))
 
 
 def test_brick_of_another_broadcaster(graph):
@@ -262,12 +253,10 @@ def test_promises_nothing_before_a_robot_hears_it(graph):
     """Orders to nobody are lost: without a robot that hears them a brick is unreachable."""
     catcher = graph.add_catcher()
     thrower = graph.add(Thrower, parameters=False, x=5.8, y=5.5, z=8.0)
-    platform = between(WORLD, PLATFORM)
-    set_transform(platform.transform, Pose((*CENTER, 1.0), IDENTITY))
 
     def show_platform():
-        set_stamp(platform.header.stamp, thrower.get_clock().now().nanoseconds)
-        thrower.broadcaster.sendTransform(platform)
+        thrower.broadcaster.sendTransform(transform_message(
+            WORLD, PLATFORM, Pose((*CENTER, 1.0), IDENTITY), thrower.get_clock().now().to_msg()))
 
     thrower.create_timer(0.01, show_platform)
     graph.spin_until(
@@ -292,11 +281,10 @@ def test_fall_that_comes_in_one_message_is_seen(graph):
     catcher = graph.add_catcher()
     now, message = catcher.get_clock().now().nanoseconds, TFMessage()
     for step in range(1, 51):
-        transform = between(WORLD, BRICK)
-        set_stamp(transform.header.stamp, now + step * STEP)
         fallen = 0.5 * PARAMETERS.gravity_accel * (max(step - 10, 0) * STEP * 1e-9) ** 2
-        set_transform(transform.transform, Pose((12.0, 6.0, 8.0 - fallen), IDENTITY))
-        message.transforms.append(transform)
+        message.transforms.append(transform_message(
+            WORLD, BRICK, Pose((12.0, 6.0, 8.0 - fallen), IDENTITY),
+            Time(nanoseconds=now + step * STEP).to_msg()))
     catcher.tf_listener.callback(message)
     fall = catcher.catcher.decision.fall
     # Three samples of it after the last one at rest, or the one before that still shows little.
@@ -355,9 +343,8 @@ class SimulatedTime(Witness):
 
     def on_timer(self):
         """Say what time it is."""
-        message = Clock()
-        set_stamp(message.clock, time_ns() + self.offset)
-        self.publisher.publish(message)
+        self.publisher.publish(Clock(
+            clock=Time(nanoseconds=time_ns() + self.offset).to_msg()))
 
 
 @pytest.mark.parametrize('stage, back', [
@@ -395,9 +382,8 @@ def test_hostile_transforms(arena, capfd):
     frames = ('brick', 'platform', 'base_link', 'odom', 'post', 'world')
     for parent, child in product((*frames, 'nowhere', ''), (*frames, '')):
         for stamp, x in ((-hour, 0.0), (now + hour, 0.0), (now, nan), (now, 1e308)):
-            bad = between(parent, child)
-            set_stamp(bad.header.stamp, stamp)
-            set_transform(bad.transform, Pose((x, 0.0, 3.0), IDENTITY))
+            bad = transform_message(parent, child, Pose((x, 0.0, 3.0), IDENTITY))
+            bad.header.stamp.sec, bad.header.stamp.nanosec = divmod(stamp, 1_000_000_000)
             moving.publish(TFMessage(transforms=[bad]))
             if x or parent == 'nowhere':
                 static.publish(TFMessage(transforms=[bad]))

@@ -22,19 +22,18 @@ from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st
 import pytest
+from rclpy.time import Time
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from turtle_brick.frames import AHEAD
-from turtle_brick.frames import between
 from turtle_brick.frames import ECHO
 from turtle_brick.frames import Guard
 from turtle_brick.frames import GuardedListener
 from turtle_brick.frames import latest
 from turtle_brick.frames import PAST
 from turtle_brick.frames import pose_of
-from turtle_brick.frames import set_stamp
-from turtle_brick.frames import set_transform
 from turtle_brick.frames import STEADY
+from turtle_brick.frames import transform_message
 from turtle_brick.geometry import FARTHEST
 from turtle_brick.geometry import Pose
 from turtle_brick.tools.graph import Graph
@@ -46,10 +45,8 @@ LEVEL = (0.0, 0.0, 0.0, 1.0)
 
 def transform(parent, child, age=0, position=(1.0, 2.0, 3.0), orientation=LEVEL):
     """Return a transform that is so old (ns)."""
-    message = between(parent, child)
-    set_stamp(message.header.stamp, NOW - age)
-    set_transform(message.transform, Pose(position, orientation))
-    return message
+    return transform_message(
+        parent, child, Pose(position, orientation), Time(nanoseconds=NOW - age).to_msg())
 
 
 def stamped(sec, nanosec):
@@ -67,7 +64,7 @@ def guard():
             ('world', 'odom', True), ('odom', 'base_link', False), ('base_link', 'post', True),
             ('post', 'platform', False), ('world', 'brick', False)):
         for earlier in range(1 if static else STEADY):
-            assert guard.refusal(transform(parent, child), static, NOW - earlier) == ''
+            assert guard.admit(transform(parent, child), static, NOW - earlier) == ''
     return guard
 
 
@@ -88,8 +85,8 @@ def guard():
     (transform('world', ''), False, 'names no frame'),
     (transform('brick', 'brick'), False, 'close a loop'),
     (transform('platform', 'odom'), True, 'close a loop'),
-    (transform('brick', 'world'), False, 'from where everything is measured'),
-    (transform('elsewhere', 'world'), True, 'from where everything is measured'),
+    (transform('brick', 'world'), False, 'the root of all frames'),
+    (transform('elsewhere', 'world'), True, 'the root of all frames'),
     (transform('nowhere', 'odom'), True, 'tear "odom" off'),
     (transform('nowhere', 'brick'), False, 'tear "brick" off'),
     (transform('world', 'odom'), False, '/tf_static'),
@@ -97,13 +94,13 @@ def guard():
 ], ids=lambda value: value if isinstance(value, str) else '')
 def test_bad_transform_is_refused_by_name_and_value(guard, bad, static, words):
     """And what is known stays as it was."""
-    refusal = guard.refusal(bad, static, NOW)
+    refusal = guard.admit(bad, static, NOW)
     assert words in refusal
     assert f'"{bad.header.frame_id}" to "{bad.child_frame_id}"' in refusal
     assert len(refusal) < 250
     for parent, child, static in (
             ('world', 'odom', True), ('odom', 'base_link', False), ('world', 'brick', False)):
-        assert guard.refusal(transform(parent, child), static, NOW) == ''
+        assert guard.admit(transform(parent, child), static, NOW) == ''
 
 
 @pytest.mark.parametrize('good, static', [
@@ -116,7 +113,7 @@ def test_bad_transform_is_refused_by_name_and_value(guard, bad, static, words):
     (transform('world', 'brick', position=(FARTHEST, 0.0, 0.0)), False),
 ])
 def test_transform_that_does_no_harm_is_taken(guard, good, static):
-    assert guard.refusal(good, static, NOW) == ''
+    assert guard.admit(good, static, NOW) == ''
 
 
 names = st.sampled_from(('world', 'odom', 'base_link', 'post', 'platform', 'brick', 'map', ''))
@@ -177,7 +174,7 @@ class Listening:
 
     def take(self, message, static, now=NOW):
         """Have a transform be heard; return whether it was taken."""
-        if self.guard.refusal(message, static, now):
+        if self.guard.admit(message, static, now):
             return False
         keep = self.buffer.set_transform_static if static else self.buffer.set_transform
         keep(message, 'somebody')
@@ -191,8 +188,8 @@ class Listening:
 def test_one_message_makes_no_frame_move(guard):
     """However often it names the frame: what is broadcast comes in many messages."""
     for _ in range(2 * STEADY):
-        assert guard.refusal(transform('world', 'odom'), False, NOW)
-    assert guard.refusal(transform('world', 'odom'), True, NOW) == ''
+        assert guard.admit(transform('world', 'odom'), False, NOW)
+    assert guard.admit(transform('world', 'odom'), True, NOW) == ''
 
 
 @pytest.mark.parametrize('back', [0.6, 3.0, 4.999, 5.0, 60.0])
@@ -200,12 +197,12 @@ def test_nothing_outlasts_a_clock_that_is_set_back(guard, back):
     """What is on its way then has the time before, and would be the latest for as long."""
     back = round(back * 1e9)
     tick = 4_000_000
-    assert guard.refusal(transform('world', 'brick'), False, NOW) == ''
-    assert 'ahead' in guard.refusal(transform('world', 'brick', -tick), False, NOW - back)
-    assert guard.refusal(transform('world', 'brick', back), False, NOW - back) == ''
-    assert guard.refusal(transform('world', 'brick', back - tick), False, NOW - back) == ''
+    assert guard.admit(transform('world', 'brick'), False, NOW) == ''
+    assert 'ahead' in guard.admit(transform('world', 'brick', -tick), False, NOW - back)
+    assert guard.admit(transform('world', 'brick', back), False, NOW - back) == ''
+    assert guard.admit(transform('world', 'brick', back - tick), False, NOW - back) == ''
     late = NOW - back + ECHO
-    assert 'ahead' not in guard.refusal(
+    assert 'ahead' not in guard.admit(
         transform('world', 'brick', NOW - late - AHEAD), False, late)
 
 

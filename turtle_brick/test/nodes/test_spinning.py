@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The body of every main(): how a node runs and how it ends."""
+"""How the process of a node begins, spins and ends."""
 
 from collections.abc import Iterator
 from importlib.util import find_spec
@@ -32,7 +32,9 @@ import os, signal, sys
 import rclpy
 from rclpy.node import Node
 from turtle_brick.node_parameters import declare_parameters
-from turtle_brick.spinning import run
+from turtle_brick.executor import make_executor
+from turtle_brick.spinning import init
+from turtle_brick.spinning import spin
 {before}
 
 class Probe(Node):
@@ -49,7 +51,10 @@ class Probe(Node):
         {tick}
 
 sys.argv[0] = '/opt/some/lib/probe'  # as `ros2 run` names it
-sys.exit(run(Probe))
+with init():
+    executor = make_executor()
+    executor.add_node(Probe())
+    spin(executor)
 """
 
 
@@ -125,8 +130,8 @@ def test_a_callback_is_not_disturbed_by_a_signal(start, number, before):
 
 @pytest.mark.parametrize('number', ['SIGINT', 'SIGTERM'])
 def test_signal_before_rclpy_is_up_ends_it_quietly(start, number):
-    before = ('init = rclpy.init\n'
-              f'rclpy.init = lambda **k: (os.kill(os.getpid(), signal.{number}), init(**k))')
+    before = ('begin = rclpy.init\n'
+              f'rclpy.init = lambda **k: (os.kill(os.getpid(), signal.{number}), begin(**k))')
     assert start(before=before).end() == (0, [])
 
 

@@ -28,8 +28,7 @@ import pytest
 from rclpy.qos import DurabilityPolicy
 from sensor_msgs.msg import JointState
 from tf2_ros import StaticTransformBroadcaster
-from turtle_brick.frames import between
-from turtle_brick.frames import set_transform
+from turtle_brick.frames import transform_message
 from turtle_brick.geometry import from_yaw
 from turtle_brick.geometry import Pose as Pose3D
 from turtle_brick.geometry import yaw_of
@@ -250,9 +249,10 @@ def test_goals_in_frames_of_others(bench):
     """TF is listened to from the first goal on that needs it, and a frame may come after it."""
     bench.teleport(6.0, 4.0, pi / 2.0)
     broadcaster = StaticTransformBroadcaster(bench.witness)
-    ahead, elsewhere = between('base_link', 'ahead'), between('world', 'elsewhere')
-    set_transform(ahead.transform, Pose3D((1.0, 0.0, 0.0), from_yaw(pi / 2.0)))
-    set_transform(elsewhere.transform, Pose3D((2.0, 3.0, 0.0), from_yaw(0.0)))
+    ahead = transform_message(
+        'base_link', 'ahead', Pose3D((1.0, 0.0, 0.0), from_yaw(pi / 2.0)))
+    elsewhere = transform_message(
+        'world', 'elsewhere', Pose3D((2.0, 3.0, 0.0), from_yaw(0.0)))
     broadcaster.sendTransform(ahead)
     assert bench.witness.count_subscribers('/tf') == 1  # the witness itself
     bench.send(0.5, 1.0, 'ahead')
@@ -333,7 +333,7 @@ def test_poses_that_no_turtle_has(graph, capfd):
 def test_odom_of_somebody_else_does_not_stay(bench, capfd):
     """The robot has the last word on where its odom frame is."""
     heard = bench.witness.record_transforms('odom', '/tf_static')
-    foreign = between('world', 'odom')
+    foreign = transform_message('world', 'odom')
     foreign.transform.translation.x = 99.0
     broadcaster = StaticTransformBroadcaster(bench.witness)
     bench.graph.spin_until(lambda: bench.witness.count_subscribers('/tf_static') >= 2, 5.0,

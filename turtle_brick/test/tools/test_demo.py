@@ -24,8 +24,8 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from turtle_brick.frames import BASE_LINK
-from turtle_brick.frames import between
 from turtle_brick.frames import ODOM
+from turtle_brick.frames import transform_message
 from turtle_brick.tools import demo
 from turtle_brick.tools.domains import RANGE_VARIABLES
 from turtle_brick.tools.graph import Graph
@@ -112,7 +112,7 @@ def test_who_is_out_of_this_machine_is_not_known(nothing_said, variable, monkeyp
 def broadcaster(node):
     """Have a node say where a robot is, again and again."""
     publisher = node.create_publisher(TFMessage, '/tf', 10)
-    message = TFMessage(transforms=[between(ODOM, BASE_LINK)])
+    message = TFMessage(transforms=[transform_message(ODOM, BASE_LINK)])
     node.create_timer(0.02, lambda: publisher.publish(message))
 
 

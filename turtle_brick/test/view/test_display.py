@@ -23,7 +23,7 @@ from math import pi
 from math import sin
 
 from builtin_interfaces.msg import Duration
-from builtin_interfaces.msg import Time
+from builtin_interfaces.msg import Time as TimeMessage
 from faulty_markers import changed
 from faulty_markers import FAULTS
 from faulty_markers import harmless
@@ -35,14 +35,14 @@ from geometry_msgs.msg import Vector3
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
+from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from turtle_brick.arena import BRICK_COLORS
-from turtle_brick.arena import set_color
+from turtle_brick.arena import brick_marker
 from turtle_brick.arena import walls
-from turtle_brick.frames import set_stamp
-from turtle_brick.frames import set_transform
+from turtle_brick.frames import transform_message
 from turtle_brick.geometry import from_pitch
 from turtle_brick.geometry import from_yaw
 from turtle_brick.geometry import IDENTITY
@@ -146,10 +146,7 @@ class Bench:
 
     def transform(self, parent, child, pose, static=False):
         """Say where a frame is."""
-        message = TransformStamped()
-        message.header.frame_id, message.child_frame_id = parent, child
-        set_stamp(message.header.stamp, self.now)
-        set_transform(message.transform, pose)
+        message = transform_message(parent, child, pose, Time(nanoseconds=self.now).to_msg())
         self.display.hear_transforms(
             TFMessage(transforms=[message]), static, self.now, self.now)
 
@@ -164,13 +161,8 @@ class Bench:
         self.display.hear_marker(topic, message, self.now)
 
     def brick(self, phase):
-        """Put the brick's marker, in the color of what it does."""
-        message = Marker(type=Marker.CUBE)
-        message.header.frame_id = 'brick'
-        message.frame_locked = True
-        message.pose.orientation.w = 1.0
-        message.text = phase.value
-        set_color(message, BRICK_COLORS[phase])
+        """Put the brick's marker."""
+        message = brick_marker(phase, (0.4, 0.2, 0.12))
         self.display.hear_marker('brick_marker', message, self.now)
 
     def draw(self, after=0):
@@ -281,7 +273,7 @@ def test_a_stamped_marker_is_where_its_frame_was_then(bench):
         bench.now += NANOSECONDS
     message = Marker(type=Marker.SPHERE)
     message.header.frame_id = 'brick'
-    set_stamp(message.header.stamp, START + NANOSECONDS)
+    message.header.stamp = Time(nanoseconds=START + NANOSECONDS).to_msg()
     bench.display.hear_marker('catcher_marker', message, bench.now)
     assert bench.draw()['markers/catcher_marker//0'].position[2] == pytest.approx(2.0)
 
@@ -337,7 +329,7 @@ NAMES = st.sampled_from(['', '/', 'world', 'brick', 'base_link', 'arm', 'odom', 
 POINTS = st.builds(Point, x=EXTREMES, y=EXTREMES, z=EXTREMES)
 VECTORS = st.builds(Vector3, x=EXTREMES, y=EXTREMES, z=EXTREMES)
 ROTATIONS = st.builds(Quaternion, x=EXTREMES, y=EXTREMES, z=EXTREMES, w=EXTREMES)
-STAMPS = st.builds(Time, sec=SECONDS, nanosec=st.integers(0, 2**32 - 1))
+STAMPS = st.builds(TimeMessage, sec=SECONDS, nanosec=st.integers(0, 2**32 - 1))
 MARKERS = st.builds(
     changed, st.builds(
         Marker, ns=NAMES, id=st.integers(-1, 1), text=NAMES, frame_locked=st.booleans(),
@@ -423,7 +415,7 @@ def test_a_brick_on_the_platform_is_drawn_there_whatever_comes_when(
             bench.transform(parent, child, pose)
         bench.now = START + now
         poses = bench.draw()
-        plate, box = poses['robot/platform'], poses['markers/brick_marker//0']
+        plate, box = poses['robot/platform'], poses['markers/brick_marker/brick/0']
         expected = rotate(plate.orientation, place)
         assert dist([a + b for a, b in zip(plate.position, expected)], box.position) < 1e-9
         assert dist(rotate(box.orientation, (1.0, 0.0, 0.0)), rotate(
@@ -445,7 +437,7 @@ def test_a_brick_that_changes_its_parent_is_drawn_all_the_time(bench):
         else:
             bench.transform('base_link', 'brick', Pose((0.0, 0.0, height - 1.0), IDENTITY))
         bench.brick(Phase.RIDING)
-        assert bench.draw()['markers/brick_marker//0'].position[2] == pytest.approx(height)
+        assert bench.draw()['markers/brick_marker/brick/0'].position[2] == pytest.approx(height)
     assert dict(bench.display.rates(bench.now))['brick (TF)'] == pytest.approx(250.0)
 
 
@@ -460,7 +452,7 @@ def test_a_transform_that_could_spoil_the_others_is_left_out(bench):
     bench.now += 6 * NANOSECONDS
     bench.transform('world', 'odom', Pose((0.0, 0.0, 0.0), IDENTITY))
     bench.now -= 6 * NANOSECONDS
-    assert bench.draw()['markers/brick_marker//0'].position == (0.0, 0.0, 3.0)
+    assert bench.draw()['markers/brick_marker/brick/0'].position == (0.0, 0.0, 3.0)
     assert len(bench.warnings) == 3
     assert all('"brick"' in warning for warning in bench.warnings)
 
@@ -470,7 +462,7 @@ def test_the_clock_may_go_back(bench):
     bench.now -= 3600 * NANOSECONDS
     bench.transform('world', 'brick', Pose((0.0, 0.0, 2.0), IDENTITY))
     bench.brick(Phase.HOVERING)
-    assert bench.draw()['markers/brick_marker//0'].position == (0.0, 0.0, 2.0)
+    assert bench.draw()['markers/brick_marker/brick/0'].position == (0.0, 0.0, 2.0)
     assert not bench.warnings
 
 
@@ -483,7 +475,7 @@ def test_what_has_stopped_coming_is_where_it_was_last_and_holds_nothing_up(bench
         bench.transform('world', 'base_link', Pose((0.1 * step, 0.0, 0.0), IDENTITY))
         bench.transform('base_link', 'arm', Pose((0.0, 0.0, 2.0), IDENTITY))
         poses = bench.draw()
-    assert poses['markers/brick_marker//0'].position == (0.0, 0.0, 3.0)
+    assert poses['markers/brick_marker/brick/0'].position == (0.0, 0.0, 3.0)
     assert poses['robot/base_link'].position[0] == pytest.approx(10.0)
     assert poses['robot/arm'].position[0] == pytest.approx(10.0)
 

@@ -43,15 +43,17 @@ from tf2_msgs.msg import TFMessage
 from turtle_brick.arena import STEP
 from turtle_brick.catcher import PERIOD as CATCHER_PERIOD
 from turtle_brick.driving import PERIOD as ROBOT_PERIOD
+from turtle_brick.executor import make_executor
 from turtle_brick.frames import BASE_LINK
-from turtle_brick.frames import between
 from turtle_brick.frames import BRICK
 from turtle_brick.frames import LATCHED
 from turtle_brick.frames import ODOM
+from turtle_brick.frames import transform_message
 from turtle_brick.frames import WORLD
 from turtle_brick.interrupts import INTERRUPTS
-from turtle_brick.spinning import run
+from turtle_brick.spinning import init
 from turtle_brick.spinning import spare_collector
+from turtle_brick.spinning import spin
 from turtle_brick.tools.graph import Graph
 from turtle_brick.turtlesim_kinematics import QUEUE_DEPTH
 from turtle_brick.turtlesim_kinematics import TICK
@@ -114,7 +116,7 @@ class BareTurtleRobot(BareNode):
         joints = JointState(name=['stem_joint', 'wheel_joint', 'platform_joint'],
                             position=[0.0, 0.0, 0.0])
         self.repeat(joints, 'joint_states')
-        self.repeat(TFMessage(transforms=[between(ODOM, BASE_LINK)]), '/tf', TF)
+        self.repeat(TFMessage(transforms=[transform_message(ODOM, BASE_LINK)]), '/tf', TF)
         odometry = Odometry()
         odometry.header.frame_id, odometry.child_frame_id = ODOM, BASE_LINK
         self.repeat(odometry, 'odom')
@@ -129,7 +131,7 @@ class BareArena(BareNode):
         """Speak 250 times per second."""
         super().__init__('arena', **node_options)
         self.hear_transforms()
-        self.repeat(TFMessage(transforms=[between(WORLD, BRICK)]), '/tf', TF)
+        self.repeat(TFMessage(transforms=[transform_message(WORLD, BRICK)]), '/tf', TF)
         self.create_publisher(MarkerArray, 'walls', LATCHED)
         self.create_publisher(Marker, 'brick_marker', LATCHED)
         self.create_service(Place, 'place', lambda request, response: response)
@@ -168,8 +170,8 @@ class BareRobotStatePublisher(BareNode):
         """Speak after every joint state."""
         super().__init__('robot_state_publisher', **node_options)
         self.repeat(TFMessage(transforms=[
-            between(BASE_LINK, 'stem'), between('stem', 'wheel'), between('post', 'platform')]),
-            '/tf', TF)
+            transform_message(BASE_LINK, 'stem'), transform_message('stem', 'wheel'),
+            transform_message('post', 'platform')]), '/tf', TF)
         self.create_publisher(TFMessage, '/tf_static', LATCHED)
         self.create_publisher(String, 'robot_description', LATCHED)
         self.create_subscription(JointState, 'joint_states', lambda _: self.speak(), 10)
@@ -205,7 +207,11 @@ def main(args: Sequence[str] | None = None) -> int:
     if '--ros-args' in names:
         names = names[:names.index('--ros-args')]
     if kind == 'bare' and len(names) == 1:
-        return run(BARE_NODES[names[0]])
+        with init():
+            executor = make_executor()
+            executor.add_node(BARE_NODES[names[0]]())
+            spin(executor)
+        return 0
     INTERRUPTS.take_over()
     try:
         with Graph(quiet=True) as graph:

@@ -40,11 +40,11 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from turtle_brick.executor import make_executor
 from turtle_brick.interrupts import INTERRUPTS
 from turtle_brick.parameters import default_path
 from turtle_brick.parameters import to_change
 from turtle_brick.spinning import find_log_dir
-from turtle_brick.spinning import make_executor
 import xacro
 import yaml
 

@@ -65,10 +65,12 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
+from turtle_brick.executor import make_executor
 from turtle_brick.frames import LATCHED
 from turtle_brick.frames import WORLD
 from turtle_brick.parameters import ParameterError
-from turtle_brick.spinning import run
+from turtle_brick.spinning import init
+from turtle_brick.spinning import spin
 from turtle_brick.throttling import Warner
 from turtle_brick.view.display import BRICK_MARKER
 from turtle_brick.view.display import CATCHER_MARKER
@@ -301,7 +303,11 @@ def main(args: list[str] | None = None) -> int:
         print('viewer: the page in the browser is drawn by viser, which is not installed here: '
               f'pip install {VISER}', file=sys.stderr)
         return 1
-    return run(Viewer, args)
+    with init(args):
+        executor = make_executor()
+        executor.add_node(Viewer())
+        spin(executor)
+    return 0
 
 
 if __name__ == '__main__':
