@@ -112,6 +112,10 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
       fi
     done
   fi
+
+  if [[ $- == *i* ]]; then
+    echo "turtle_brick: this shell is now in the home $home ($kind)" >&2
+  fi
 }
 
 if _turtle_brick_env; then

@@ -74,6 +74,13 @@ def test_a_home_that_is_ready_is_ready_soon_and_silent():
 
 
 @with_home
+def test_at_a_prompt_one_line_says_what_the_shell_has_now():
+    *_, errors = sourced('', options=('--norc', '-i'))
+    said = [line for line in errors.splitlines() if line.startswith('turtle_brick')]
+    assert len(said) == 1 and f'in the home {HOME} (' in said[0]
+
+
+@with_home
 def test_all_can_be_imported():
     assert sourced(IMPORTS) == (0, '', '')
 

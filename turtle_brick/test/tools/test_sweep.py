@@ -292,6 +292,15 @@ def test_a_directory_that_cannot_be_made_is_named(tmp_path, capsys):
     assert error.startswith('sweep: ') and 'file' in error and error.count('\n') == 1
 
 
+def test_without_output_it_writes_into_sweeps_and_says_where(tmp_path, capsys, monkeypatch):
+    """A folder that git leaves out."""
+    monkeypatch.chdir(tmp_path)
+    assert sweep.main(['--drops', '1', '--workers', '1', '--no-figures']) == 0
+    table, = tmp_path.glob('sweeps/*/drops.csv')
+    assert [*tmp_path.iterdir()] == [tmp_path / 'sweeps']
+    assert f'1 drops, into {table.parent}\n' in capsys.readouterr().out
+
+
 def test_signals_are_given_back(tmp_path, capsys):
     """To whoever had them before."""
     before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)

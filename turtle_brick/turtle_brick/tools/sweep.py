@@ -308,7 +308,7 @@ def parse(args: Sequence[str] | None) -> tuple[argparse.Namespace, Parameters, P
     parser.add_argument('--params-file', type=Path, metavar='FILE',
                         help='the parameters (default: config/turtle.yaml of the package)')
     parser.add_argument('--output', type=Path, metavar='DIR',
-                        help='where the table and the figures go (default: sweep-<date>-<time>)')
+                        help='where the table and the figures go (default: sweeps/<date>-<time>)')
     parser.add_argument('--no-figures', dest='figures', action='store_false',
                         help='make the table only')
     options = parser.parse_args(args)
@@ -329,7 +329,7 @@ def parse(args: Sequence[str] | None) -> tuple[argparse.Namespace, Parameters, P
     plan = Plan(grid=options.grid is not None, count=options.grid or options.drops,
                 heights=(heights[0], heights[-1]), seed=options.seed, chain=options.chain,
                 jitter=options.jitter)
-    options.output = options.output or Path(strftime('sweep-%Y%m%d-%H%M%S'))
+    options.output = options.output or Path('sweeps', strftime('%Y%m%d-%H%M%S'))
     if options.output.exists() and not options.output.is_dir():
         parser.error(f'--output {options.output}: this is not a directory')
     if (options.output / TABLE).exists():
@@ -361,6 +361,7 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan, stop: S
     :raises OSError: the table or a figure cannot be written
     """
     options.output.mkdir(parents=True, exist_ok=True)
+    print(f'{plan.drops:,} drops, into {options.output.resolve()}', flush=True)
     drops: list[Drop] = []
     simulated = cost = 0.0
     begin = monotonic()
