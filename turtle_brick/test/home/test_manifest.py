@@ -1,0 +1,80 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The dependencies that package.xml names against what is imported and launched."""
+
+import ast
+from collections.abc import Iterable
+from pathlib import Path
+import re
+import sys
+from xml.etree import ElementTree
+
+PACKAGE = Path(__file__).resolve().parents[2]
+MANIFEST = (PACKAGE / 'package.xml').read_text()
+
+KEYS = {'PIL': 'python3-pil', 'tf2_ros': 'tf2_ros_py', **{name: f'python3-{name}' for name in (
+    'hypothesis', 'matplotlib', 'mypy', 'numpy', 'pytest', 'tqdm', 'yaml')}}
+"""The rosdep keys that are not the name of the module."""
+
+NOT_PYTHON = {'launch_xml', 'ros2launch'}
+"""They make ros2 launch read launch files, those in XML too."""
+
+
+def named(kind: str) -> set[str]:
+    """Return the dependencies of a kind."""
+    return {element.text for element in ElementTree.fromstring(MANIFEST).iter(kind)}
+
+
+def imported(paths: Iterable[Path]) -> set[str]:
+    """Return the keys of the modules that are imported, without the package's own."""
+    names = set()
+    for path in paths:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                names.update(alias.name for alias in node.names)
+            elif isinstance(node, ast.ImportFrom):
+                names.add(node.module)
+            elif isinstance(node, ast.Call) and ast.unparse(node.func) == 'pytest.importorskip':
+                names.add(ast.literal_eval(node.args[0]))
+    modules = {name.partition('.')[0] for name in names}
+    own = {'turtle_brick', *(path.stem for path in PACKAGE.joinpath('test').rglob('*.py'))}
+    return {KEYS.get(name, name) for name in modules - sys.stdlib_module_names - own}
+
+
+def without_key() -> set[str]:
+    """Return the modules of the manifest's comment on what rosdep does not have."""
+    comment = re.search(r'<!-- viser(.*?)-->', MANIFEST, re.DOTALL)
+    return set(re.findall(r'\w+', comment[0]))
+
+
+def test_what_is_imported_or_launched_is_named_and_nothing_else():
+    launch_files = list(PACKAGE.glob('launch/*'))
+    launched = {name for path in launch_files for name in re.findall(
+        r'(?:package=\'|pkg=")(\w+)', path.read_text())} - {'turtle_brick'}
+    used = imported([*PACKAGE.glob('turtle_brick/**/*.py'), *PACKAGE.glob('launch/*.py')])
+    assert named('exec_depend') == (used - without_key()) | launched | NOT_PYTHON
+
+
+def test_what_tests_import_is_named_and_nothing_else():
+    used = imported(PACKAGE.glob('test/**/*.py'))
+    used -= without_key() | named('exec_depend') | {'turtlesim_standin'}
+    assert named('test_depend') == used
+
+
+def test_a_standin_imports_no_node():
+    """Of the package, only what knows no ROS: the motion of a turtle, and the page."""
+    for path in PACKAGE.glob('standins/**/*.py'):
+        ours = set(re.findall(r'(?:from|import) (turtle_brick\.[\w.]+)', path.read_text()))
+        assert ours <= {'turtle_brick.turtlesim_kinematics', 'turtle_brick.view.web_view'}, path
