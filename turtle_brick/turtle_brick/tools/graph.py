@@ -21,6 +21,7 @@ ones are installed, they run beside as child processes.
 
 from collections.abc import Callable
 from collections.abc import Sequence
+from contextlib import suppress
 import importlib
 from importlib.util import find_spec
 import os
@@ -103,12 +104,14 @@ class Child:
         self._process.send_signal(signal.SIGINT)
 
     def see_end(self, patience: float) -> None:
-        """See that it ends within a time (s), or end it."""
+        """See that it ends within a time (s), or end it, and whatever it leaves behind."""
         try:
             self._process.wait(patience)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
+        with suppress(ProcessLookupError):
+            os.killpg(self._process.pid, signal.SIGKILL)
 
 
 class Graph:

@@ -235,8 +235,8 @@ def film(scene: Scene, video: Path) -> None:
                 files / 'video.rviz', get_package_share_path('turtle_brick')),
             environment={'DISPLAY': display, 'QT_QPA_PLATFORM': 'xcb',
                          'ROS_DOMAIN_ID': str(domain), 'ROS_LOG_DIR': str(files),
-                         'XDG_RUNTIME_DIR': str(files)},
-            stdout=subprocess.DEVNULL))
+                         'TMPDIR': str(files), 'XDG_RUNTIME_DIR': str(files)},
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
         graph = stack.enter_context(Graph(domain_id=domain, quiet=True))
         caption = files / 'caption.txt'
         watcher = graph.add(Watcher, parameters=False, caption=caption)
