@@ -214,6 +214,11 @@ class Observer(PollingNode):
         """Tell whether somebody hears goals."""
         return self._publisher('goal_pose', PoseStamped).get_subscription_count() > 0
 
+    def has_catcher(self) -> bool:
+        """Tell whether somebody else sends goals."""
+        return self.count_publishers(self.record.profile.topics['goal_pose']) > (
+            'goal_pose' in self._topics_told)
+
     def tilt_type(self) -> Any:
         """
         Return the type of the tilt topic, as its hearers have it.

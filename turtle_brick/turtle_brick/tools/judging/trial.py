@@ -21,28 +21,25 @@ of reach and within reach. Every wait has an end: a graph that does not answer c
 
 from collections.abc import Callable
 from math import cos
-from math import hypot
 from math import pi
 from math import sin
-from math import sqrt
 from time import monotonic
 from time import time_ns
-from typing import Any
 from typing import NamedTuple
 
-from rclpy.client import Client
 from turtle_brick.geometry import Vector
 from turtle_brick.step_clock import NANOSECONDS
 from turtle_brick.tools.graph import Graph
-from turtle_brick.tools.judging.drops import DropWatch
+from turtle_brick.tools.judging.arena_rules import half_height
+from turtle_brick.tools.judging.hands import Hands
+from turtle_brick.tools.judging.hands import PATIENCE
 from turtle_brick.tools.judging.names import CENTER
 from turtle_brick.tools.judging.names import NUMBERS
-from turtle_brick.tools.judging.observer import answer
 from turtle_brick.tools.judging.observer import Observer
 from turtle_brick.tools.judging.record import Ask
-from turtle_brick.tools.judging.record import Drive
-from turtle_brick.tools.judging.record import plateau
 from turtle_brick.tools.judging.robot_model import RobotModel
+from turtle_brick.tools.judging.rules import Broken
+from turtle_brick.tools.judging.rules import Open
 from turtle_brick.tools.judging.stalls import StallWatch
 from turtle_brick.turtlesim_kinematics import ARENA_SIZE
 
@@ -54,12 +51,6 @@ LEG = 1.5
 
 SHORTEST_LEG = 0.3
 """Length (m) of a leg of the slowest robots."""
-
-PATIENCE = 3.0
-"""How long (s) something may take that should be done at once."""
-
-REST = 0.3
-"""How long (s) a robot stands still that is at rest."""
 
 TILTS = (0.5, -0.4, 0.25, 0.0)
 """The angles (rad) that are asked for."""
@@ -94,7 +85,7 @@ class Placing(NamedTuple):
     """None where both may be right."""
 
 
-class Trial:
+class Trial(Hands):
     """All that is asked of a graph."""
 
     def __init__(self, graph: Graph, observer: Observer, reaction: float,
@@ -108,9 +99,7 @@ class Trial:
         :param say: told what is being done
         :param limit: time (s) after which nothing new is begun
         """
-        self.graph = graph
-        self.observer = observer
-        self.record = observer.record
+        super().__init__(graph, observer)
         self.reaction = reaction
         self.say = say
         self.end = monotonic() + limit
@@ -131,38 +120,15 @@ class Trial:
                 for start, end in watch.stalls(begin)]
             watch.close()
 
-    def until(self, condition: Callable[[], Any], timeout: float) -> bool:
-        """Wait until a condition holds; tell whether it does."""
-        try:
-            self.graph.spin_until(condition, timeout, '')
-        except TimeoutError:
-            return False
-        return True
-
     # ------------------------------------------------------------------------------- the start
 
     def meet(self, patience: float = 10.0) -> bool:
         """Wait until the graph is there; tell whether there is anything."""
         record = self.record
         self.say('looking for the graph')
-
-        def complete() -> bool:
-            topics = ('pose', 'cmd_vel', 'odom', 'joint_states', 'robot_description')
-            return bool(all(record.topics[name] for name in topics) and record.frame('brick')
-                        and record.frame('platform') and record.markers
-                        and self.has('place') and self.has('drop')
-                        and self.observer.hears_goals())
-
-        self.until(complete, patience)
+        self.until(self.sees_everything, patience)
         self.read_numbers()
         return bool(record.frames or any(record.topics.values()) or self.has('place'))
-
-    def has(self, service: str) -> bool:
-        """Tell whether a service is there."""
-        try:
-            return self.observer.client(service).service_is_ready()
-        except LookupError:
-            return False
 
     def read_numbers(self) -> None:
         """Ask the nodes for the numbers that were not given, and the URDF for the rest."""
@@ -179,41 +145,12 @@ class Trial:
                     number = {2: value.integer_value, 3: value.double_value}.get(value.type, 0.0)
                     if 0.0 < number < 1e9:
                         numbers.setdefault(name, float(number))
-        model = self.model()
+        model = RobotModel.of(self.record)
         if model is not None:
             for name, value in model.numbers(self.record.profile.frames['platform']).items():
                 if value > 0.0 and name not in numbers:
                     numbers[name] = value
                     self.record.profile.guessed.add(name)
-
-    def model(self) -> RobotModel | None:
-        """Return the robot's model, None where there is none."""
-        return RobotModel.of(self.record)
-
-    # ------------------------------------------------------------------------------- the robot
-
-    def robot(self) -> tuple[float, float] | None:
-        """Return where the robot is in the world (m), None where nobody says."""
-        if self.record.topics['pose']:
-            pose = self.record.topics['pose'][-1].message
-            return pose.x, pose.y
-        base = self.record.pose(self.record.profile.frames['base_link'], time_ns())
-        return base.position[:2] if base else None
-
-    def is_at_rest(self) -> bool:
-        """Tell whether the robot has stood still for a while."""
-        since = time_ns() - round(REST * NANOSECONDS)
-        poses = self.record.heard('pose', since)
-        if len(poses) < 3:
-            return False
-        track = [(one.published, (one.message.x, one.message.y, 0.0)) for one in poses]
-        return plateau(track, 1e-3, 0) == track[0][0]
-
-    def number(self, name: str) -> float:
-        """Return a number of the robot, a usual one where none is known."""
-        return self.record.profile.numbers.get(name, {
-            'platform_height': 1.0, 'platform_radius': 0.5, 'wheel_radius': 0.2,
-            'max_velocity': 1.0, 'gravity_accel': 9.81}[name])
 
     def rest(self) -> None:
         """Watch the robot at rest."""
@@ -222,45 +159,20 @@ class Trial:
         self.graph.spin_for(IDLE)
         self.record.idle.append((begin, time_ns()))
 
-    def go(self, goal: tuple[float, float]) -> Drive | None:
-        """Send the robot somewhere and wait until it rests; return the drive, if it is known."""
-        start = self.robot()
-        if start is None:
-            return None
-        begin = time_ns()
-        self.observer.send_goal(*goal)
-        # It has to set off first: what rests in the beginning has not arrived.
-        far = hypot(goal[0] - start[0], goal[1] - start[1]) > 0.02
-
-        def set_off() -> bool:
-            robot = self.robot()
-            return robot is not None and hypot(robot[0] - start[0], robot[1] - start[1]) > 0.01
-
-        if not far or self.until(set_off, PATIENCE):
-            way = hypot(goal[0] - start[0], goal[1] - start[1])
-            self.until(self.is_at_rest, way / self.number('max_velocity') * 2.0 + PATIENCE)
-        drive = Drive(begin, time_ns(), start, goal)
-        self.record.drives.append(drive)
-        return drive
-
     def drive(self) -> None:
         """Drive eight legs, each in another direction, that end where they began."""
         leg = min(LEG, max(SHORTEST_LEG, self.number('max_velocity')))
-        where = self.robot()
-        if where is None or not self.until(self.observer.hears_goals, PATIENCE):
+        if self.go(CENTER) is None:
             self.record.notes.append('nobody hears goal_pose, or says where the robot is')
             return
-        center = self.go(CENTER)
         for number in range(8):
             start = self.robot()
-            if start is None or center is None:
+            if start is None:
                 return
             angle = number * pi / 4.0
             self.say(f'driving {45 * number} degrees')
             drive = self.go((start[0] + leg * cos(angle), start[1] + leg * sin(angle)))
-            robot = self.robot()
-            if drive is None or robot is None or hypot(
-                    robot[0] - start[0], robot[1] - start[1]) < 0.01:
+            if drive is None or self.distance_to(start) < 0.01:
                 self.record.notes.append('the robot does not drive')
                 return
         self.go(CENTER)
@@ -271,90 +183,12 @@ class Trial:
         for angle in TILTS:
             begin = time_ns()
             try:
-                self.until(lambda: self.observer.tilt_type() is not None, 0.0)
                 self.observer.send_tilt(angle)
             except LookupError as error:
                 self.record.tilts.append(Ask(begin, time_ns(), angle, False, False, str(error)))
                 return
             self.graph.spin_for(0.6)
             self.record.tilts.append(Ask(begin, time_ns(), angle))
-
-    # ------------------------------------------------------------------------------- the brick
-
-    def call(self, client: Client, request: Any, what: Any) -> Ask:
-        """Call a service, and return what it said."""
-        begin = time_ns()
-        future = client.call_async(request)
-        if not self.until(future.done, PATIENCE):
-            return Ask(begin, time_ns(), what, False, False, 'no answer')
-        return answer(begin, what, future.result())
-
-    def place(self, place: Vector) -> bool:
-        """Place the brick; tell whether it was done, as far as one is told."""
-        try:
-            if not self.until(lambda: self.has('place'), PATIENCE):
-                raise LookupError('there is no service place')
-            ask = self.call(self.observer.client('place'),
-                            self.observer.request_place(place), place)
-        except LookupError as error:
-            ask = Ask(time_ns(), time_ns(), place, False, False, str(error))
-        if ask.answered:
-            self.graph.spin_for(0.5)
-        self.record.places.append(ask._replace(end=time_ns()))
-        return ask.answered and ask.accepted
-
-    def drop_from(self, place: Vector, watch_end: Callable[[DropWatch], bool] | None = None,
-                  told: Callable[[DropWatch], None] = lambda watch: None) -> DropWatch | None:
-        """
-        Place the brick, drop it and wait until all is over.
-
-        :param place: where (m)
-        :param watch_end: tells when it is over; None: when a caught brick was tipped off and the
-            platform is level, or 0.6 s after any other has come down
-        :param told: called whenever something has been heard
-        :return: What became of it, None if it could not be placed.
-        """
-        if not self.place(place):
-            return None
-        now = time_ns()
-        watch = DropWatch(self.record, now, place, self.record.platform(now - 20_000_000))
-
-        def look() -> None:
-            watch.look()
-            told(watch)
-
-        self.observer.on_news = look
-        try:
-            ask = self.let_go(watch)
-            if not ask.answered or not self.until(lambda: watch.released, PATIENCE):
-                return watch
-            fall = sqrt(2.0 * max(place[2], 0.1) / self.number('gravity_accel'))
-            self.until(lambda: watch.down, fall * 1.5 + PATIENCE)
-            if watch.caught:
-                across = ARENA_SIZE / self.number('max_velocity')
-                self.until(lambda: watch.tilted, across * 1.5 + PATIENCE)
-                self.until(lambda: watch.floated, 2.0 * PATIENCE)
-                self.until(lambda: watch.levelled and self.is_at_rest(), PATIENCE)
-            else:
-                self.graph.spin_for(0.6)
-                self.until(self.is_at_rest, PATIENCE)
-        finally:
-            self.observer.on_news = lambda: None
-            watch.end = time_ns()
-            self.record.drops.append(watch)
-        return watch
-
-    def let_go(self, watch: DropWatch) -> Ask:
-        """Ask for the drop."""
-        watch.asked = time_ns()
-        try:
-            ask = self.call(self.observer.client('drop'), self.observer.request_drop(), 'drop')
-        except LookupError as error:
-            ask = Ask(watch.asked, time_ns(), 'drop', False, False, str(error))
-        if ask.answered:
-            watch.answered = ask.end
-        watch.ask = ask
-        return ask
 
     def placings(self) -> list[Placing]:
         """Return from where bricks are dropped around the robot at the center."""
@@ -378,13 +212,14 @@ class Trial:
 
     def half_height(self) -> float:
         """Return half the brick's height (m), as its marker has it; 0 where none tells."""
-        size = brick_size(self.record)
-        return size[2] / 2.0 if size else 0.0
+        try:
+            return half_height(self.record)
+        except (Broken, Open):
+            return 0.0
 
     def drop_all(self) -> None:
         """Drop one brick after another."""
-        frame = self.record.frame('brick')
-        if frame is None:
+        if self.record.frame('brick') is None:
             self.record.notes.append('there is no brick')
         failures = 0
         for placing in self.placings():
@@ -393,29 +228,17 @@ class Trial:
                 continue
             self.say(f'{placing.words}, at ({placing.place[0]:.2f}, {placing.place[1]:.2f}, '
                      f'{placing.place[2]:.2f})')
-            robot = self.robot()
-            if robot and hypot(robot[0] - CENTER[0], robot[1] - CENTER[1]) > 0.02:
+            if self.distance_to(CENTER) > 0.02:
                 self.go(CENTER)
-            watch = self.drop_from(placing.place)
-            failures += watch is None or watch.released is None
-            if watch is None:
+            ask = self.place(placing.place)
+            if not (ask.answered and ask.accepted):
+                failures += 1
                 continue
+            watch = self.drop(placing.place)
+            failures += watch.released is None
             watch.should = placing.reachable
             if watch.floated and not any(one.left_alone for one in self.record.drops):
                 # Where it floats, it stays, wherever the robot goes.
                 watch.left_alone = time_ns()
                 self.go((CENTER[0] + 0.8, CENTER[1]))
                 watch.end = time_ns()
-
-
-def brick_size(record: Any) -> Vector | None:
-    """Return the size (m) of the brick along its axes as its marker has it, None without one."""
-    frame = record.profile.frames['brick']
-    for heard in reversed(record.markers):
-        marker = heard.marker
-        if marker.header.frame_id.lstrip('/') == frame and marker.type == marker.CUBE:
-            return marker.scale.x, marker.scale.y, marker.scale.z
-    for heard in reversed(record.markers):
-        if 'brick' in heard.topic + heard.marker.ns and heard.marker.type == heard.marker.CUBE:
-            return heard.marker.scale.x, heard.marker.scale.y, heard.marker.scale.z
-    return None
