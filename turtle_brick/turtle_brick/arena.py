@@ -119,14 +119,9 @@ class Arena(Node):
 
         place = self.create_service(Place, 'place', self.on_place)
         drop = self.create_service(Trigger, 'drop', self.on_drop)
-        x, y, z = parameters.brick_start
-        self.commands = (
-            f'ros2 service call {place.service_name} turtle_brick_interfaces/srv/Place '
-            f'"{{location: {{x: {x:g}, y: {y:g}, z: {z:g}}}}}"',
-            f'ros2 service call {drop.service_name} std_srvs/srv/Trigger')
-        """What to type to place the brick and to drop it."""
-        self.get_logger().info(
-            '\n  '.join(('To place the brick and to drop it:', *self.commands)))
+        self.get_logger().info('\n  '.join((
+            'To place the brick and to drop it:',
+            *commands(place.service_name, drop.service_name, parameters.brick_start))))
 
         self.create_timer(MARKER_PERIOD, self.publish_marker)
         self.timer = self.create_timer(STEP * 1e-9, self.on_timer)
@@ -196,6 +191,14 @@ def brick_marker(phase: Phase, size: Vector) -> Marker:
     marker.text = phase.value
     marker.frame_locked = True
     return marker
+
+
+def commands(place: str, drop: str, brick: Vector) -> tuple[str, str]:
+    """Return what to type to place the brick (m) and to drop it, by the names of the services."""
+    x, y, z = brick
+    return (f'ros2 service call {place} turtle_brick_interfaces/srv/Place '
+            f'"{{location: {{x: {x:g}, y: {y:g}, z: {z:g}}}}}"',
+            f'ros2 service call {drop} std_srvs/srv/Trigger')
 
 
 def box(frame: str, namespace: str, number: int, center: Vector, size: Vector, color: Color

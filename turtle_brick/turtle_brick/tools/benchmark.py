@@ -24,10 +24,10 @@ How it is measured:
   same rates and compute nothing (`turtle_brick.tools.benchmark_nodes`). The ratio of the two is
   what the nodes' own work costs.
 * Processor time is the user and system time that Linux books on a process and its threads
-  (/proc/<pid>/stat) over a window, while nobody else listens to what comes 100 or 250 times per
-  second: "idle", the brick hovering and the robot at rest, and "catching", one drop after another.
-  Peak memory is VmHWM, start-up included.
-* Intervals are taken in further windows, with a listener, which costs the publishers some time:
+  (/proc/<pid>/stat) over a window: "idle", the brick hovering and the robot at rest, while nobody
+  else listens to what comes 100 or 250 times per second; and "catching", one drop after another,
+  with one listener more, which drops them. Peak memory is VmHWM, start-up included.
+* Intervals are taken in further windows, with that listener, which costs the publishers some time:
   idle, and under two busy loops beside. Their instants are those at which the middleware took a
   message over for publication (source_timestamp), not those of its arrival here. Given are the
   mean, the 1st, 50th and 99th percentile and the greatest.
@@ -49,6 +49,7 @@ import argparse
 from collections import Counter
 from collections.abc import Iterator
 from collections.abc import Sequence
+from contextlib import contextmanager
 from datetime import datetime
 from datetime import timezone
 from importlib.util import find_spec
@@ -75,13 +76,12 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 from ament_index_python.packages import get_package_share_path
+from rclpy.node import Node
 from rclpy.utilities import get_rmw_implementation_identifier
-from std_srvs.srv import Trigger
 from turtle_brick.arena import STEP
 from turtle_brick.catching import CENTER
 from turtle_brick.frames import BASE_LINK
 from turtle_brick.frames import BRICK
-from turtle_brick.frames import nanoseconds_of
 from turtle_brick.geometry import Vector
 from turtle_brick.interrupts import INTERRUPTS
 from turtle_brick.parameters import load
@@ -90,8 +90,11 @@ from turtle_brick.parameters import Parameters
 from turtle_brick.reaching import guaranteed_distance
 from turtle_brick.tools.domains import reserved_domain
 from turtle_brick.tools.graph import Graph
-from turtle_brick.tools.listening import Observer
-from turtle_brick.tools.listening import Recording
+from turtle_brick.tools.judging.drops import DropWatch
+from turtle_brick.tools.judging.hands import Hands
+from turtle_brick.tools.judging.names import NUMBERS
+from turtle_brick.tools.judging.observer import Observer
+from turtle_brick.tools.judging.record import Record
 from turtle_brick.tools.measuring import BrickSample
 from turtle_brick.tools.measuring import busy_time
 from turtle_brick.tools.measuring import chain
@@ -114,7 +117,6 @@ from turtle_brick.tools.report import report
 from turtle_brick.tools.sweeping import make
 from turtle_brick.tools.sweeping import Plan
 from turtle_brick.tools.sweeping import version
-from turtle_brick_interfaces.srv import Place
 
 START_TIME = 60.0
 """How long (s) processes may take to start and to find each other."""
@@ -125,8 +127,8 @@ WARM_UP = 3.0
 HOVERING = 0.5
 """How long (s) a brick hovers before it is dropped."""
 
-LONGEST_DROP = 30.0
-"""How long (s) a drop may take until the catcher waits again."""
+LEAD = 100_000_000
+"""How long (ns) before a brick is asked to fall its positions are looked at."""
 
 BUSY_LOOPS = 2
 
@@ -142,17 +144,6 @@ class Window(NamedTuple):
     """Cores that each process used."""
     others: float
     """Cores that all programs outside the benchmark used."""
-
-
-class Throw(NamedTuple):
-    """A drop into the live graph."""
-
-    begin: int
-    """Shortly before it was asked for (ns), the brick hovering."""
-    end: int
-    """When all was over (ns)."""
-    outcome: str
-    """'caught', 'refused' or 'missed'."""
 
 
 class Benchmark:
@@ -197,16 +188,26 @@ class Benchmark:
     def with_graph(self, kind: str, composed: bool, measure: Any) -> dict[str, Any]:
         """Start a graph, measure it and end it."""
         with Graph(quiet=True) as watch, Processes() as processes:
-            observer = watch.add(Observer, parameters=False)
             start_graph(processes, watch, kind, composed)
-            self.await_in(watch, processes, observer.is_complete, START_TIME,
-                          'the nodes find each other')
-            recordings = observer.record()
-            self.await_in(watch, processes, lambda: recordings['odom'].published, START_TIME,
-                          'the robot moves or rests')
-            observer.stop_listening()
+            with self.observing(watch, processes) as hands:
+                self.await_in(watch, processes, lambda: is_complete(hands.observer), START_TIME,
+                              'the nodes find each other')
+                self.await_in(watch, processes, lambda: hands.record.topics['odom'], START_TIME,
+                              'the robot moves or rests')
             watch.spin_for(WARM_UP)
-            return measure(watch, processes, observer)
+            return measure(watch, processes)
+
+    @contextmanager
+    def observing(self, watch: Graph, processes: Processes) -> Iterator[Hands]:
+        """Hear the graph, and be heard by it, for a while."""
+        observer = watch.add(Observer, parameters=False, name='benchmark')
+        profile = observer.record.profile
+        profile.numbers.update((name, getattr(self.parameters, name)) for name in NUMBERS)
+        try:
+            yield Hands(watch, observer)
+        finally:
+            watch.remove(observer)
+            processes.check()
 
     @staticmethod
     def await_in(watch: Graph, processes: Processes, condition: Any, timeout: float,
@@ -217,37 +218,39 @@ class Benchmark:
             return condition()
         watch.spin_until(holds, timeout, what)
 
-    def measure_floor(self, watch: Graph, processes: Processes,
-                      observer: Observer) -> dict[str, Any]:
+    def measure_floor(self, watch: Graph, processes: Processes) -> dict[str, Any]:
         """Measure bare nodes, which nobody listens to."""
         window = self.window(processes, lambda: Event().wait(self.options.seconds))
         return {'cores': window.cores, 'memory': memory(processes)}
 
-    def measure(self, watch: Graph, processes: Processes, observer: Observer) -> dict[str, Any]:
+    def measure(self, watch: Graph, processes: Processes) -> dict[str, Any]:
         """Measure the real nodes in every way."""
         seconds = self.options.seconds
         found: dict[str, Any] = {}
         self.say('  idle, nobody listening')
         found['idle'] = self.window(processes, lambda: Event().wait(seconds)).cores
-        self.say('  catching, nobody listening')
         outcomes: Counter = Counter()
+        with self.observing(watch, processes) as hands:
+            self.await_in(watch, processes, hands.sees_everything, START_TIME,
+                          'the nodes find the listener')
 
-        def catch() -> None:
-            end = monotonic() + seconds
-            while monotonic() < end:
-                outcomes[self.throw(watch, processes, observer).outcome] += 1
+            def catch() -> None:
+                end = monotonic() + seconds
+                while monotonic() < end:
+                    outcomes[outcome(self.throw(hands))] += 1
 
-        found['catching'] = self.window(processes, catch).cores
-        found['memory'] = memory(processes)
-        self.say('  idle, listening')
-        found['intervals'], found['drift'] = self.listen(watch, observer)
-        self.say('  under two busy loops, listening')
-        with Processes() as loops:
-            for number in range(BUSY_LOOPS):
-                loops.start(f'loop{number}', sys.executable, '-c', 'while True: pass')
-            found['intervals_busy'], found['drift_busy'] = self.listen(watch, observer)
-        self.say(f'  {self.options.drops} drops')
-        found['latency'] = self.measure_latency(watch, processes, observer, outcomes)
+            self.say('  catching, listening')
+            found['catching'] = self.window(processes, catch).cores
+            found['memory'] = memory(processes)
+            self.say('  idle, listening')
+            found['intervals'], found['drift'] = self.listen(hands)
+            self.say('  under two busy loops, listening')
+            with Processes() as loops:
+                for number in range(BUSY_LOOPS):
+                    loops.start(f'loop{number}', sys.executable, '-c', 'while True: pass')
+                found['intervals_busy'], found['drift_busy'] = self.listen(hands)
+            self.say(f'  {self.options.drops} drops')
+            found['latency'] = self.measure_latency(hands, outcomes)
         found['outcomes'] = dict(outcomes)
         return found
 
@@ -267,32 +270,21 @@ class Benchmark:
         self.others.append(max(others, 0.0))
         return Window(seconds, cores, others)
 
-    def throw(self, watch: Graph, processes: Processes, observer: Observer) -> Throw:
+    def throw(self, hands: Hands) -> DropWatch:
         """
         Place a brick where it can be caught, drop it and wait until all is over.
 
-        :param watch: the graph that the observer is in
-        :param processes: the nodes
-        :param observer: calls the services
-        :return: How it went.
-        :raises ValueError: a service has refused
+        :raises ValueError: a service has refused, or did not answer
         """
         x, y, z = self.brick()
-        request = Place.Request()
-        request.location.x, request.location.y, request.location.z = x, y, z
-        self.call(watch, processes, observer.place_client, request)
-        watch.spin_for(HOVERING / 2.0)
-        begin = time_ns()
-        watch.spin_for(HOVERING / 2.0)
-        observer.expect_drop()
-        self.call(watch, processes, observer.drop_client, Trigger.Request())
-        try:
-            self.await_in(watch, processes, lambda: observer.levelled or observer.refused,
-                          LONGEST_DROP, 'the drop ends')
-        except TimeoutError:
-            # Said to be reachable, and not caught: that happens where a machine has no time.
-            return Throw(begin, time_ns(), 'missed')
-        return Throw(begin, time_ns(), 'refused' if observer.refused else 'caught')
+        asked = hands.place((x, y, z), HOVERING)
+        if asked.accepted:
+            drop = hands.drop((x, y, z))
+            assert drop.ask is not None
+            asked = drop.ask
+        if not asked.accepted:
+            raise ValueError(asked.words)
+        return drop
 
     def brick(self) -> Vector:
         """Return where to drop the next brick, so that the robot has to move and can make it."""
@@ -301,43 +293,31 @@ class Benchmark:
         angle = self.random.uniform(-pi, pi)
         return CENTER[0] + distance * cos(angle), CENTER[1] + distance * sin(angle), z
 
-    def call(self, watch: Graph, processes: Processes, client: Any, request: Any) -> None:
-        """Call a service; ValueError with its reason if it refuses."""
-        future = client.call_async(request)
-        self.await_in(watch, processes, future.done, 10.0, f'{client.srv_name} answers')
-        if not future.result().success:
-            raise ValueError(f'{client.srv_name}: {future.result().message}')
-
-    def listen(self, watch: Graph, observer: Observer) -> tuple[dict[str, Any], Drift]:
+    def listen(self, hands: Hands) -> tuple[dict[str, Any], Drift]:
         """Return the spreads of all intervals over a window, and the drift of the physics."""
-        recordings = observer.record()
-        watch.spin_for(self.options.seconds)
-        observer.stop_listening()
-        steps: list[tuple[int, int]] = []
-        instants: dict[str, list[int]] = {
-            name: recordings[name].published for name in ('cmd_vel', 'odom', 'joint_states')}
-        instants.update({'odom -> base_link': [], 'world -> brick': []})
-        for published, message in recordings['tf'].messages():
-            children = [transform.child_frame_id for transform in message.transforms]
-            if BASE_LINK in children:
-                instants['odom -> base_link'].append(published)
-            if BRICK in children:
-                instants['world -> brick'].append(published)
-                steps += [(nanoseconds_of(transform.header.stamp), published)
-                          for transform in message.transforms]
+        begin = time_ns()
+        hands.graph.spin_for(self.options.seconds)
+        hands.observer.fetch()
+        record = hands.record
+        instants = {name: [heard.published for heard in record.heard(name, begin)]
+                    for name in ('cmd_vel', 'odom', 'joint_states')}
+        steps = []
+        for label, frame in (('odom -> base_link', BASE_LINK), ('world -> brick', BRICK)):
+            heard = record.frames[frame].since(begin)
+            # Several steps may come in one message.
+            instants[label] = sorted({published for _, published in heard})
+            if frame == BRICK:
+                steps = heard
         return ({name: spread(intervals(published)) for name, published in instants.items()},
                 drift([stamp for stamp, _ in steps], [published for _, published in steps], STEP))
 
-    def measure_latency(self, watch: Graph, processes: Processes, observer: Observer,
-                        outcomes: Counter) -> list[dict[str, float]]:
+    def measure_latency(self, hands: Hands, outcomes: Counter) -> list[dict[str, float]]:
         """Return the chain of each of some drops, and count how they ended."""
         chains = []
         for _ in range(self.options.drops):
-            recordings = observer.record()
-            drop = self.throw(watch, processes, observer)
-            observer.stop_listening()
-            outcomes[drop.outcome] += 1
-            links = chain(events(recordings, drop.begin, drop.end))
+            drop = self.throw(hands)
+            outcomes[outcome(drop)] += 1
+            links = chain(events(hands.record, drop.begin - LEAD, drop.end))
             if links is not None:
                 chains.append(links)
         if not chains:
@@ -345,29 +325,41 @@ class Benchmark:
         return chains
 
 
-def events(recordings: dict[str, Recording], begin: int, end: int) -> Events:
-    """Return what was heard in a stretch of time (ns), as `measuring.chain` wants it."""
-    def part(name: str) -> Iterator[tuple[int, Any]]:
-        return ((published, message) for published, message in recordings[name].messages()
-                if begin <= published <= end)
+def is_complete(node: Node) -> bool:
+    """Tell whether every node of a graph has all that it publishes and hears."""
+    # One more hears everything: the node itself.
+    return (node.count_publishers('/tf') == 3
+            and node.count_subscribers('/tf') == 3
+            and all(node.count_publishers(topic) == 1 for topic in (
+                'odom', 'turtle1/pose', 'turtle1/cmd_vel', 'joint_states', 'goal_pose'))
+            and all(node.count_subscribers(topic) == 2 for topic in (
+                'turtle1/pose', 'turtle1/cmd_vel', 'joint_states', 'goal_pose'))
+            and node.count_services('place') == 1 and node.count_services('drop') == 1)
 
-    brick: list[BrickSample] = []
-    transforms: list[RobotPlace] = []
-    for published, message in part('tf'):
-        for transform in message.transforms:
-            place = transform.transform.translation
-            if transform.child_frame_id == BRICK:
-                brick.append(BrickSample(
-                    nanoseconds_of(transform.header.stamp), published, place.z))
-            elif transform.child_frame_id == BASE_LINK:
-                transforms.append(RobotPlace(published, place.x, place.y))
+
+def outcome(drop: DropWatch) -> str:
+    """Return how a drop ended: 'caught', 'refused' or 'missed'."""
+    return 'caught' if drop.caught else 'refused' if drop.refusals else 'missed'
+
+
+def events(record: Record, begin: int, end: int) -> Events:
+    """Return what was heard in a stretch of time (ns), as `measuring.chain` wants it."""
+    transforms = [(published, sample) for published, sample in zip(
+        record.frames[BASE_LINK].published, record.frames[BASE_LINK].samples)
+        if begin <= published <= end]
+    brick = [(published, sample) for published, sample in zip(
+        record.frames[BRICK].published, record.frames[BRICK].samples)
+        if begin <= published <= end]
     return Events(
-        brick=brick, goals=[published for published, _ in part('goal')],
-        commands=[(published, hypot(message.linear.x, message.linear.y))
-                  for published, message in part('cmd_vel')],
-        poses=[RobotPlace(published, message.x, message.y)
-               for published, message in part('pose')],
-        transforms=transforms)
+        brick=[BrickSample(sample.stamp, published, sample.pose.position[2])
+               for published, sample in brick],
+        goals=[heard.published for heard in record.heard('goal_pose', begin, end)],
+        commands=[(heard.published, hypot(heard.message.linear.x, heard.message.linear.y))
+                  for heard in record.heard('cmd_vel', begin, end)],
+        poses=[RobotPlace(heard.published, heard.message.x, heard.message.y)
+               for heard in record.heard('pose', begin, end)],
+        transforms=[RobotPlace(published, *sample.pose.position[:2])
+                    for published, sample in transforms])
 
 
 def mean_floor(before: dict[str, Any], after: dict[str, Any]) -> dict[str, Any]:

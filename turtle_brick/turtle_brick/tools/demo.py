@@ -16,7 +16,7 @@
 demo: the whole graph in one process, and bricks that are dropped into it.
 
 Without arguments two bricks are placed and dropped, one that can be caught and one that can't.
-What happens is told as it happens, like a match on the radio, and summed up in the end. The
+What happens is told as it happens, and summed up in the end. The
 status is 0 only if everything went as it should: what was said to be reachable was caught,
 carried to the center and tipped off, and what can be caught in time was not called Unreachable.
 """
@@ -28,43 +28,36 @@ from collections.abc import Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from math import cos
-from math import hypot
+from math import dist
 from math import inf
-from math import isfinite
 from math import pi
 from math import sin
+from math import sqrt
 import os
 from random import Random
 import sys
 from time import monotonic
+from time import time_ns
 from typing import Any
-from typing import NamedTuple
 
 from ament_index_python.packages import get_package_share_path
 from ament_index_python.packages import PackageNotFoundError
-from geometry_msgs.msg import PoseStamped
-from rclpy.client import Client
-from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
+from turtle_brick.arena import commands
 from turtle_brick.catching import CENTER
-from turtle_brick.catching import NANO
-from turtle_brick.catching import State
 from turtle_brick.driving import within_arena
 from turtle_brick.frames import BASE_LINK
 from turtle_brick.frames import BRICK
-from turtle_brick.frames import WORLD
 from turtle_brick.geometry import Vector
 from turtle_brick.interrupts import INTERRUPTS
 from turtle_brick.parameters import load
 from turtle_brick.parameters import ParameterError
 from turtle_brick.parameters import Parameters
-from turtle_brick.physics import Phase
-from turtle_brick.reaching import Decision
 from turtle_brick.reaching import guaranteed_distance
 from turtle_brick.reaching import resting_height
 from turtle_brick.spinning import spare_collector
+from turtle_brick.step_clock import NANO
 from turtle_brick.tools.domains import DomainError
 from turtle_brick.tools.domains import DOMAINS
 from turtle_brick.tools.domains import is_empty
@@ -72,11 +65,14 @@ from turtle_brick.tools.domains import keep_to_this_machine
 from turtle_brick.tools.domains import LAST_DOMAIN
 from turtle_brick.tools.domains import reserved_domain
 from turtle_brick.tools.graph import Graph
+from turtle_brick.tools.judging.drops import DropWatch
+from turtle_brick.tools.judging.hands import Hands
+from turtle_brick.tools.judging.names import NUMBERS
+from turtle_brick.tools.judging.names import Profile
+from turtle_brick.tools.judging.observer import Observer
+from turtle_brick.tools.judging.record import Ask
 from turtle_brick.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.view.polling import PollingNode
-from turtle_brick_interfaces.srv import Place
-from turtlesim.msg import Pose as TurtlePose
-from visualization_msgs.msg import Marker
 
 START_TIME = 30.0
 """How long (s) the graph may take to come up."""
@@ -133,85 +129,48 @@ class Lookout(PollingNode):
             *['serves drop'] * bool(self.count_services('drop'))])
 
 
-class Referee(Node):
-    """Place and drop the brick, and see where the turtle is."""
+class Outcome:
+    """What became of a brick, against what physics says; lengths in m, times in s."""
 
-    def __init__(self, **node_options: Any) -> None:
-        """Look at nothing yet."""
-        super().__init__('demo', **node_options)
-        self.place_client = self.create_client(Place, 'place')
-        self.drop_client = self.create_client(Trigger, 'drop')
-        self.pose = TurtlePose()
-        self.pose_times: list[float] = []
-        self.verdicts = 0
-        self.goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', 10)
-        self.create_subscription(TurtlePose, 'turtle1/pose', self.on_pose, 100)
-        self.create_subscription(Marker, 'catcher_marker', self.on_marker, 10)
+    def __init__(self, watch: DropWatch, parameters: Parameters) -> None:
+        """
+        Compare.
 
-    def on_pose(self, message: TurtlePose) -> None:
-        """Take note of where the turtle is, and when."""
-        self.pose = message
-        self.pose_times.append(monotonic())
-
-    def pose_rate(self) -> float:
-        """Return the rate (Hz) of the poses heard so far."""
-        times = self.pose_times
-        return (len(times) - 1) / (times[-1] - times[0])
-
-    def send(self, x: float, y: float) -> None:
-        """Send the robot to a point of the world (m)."""
-        goal = PoseStamped()
-        goal.header.frame_id = WORLD
-        goal.pose.position.x, goal.pose.position.y = x, y
-        goal.pose.orientation.w = 1.0
-        self.goal_publisher.publish(goal)
-
-    def on_marker(self, message: Marker) -> None:
-        """Count how often the brick has been called unreachable."""
-        self.verdicts += message.text == 'Unreachable'
-
-
-class Outcome(NamedTuple):
-    """What became of a brick; lengths in m, times in s."""
-
-    brick: Vector
-    distance: float
-    """From the robot at rest to the brick, before the drop."""
-    limit: float
-    """The distance within which a catch is promised."""
-    decision: Decision | None
-    predicted: float
-    """From release to contact, as the catcher reckons."""
-    unreachable: bool
-    """Whether the marker said so, once."""
-    caught: bool
-    fall_time: float
-    carried_to: tuple[float, float] | None
-    slide_time: float
-    finished: bool
+        :param watch: what was seen
+        :param parameters: the physical numbers
+        """
+        self.watch = watch
+        depth = watch.place[2] - resting_height(parameters)
+        self.due = sqrt(2.0 * max(depth, 0.0) / parameters.gravity_accel)
+        """Time of the fall to where the brick would lie on the platform, in closed form."""
+        self.way = max(watch.distance - parameters.platform_radius, 0.0) / parameters.max_velocity
+        """Time that the robot drives at least until its platform is below the brick."""
+        inside = within_arena(*watch.place[:2]) == watch.place[:2]
+        self.promised = guaranteed_distance(watch.place[2], parameters) if inside else -inf
+        """How far from the robot the brick may be and is sure to be caught."""
 
     @property
     def faults(self) -> list[str]:
         """Return what went wrong, in words."""
-        found = []
-        reachable = self.decision is not None and self.decision.reachable
-        if self.decision is None:
-            found.append('the catcher has not seen it fall')
-        if reachable == self.unreachable:
-            found.append('the marker does not say what was decided')
-        if reachable and not self.caught:
-            found.append('said to be reachable, but not caught')
-        if not reachable and self.distance <= self.limit:
-            found.append(f'called Unreachable within the promised {self.limit:.2f} m')
-        if self.caught and not self.finished:
+        watch, found = self.watch, []
+        if watch.down is None:
+            found.append('it has not come down')
+        if len(watch.refusals) > 1:
+            found.append('called Unreachable more than once')
+        if not watch.refusals and not watch.caught:
+            found.append('not called Unreachable, but not caught')
+        if watch.refusals and watch.caught:
+            found.append('called Unreachable, but caught')
+        if watch.refusals and watch.distance <= self.promised:
+            found.append(f'called Unreachable within the promised {self.promised:.2f} m')
+        if watch.caught and watch.floated is None:
             found.append('caught, but not tipped off')
-        if self.carried_to is not None and hypot(
-                self.carried_to[0] - CENTER[0], self.carried_to[1] - CENTER[1]) > NEAR_CENTER:
+        if watch.carried_to is not None and dist(watch.carried_to, CENTER) > NEAR_CENTER:
             found.append('tilted away from the center')
         return found
 
 
-class Match:
+class Match(Hands):
     """The graph, and the bricks that are dropped into it."""
 
     def __init__(self, graph: Graph, parameters: Parameters,
@@ -224,134 +183,123 @@ class Match:
         :param hovering_time: how long (s) a brick hovers before it is dropped
         """
         self.hovering_time = hovering_time
-        self.graph = graph
         self.parameters = parameters
         self.start = monotonic()
         graph.add_turtlesim()
         graph.add_robot_state_publisher()
-        self.robot = graph.add_robot()
-        self.arena = graph.add_arena()
-        self.catcher = graph.add_catcher()
-        self.referee = graph.add(Referee, parameters=False)
+        graph.add_robot()
+        graph.add_arena()
+        graph.add_catcher()
+        profile = Profile()
+        profile.numbers.update(
+            (name, getattr(parameters, name)) for name in NUMBERS)
+        super().__init__(graph, graph.add(
+            Observer, parameters=False, profile=profile, name='demo'))
 
     def say(self, text: str) -> None:
         """Tell what happens, with the time since the start."""
         print(f'{monotonic() - self.start:7.2f} s  {text}', flush=True)
 
-    def kick_off(self) -> None:
+    def await_graph(self) -> None:
         """Wait until every part sees every other."""
-        referee, spin = self.referee, self.graph.spin_until
-        spin(lambda: referee.pose_times, START_TIME, 'turtlesim publishes turtle1/pose')
-        self.say(f'turtlesim is up, the turtle at ({referee.pose.x:.2f}, {referee.pose.y:.2f})')
-        spin(lambda: self.robot.cmd_vel_publisher.get_subscription_count() > 0, START_TIME,
-             'turtlesim listens to cmd_vel')
-        spin(lambda: self.catcher.complete and self.arena.world.platform is not None, START_TIME,
-             'the transforms of robot and brick are there')
-        spin(lambda: referee.place_client.service_is_ready()
-             and referee.drop_client.service_is_ready(), START_TIME, 'the arena serves')
+        self.graph.spin_until(self.robot, START_TIME, 'turtlesim publishes turtle1/pose')
+        self.say('turtlesim is up, the turtle at ({:.2f}, {:.2f})'.format(*self.robot_place()))
+        self.graph.spin_until(self.sees_everything, START_TIME,
+                              'robot, arena and catcher see each other')
         self.refuse_company()
         self.say('robot, arena and catcher see each other')
 
     def refuse_company(self) -> None:
         """Raise CompanyError if another robot has come, as when two demos start at once."""
-        if self.referee.count_publishers('turtle1/pose') > 1:
+        if self.observer.count_publishers('turtle1/pose') > 1:
             raise CompanyError('also publishes turtle1/pose')
+
+    def robot_place(self) -> tuple[float, float]:
+        """Return where the robot is (m in the world); it is known once the graph is there."""
+        place = self.robot()
+        assert place is not None
+        return place
 
     def warm_up(self) -> None:
         """Drive a square by goal_pose, and tell how often turtlesim says where the turtle is."""
-        referee, driver, spin = self.referee, self.robot.driver, self.graph.spin_until
-        spin(lambda: referee.goal_publisher.get_subscription_count() > 0, START_TIME,
-             'the robot listens to goal_pose')
-        referee.pose_times.clear()
+        begin = time_ns()
         x, y = CENTER
         side = SQUARE / 2.0
         for corner in ((x - side, y - side), (x + side, y - side), (x + side, y + side),
                        (x - side, y + side), (x - side, y - side), CENTER):
-            referee.send(*corner)
-            spin(lambda: driver.goal == within_arena(*corner) and self.is_at_rest(), START_TIME,
-                 'the robot drives to ({:.2f}, {:.2f})'.format(*corner))
+            self.go(corner)
+            if self.distance_to(corner) > NEAR_CENTER:
+                raise TimeoutError('the robot does not drive to ({:.2f}, {:.2f})'.format(*corner))
             self.say('driven to ({:.3f}, {:.3f}), there at ({:.3f}, {:.3f})'.format(
-                *corner, referee.pose.x, referee.pose.y))
-        self.say(f'turtle1/pose arrives at {referee.pose_rate():.1f} Hz')
+                *corner, *self.robot_place()))
+        poses = self.record.heard('pose', begin)
+        seconds = (poses[-1].published - poses[0].published) * NANO
+        self.say(f'turtle1/pose comes at {(len(poses) - 1) / seconds:.1f} Hz')
 
-    def is_at_rest(self) -> bool:
-        """Tell whether the robot stands at its goal."""
-        return self.robot.driver.arrived and self.referee.pose.linear_velocity == 0.0
-
-    def robot_place(self) -> tuple[float, float]:
-        """Return where the robot is (m in the world), as it itself knows since the kick-off."""
-        pose = self.robot.driver.pose
-        assert pose is not None
-        return pose.x, pose.y
-
-    def call(self, client: Client, request: Any) -> None:
-        """Call a service of the arena; a refusal ends the demo with its reason."""
-        future = client.call_async(request)
-        self.graph.spin_until(future.done, 5.0, f'{client.srv_name} answers')
-        response = future.result()
-        if not response.success:
-            raise ValueError(f'{client.srv_name}: {response.message}')
-
-    def drop(self, brick: Vector) -> Outcome:
+    def show(self, brick: Vector) -> Outcome:
         """Place a brick, drop it, and tell and return what becomes of it."""
-        world, catcher, spin = self.arena.world, self.catcher.catcher, self.graph.spin_until
         self.refuse_company()
-        request = Place.Request()
-        request.location.x, request.location.y, request.location.z = brick
-        self.call(self.referee.place_client, request)
-        x, y = self.robot_place()
-        distance = hypot(brick[0] - x, brick[1] - y)
+        self._accept(self.place(brick, 0.0))
         self.say('the brick hovers at ({:.2f}, {:.2f}, {:.2f})'.format(*brick)
-                 + f', {distance:.2f} m from the robot')
+                 + f', {self.distance_to(brick[:2]):.2f} m from the robot')
         self.graph.spin_for(self.hovering_time)
-        before, verdicts = catcher.decision, self.referee.verdicts
-        self.call(self.referee.drop_client, Trigger.Request())
-        self.say('it is let go')
-        longest = 60.0 + ARENA_SIZE * 1.5 / self.parameters.max_velocity
-        spin(lambda: world.phase is not Phase.FALLING or catcher.decision is not before,
-             longest, 'the catcher decides')
-        decision = catcher.decision if catcher.decision is not before else None
-        if decision is not None and decision.reachable:
-            self.say(f'reachable: down in {decision.available:.2f} s, '
-                     f'{decision.needed:.2f} s needed, {decision.margin:.2f} s to spare')
-        elif decision is not None:
-            self.say(f'Unreachable: {decision.reason}')
-        spin(lambda: world.phase is not Phase.FALLING, longest, 'the brick is down')
-        fall_time = world.fall_time
-        caught = world.phase is Phase.RIDING
-        self.say(f'{"caught" if caught else "on the ground"} at '
-                 '({:.2f}, {:.2f}, {:.2f})'.format(*world.brick) + f' after {fall_time:.3f} s, '
-                 'the robot at ({:.2f}, {:.2f})'.format(*self.robot_place()))
-        carried_to, slide_time = None, 0.0
-        if caught:
-            spin(lambda: catcher.state in (State.TILTING, State.WAITING), longest,
-                 'the brick is carried to the center')
-            carried_to = self.robot_place()
-            self.say(f'at the center, ({carried_to[0]:.3f}, {carried_to[1]:.3f}): tilting')
-            tilted = monotonic()
-            spin(lambda: world.phase is not Phase.RIDING or catcher.state is State.WAITING,
-                 longest, 'the brick slides off')
-            slide_time = monotonic() - tilted
-            self.say(f'the brick is {world.phase.value} at '
-                     '({:.2f}, {:.2f}, {:.2f})'.format(*world.brick))
-        spin(lambda: catcher.state is State.WAITING, longest, 'the catcher waits again')
-        if decision is not None and not decision.reachable:
-            spin(lambda: self.referee.verdicts > verdicts, 5.0, 'the marker says Unreachable')
+        teller = Teller(self)
+        watch = self.drop(brick, teller.tell)
+        assert watch.ask is not None
+        self._accept(watch.ask)
         self.say('the platform is level, the robot waits')
-        predicted = inf
-        if decision is not None:
-            predicted = ((decision.contact - decision.fall.stamp) * NANO
-                         + decision.fall.speed / self.parameters.gravity_accel)
-        return Outcome(
-            brick, distance, self.promised(brick), decision, predicted,
-            self.referee.verdicts == verdicts + 1, caught, fall_time, carried_to,
-            slide_time, world.phase is Phase.FLOATING)
+        return Outcome(watch, self.parameters)
 
-    def promised(self, brick: Vector) -> float:
-        """Return how far from the robot (m) a brick may be and is sure to be caught."""
-        if within_arena(brick[0], brick[1]) != (brick[0], brick[1]):
-            return -inf
-        return guaranteed_distance(brick[2], self.parameters)
+    @staticmethod
+    def _accept(ask: Ask) -> None:
+        """Raise what a service says that refuses, or does not answer."""
+        if not ask.answered:
+            raise TimeoutError(ask.words)
+        if not ask.accepted:
+            raise ValueError(ask.words)
+
+
+class Teller:
+    """Tell what becomes of a brick as it happens, each thing once."""
+
+    def __init__(self, match: Match) -> None:
+        """
+        Begin with the next brick.
+
+        :param match: what it is dropped into
+        """
+        self._match = match
+        self._told: set[str] = set()
+
+    def tell(self, watch: DropWatch) -> None:
+        """Tell what has come to be known."""
+        outcome = Outcome(watch, self._match.parameters)
+        if watch.released is not None:
+            self._say('released', 'it is let go')
+        if watch.decided is not None and watch.released is not None:
+            time = f'{max(watch.decided - watch.released, 0) * NANO:.3f} s after the release'
+            if watch.refusals:
+                self._say('decided', f'Unreachable, said {time}: it falls for '
+                          f'{outcome.due:.2f} s, the way takes {outcome.way:.2f} s')
+            else:
+                self._say('decided', f'reachable, decided {time}: it falls for '
+                          f'{outcome.due:.2f} s, the way takes {outcome.way:.2f} s')
+        if watch.landed is not None:
+            self._say('down', f'{"caught" if watch.caught else "on the ground"} at '
+                      '({:.2f}, {:.2f}, {:.2f})'.format(*watch.landed)
+                      + f' after {watch.fall_time:.3f} s, the robot at '
+                      '({:.2f}, {:.2f})'.format(*self._match.robot_place()))
+        if watch.carried_to is not None:
+            self._say('carried', 'at the center, ({:.3f}, {:.3f}): tilting'.format(
+                *watch.carried_to))
+        if watch.floated is not None:
+            self._say('floats', f'the brick has slid off and floats, {watch.slide_time:.2f} s '
+                      'after the tilt began')
+
+    def _say(self, what: str, text: str) -> None:
+        if what not in self._told:
+            self._told.add(what)
+            self._match.say(text)
 
 
 def random_bricks(match: Match, seed: int, count: int) -> Iterator[Vector]:
@@ -383,27 +331,27 @@ def two_bricks(parameters: Parameters) -> list[Vector]:
 
 def report(outcomes: Sequence[Outcome]) -> None:
     """Print the summary."""
-    print('\n   brick at            distance  promised  verdict      predicted  actual   margin'
-          '   carried to      slide')
+    print('\n   brick at            distance   fall     way      said         came down'
+          '         carried to      tipped off')
     for outcome in outcomes:
-        decision = outcome.decision
-        row = '  ({:5.2f}, {:5.2f}, {:5.2f})'.format(*outcome.brick)
-        row += f'  {outcome.distance:6.2f} m  {max(outcome.limit, 0.0):6.2f} m'
-        if decision is None:
-            print(row + '  not seen')
-            continue
-        row += '  reachable  ' if decision.reachable else '  Unreachable'
-        if isfinite(decision.margin):
-            row += f'  {outcome.predicted:7.3f} s'
-            row += f'  {outcome.fall_time:.3f} s  {decision.margin:+.3f} s'
-        if outcome.carried_to is not None:
-            row += '  ({:.3f}, {:.3f})'.format(*outcome.carried_to)
-            row += f'  {outcome.slide_time:.2f} s'
+        watch = outcome.watch
+        row = '  ({:5.2f}, {:5.2f}, {:5.2f})'.format(*watch.place)
+        row += f'  {watch.distance:6.2f} m  {outcome.due:.3f} s  {outcome.way:.3f} s  '
+        row += 'Unreachable' if watch.refusals else 'reachable  '
+        if watch.down is not None:
+            row += f'  {"caught" if watch.caught else "ground"}, {watch.fall_time:.3f} s'
+        if watch.carried_to is not None:
+            row += '  ({:.3f}, {:.3f})'.format(*watch.carried_to)
+        if watch.floated is not None:
+            row += f'  in {watch.slide_time:.2f} s'
         print(row)
         for fault in outcome.faults:
             print(f'      FAULT: {fault}')
-    caught = sum(outcome.caught for outcome in outcomes)
-    refused = sum(outcome.unreachable for outcome in outcomes)
+    print("  fall: from the release to the platform's height; way: the time for which the robot "
+          'drives at\n  max_velocity until its platform is below the brick, after the 0.11 s that '
+          'its commands take')
+    caught = sum(outcome.watch.caught for outcome in outcomes)
+    refused = sum(bool(outcome.watch.refusals) for outcome in outcomes)
     faults = sum(bool(outcome.faults) for outcome in outcomes)
     print(f'\n{len(outcomes)} dropped: {caught} caught, {refused} Unreachable, {faults} at fault')
 
@@ -497,7 +445,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
 def play(match: Match, options: argparse.Namespace) -> int:
     """Drop the bricks that are asked for; return the exit status."""
-    match.kick_off()
+    match.await_graph()
     spare_collector()
     match.warm_up()
     bricks: Iterable[Vector]
@@ -508,17 +456,18 @@ def play(match: Match, options: argparse.Namespace) -> int:
     outcomes = []
     for brick in bricks:
         print()
-        outcomes.append(match.drop(brick))
+        outcomes.append(match.show(brick))
     report(outcomes)
     good = not any(outcome.faults for outcome in outcomes)
     if not options.drops and not options.place:
-        good = good and outcomes[0].caught and outcomes[1].unreachable
+        good = good and outcomes[0].watch.caught and bool(outcomes[1].watch.refusals)
     if sys.stdin.isatty() and sys.stdout.isatty():
         domain = os.environ.get('ROS_DOMAIN_ID') or '0'
         prefix = '' if domain == '0' else f'ROS_DOMAIN_ID={domain} '
         print('\nThe graph stays up until Ctrl-C. In another terminal, after "source '
               'turtle_brick/scripts/env.bash":\n',
-              *(f'  {prefix}{command}' for command in match.arena.commands), '', sep='\n')
+              *(f'  {prefix}{command}' for command in commands(
+                  '/place', '/drop', match.parameters.brick_start)), '', sep='\n')
         match.graph.spin_until(lambda: False, inf, 'Ctrl-C')
     return 0 if good else 1
 

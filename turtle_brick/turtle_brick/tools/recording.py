@@ -171,11 +171,11 @@ def perform(bricks: Sequence[Vector] | None) -> tuple[Log, int, int]:
     with Graph(quiet=True) as graph:
         recorder = graph.add(Recorder, parameters=False)
         match = Match(graph, parameters)
-        match.kick_off()
+        match.await_graph()
         start = recorder.now()
         graph.spin_for(BEFORE)
         for brick in bricks or two_bricks(parameters):
-            outcome = match.drop(brick)
+            outcome = match.show(brick)
             if outcome.faults:
                 raise RuntimeError('the graph has not done what it should, as on a machine that '
                                    f'is too busy: {", ".join(outcome.faults)}')

@@ -30,7 +30,7 @@ from turtle_brick.tools.judging.record import inclination
 from turtle_brick.tools.judging.record import plateau
 from turtle_brick.tools.judging.record import Record
 
-MOVED = 1e-4
+MOVED = 1e-5
 """How far (m) below its place a brick falls."""
 
 STILL = 1e-3

@@ -100,6 +100,12 @@ class Frame:
         """Return how often a publisher's count went back: for one publisher never."""
         return sum(later < earlier for earlier, later in zip(self.numbers, self.numbers[1:]))
 
+    def since(self, begin: int) -> list[tuple[int, int]]:
+        """Return stamps and publications (ns) of what was published from an instant (ns) on."""
+        first = bisect_left(self.published, begin)
+        return [(sample.stamp, published) for sample, published in zip(
+            self.samples[first:], self.published[first:])]
+
     def between(self, begin: int, end: int) -> list[Sample]:
         """Return the transforms with stamps in a span of time (ns)."""
         first = bisect_left(self.samples, begin, key=lambda one: one.stamp)
