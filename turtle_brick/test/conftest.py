@@ -53,6 +53,10 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ.pop('ROS_STATIC_PEERS', None)
     os.environ['ROS_DOMAIN_ID'] = str(_session.enter_context(reserved_domain()))
     config.pluginmanager.register(Steadiness())
+    if find_spec('hypothesis') is not None:
+        from hypothesis import settings
+        settings.register_profile('untimed', deadline=None)  # time tells of the machine
+        settings.load_profile('untimed')
     os.environ['ROS_LOG_DIR'] = _session.enter_context(
         tempfile.TemporaryDirectory(prefix='turtle_brick_test_'))
 
