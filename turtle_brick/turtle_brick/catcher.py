@@ -128,7 +128,7 @@ class CatcherNode(Node):
             self.log_what_is_missing()
 
     def is_heard(self) -> bool:
-        """Tell whether a robot subscribes to the orders; else no brick is promised to be caught."""
+        """Tell whether a robot subscribes to the orders; else no brick is called reachable."""
         return all(publisher.get_subscription_count() > 0
                    for publisher in (self.goal_publisher, self.tilt_publisher))
 
