@@ -47,6 +47,9 @@ from rclpy.time import Time
 from std_srvs.srv import Trigger
 from tf2_ros import Buffer
 from tf2_ros import TransformBroadcaster
+from turtle_brick.colors import BRICK_COLORS
+from turtle_brick.colors import Color
+from turtle_brick.colors import WALL_COLOR
 from turtle_brick.executor import make_executor
 from turtle_brick.frames import BRICK
 from turtle_brick.frames import GuardedListener
@@ -76,19 +79,6 @@ arrives before its frame is known, as may happen during discovery."""
 
 WALL_THICKNESS = 0.1
 """Thickness of the walls (m), which stand outside the arena."""
-
-Color = tuple[float, float, float, float]
-"""Red, green, blue and alpha, in [0, 1]."""
-
-WALL_COLOR = (0.55, 0.62, 0.72, 1.0)
-
-BRICK_COLORS = {
-    Phase.HOVERING: (0.80, 0.25, 0.15, 1.0),
-    Phase.FALLING: (1.00, 0.50, 0.00, 1.0),
-    Phase.RIDING: (0.20, 0.70, 0.25, 1.0),
-    Phase.FLOATING: (0.65, 0.35, 0.85, 1.0),
-    Phase.GROUNDED: (0.45, 0.30, 0.25, 1.0),
-}
 
 
 class Arena(Node):

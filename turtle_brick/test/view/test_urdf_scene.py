@@ -24,7 +24,7 @@ from turtle_brick.geometry import rotate
 from turtle_brick.parameters import default_path
 from turtle_brick.parameters import load
 from turtle_brick.view.urdf_scene import from_rpy
-from turtle_brick.view.urdf_scene import GREY
+from turtle_brick.view.urdf_scene import GRAY
 from turtle_brick.view.urdf_scene import LONGEST
 from turtle_brick.view.urdf_scene import parse_urdf
 from turtle_brick.view.urdf_scene import UrdfError
@@ -79,7 +79,7 @@ def test_what_is_drawn_is_what_the_description_says():
     assert rotate(box.pose.orientation, (1.0, 0.0, 0.0)) == pytest.approx((0.0, 1.0, 0.0))
     assert (sphere.kind, sphere.size) == ('sphere', (1.0, 1.0, 1.0))
     assert sphere.color == (1.0, 0.0, 0.0, 1.0)
-    assert (cylinder.kind, cylinder.size, cylinder.color) == ('cylinder', (0.2, 0.2, 3.0), GREY)
+    assert (cylinder.kind, cylinder.size, cylinder.color) == ('cylinder', (0.2, 0.2, 3.0), GRAY)
     assert robot.undrawn == ('the mesh of link root',)
 
 

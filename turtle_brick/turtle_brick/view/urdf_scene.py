@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-Robot descriptions as things to draw: the shapes of every link of a URDF. Pure, without ROS.
+Robot descriptions as shapes to draw. Pure, without ROS.
 
-Lengths are in metres. What is understood is what a viewer needs: the links with their visuals
-(box, cylinder, sphere; not meshes), their materials, and which link is the root.
+Lengths are in meters. Of a URDF this reads what a viewer needs: the links with their visuals (box,
+cylinder, sphere; not meshes), their materials, and which link is the root.
 """
 
 from collections.abc import Iterable
@@ -26,17 +26,15 @@ from math import sin
 from typing import NamedTuple
 from xml.etree import ElementTree
 
+from turtle_brick.colors import Color
 from turtle_brick.geometry import IDENTITY
 from turtle_brick.geometry import multiply
 from turtle_brick.geometry import Pose
 from turtle_brick.geometry import Quaternion
 from turtle_brick.geometry import Vector
 
-Color = tuple[float, float, float, float]
-"""Red, green, blue and opacity, each in [0, 1]."""
-
-GREY: Color = (0.7, 0.7, 0.7, 1.0)
-"""Color of a visual that has no material."""
+GRAY: Color = (0.7, 0.7, 0.7, 1.0)
+"""Color of a visual without a material."""
 
 ORIGIN = Pose((0.0, 0.0, 0.0), IDENTITY)
 
@@ -52,7 +50,7 @@ MOST_VISUALS = 1000
 
 
 class UrdfError(ValueError):
-    """A robot description that cannot be understood."""
+    """A robot description cannot be read."""
 
 
 class Shape(NamedTuple):
@@ -61,34 +59,34 @@ class Shape(NamedTuple):
     kind: str
     """'box', 'cylinder' (its axis is z), 'sphere', 'text' (upright) or 'lines'."""
     size: Vector
-    """Extents (m) along its own x, y and z; text has its height, lines their width, in all."""
+    """Extents (m) along its own x, y and z; of a text its height, of lines their width."""
     color: Color
     pose: Pose = ORIGIN
-    """Pose of its center in the frame that it belongs to."""
+    """Pose of its center in its frame."""
     text: str = ''
     points: tuple[Vector, ...] = ()
-    """The ends of the lines, two each, in the shape's own frame (m)."""
+    """The ends of the lines in the shape's own frame (m), two each."""
 
     def undrawable(self) -> float | None:
-        """Return one of its numbers with which it can't be drawn, None if there is none."""
+        """Return the first of its numbers that can't be drawn, None if all can be."""
         return undrawable(chain(
             self.size, self.color, self.pose.position, self.pose.orientation, *self.points))
 
 
 class Robot(NamedTuple):
-    """What is to be seen of a robot."""
+    """The visible parts of a robot."""
 
     name: str
     root: str
-    """The link that is nobody's child."""
+    """The link that is no joint's child."""
     links: dict[str, tuple[Shape, ...]]
-    """The shapes of every link, those of a link in its frame."""
+    """The shapes of each link, in its frame."""
     undrawn: tuple[str, ...]
-    """What each visual that is left out is, in words."""
+    """The visuals that are left out, in words."""
 
 
 def undrawable(numbers: Iterable[float]) -> float | None:
-    """Return the first of some numbers that is not finite or too large to draw, if there is."""
+    """Return the first number that is not finite or too large to draw, None if there is none."""
     return next((number for number in numbers if not abs(number) <= LARGEST), None)
 
 
@@ -106,13 +104,13 @@ def parse_urdf(description: str) -> Robot:
 
     :param description: URDF, as in the topic robot_description
     :return: Its links, with what is to be drawn of them.
-    :raises UrdfError: it is no XML, no robot, too large, or has a value that is no number
+    :raises UrdfError: it is not XML, not a robot, too large, or a value is not a number
     """
     if len(description) > LONGEST:
         raise UrdfError(f'robot_description has {len(description)} characters, which are more '
                         f'than {LONGEST}')
     if '<!DOCTYPE' in description:
-        # It could define entities that are a million times as long as their names.
+        # It could define entities a million times as long as their names.
         raise UrdfError('robot_description has a <!DOCTYPE>, which no URDF needs')
     try:
         robot = ElementTree.fromstring(description)
@@ -170,7 +168,7 @@ def _origin(visual: ElementTree.Element) -> Pose:
 
 def _solid(visual: ElementTree.Element, link: str,
            undrawn: list[str]) -> tuple[str, Vector] | None:
-    """Return the kind and extents of a visual; None, and a note, if it can't be drawn."""
+    """Return kind and extents of a visual; None if it can't be drawn, which is then noted."""
     solid = visual.find('geometry/*')
     if solid is None:
         raise UrdfError(f'robot_description has a visual without geometry in link {link}')
@@ -188,7 +186,7 @@ def _solid(visual: ElementTree.Element, link: str,
 
 
 def _color(material: ElementTree.Element) -> Color | None:
-    """Return the color that a material defines, None if it doesn't."""
+    """Return the color that a material defines, None if it defines none."""
     color = material.find('color')
     if color is None:
         return None
@@ -200,5 +198,5 @@ def _material(visual: ElementTree.Element, materials: dict[str, Color]) -> Color
     """Return the color of a visual: its own, or that of the robot's material of this name."""
     material = visual.find('material')
     if material is None:
-        return GREY
-    return _color(material) or materials.get(material.get('name', ''), GREY)
+        return GRAY
+    return _color(material) or materials.get(material.get('name', ''), GRAY)
