@@ -226,7 +226,8 @@ class World:
         if self._phase is Phase.FALLING:
             raise ValueError('the brick is already falling')
         if self._phase in (Phase.RIDING, Phase.GROUNDED):
-            raise ValueError(f'the brick is {self._phase.value}')
+            advice = ': place it first' if self._phase is Phase.GROUNDED else ''
+            raise ValueError(f'the brick is {self._phase.value}{advice}')
         self._phase = Phase.FALLING
         self._release_height = self._brick[2]
         self._steps_fallen = 0
