@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-A headless Chromium to look at the viewer's page with, and to click on it. No ROS.
+A headless Chromium, to take pictures of the viewer's page and to click on it. No ROS.
 
-It is led through its DevTools protocol. What it needs is Chromium itself, from the system, and
-websockets, which comes with viser.
+It is controlled through its DevTools protocol. It needs Chromium, from the system, and websockets,
+which comes with viser.
 """
 
 from base64 import b64decode
@@ -31,25 +31,25 @@ from time import monotonic
 from typing import Any
 
 NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable')
-"""What the program may be called."""
+"""Possible names of the program."""
 
 TIMEOUT = 60.0
-"""How long (s) it may take for anything; without a graphics card it draws slowly."""
+"""Longest time (s) for any action; without a graphics card it draws slowly."""
 
 OPTIONS = (
     '--headless=new', '--no-first-run', '--disable-background-networking', '--disable-sync',
     '--disable-component-update', '--disable-quic', '--disable-extensions', '--mute-audio',
     '--hide-scrollbars', '--remote-debugging-port=0',
-    # draw in software: no graphics card is needed
+    # Draw in software: no graphics card is needed.
     '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader')
 
 
 class BrowserError(RuntimeError):
-    """The browser does not start, does not answer or does not come to show what it should."""
+    """The browser does not start, does not answer or does not show what it should."""
 
 
 def find_chromium() -> str | None:
-    """Return the path of Chromium, None where it is not installed."""
+    """Return the path of Chromium, None if it is not installed."""
     return next(filter(None, map(shutil.which, NAMES)), None)
 
 
@@ -62,7 +62,7 @@ class Chromium:
 
         :param width: of the page (pixels)
         :param height: of the page (pixels)
-        :raises BrowserError: it is not there, or does not start
+        :raises BrowserError: it is not installed, or does not start
         """
         program = find_chromium()
         if program is None:
@@ -71,7 +71,7 @@ class Chromium:
         options = [*OPTIONS, f'--window-size={width},{height}',
                    f'--user-data-dir={self._profile.name}']
         if os.geteuid() == 0:
-            options.append('--no-sandbox')  # which does not work for root
+            options.append('--no-sandbox')  # it does not work for root
         self._process = subprocess.Popen(
             [program, *options, 'about:blank'], stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors='replace',
@@ -114,9 +114,9 @@ class Chromium:
         """
         Wait until a JavaScript expression is true.
 
-        :param expression: what is asked for, again and again
+        :param expression: evaluated again and again
         :param timeout: longest time (s) that it may take
-        :raises BrowserError: it has not become true
+        :raises BrowserError: it does not become true in time
         """
         deadline = monotonic() + timeout
         while monotonic() < deadline:
@@ -126,10 +126,10 @@ class Chromium:
                     ' if (found || performance.now() > end) done(found);'
                     ' else setTimeout(look, 20); }; look(); })'):
                 return
-        raise BrowserError(f'within {timeout:g} s it has not come to be true that {expression}')
+        raise BrowserError(f'{expression}: not true within {timeout:g} s')
 
     def click(self, x: float, y: float, times: int = 1) -> None:
-        """Click at a point of the page (pixels); thrice in a text selects it."""
+        """Click at a point of the page (pixels); three times in a text selects it."""
         self._call('Input.dispatchMouseEvent', type='mouseMoved', x=x, y=y)
         for count in range(1, times + 1):
             for kind in ('mousePressed', 'mouseReleased'):
@@ -137,13 +137,15 @@ class Chromium:
                            clickCount=count)
 
     def write(self, text: str) -> None:
-        """Write where the cursor is, in place of what is selected."""
+        """Write at the cursor, in place of the selection."""
         self._call('Input.insertText', text=text)
 
     def center_of(self, expression: str) -> tuple[float, float]:
-        """Return the center (pixels) of the element that a JavaScript expression yields."""
+        """Scroll the element of a JavaScript expression into view; return its center (pixels)."""
         x, y, width, height = self.evaluate(
-            f'(r => [r.x, r.y, r.width, r.height])(({expression}).getBoundingClientRect())')
+            '(element => { element.scrollIntoView({block: "nearest"});'
+            ' const box = element.getBoundingClientRect();'
+            f' return [box.x, box.y, box.width, box.height]; }})({expression})')
         return x + width / 2.0, y + height / 2.0
 
     def screenshot(self) -> bytes:
@@ -166,7 +168,7 @@ class Chromium:
         self._profile.cleanup()
 
     def _connect(self) -> None:
-        """Attach to the page, once the browser says where it listens."""
+        """Attach to the page, once the browser prints where it listens."""
         from websockets.sync.client import connect
         output = self._process.stderr
         assert output is not None
@@ -178,7 +180,7 @@ class Chromium:
                 break
         else:
             raise BrowserError(f'Chromium does not start: {" ".join(said[-3:])}')
-        # What else it says is of no interest, but has to be read.
+        # Its further output is not needed, but has to be read.
         Thread(target=output.read, daemon=True).start()
         self._connection = connect(address.group(1), max_size=None, open_timeout=TIMEOUT)
         target = next(target for target in self._call('Target.getTargets')['targetInfos']
