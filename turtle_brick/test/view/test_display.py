@@ -17,6 +17,7 @@ from contextlib import nullcontext
 from itertools import chain
 from math import cos
 from math import dist
+from math import hypot
 from math import inf
 from math import nan
 from math import pi
@@ -39,9 +40,9 @@ from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
-from turtle_brick.arena import BRICK_COLORS
 from turtle_brick.arena import brick_marker
 from turtle_brick.arena import walls
+from turtle_brick.colors import BRICK_COLORS
 from turtle_brick.frames import transform_message
 from turtle_brick.geometry import from_pitch
 from turtle_brick.geometry import from_yaw
@@ -50,6 +51,7 @@ from turtle_brick.geometry import multiply
 from turtle_brick.geometry import Pose
 from turtle_brick.geometry import rotate
 from turtle_brick.physics import Phase
+from turtle_brick.turtlesim_kinematics import ARENA_CENTER
 from turtle_brick.view.display import Display
 from turtle_brick.view.display import LONGEST_WARNING
 from turtle_brick.view.display import MOST_MARKERS
@@ -59,6 +61,7 @@ from turtle_brick.view.viewing import NANOSECONDS
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
 
+COORDINATES = st.floats(-5.0, 5.0)
 START = 1_700_000_000 * NANOSECONDS
 
 ROBOT = """
@@ -84,7 +87,8 @@ class Paper:
         self.things = {}
         self.poses = {}
         self.axes = set()
-        self.frames = False
+        self.frames = self.follow = False
+        self.focus = None
         self.texts = {}
         self.place = None
 
@@ -103,6 +107,10 @@ class Paper:
         """Move a thing."""
         assert name in self.things
         self.poses[name] = pose
+
+    def focus_on(self, x, y):
+        """Take note of what the cameras see."""
+        self.focus = (x, y)
 
     def remove(self, name):
         """Remove a thing."""
@@ -495,6 +503,84 @@ def test_the_four_frames_can_be_switched_on_and_off(bench):
     assert not bench.paper.axes
 
 
+@given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(0.0, 3.0))
+def test_the_curves_are_what_was_heard(speed_x, speed_y, falling):
+    bench = Bench()
+    bench.transform('world', 'odom', Pose((5.0, 5.0, 0.0), IDENTITY), static=True)
+    for step in range(300):
+        bench.now = START + step * NANOSECONDS // 100
+        time = step / 100.0
+        bench.transform('odom', 'base_link', Pose((speed_x * time, speed_y * time, 0.0), IDENTITY))
+        bench.transform('world', 'brick', Pose((5.0, 7.0, 9.0 - falling * time), IDENTITY))
+        if step % 3 == 0:
+            bench.draw()
+    (history,) = bench.paper.texts['show_history']
+    times, heights, distances, speeds = history.columns()
+    ages = [time for time, height in zip(times, heights) if height is not None]
+    assert len(ages) == 30, 'one sample per period since the beginning'
+    for time, height, distance, speed in list(zip(times, heights, distances, speeds))[-28:]:
+        # A sample is taken within a period, and within the next picture.
+        age = -time - 0.03
+        heard = [step / 100.0 for step in range(0, 300, 3) if 2.9 - age - 0.13 < step / 100.0
+                 <= 2.9 - age + 0.13]
+        assert any(height == pytest.approx(9.0 - falling * instant, abs=1e-3)
+                   and distance == pytest.approx(
+                       dist((speed_x * instant, speed_y * instant), (0.0, 2.0)), abs=1e-3)
+                   for instant in heard)
+        assert speed == pytest.approx(hypot(speed_x, speed_y), abs=1e-3)
+
+
+def test_of_what_is_not_in_sight_there_is_no_curve(bench):
+    bench.draw()
+    columns = bench.paper.texts['show_history'][0].columns()
+    assert all(set(column) == {None} for column in columns[1:])
+    bench.transform('world', 'brick', Pose((5.0, 7.0, 9.0), IDENTITY))
+    bench.draw(after=NANOSECONDS)
+    _, heights, distances, speeds = bench.paper.texts['show_history'][0].columns()
+    assert (heights[-1], distances[-1], speeds[-1]) == (9.0, None, None)
+
+
+@given(st.lists(st.tuples(COORDINATES, COORDINATES, st.booleans()), min_size=1, max_size=5))
+def test_a_robot_that_is_followed_stays_where_it_is_in_the_picture(steps):
+    bench = Bench()
+    bench.transform('world', 'odom', Pose((5.0, 5.0, 0.0), IDENTITY), static=True)
+    for x, y, bench.paper.follow in steps:
+        bench.now += NANOSECONDS
+        bench.transform('odom', 'base_link', Pose((x, y, 0.0), from_yaw(x)))
+        bench.draw()
+        robot = bench.display.drawn('base_link').position
+        expected = robot[:2] if bench.paper.follow else (ARENA_CENTER, ARENA_CENTER)
+        assert bench.paper.focus == expected
+
+
+def test_a_robot_without_an_arena_is_in_the_middle_of_the_picture(bench):
+    bench.draw()
+    assert bench.paper.focus == (ARENA_CENTER, ARENA_CENTER)
+    bench.display.hear_description(String(data=ROBOT), bench.now)
+    bench.draw()
+    assert bench.paper.focus == (0.0, 0.0)
+    bench.transform('world', 'base_link', Pose((1.0, 1.0, 0.0), IDENTITY))
+    bench.draw()
+    assert bench.paper.focus == (ARENA_CENTER, ARENA_CENTER)
+
+
+def test_the_legend_has_the_colors_of_the_markers(bench):
+    bench.draw()
+    assert bench.paper.texts['show_legend'] == (BRICK_COLORS,)
+    for phase in Phase:
+        bench.brick(phase)
+        bench.draw(after=NANOSECONDS)
+        (legend,) = bench.paper.texts['show_legend']
+        assert legend[phase] == pytest.approx(BRICK_COLORS[phase])
+    marker = Marker(type=Marker.CUBE, text=Phase.FALLING.value)
+    marker.header.frame_id = 'brick'
+    marker.color.b = marker.color.a = 1.0
+    bench.display.hear_marker('brick_marker', marker, bench.now)
+    bench.draw(after=NANOSECONDS)
+    (legend,) = bench.paper.texts['show_legend']
+    assert legend[Phase.FALLING] == (0.0, 0.0, 1.0, 1.0), 'another arena may have its own colors'
+
+
 def test_the_walls_tell_where_the_arena_is(bench):
     assert bench.display.walls() is None
     for marker in walls(10.0, 0.5).markers:
@@ -548,7 +634,7 @@ def test_nonsense_changes_nothing(bench):
     bench.display.hear_goal(goal, bench.now)
     assert bench.warnings == [
         'A tilt is not shown: it is nan rad',
-        "A goal is not shown: where its frame 'nowhere' is, is not known",
+        "A goal is not shown: its frame 'nowhere' is unknown",
         'A goal is not shown: a coordinate is nan']
     bench.transform('world', 'base_link', Pose((0.0, 0.0, 0.0), IDENTITY))
     assert bench.draw()['goal'] is None

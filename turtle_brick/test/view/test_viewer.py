@@ -37,6 +37,11 @@ from turtle_brick.physics import Phase
 from turtle_brick.tools.graph import executable
 from turtle_brick.tools.graph import Graph
 from turtle_brick.view import viewer
+from turtle_brick.view.commands import Drop
+from turtle_brick.view.commands import DropAtRandom
+from turtle_brick.view.commands import PlaceAt
+from turtle_brick.view.commands import SendTo
+from turtle_brick.view.commands import SetTilt
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
 from visualization_msgs.msg import MarkerArray
@@ -120,43 +125,39 @@ def test_a_parameter_that_cannot_be_is_refused_in_a_sentence(domain_id, setting,
 
 @needs_viser
 def test_without_an_arena_it_says_so(live):
-    from turtle_brick.view.web_view import Drop
-    from turtle_brick.view.web_view import DropAtRandom
-    from turtle_brick.view.web_view import Place
     assert answer_of(live, Drop()) == 'drop: nobody offers /drop'
-    assert answer_of(live, Place(1.0, 2.0, 3.0)) == 'place: nobody offers /place'
-    assert 'no walls in sight' in answer_of(live, DropAtRandom())
+    assert answer_of(live, PlaceAt(1.0, 2.0, 3.0)) == 'place: nobody offers /place'
+    assert 'no walls are in sight' in answer_of(live, DropAtRandom())
 
 
 @needs_viser
-def test_what_the_services_answer_is_shown(live):
-    from turtle_brick.view.web_view import Drop
-    from turtle_brick.view.web_view import DropAtRandom
-    from turtle_brick.view.web_view import Place
+def test_what_the_services_answer_is_shown_on_the_page_only(live, capfd):
     arena = live.add_arena()
     node = live.viewer
     live.spin_until(
         lambda: node._place_client.service_is_ready() and node._drop_client.service_is_ready()
         and node.display.walls() is not None, TIMEOUT, 'the viewer sees the arena')
     before = arena.world.brick
-    assert 'ground' in answer_of(live, Place(5.0, 5.0, -1.0))
+    assert 'ground' in answer_of(live, PlaceAt(5.0, 5.0, -1.0))
     assert '#c92a2a' in node.view.panel._answer.content
     assert arena.world.brick == before
-    assert answer_of(live, Place(5.0, 5.0, 9.0)) == 'place: the brick hovers at (5, 5, 9)'
+    assert answer_of(live, PlaceAt(5.0, 5.0, 9.0)) == 'place: the brick hovers at (5, 5, 9)'
     assert arena.world.brick == (5.0, 5.0, 9.0)
     assert answer_of(live, Drop()) == 'drop: the brick falls from (5, 5, 9)'
     assert arena.world.phase is Phase.FALLING
     assert 'falling' in answer_of(live, Drop())
+    live.spin_until(lambda: arena.world.phase is Phase.GROUNDED, TIMEOUT, 'it is down')
+    assert answer_of(live, Drop()) == 'drop: the brick is on the ground: place it first'
     answer_of(live, DropAtRandom())
     x, y, z = arena.world.brick
     assert 0.0 < x < 11.1 and 0.0 < y < 11.1 and 0.0 < z < 10.0
     live.spin_until(lambda: arena.world.phase is Phase.FALLING, TIMEOUT, 'it falls, too')
+    said = [line for line in capfd.readouterr().err.splitlines() if 'Viewer: ' not in line]
+    assert said == []
 
 
 @needs_viser
 def test_a_click_sends_the_robot_and_the_slider_tilts_it(live):
-    from turtle_brick.view.web_view import SendTo
-    from turtle_brick.view.web_view import SetTilt
     witness = live.add(Witness, parameters=False)
     goals = witness.record(PoseStamped, 'goal_pose')
     tilts = witness.record(Tilt, 'tilt')
@@ -173,7 +174,6 @@ def test_a_click_sends_the_robot_and_the_slider_tilts_it(live):
 
 @needs_viser
 def test_a_service_that_never_answers_is_reported(live, monkeypatch):
-    from turtle_brick.view.web_view import Drop
     monkeypatch.setattr(viewer, 'ANSWER_TIME', 200_000_000)
     silent = live.add(Witness, parameters=False)
     silent.create_service(Trigger, 'drop', lambda request, response: None)
@@ -185,8 +185,6 @@ def test_a_service_that_never_answers_is_reported(live, monkeypatch):
 
 @needs_viser
 def test_an_answer_may_be_long_and_only_the_latest_commands_are_done(live):
-    from turtle_brick.view.web_view import Drop
-    from turtle_brick.view.web_view import SetTilt
     witness = live.add(Witness, parameters=False)
     tilts = witness.record(Tilt, 'tilt')
 

@@ -15,6 +15,7 @@
 
 from importlib.util import find_spec
 from io import BytesIO
+from math import dist
 from math import tan
 import re
 from threading import Event
@@ -37,7 +38,7 @@ from witness import Witness
 
 # Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
 if find_spec('viser') is not None:
-    from turtle_brick.view import web_view
+    from turtle_brick.view import web_scene
 
 pytestmark = [
     pytest.mark.skipif(find_chromium() is None,
@@ -49,6 +50,8 @@ TIMEOUT = 60.0
 WIDTH, HEIGHT = 960, 480
 
 BRICK = (7.0, 6.0, 6.0)
+GROUND = (7.0, 4.5, 0.0)
+"""A point that nothing hides."""
 
 CANVAS = 'document.querySelector("canvas").getBoundingClientRect()'
 """In JavaScript, where on the page the scene is drawn."""
@@ -140,58 +143,71 @@ def button(text):
     return f'[...document.querySelectorAll("button")].find(one => one.innerText === {text!r})'
 
 
-def pixel_of(browser, point):
+def pixel_of(browser, point, view=None):
     """Return where on the page a point of the world (m) is, by the rules of perspective."""
+    view = view or web_scene.NEAR
     left, top, width, height = browser.evaluate(
         f'(box => [box.x, box.y, box.width, box.height])({CANVAS})')
-    eye = numpy.array(web_view.CAMERA)
-    forward = numpy.subtract(web_view.LOOK_AT, eye)
+    eye = numpy.array(view.position)
+    forward = numpy.subtract(view.look_at, eye)
     forward /= numpy.linalg.norm(forward)
     right = numpy.cross(forward, (0.0, 0.0, 1.0))
     right /= numpy.linalg.norm(right)
     up = numpy.cross(right, forward)
     ray = numpy.subtract(point, eye)
-    scale = height / 2.0 / tan(web_view.FIELD_OF_VIEW / 2.0) / (ray @ forward)
+    scale = height / 2.0 / tan(view.field_of_view / 2.0) / (ray @ forward)
     return (left + width / 2.0 + scale * (ray @ right), top + height / 2.0 - scale * (ray @ up))
 
 
-def color_at(browser, picture, point):
+def color_at(browser, picture, point, view=None):
     """Return the color of a picture of the page, as shares of red, green and blue, at a point."""
-    x, y = map(round, pixel_of(browser, point))
+    x, y = map(round, pixel_of(browser, point, view))
     color = picture[y - 1:y + 2, x - 1:x + 2].mean(axis=(0, 1))
     return color / color.sum()
 
 
-def picture_with(browser, point, looks):
+def picture_with(browser, point, looks, view=None):
     """Return a picture of the page once the color at a point looks as it should."""
     from PIL import Image
     for _ in range(20):
         picture = numpy.asarray(Image.open(BytesIO(browser.screenshot())).convert('RGB'), float)
-        if looks(color_at(browser, picture, point)):
+        if looks(color_at(browser, picture, point, view)):
             return picture
-    raise AssertionError(f'the color at {point} is {color_at(browser, picture, point)}')
+    raise AssertionError(f'the color at {point} is {color_at(browser, picture, point, view)}')
+
+
+def is_red(color):
+    """Return whether a color is the brick's."""
+    return color[0] > 0.5
+
+
+def is_blue(color):
+    """Return whether a color is the platform's."""
+    return color[2] > 0.36 and color[2] > color[1] > color[0]
 
 
 def test_robot_walls_and_brick_are_seen_where_they_are(browser, stage):
-    def is_red(color):
-        return color[0] > 0.5
-
-    def is_blue(color):
-        return color[2] > 0.36 and color[2] > color[1] > color[0]
-
-    def is_grey(color):
+    def is_gray(color):
         return numpy.ptp(color) < 0.04
 
     x, y, z = BRICK
     picture = picture_with(browser, BRICK, is_red)
     assert not is_red(color_at(browser, picture, (x, y, z - 0.5)))
     assert is_blue(color_at(browser, picture, (*CENTER, load().platform_height))), 'the platform'
-    wall = color_at(browser, picture, (5.5, -0.1, 0.25))
-    assert wall[2] > wall[0] + 0.03, 'the nearest wall'
-    assert is_grey(color_at(browser, picture, (3.0, 2.5, 0.0))), 'the ground'
-    for far in ((2.5, 11.14, 0.45), (9.5, 11.14, 0.45)):
-        wall = color_at(browser, picture, far)
-        assert wall[2] > wall[0] + 0.03, 'the farthest wall'
+    assert is_gray(color_at(browser, picture, GROUND)), 'the ground'
+    for point in ((3.0, 11.14, 0.25), (11.14, 6.0, 0.25)):
+        wall = color_at(browser, picture, point)
+        assert wall[2] > wall[0] + 0.03, 'the walls behind it'
+
+
+def test_the_arena_is_seen_from_above_and_from_near_again(browser):
+    browser.click(*browser.center_of(button('From above')))
+    picture = picture_with(browser, (*CENTER, load().platform_height), is_blue, web_scene.ABOVE)
+    for point in ((-0.05, 5.5, 0.5), (11.14, 5.5, 0.5), (5.5, -0.05, 0.5), (5.5, 11.14, 0.5)):
+        wall = color_at(browser, picture, point, web_scene.ABOVE)
+        assert wall[2] > wall[0] + 0.03, 'the walls around it'
+    browser.click(*browser.center_of(button('Near')))
+    picture_with(browser, BRICK, is_red)
 
 
 def test_the_rates_are_shown(browser):
@@ -220,12 +236,31 @@ def test_a_refused_place_shows_its_reason(browser, stage):
 
 def test_a_click_on_the_ground_sends_the_robot(browser, stage):
     stage.goals.clear()
-    browser.click(*pixel_of(browser, (3.0, 2.5, 0.0)))
+    browser.click(*pixel_of(browser, GROUND))
     stage.wait_for(lambda: stage.goals, 'a goal')
     ((_, goal),) = stage.goals
     assert goal.header.frame_id == 'world'
-    assert goal.pose.position.x == pytest.approx(3.0, abs=0.1)
-    assert goal.pose.position.y == pytest.approx(2.5, abs=0.1)
+    assert goal.pose.position.x == pytest.approx(GROUND[0], abs=0.1)
+    assert goal.pose.position.y == pytest.approx(GROUND[1], abs=0.1)
+
+
+def test_a_robot_that_is_followed_is_seen_in_the_middle_and_sent_by_clicks(browser, stage):
+    platform = (*CENTER, load().platform_height)
+    stage.wait_for(lambda: dist(stage.arena.world.platform.position[:2], GROUND[:2]) < 0.1,
+                   'the robot has arrived')
+    box = ('document.getElementById([...document.querySelectorAll("label")]'
+           '.find(one => one.innerText === "follow robot").htmlFor)')
+    picture_with(browser, platform, lambda color: not is_blue(color))
+    browser.click(*browser.center_of(box))
+    picture_with(browser, platform, is_blue)
+    stage.goals.clear()
+    browser.click(*pixel_of(browser, GROUND))
+    stage.wait_for(lambda: stage.goals, 'a goal')
+    ((_, goal),) = stage.goals
+    assert goal.pose.position.x == pytest.approx(2.0 * GROUND[0] - CENTER[0], abs=0.1)
+    assert goal.pose.position.y == pytest.approx(2.0 * GROUND[1] - CENTER[1], abs=0.1)
+    browser.click(*browser.center_of(box))
+    picture_with(browser, BRICK, is_red)
 
 
 def test_a_click_on_drop_makes_the_brick_fall(browser, stage):

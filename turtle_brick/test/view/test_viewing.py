@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""What the viewer makes of what it hears: lifetimes, rates, and the account of a fall."""
+"""What the viewer derives from messages: lifetimes, rates, curves, and the account of a fall."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -20,6 +20,7 @@ from turtle_brick.physics import Phase
 from turtle_brick.view.urdf_scene import Shape
 from turtle_brick.view.viewing import Account
 from turtle_brick.view.viewing import common_instant
+from turtle_brick.view.viewing import History
 from turtle_brick.view.viewing import Mark
 from turtle_brick.view.viewing import Marks
 from turtle_brick.view.viewing import NANOSECONDS
@@ -114,10 +115,45 @@ def test_a_rate_begins_again_when_time_goes_back():
 
 def test_what_comes_from_the_future_does_not_pile_up():
     rate = Rate()
-    for step in range(1000):
+    for step in range(2 * Rate.MOST):
         rate.add(3600 * NANOSECONDS + step)
-        assert rate.value(0) is None
-    assert not rate._events
+    assert rate.value(0) is None
+    assert len(rate._events) == Rate.MOST
+
+
+@given(st.lists(st.integers(0, 10 * NANOSECONDS)), st.integers(0, 12 * NANOSECONDS))
+def test_to_ask_for_a_rate_changes_nothing(stamps, now):
+    rate = Rate()
+    for stamp in stamps:
+        rate.add(stamp)
+    before = list(rate._events)
+    assert rate.value(now) == rate.value(now)
+    assert list(rate._events) == before
+
+
+@given(st.lists(st.integers(1, 20 * History.PERIOD), min_size=1, max_size=40),
+       st.integers(History.PERIOD, 10**18))
+def test_a_history_has_what_was_added_at_its_time_and_nothing_where_nothing_was(gaps, now):
+    history, added = History(2), {}
+    for number, gap in enumerate(gaps):
+        now += gap
+        if history.is_due(now):
+            history.add(now, (float(number), None))
+            added[now // History.PERIOD] = float(number)
+        assert not history.is_due(now)
+    times, numbers, nothing = history.columns()
+    assert len(times) == len(numbers) == len(nothing) == History.LENGTH
+    latest = max(added)
+    for time, number in zip(times, numbers):
+        assert number == added.get(latest + round(time * NANOSECONDS / History.PERIOD))
+    assert times[-1] == 0.0 and set(nothing) == {None}
+
+
+def test_a_history_begins_again_when_time_goes_back():
+    history = History(1)
+    for now in (100 * NANOSECONDS, 101 * NANOSECONDS, 50 * NANOSECONDS):
+        history.add(now, (now / NANOSECONDS,))
+    assert history.columns()[1] == [None] * (History.LENGTH - 1) + [50.0]
 
 
 def test_the_account_of_a_catch():

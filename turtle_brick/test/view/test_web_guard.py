@@ -34,18 +34,23 @@ from turtle_brick.view.urdf_scene import Shape
 # Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
 if find_spec('viser') is not None:
     import msgspec
+    from turtle_brick.view.web_guard import BRICK_BUTTONS
     from turtle_brick.view.web_guard import Door
     from turtle_brick.view.web_guard import is_admissible
     from turtle_brick.view.web_guard import LARGEST_MESSAGE
     from turtle_brick.view.web_guard import LoopEvent
+    from turtle_brick.view.web_guard import VIEW_BUTTONS
     from turtle_brick.view.web_guard import VISITORS
-    from turtle_brick.view.web_view import SendTo
-    from turtle_brick.view.web_view import SetTilt
+    from turtle_brick.view.web_scene import VIEWS
+    from turtle_brick.view.commands import DropAtRandom
+    from turtle_brick.view.commands import SendTo
+    from turtle_brick.view.commands import SetTilt
     from turtle_brick.view.web_view import WebView
     import viser
     from websockets.exceptions import ConnectionClosed
     from websockets.exceptions import InvalidStatus
     from websockets.sync.client import connect
+    import zstandard
 
 pytestmark = pytest.mark.skipif(
     find_spec('viser') is None,
@@ -65,6 +70,13 @@ RENDER = {'type': 'GetRenderResponseMessage', 'payload': b'png', 'render_uuid': 
 def packed(message):
     """Return a message as it is on its way."""
     return msgspec.msgpack.encode(message)
+
+
+def unpacked(raw):
+    """Return the messages that the page sends, which are compressed on their way."""
+    length = int.from_bytes(raw[8:16], 'little')
+    return msgspec.msgpack.decode(
+        zstandard.ZstdDecompressor().decompress(raw[16:16 + length]))['messages']
 
 
 class Page:
@@ -211,7 +223,7 @@ def test_no_file_can_be_written(page, method, capfd):
 def test_what_the_page_sends_is_heard():
     for message in (CAMERA, CLICK, UPDATE, RENDER):
         assert is_admissible(packed(message))
-    for value in (True, False, -1, 0.5, [1, 2.5, -3], 'Place', 'Drop', 'Drop at random'):
+    for value in (True, False, -1, 0.5, [1, 2.5, -3], *BRICK_BUTTONS, *VIEW_BUTTONS):
         assert is_admissible(packed({**UPDATE, 'updates': {'value': value}}))
 
 
@@ -295,6 +307,26 @@ def test_a_slider_beyond_its_end_tilts_the_platform_as_far_as_it_goes(page):
             browser.send(packed({**UPDATE, 'uuid': page.uuid(page.view.panel._slider),
                                  'updates': {'value': value}}))
             page.wait_for(SetTilt(limit))
+
+
+def test_a_button_of_the_view_sets_the_camera_of_its_browser_only(page, capfd):
+    with page.visitor() as browser, page.visitor() as other:
+        page.tilt(browser, 0.7)
+        page.tilt(other, 0.8)
+        clients = page.view.server.get_clients()
+        mine, others = (clients[number].camera for number in sorted(clients)[-2:])
+        for value in ('Drop at random', 'From above'):
+            browser.send(packed({**UPDATE, 'uuid': page.uuid(page.view.panel._views),
+                                 'updates': {'value': value}}))
+        while not any(message['type'] == 'SetCameraFovMessage' and not message['initial']
+                      for message in unpacked(browser.recv(timeout=TIMEOUT))):
+            pass
+        view = VIEWS['From above']
+        assert tuple(mine.position) == pytest.approx(view.position)
+        assert (tuple(mine.look_at), mine.fov) == view[1:]
+        assert (list(others.position), others.fov) == (CAMERA['position'], CAMERA['fov'])
+        assert not any(isinstance(command, DropAtRandom) for command in page.commands)
+    assert capfd.readouterr() == ('', '')
 
 
 def test_a_message_that_is_too_long_ends_its_connection_only(page, capfd):

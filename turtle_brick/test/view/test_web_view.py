@@ -14,24 +14,38 @@
 """The page itself: where it is served, what it holds, and browsers that are slow or gone."""
 
 from importlib.util import find_spec
+from itertools import product
 from math import isclose
+from math import isnan
+from math import tan
+import re
 import socket
 import struct
+from types import SimpleNamespace
 import urllib.request
 
 from hypothesis import given
 from hypothesis import strategies as st
+import numpy
 import pytest
+from turtle_brick.catching import CENTER
 from turtle_brick.geometry import from_yaw
 from turtle_brick.geometry import IDENTITY
 from turtle_brick.geometry import Pose
+from turtle_brick.parameters import load
+from turtle_brick.physics import Phase
+from turtle_brick.turtlesim_kinematics import ARENA_CENTER
+from turtle_brick.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.view.urdf_scene import Shape
+from turtle_brick.view.viewing import History
 
 # Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
 if find_spec('viser') is not None:
     from turtle_brick.view.web_view import AddressError
     from turtle_brick.view.web_view import free_port
-    from turtle_brick.view.web_view import ground_under
+    from turtle_brick.view.web_scene import ABOVE
+    from turtle_brick.view.web_scene import ground_under
+    from turtle_brick.view.web_scene import NEAR
     from turtle_brick.view.web_view import WebView
 
 pytestmark = pytest.mark.skipif(
@@ -41,6 +55,17 @@ pytestmark = pytest.mark.skipif(
 HOST = '127.0.0.1'
 RED = (1.0, 0.0, 0.0, 1.0)
 COORDINATES = st.floats(-50.0, 50.0)
+
+
+def seen_from(view, point):
+    """Return where a point of the world (m) is seen, in heights of the picture from its middle."""
+    forward = numpy.subtract(view.look_at, view.position)
+    forward /= numpy.linalg.norm(forward)
+    right = numpy.cross(forward, (0.0, 0.0, 1.0))
+    right /= numpy.linalg.norm(right)
+    ray = numpy.subtract(point, view.position)
+    scale = 0.5 / tan(view.field_of_view / 2.0) / (ray @ forward)
+    return scale * (ray @ right), scale * (ray @ numpy.cross(right, forward))
 
 
 @pytest.fixture(scope='module')
@@ -92,9 +117,9 @@ def test_things_are_made_moved_hidden_and_removed(view):
     shapes.append(Shape('text', (0.5, 0.5, 0.5), RED, text='<b>text</b>'))
     shapes.append(Shape('lines', (0.1, 0.1, 0.1), RED, points=((0, 0, 0), (1, 1, 1))))
     scene.put('thing', shapes)
-    node = nodes.get_handle_by_name('/things/thing')
+    node = nodes.get_handle_by_name('/world/things/thing')
     assert not node.visible
-    parts = [nodes.get_handle_by_name(f'/things/thing/{number}') for number in range(5)]
+    parts = [nodes.get_handle_by_name(f'/world/things/thing/{number}') for number in range(5)]
     assert all(part.scale == (1.0, 2.0, 3.0) for part in parts[:3])
     assert parts[0].color == (255, 0, 0)
     scene.move('thing', Pose((1.0, 2.0, 3.0), from_yaw(0.5)))
@@ -107,15 +132,75 @@ def test_things_are_made_moved_hidden_and_removed(view):
 
     scene.move('thing', Pose((4.0, 0.0, 0.0), IDENTITY))
     scene.put('thing', shapes)
-    assert nodes.get_handle_by_name('/things/thing') is node, 'nothing changed'
+    assert nodes.get_handle_by_name('/world/things/thing') is node, 'nothing changed'
     scene.put('thing', shapes[:1])
-    node = nodes.get_handle_by_name('/things/thing')
+    node = nodes.get_handle_by_name('/world/things/thing')
     assert node.visible and tuple(node.position) == (4.0, 0.0, 0.0), 'it stays where it was'
-    assert nodes.get_handle_by_name('/things/thing/1') is None
+    assert nodes.get_handle_by_name('/world/things/thing/1') is None
     scene.remove('thing')
     scene.remove('thing')
-    assert nodes.get_handle_by_name('/things/thing') is None
+    assert nodes.get_handle_by_name('/world/things/thing') is None
     assert 'thing' not in scene.names()
+
+
+def test_what_is_followed_stays_where_it_is_before_the_cameras(view):
+    scene, nodes = view.scene, view.server.scene
+    world = nodes.get_handle_by_name('/world')
+    scene.put('robot', [Shape('box', (1.0, 1.0, 1.0), RED)])
+    robot = nodes.get_handle_by_name('/world/things/robot')
+    for x, y in ((1.0, 2.0), (9.0, -3.5), (ARENA_CENTER, ARENA_CENTER)):
+        before = view.changes
+        scene.move('robot', Pose((x, y, 0.5), IDENTITY))
+        scene.focus_on(x, y)
+        assert view.changes == before + 2
+        seen = [a + b for a, b in zip(world.position, robot.position)]
+        assert seen == pytest.approx([ARENA_CENTER, ARENA_CENTER, 0.5])
+        click = SimpleNamespace(ray_origin=(ARENA_CENTER + 1.0, ARENA_CENTER, 5.0),
+                                ray_direction=(0.0, 0.0, -1.0))
+        assert scene.clicked(click) == pytest.approx((x + 1.0, y)), 'a click is in the world'
+    assert tuple(world.position) == (0.0, 0.0, 0.0), 'as in the beginning'
+    before = view.changes
+    scene.focus_on(ARENA_CENTER, ARENA_CENTER)
+    assert view.changes == before
+    scene.remove('robot')
+
+
+def test_the_robot_is_near_and_the_brick_in_sight_in_the_first_view():
+    parameters = load()
+    foot = seen_from(NEAR, (*CENTER, 0.0))[1]
+    top = seen_from(NEAR, (*CENTER, parameters.platform_height))[1]
+    assert top - foot >= 0.25 and foot > -0.5
+    across, up = seen_from(NEAR, parameters.brick_start)
+    assert up < 0.48 and abs(across) < 0.48, 'even where the page is as wide as it is high'
+    for corner in product((0.0, ARENA_SIZE), repeat=2):
+        across, up = seen_from(ABOVE, (*corner, 0.0))
+        assert 0.4 < abs(across) < 0.48 and 0.4 < abs(up) < 0.48
+
+
+def test_the_curves_are_plotted_as_they_are(view):
+    panel, history = view.panel, History(3)
+    panel.show_history(history)
+    before = view.changes
+    panel.show_history(history)
+    assert view.changes == before, 'nothing new is not sent'
+    for number, (highest, top) in enumerate(((3.0, 10.0), (25.0, 30.0), (10.0, 30.0))):
+        history.add((1000 + number) * History.PERIOD, (highest, None, 1.0))
+        panel.show_history(history)
+        assert panel._plot.scales['y']['range'] == (0.0, top)
+        plotted = [[None if isnan(value) else value for value in column]
+                   for column in panel._plot.data]
+        assert plotted == history.columns()
+    history.add(0, (1.0, 1.0, 1.0))
+    panel.show_history(history)
+    assert panel._plot.scales['y']['range'] == (0.0, 10.0)
+
+
+def test_the_legend_is_in_the_colors(view):
+    view.panel.show_legend({phase: (number / 255.0, 0.0, 1.0, 1.0)
+                            for number, phase in enumerate(Phase)})
+    swatches = re.findall(r'color:rgb\((\d+),0,255\)">&#9632;</span> ([a-z ]+)<',
+                          view.panel._legend.content)
+    assert swatches == [(str(number), phase.value) for number, phase in enumerate(Phase)]
 
 
 def test_a_shape_of_no_known_kind_is_refused(view):

@@ -193,7 +193,7 @@ class Studio:
 
         :raises BrowserError: the browser does not start, or does not show the page
         """
-        from turtle_brick.view.web_view import sky
+        from turtle_brick.view.web_scene import sky
         from turtle_brick.view.web_view import WebView
         self._sky = sky()
         self.view = WebView('127.0.0.1', 0, lambda command: None)

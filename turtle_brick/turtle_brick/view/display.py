@@ -13,13 +13,13 @@
 # limitations under the License.
 
 """
-What the viewer shows: what is heard in the graph is kept, and drawn on the page when it is time.
+What the viewer shows: it keeps what the messages say, and draws it on the page.
 
-Messages come in here, and shapes, poses and sentences go out. It belongs to no node, so that what
-was heard can also be drawn later.
+It belongs to no node, so that recorded messages can be drawn as well.
 """
 
 from collections.abc import Callable
+from math import dist
 from math import hypot
 from typing import Any
 from typing import TYPE_CHECKING
@@ -32,6 +32,7 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from tf2_ros import TransformException
+from turtle_brick.colors import BRICK_COLORS
 from turtle_brick.frames import BASE_LINK
 from turtle_brick.frames import BRICK
 from turtle_brick.frames import Intake
@@ -44,7 +45,7 @@ from turtle_brick.frames import WORLD
 from turtle_brick.geometry import Pose
 from turtle_brick.physics import Phase
 from turtle_brick.step_clock import NANOSECONDS
-from turtle_brick.view.urdf_scene import Color
+from turtle_brick.turtlesim_kinematics import ARENA_CENTER
 from turtle_brick.view.urdf_scene import LARGEST
 from turtle_brick.view.urdf_scene import ORIGIN
 from turtle_brick.view.urdf_scene import parse_urdf
@@ -54,6 +55,7 @@ from turtle_brick.view.urdf_scene import undrawable
 from turtle_brick.view.urdf_scene import UrdfError
 from turtle_brick.view.viewing import Account
 from turtle_brick.view.viewing import common_instant
+from turtle_brick.view.viewing import History
 from turtle_brick.view.viewing import Key
 from turtle_brick.view.viewing import Mark
 from turtle_brick.view.viewing import Marks
@@ -67,41 +69,44 @@ if TYPE_CHECKING:
 WALLS = 'walls'
 BRICK_MARKER = 'brick_marker'
 CATCHER_MARKER = 'catcher_marker'
-"""The topics of markers, whatever is on them is drawn."""
+"""The topics of markers. All markers on them are drawn."""
 
 BRICK_TF = 'brick (TF)'
 COUNTED = (('cmd_vel', 'turtle1/cmd_vel'), ('odom',), ('joint_states',), (BRICK_TF,))
 """
-What is counted; of several names that which comes.
+The topics whose rates are shown; of several names, the one that is heard.
 
-The launch files give cmd_vel turtlesim's name.
+The launch files remap cmd_vel to turtlesim's name.
 """
 
 FRAMES = (WORLD, ODOM, BASE_LINK, BRICK)
-"""The frames that can be switched on."""
+"""The frames that can be shown."""
 
 PHASES = {phase.value: phase for phase in Phase}
 
 TEXT_PERIOD = NANOSECONDS // 5
-"""Least time (ns) between two changes of the texts on the page."""
+"""Least time (ns) between two updates of the panel."""
 
 GOAL = Shape('cylinder', (0.24, 0.24, 0.01), (0.10, 0.75, 0.25, 1.0))
-"""What marks the robot's goal on the ground."""
+"""The mark of the robot's goal on the ground."""
 
 GOAL_REACHED = 0.05
-"""How far (m) from it the robot need not be told any more."""
+"""How near (m) the robot has to be for the mark to vanish."""
 
 MOST_MARKERS = 100
-"""How many markers of one topic are drawn."""
+"""How many markers of a topic are drawn."""
 
 MOST_POINTS = 10_000
 """How many points a marker may have."""
 
 LONGEST_TEXT = 1000
-"""How many characters the text, the namespace and the frame of a marker may have together."""
+"""How many characters text, namespace and frame of a marker may have together."""
 
 UNREACHABLE = 'Unreachable'
-"""What catcher_marker says of a brick that is out of reach."""
+"""The text on catcher_marker for a brick that can't be caught."""
+
+SPEED_TIME = NANOSECONDS // 10
+"""Over which time (ns) the robot's speed is measured."""
 
 LONGEST_WARNING = 300
 """How many characters a warning may have."""
@@ -111,29 +116,29 @@ SOLIDS = {Marker.CUBE: 'box', Marker.SPHERE: 'sphere', Marker.CYLINDER: 'cylinde
 
 class Display:
     """
-    From messages to the page: what is heard is kept, and drawn when it is time.
+    Keep what the messages say, and draw it on the page.
 
-    Every instant is in ns. Messages are heard at the instant at which they came, pictures are
-    drawn of an instant that is not before.
+    Every instant is in ns. A message is heard with the instant at which it came, and the page is
+    drawn for an instant that is not earlier.
     """
 
     def __init__(self, view: 'WebView', buffer: Buffer, warn: Callable[[str, str], Any]) -> None:
         """
-        Know nothing yet.
+        Begin with nothing known.
 
         :param view: the page
-        :param buffer: an empty one, for the transforms
-        :param warn: told of which topic something cannot be shown, and what, in a sentence
+        :param buffer: for the transforms; an empty one
+        :param warn: called with a topic and a sentence about a message that can't be shown
         """
         self._view = view
         self._buffer = buffer
         self._warn = warn
-        # Messages of several senders are not heard in the order in which they were sent.
+        # Messages of several senders do not come in the order in which they were sent.
         self._intake = Intake(buffer, self._complain, jitter=NANOSECONDS)
         self._known_frames: set[str] = set()
         self._robot: Robot | None = None
         self._marks = Marks()
-        self._brick_color: Color = (0.0, 0.0, 0.0, 0.0)
+        self._brick_colors = dict(BRICK_COLORS)
         self._account = Account()
         self._goal: tuple[float, float] | None = None
         self._tilt = 0.0
@@ -141,11 +146,12 @@ class Display:
         self._drawn: dict[str, Pose | None] = {}
         self._text_time = 0
         self._suggested = False
+        self._history = History(3)
         self._rates: dict[str, Rate] = {
             name: Rate() for names in COUNTED for name in names}
 
     def hear_description(self, message: String, now: int) -> None:
-        """Take in a robot."""
+        """Hear which robot there is."""
         try:
             robot = parse_urdf(message.data)
         except UrdfError as error:
@@ -166,7 +172,14 @@ class Display:
                 self._view.scene.put(f'robot/{link}', shapes)
 
     def hear_transforms(self, message: TFMessage, static: bool, clock: int, now: int) -> None:
-        """Take in transforms, which are stamped by a clock that may be another one."""
+        """
+        Hear transforms.
+
+        :param message: the transforms
+        :param static: whether they hold at all times
+        :param clock: the instant at which they came by the clock that stamps them
+        :param now: the same instant by the clock of everything else
+        """
         bricks = 0
         for transform in self._intake.take_in(message, static, clock):
             self._known_frames.add(transform.header.frame_id)
@@ -176,7 +189,7 @@ class Display:
             self._rates[BRICK_TF].add(now, bricks)
 
     def hear_marker(self, topic: str, message: Marker, now: int) -> None:
-        """Take in a marker of a topic."""
+        """Hear a marker of a topic."""
         key: Key = (topic, message.ns, message.id)
         if message.action == Marker.DELETEALL:
             self._marks.clear(topic)
@@ -193,17 +206,19 @@ class Display:
             return
         self._marks.put(key, mark)
         if topic == BRICK_MARKER:
-            self._account.see_phase(phase_of(message))
-            self._brick_color = mark.shape.color
+            phase = phase_of(message)
+            self._account.see_phase(phase)
+            if phase is not None:
+                self._brick_colors[phase] = mark.shape.color
         elif topic == CATCHER_MARKER and mark.shape.text == UNREACHABLE:
             self._account.see_unreachable()
 
     def hear_goal(self, message: PoseStamped, now: int) -> None:
-        """Take in where the robot is sent."""
+        """Hear where the robot is sent."""
         frame = self.pose(message.header.frame_id or WORLD)
         if frame is None:
-            self._complain('goal_pose', 'A goal is not shown: where its frame '
-                           f'{message.header.frame_id!r} is, is not known')
+            self._complain('goal_pose', 'A goal is not shown: its frame '
+                           f'{message.header.frame_id!r} is unknown')
             return
         point = message.pose.position
         x, y, _ = frame.transform((point.x, point.y, point.z))
@@ -216,7 +231,7 @@ class Display:
         self._account.see_goal(x, y, brick.position[:2] if brick is not None else None)
 
     def hear_tilt(self, message: Tilt, now: int) -> None:
-        """Take in how the platform is tilted."""
+        """Hear how the platform is tilted."""
         if undrawable((message.angle,)) is not None:
             self._complain('tilt', f'A tilt is not shown: it is {message.angle:g} rad')
             return
@@ -224,19 +239,19 @@ class Display:
         self._account.see_tilt(message.angle)
 
     def hear_of(self, name: str, now: int) -> None:
-        """Take note that a message has come, of which nothing else is of interest."""
+        """Hear that a message has come, to count it."""
         self._rates[name].add(now)
 
     def account(self) -> str:
-        """Say what the robot is up to with the brick."""
+        """Return what the robot does about the brick, in words."""
         return self._account.sentence()
 
     def phase(self) -> Phase | None:
-        """Return what the brick does, None if that can't be told."""
+        """Return what the brick does, None if that is unknown."""
         return self._account.phase
 
     def walls(self) -> tuple[float, float, float, float] | None:
-        """Return in m the least and the greatest x, then y, of the walls, None without walls."""
+        """Return in meters the least and greatest x, then y, of the walls, None without walls."""
         corners = [(mark.placed or ORIGIN, mark.shape) for key, mark in self._marks.shown.items()
                    if key[0] == WALLS]
         if not corners:
@@ -246,7 +261,7 @@ class Display:
         return min(xs), max(xs), min(ys), max(ys)
 
     def rates(self, now: int) -> list[tuple[str, float | None]]:
-        """Return how often (Hz) each of what is counted comes at an instant (ns), if it does."""
+        """Return what is counted and how often it comes (Hz), None for what does not come."""
         found = []
         for names in COUNTED:
             rates = [(name, self._rates[name].value(now)) for name in names]
@@ -254,7 +269,7 @@ class Display:
         return found
 
     def pose(self, frame: str, stamp: int = 0) -> Pose | None:
-        """Return where a frame is at an instant (ns; 0 for the latest), None if that's unknown."""
+        """Return the pose of a frame at an instant (ns; 0 for the latest), None if unknown."""
         if frame == self._fixed_frame():
             return ORIGIN
         transform = self._lookup(frame, stamp)
@@ -264,14 +279,14 @@ class Display:
         return pose if undrawable(pose.position + pose.orientation) is None else None
 
     def drawn(self, frame: str) -> Pose | None:
-        """Return where a frame is in the picture that was drawn last, None if it is not there."""
+        """Return the pose of a frame in the last picture, None if it is unknown."""
         if frame not in self._drawn:
-            # What is not known of this instant, as it has stopped coming, is where it was last.
+            # What has stopped coming is unknown at this instant: it is where it was last.
             self._drawn[frame] = self.pose(frame, self._instant) or self.pose(frame)
         return self._drawn[frame]
 
     def draw(self, now: int) -> None:
-        """Bring the page up to date at an instant (ns)."""
+        """Draw the page as it is at an instant (ns)."""
         self._instant = self._latest_instant()
         self._drawn.clear()
         with self._view.together():
@@ -279,12 +294,15 @@ class Display:
             self._draw_marks(now)
             self._draw_frames()
             self._draw_goal()
+            self._focus()
+            if self._history.is_due(now):
+                self._history.add(now, self._sample())
             if not 0 <= now - self._text_time < TEXT_PERIOD:
                 self._text_time = now
                 self._write(now)
 
     def _lookup(self, frame: str, stamp: int) -> TransformStamped | None:
-        """Return the transform of a frame at an instant (ns; 0 for the latest) if it is known."""
+        """Return a frame's transform at an instant (ns; 0 for the latest), None if unknown."""
         if frame not in self._known_frames:
             return None
         time = Time(nanoseconds=stamp) if stamp else LATEST
@@ -345,6 +363,27 @@ class Display:
                 pose = Pose((x, y, 0.0), ORIGIN.orientation)
         self._view.scene.move('goal', pose)
 
+    def _focus(self) -> None:
+        """Have the cameras see the arena, the followed robot, or a robot without an arena."""
+        robot = self.drawn(BASE_LINK) if self._view.panel.follow else None
+        x = y = ARENA_CENTER if self._fixed_frame() == WORLD else 0.0
+        if robot is not None:
+            x, y, _ = robot.position
+        self._view.scene.focus_on(x, y)
+
+    def _sample(self) -> tuple[float | None, float | None, float | None]:
+        """Return height of the brick (m), its distance (m) to the robot, and its speed (m/s)."""
+        brick, robot = self.drawn(BRICK), self.drawn(BASE_LINK)
+        before = self.pose(BASE_LINK, max(self._instant - SPEED_TIME, 1))
+        height = distance = speed = None
+        if brick is not None:
+            height = round(brick.position[2], 3)
+            if robot is not None:
+                distance = round(dist(brick.position[:2], robot.position[:2]), 3)
+        if robot is not None and before is not None:
+            speed = round(dist(robot.position, before.position) * NANOSECONDS / SPEED_TIME, 3)
+        return height, distance, speed
+
     def _write(self, now: int) -> None:
         panel = self._view.panel
         brick = self.drawn(BRICK)
@@ -357,19 +396,21 @@ class Display:
                 self._suggested = True
             panel.show_brick(
                 f'{phase.value if phase else "brick"}, {brick.position[2]:.2f} m up',
-                self._brick_color if phase else None)
+                self._brick_colors[phase] if phase else None)
+        panel.show_legend(self._brick_colors)
         panel.show_account(self._account.sentence(), self._account.unreachable)
         panel.show_tilt(self._tilt)
         panel.show_rates(self.rates(now))
+        panel.show_history(self._history)
 
     def _fixed_frame(self) -> str:
-        """Return the frame in which all is drawn: the world, or the robot alone stands still."""
+        """Return the frame in which all is drawn: the world, or the root of a robot alone."""
         if WORLD in self._known_frames or self._robot is None:
             return WORLD
         return self._robot.root
 
     def _complain(self, topic: str, sentence: str) -> None:
-        """Say what is wrong with a message, which may hold anything."""
+        """Warn of a message, whose texts may hold any characters."""
         self._warn(topic, ''.join(letter if letter.isprintable() else ' '
                                   for letter in sentence[:LONGEST_WARNING]))
 
@@ -380,7 +421,7 @@ def mark_of(marker: Marker, now: int) -> Mark:
 
     :param marker: the message
     :param now: the instant at which it came (ns)
-    :raises ValueError: it can't be drawn, for the reason that is given
+    :raises ValueError: it can't be drawn; the text says why
     """
     frame = marker.header.frame_id
     if marker.action != Marker.ADD:
@@ -405,19 +446,25 @@ def mark_of(marker: Marker, now: int) -> Mark:
 
 
 def _instant_of(stamp: TimeMessage, name: str) -> int:
-    """Return the instant (ns) of a stamp, or a duration."""
+    """
+    Return a stamp or duration in ns.
+
+    :param stamp: the stamp or duration
+    :param name: its name for the error
+    :raises ValueError: it is negative or not normalized
+    """
     if stamp.sec < 0 or stamp.nanosec >= NANOSECONDS:
         raise ValueError(f'its {name} is {stamp.sec} s and {stamp.nanosec} ns')
     return nanoseconds_of(stamp)
 
 
 def shape_of(marker: Marker) -> Shape | None:
-    """Return what a marker looks like, None for a type that isn't drawn."""
+    """Return the shape of a marker, None for a type that is not drawn."""
     position, orientation = marker.pose.position, marker.pose.orientation
     quaternion = (orientation.x, orientation.y, orientation.z, orientation.w)
     length = hypot(*quaternion)
     if length == 0.0:
-        quaternion = ORIGIN.orientation  # as rviz takes it
+        quaternion = ORIGIN.orientation  # like rviz2
     elif length <= LARGEST:
         quaternion = tuple(part / length for part in quaternion)
     pose = Pose((position.x, position.y, position.z), quaternion)
@@ -437,5 +484,5 @@ def shape_of(marker: Marker) -> Shape | None:
 
 
 def phase_of(marker: Marker) -> Phase | None:
-    """Return what the brick does by the text of its marker, None if that tells nothing."""
+    """Return what the brick does by the text of its marker, None if it does not say."""
     return PHASES.get(marker.text)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A node that fetches messages when it wants them."""
+"""A node that fetches messages when it needs them."""
 
 from collections.abc import Callable
 from collections.abc import Iterator
@@ -26,35 +26,36 @@ from rclpy.subscription import Subscription
 
 class PollingNode(Node):
     """
-    A node that fetches what comes often, instead of being woken by each message of it.
+    A node that fetches frequent messages, instead of being woken by each of them.
 
-    No executor knows of what is fetched, so that it can also be given up at any time: an
-    EventsExecutor may not survive that subscriptions and publishers of a living node go, unless
-    they have no event callbacks (https://github.com/ros2/rclpy/issues/1644).
+    No executor knows the fetched subscriptions, so they can be destroyed at any time. An
+    EventsExecutor may crash when a subscription or publisher of a living node is destroyed, unless
+    it has no event callbacks (https://github.com/ros2/rclpy/issues/1644).
     """
 
     def __init__(self, name: str, **node_options: Any) -> None:
         """
         Fetch nothing yet.
 
-        :param name: The name of the node.
-        :param node_options: Passed on to rclpy.node.Node.
+        :param name: of the node
+        :param node_options: passed on to rclpy.node.Node
         """
-        # First, since Node itself asks for its subscriptions, and may make some.
+        # First, since Node's constructor uses `subscriptions`.
         self._polled: dict[Subscription, Callable[[Any, dict[str, int]], None]] = {}
         super().__init__(name, **node_options)
 
     def poll(self, message_type: type, topic: str, hear: Callable[[Any, dict[str, int]], None],
              qos: QoSProfile, raw: bool = False) -> Subscription:
         """
-        Subscribe to what will be fetched.
+        Subscribe to messages that will be fetched.
 
-        :param message_type: The type of the messages.
-        :param topic: Their topic.
-        :param hear: Called by `fetch` with each message, and with what rmw knows of its way:
-            source_timestamp and received_timestamp, in ns of the system's clock.
-        :param qos: How to subscribe; its depth is how many messages wait to be fetched.
-        :param raw: Whether messages stay serialized.
+        :param message_type: the type of the messages
+        :param topic: their topic
+        :param hear: called by `fetch` with each message and with its source_timestamp and
+            received_timestamp, in ns of the system's clock
+        :param qos: how to subscribe; its depth is how many messages wait to be fetched
+        :param raw: whether messages stay serialized
+        :return: The subscription.
         """
         subscription = self.create_subscription(
             message_type, topic, _ignore, qos, raw=raw,
@@ -63,7 +64,7 @@ class PollingNode(Node):
         return subscription
 
     def fetch(self) -> None:
-        """Hear all that has come since the last time, topic by topic."""
+        """Hear all messages since the last time, topic by topic."""
         for subscription, hear in self._polled.items():
             with subscription.handle:
                 while (taken := subscription.handle.take_message(
@@ -72,11 +73,11 @@ class PollingNode(Node):
 
     @property
     def subscriptions(self) -> Iterator[Subscription]:
-        """Return what an executor is to wait for: not what is fetched."""
+        """The subscriptions that an executor waits for: not those that are fetched."""
         return (one for one in super().subscriptions if one not in self._polled)
 
     def destroy_subscription(self, subscription: Subscription) -> bool:
-        """Give up a subscription, fetched or not."""
+        """Destroy a subscription, fetched or not."""
         self._polled.pop(subscription, None)
         return super().destroy_subscription(subscription)
 

@@ -13,34 +13,35 @@
 # limitations under the License.
 
 """
-viewer: shows the live graph in a browser, for machines that have no rviz2.
+viewer: shows the live graph in a browser, for machines without rviz2.
 
-It draws what the topics say, and knows nothing of the nodes behind them: a graph on another
-machine is shown just as well. Robot, walls, brick and markers are looked up 30 times per second.
+It draws what the topics say, 30 times per second, and does not know which nodes publish them: it
+shows a graph on another machine as well.
 
 Subscribes:
-    robot_description (std_msgs/String, latched): the robot; every link is placed by TF
-    /tf, /tf_static: where everything is
-    walls (visualization_msgs/MarkerArray, latched)
-    brick_marker (visualization_msgs/Marker, latched): its color tells what the brick does
-    catcher_marker (visualization_msgs/Marker)
-    goal_pose (geometry_msgs/PoseStamped), tilt (turtle_brick_interfaces/Tilt): what the robot is
-        told to do
+    robot_description (std_msgs/String, latched): the robot; TF places its links
+    /tf, /tf_static: the poses of all frames
+    walls (visualization_msgs/MarkerArray, latched): the walls of the arena
+    brick_marker (visualization_msgs/Marker, latched): the brick; its text tells what it does
+    catcher_marker (visualization_msgs/Marker): the text "Unreachable"
+    goal_pose (geometry_msgs/PoseStamped): where the robot is sent
+    tilt (turtle_brick_interfaces/Tilt): the angle of the platform (rad)
     cmd_vel or turtle1/cmd_vel (geometry_msgs/Twist), odom (nav_msgs/Odometry),
-        joint_states (sensor_msgs/JointState): how often they come
+        joint_states (sensor_msgs/JointState): counted, to show their rates
 
-Publishes, when it is asked to on the page:
+Publishes, when that is asked for on the page:
     goal_pose (geometry_msgs/PoseStamped): the point of the ground that was clicked
-    tilt (turtle_brick_interfaces/Tilt): the slider
+    tilt (turtle_brick_interfaces/Tilt): the angle of the slider (rad)
 
-Calls, when it is asked to on the page:
+Calls, when that is asked for on the page:
     place (turtle_brick_interfaces/Place), drop (std_srvs/Trigger)
 
 Parameters, read-only:
-    host (string, 127.0.0.1): the interface on which the page is served; 0.0.0.0 for all of them.
-        The page answers under this name, localhost and any address, and for 0.0.0.0 under the
-        name of this machine; to other names, and to pages of other origins, it is closed
-    port (integer, 8080): the port; if it is taken, the next one that is free
+    host (string, default 127.0.0.1): the interface on which the page is served; 0.0.0.0 for all.
+        Requests have to name this host, localhost or a numeric address, or for 0.0.0.0 the name of
+        this machine. Others are refused, and so are pages of other origins
+    port (integer, default 8080): the TCP port of the page; 0 for any. If it is taken, the next
+        free one
 """
 
 from collections import deque
@@ -72,6 +73,12 @@ from turtle_brick.parameters import ParameterError
 from turtle_brick.spinning import init
 from turtle_brick.spinning import spin
 from turtle_brick.throttling import Warner
+from turtle_brick.view.commands import Command
+from turtle_brick.view.commands import Drop
+from turtle_brick.view.commands import DropAtRandom
+from turtle_brick.view.commands import PlaceAt
+from turtle_brick.view.commands import SendTo
+from turtle_brick.view.commands import SetTilt
 from turtle_brick.view.display import BRICK_MARKER
 from turtle_brick.view.display import CATCHER_MARKER
 from turtle_brick.view.display import Display
@@ -85,7 +92,7 @@ from visualization_msgs.msg import Marker
 from visualization_msgs.msg import MarkerArray
 
 VISER = 'viser==1.1.1'
-"""What pip is to install for the page; the same as in scripts/requirements.txt."""
+"""What pip has to install for the page, as in scripts/requirements.txt."""
 
 PERIOD = 1.0 / 30.0
 """Time (s) between two pictures."""
@@ -94,34 +101,34 @@ ANSWER_TIME = 5 * NANOSECONDS
 """How long (ns) a service may take to answer."""
 
 RANDOM_HEIGHTS = (3.0, 9.0)
-"""From which a brick is dropped at random (m)."""
+"""Least and greatest height (m) of a brick that is dropped at random."""
 
 MARGIN = 0.5
-"""How far (m) within the walls it then is."""
+"""Its least distance (m) to the walls."""
 
 MOST_COMMANDS = 10
-"""How much of what is asked for on the page is done between two pictures: the latest."""
+"""How many commands of the page are carried out between two pictures: the latest ones."""
 
 LONGEST_ANSWER = 300
 """How many characters of an answer are shown."""
 
 LOSSY = QoSProfile(depth=500, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""For what is soon out of date: nobody who publishes it ever waits for the viewer."""
+"""For what is soon out of date: its publishers never wait for the viewer."""
 
 
 class Listener(PollingNode):
     """
-    Hear all that there is to be seen in the graph, and hand it on to a display.
+    Hear all that is to be shown of the graph, and hand it on to a display.
 
-    What comes often is fetched, all that has come since the last picture at once: being woken
-    for each of the 750 messages per second of this graph costs far more.
+    Frequent messages are fetched in one go before each picture. To be woken for each of the 750
+    messages per second of this graph would cost far more.
     """
 
     def listen(self, display: Any) -> None:
         """
         Begin to listen.
 
-        :param display: whose methods hear_... are called, as those of Display
+        :param display: its methods hear_... are called, like those of Display
         """
         def now(hear: Callable[..., None], *arguments: Any) -> Callable[[Any], None]:
             return lambda message: hear(*arguments, message, self.now())
@@ -157,16 +164,16 @@ class Listener(PollingNode):
             message, False, clock(), sent(info)), LOSSY)
         for kind, topic in ((Twist, 'cmd_vel'), (Twist, 'turtle1/cmd_vel'), (Odometry, 'odom'),
                             (JointState, 'joint_states')):
-            # Not looked into, hence not unpacked.
+            # Only counted, hence not deserialized.
             self.poll(kind, topic, count(topic), LOSSY, raw=True)
 
     def now(self) -> int:
-        """Return the present instant (ns), by the clock with which messages are sent."""
+        """Return the present instant (ns) by the clock that stamps messages when they are sent."""
         return time_ns()
 
 
 class Viewer(Listener):
-    """Show the live graph in a browser, and do what is asked for there."""
+    """Show the live graph in a browser, and carry out what is asked for there."""
 
     def __init__(self, **node_options: Any) -> None:
         """
@@ -175,19 +182,20 @@ class Viewer(Listener):
         :param node_options: passed on to rclpy.node.Node
         :raises ParameterError: the page cannot be served where the parameters say
         """
-        # Here, since the rest of the package does without what it is drawn with.
-        from turtle_brick.view import web_view
+        # Here, since it needs viser, without which main and Listener have to work.
+        from turtle_brick.view.web_view import AddressError
+        from turtle_brick.view.web_view import WebView
         super().__init__('viewer', **node_options)
-        self._page = web_view
         host = self._parameter('host', '127.0.0.1', 'The interface on which the page is served')
         port = self._parameter('port', 8080, 'The port; if it is taken, the next free one')
-        self._commands: deque[Any] = deque(maxlen=MOST_COMMANDS)
+        self._commands: deque[Command] = deque(maxlen=MOST_COMMANDS)
         try:
-            self.view = web_view.WebView(host, port, self._commands.append)
-        except web_view.AddressError as error:
+            self.view = WebView(host, port, self._commands.append)
+            """The page."""
+        except AddressError as error:
             raise ParameterError(str(error)) from None
         self.display = Display(self.view, Buffer(node=self), Warner(self).warn)
-        self._warner = Warner(self, limit=10)
+        """What is on it."""
         self._pending: list[tuple[Future, str, int, Callable[[Any], None]]] = []
 
         self._goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', 10)
@@ -202,7 +210,7 @@ class Viewer(Listener):
         print(f'Viewer: {self.view.url}', file=sys.stderr, flush=True)
 
     def destroy_node(self) -> None:
-        """End the page, then the node."""
+        """End the page and the node."""
         self.view.close()
         super().destroy_node()
 
@@ -217,51 +225,51 @@ class Viewer(Listener):
         return value
 
     def _on_timer(self) -> None:
-        """Fetch what has come, do what is asked for, and draw."""
+        """Fetch the messages, carry out the commands, and draw."""
         self.fetch()
         for _ in range(len(self._commands)):
             self._do(self._commands.popleft())
         self._take_answers()
         self.display.draw(self.now())
 
-    def _do(self, command: Any) -> None:
-        """Do what is asked for on the page."""
-        page = self._page
-        if isinstance(command, page.Place):
-            self._place(command)
-        elif isinstance(command, page.Drop):
-            self._drop()
-        elif isinstance(command, page.DropAtRandom):
-            walls = self.display.walls()
-            if walls is None:
-                self._answer('drop at random: no walls in sight to drop it within', False)
-                return
-            west, east, south, north = walls
-            self._place(page.Place(uniform(west + MARGIN, east - MARGIN),
-                                   uniform(south + MARGIN, north - MARGIN),
-                                   uniform(*RANDOM_HEIGHTS)), then=self._drop)
-        elif isinstance(command, page.SetTilt):
-            self._tilt_publisher.publish(Tilt(angle=command.angle))
-        elif isinstance(command, page.SendTo):
-            goal = PoseStamped()
-            goal.header.frame_id = WORLD
-            goal.header.stamp = self.get_clock().now().to_msg()
-            goal.pose.position.x, goal.pose.position.y = command
-            goal.pose.orientation.w = 1.0
-            self._goal_publisher.publish(goal)
+    def _do(self, command: Command) -> None:
+        """Carry out a command of the page."""
+        match command:
+            case PlaceAt():
+                self._place(command)
+            case Drop():
+                self._drop()
+            case DropAtRandom():
+                walls = self.display.walls()
+                if walls is None:
+                    self._answer('drop at random: no walls are in sight', False)
+                    return
+                west, east, south, north = walls
+                self._place(PlaceAt(uniform(west + MARGIN, east - MARGIN),
+                                    uniform(south + MARGIN, north - MARGIN),
+                                    uniform(*RANDOM_HEIGHTS)), then=self._drop)
+            case SetTilt():
+                self._tilt_publisher.publish(Tilt(angle=command.angle))
+            case SendTo():
+                goal = PoseStamped()
+                goal.header.frame_id = WORLD
+                goal.header.stamp = self.get_clock().now().to_msg()
+                goal.pose.position.x, goal.pose.position.y = command
+                goal.pose.orientation.w = 1.0
+                self._goal_publisher.publish(goal)
 
-    def _place(self, point: Any, then: Callable[[], None] = lambda: None) -> None:
-        """Ask for the brick to be placed, and for something else once it is."""
+    def _place(self, point: PlaceAt, then: Callable[[], None] = lambda: None) -> None:
+        """Call the service place, and do something else if it agrees."""
         request = Place.Request()
         request.location.x, request.location.y, request.location.z = point
         self._call(self._place_client, request, then)
 
     def _drop(self) -> None:
-        """Ask for the brick to fall."""
+        """Call the service drop."""
         self._call(self._drop_client, Trigger.Request(), lambda: None)
 
     def _call(self, client: Client, request: Any, then: Callable[[], None]) -> None:
-        """Call a service, show what it answers, and do something if it agrees."""
+        """Call a service, show its answer, and do something else if it agrees."""
         service = self.resolve_service_name(client.srv_name)
         name = service.rpartition('/')[2]
         if not client.service_is_ready():
@@ -277,7 +285,7 @@ class Viewer(Listener):
         self._pending.append((future, name, self.now() + ANSWER_TIME, on_answer))
 
     def _take_answers(self) -> None:
-        """Hand on the answers that have come, and say which will not."""
+        """Show the answers that have come, and give up on those that are late."""
         now = self.now()
         for entry in list(self._pending):
             future, name, deadline, on_answer = entry
@@ -290,11 +298,8 @@ class Viewer(Listener):
                 self._answer(f'{name}: no answer', False)
 
     def _answer(self, text: str, good: bool) -> None:
-        """Show what came of a command."""
-        text = text[:LONGEST_ANSWER]
-        self.view.panel.show_answer(text, good)
-        if not good:
-            self._warner.warn('answer', text)
+        """Show the result of a command, on the page only: there somebody has asked for it."""
+        self.view.panel.show_answer(text[:LONGEST_ANSWER], good)
 
 
 def main(args: list[str] | None = None) -> int:

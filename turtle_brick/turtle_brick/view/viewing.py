@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-What the viewer makes of what it hears: markers, rates, and what the robot is up to. Pure.
+What the viewer derives from messages: markers, rates, curves, and what the robot does. Pure.
 
 Instants are integer nanoseconds.
 """
@@ -29,35 +29,36 @@ from turtle_brick.step_clock import NANOSECONDS
 from turtle_brick.view.urdf_scene import Shape
 
 Key = tuple[str, str, int]
-"""A marker's topic, namespace and id, which tell it from every other."""
+"""A marker's topic, namespace and id, which identify it."""
 
 
 class Mark(NamedTuple):
-    """A marker: something to draw in a frame."""
+    """A marker: a shape in a frame."""
 
     frame: str
     shape: Shape
     locked: bool
     """Whether it moves with its frame; otherwise it stays where its frame was."""
     stamp: int
-    """The instant at which its frame is meant if it isn't locked, 0 for the latest."""
+    """If it isn't locked: the instant of its frame that is meant, 0 for the latest."""
     expires: int | None
-    """The instant from which it is not to be seen any more, None for never."""
+    """When its lifetime ends, None for never."""
     placed: Pose | None = None
-    """Pose of its frame in the world, once that is known for one that isn't locked."""
+    """If it isn't locked: the pose of its frame in the world, once that is known."""
     heard: int = 0
-    """The instant before which it is not to be seen if it expires: time may go back."""
+    """When its lifetime began: a clock may be set back."""
 
 
 class Marks:
-    """The markers that are to be seen."""
+    """The markers that are shown."""
 
     def __init__(self) -> None:
         """Begin with none."""
         self.shown: dict[Key, Mark] = {}
+        """The markers by their keys."""
 
     def put(self, key: Key, mark: Mark) -> None:
-        """Add a marker, in place of what has the same key."""
+        """Add a marker; it replaces the one with the same key."""
         self.shown[key] = mark
 
     def remove(self, key: Key) -> None:
@@ -82,109 +83,138 @@ class Marks:
 
 def common_instant(latest: Iterable[int], apart: int) -> int:
     """
-    Return an instant at which it is known of all things where they are: the latest one.
+    Return the latest instant at which the poses of all things are known.
 
-    At their own latest instants things that move together are drawn at places that they had one
-    after the other.
+    Things that move together, each drawn at its own latest instant, would be drawn apart.
 
-    :param latest: the latest instant at which it is known of each (ns), 0 for one that stands
-        still
-    :param apart: how far (ns) from the median one may be; farther from it one counts for nothing,
-        as it has stopped coming, or is stamped by another clock
-    :return: The instant, 0 if none moves.
+    :param latest: the latest instant (ns) at which each pose is known, 0 for one that stands still
+    :param apart: how far (ns) before the median one may be; farther back it is ignored, as it has
+        stopped coming or is stamped by another clock
+    :return: The instant, 0 if nothing moves.
     """
     moving = sorted(stamp for stamp in latest if stamp > 0)
     return next((stamp for stamp in moving if stamp >= moving[len(moving) // 2] - apart), 0)
 
 
 class Rate:
-    """How often something comes, over the last few seconds."""
+    """How often something came in the last seconds."""
 
-    def __init__(self, window: int = 2 * NANOSECONDS) -> None:
-        """
-        Count from nothing.
+    WINDOW = 2 * NANOSECONDS
+    """How far back (ns) it looks."""
 
-        :param window: how far back it looks (ns)
-        """
-        self._window = window
-        self._events: deque[tuple[int, int]] = deque()
-        self._count = 0
+    MOST = 5000
+    """How many instants it keeps."""
+
+    def __init__(self) -> None:
+        """Begin with nothing."""
+        self._events: deque[tuple[int, int]] = deque(maxlen=self.MOST)
 
     def add(self, stamp: int, count: int = 1) -> None:
-        """Count events at an instant, long before that of the last ones if time has gone back."""
-        if self._events and stamp < self._events[-1][0] - self._window:
-            self._clear()
-        self._events.append((stamp, count))
-        self._count += count
+        """Count events at an instant (ns)."""
+        events = self._events
+        if events and stamp < events[-1][0] - self.WINDOW:
+            events.clear()  # the clock was set back
+        while events and events[0][0] < stamp - self.WINDOW:
+            events.popleft()
+        events.append((stamp, count))
 
     def value(self, now: int) -> float | None:
-        """Return events per second, None where fewer than two instants are in sight."""
-        events = self._events
-        if events and events[-1][0] > now + self._window:
-            self._clear()
-        while events and events[0][0] < now - self._window:
-            self._count -= events.popleft()[1]
-        if len(events) < 2 or events[-1][0] <= events[0][0]:
+        """Return the events per second at an instant (ns), None with fewer than two instants."""
+        recent = [event for event in self._events if abs(now - event[0]) <= self.WINDOW]
+        if len(recent) < 2 or recent[-1][0] <= recent[0][0]:
             return None
         # The first ones end the interval before them, which is not in the window.
-        return (self._count - events[0][1]) * NANOSECONDS / (events[-1][0] - events[0][0])
+        count = sum(count for _, count in recent) - recent[0][1]
+        return count * NANOSECONDS / (recent[-1][0] - recent[0][0])
 
-    def _clear(self) -> None:
-        """Begin again."""
-        self._events.clear()
-        self._count = 0
+
+class History:
+    """Samples of some quantities in the last seconds, one for each period of the clock."""
+
+    PERIOD = NANOSECONDS // 10
+    """Time (ns) between two samples."""
+
+    LENGTH = 120
+    """How many samples it keeps."""
+
+    def __init__(self, quantities: int) -> None:
+        """
+        Begin with nothing known.
+
+        :param quantities: how many values a sample has
+        """
+        self._unknown: tuple[float | None, ...] = (None,) * quantities
+        self._samples: deque[tuple[float | None, ...]] = deque(
+            [self._unknown] * self.LENGTH, maxlen=self.LENGTH)
+        self._latest = 0
+
+    def is_due(self, now: int) -> bool:
+        """Return whether there is no sample yet for the period of an instant (ns)."""
+        return now // self.PERIOD != self._latest
+
+    def add(self, now: int, values: tuple[float | None, ...]) -> None:
+        """Add the sample of an instant (ns), None for what is unknown then."""
+        periods = now // self.PERIOD - self._latest
+        # After a long gap, or when the clock was set back, nothing before is known.
+        missed = periods - 1 if 0 < periods <= self.LENGTH else self.LENGTH
+        self._samples.extend([self._unknown] * missed)
+        self._samples.append(values)
+        self._latest += periods
+
+    def columns(self) -> list[list[float | None]]:
+        """Return the times of all samples (s, 0 for the latest), then the values of each kind."""
+        times = [(number - self.LENGTH + 1) * self.PERIOD / NANOSECONDS
+                 for number in range(self.LENGTH)]
+        return [times, *map(list, zip(*self._samples))]
 
 
 class Account:
-    """What the robot is up to with the brick, as far as the topics tell."""
+    """What the robot does about the brick, as far as the topics tell."""
 
     UNDER = 0.05
-    """How far (m) from beneath the brick a goal is still taken for one to catch it."""
+    """How far (m) from the point below the brick a goal may be to count as catching it."""
 
     LEVEL = 1e-3
-    """The tilt (rad) up to which a platform is level."""
+    """The largest tilt (rad) of a level platform."""
 
     def __init__(self) -> None:
-        """Know nothing yet."""
+        """Begin with nothing known."""
         self.phase: Phase | None = None
+        """What the brick does, None if that is unknown."""
+        self.unreachable = False
+        """Whether the brick was declared unreachable in its present or last fall."""
         self._goal: tuple[float, float] | None = None
         self._tilt = 0.0
-        self._unreachable = False
         self._pursued = False
 
     def see_phase(self, phase: Phase | None) -> None:
-        """Take note of what the brick does; None if that can't be told."""
+        """Note what the brick does; None if that is unknown."""
         if phase is not self.phase:
             self.phase = phase
             self._goal = None
             if phase in (Phase.FALLING, Phase.HOVERING):
-                self._unreachable = False
+                self.unreachable = False
                 self._pursued = False
 
     def see_goal(self, x: float, y: float, brick: tuple[float, float] | None) -> None:
-        """Take note that the robot is sent to a point of the world, the brick being at another."""
+        """Note that the robot is sent to a point of the world (m), and where the brick is."""
         self._goal = (x, y)
         if self.phase is Phase.FALLING and brick is not None:
             self._pursued = hypot(x - brick[0], y - brick[1]) <= self.UNDER
 
     def see_tilt(self, angle: float) -> None:
-        """Take note of the angle (rad) that the platform is given."""
+        """Note the angle (rad) that the platform is set to."""
         self._tilt = angle
 
     def see_unreachable(self) -> None:
-        """Take note that the brick is declared out of reach."""
-        self._unreachable = True
-
-    @property
-    def unreachable(self) -> bool:
-        """Whether the brick is out of reach, since it began to fall."""
-        return self._unreachable
+        """Note that the brick is declared unreachable."""
+        self.unreachable = True
 
     def sentence(self) -> str:
-        """Say it."""
+        """Return what the robot does, in words."""
         tilted = abs(self._tilt) > self.LEVEL
         if self.phase is Phase.FALLING:
-            if self._unreachable:
+            if self.unreachable:
                 return 'Unreachable'
             return 'Reachable: driving under the brick' if self._pursued else 'The brick falls'
         if self.phase is Phase.RIDING:
@@ -193,7 +223,7 @@ class Account:
             if self._goal is not None:
                 return 'Caught: carrying it to ({:.2f}, {:.2f})'.format(*self._goal)
             return 'Caught'
-        if self.phase is Phase.GROUNDED and self._unreachable:
+        if self.phase is Phase.GROUNDED and self.unreachable:
             return 'Unreachable: it fell to the ground'
         if self.phase is Phase.GROUNDED and self._pursued:
             return 'Missed: it fell to the ground'

@@ -13,11 +13,11 @@
 # limitations under the License.
 
 """
-Who may talk to the server of the page, and what a browser may say to it. No ROS.
+Who may talk to the server of the page, and what a browser may send to it. No ROS.
 
-viser serves everybody, does what any message says and leaves tracebacks on the terminal. Whoever
-has the page open may place and drop bricks; a page from elsewhere in the same browser may not, and
-nobody may do more than the page itself can. So every request and every message passes here first.
+viser serves everybody, obeys every message and prints tracebacks. Whoever has the page open may
+place and drop bricks. A foreign page in the same browser may not, and nobody may do more than the
+page itself can. So every request and every message is checked here first.
 """
 
 import asyncio
@@ -40,7 +40,7 @@ EVERYWHERE = ('0.0.0.0', '::', '')
 """Hosts that stand for all interfaces."""
 
 VISITORS = 32
-"""How many browsers may look at the same time."""
+"""How many browsers may show the page at the same time."""
 
 LARGEST_MESSAGE = 8 * 2**20
 """The largest message (bytes) that a browser may send: a rendered picture, for a video."""
@@ -48,8 +48,9 @@ LARGEST_MESSAGE = 8 * 2**20
 LARGEST_NUMBER = 1e9
 """The largest number in a message."""
 
-BUTTONS = ('Place', 'Drop', 'Drop at random')
-"""The texts that a browser may send: those of the buttons."""
+BRICK_BUTTONS = ('Place', 'Drop', 'Drop at random')
+VIEW_BUTTONS = ('Near', 'From above')
+"""The texts of the buttons, the only ones that a browser may send."""
 
 Check = Callable[[Any], bool]
 
@@ -68,9 +69,9 @@ def _are_numbers(count: int) -> Check:
 
 
 def _is_value(value: Any) -> bool:
-    """Tell whether a control of the page can have a value."""
+    """Return whether a control of the page can have a value."""
     return (isinstance(value, bool) or _is_number(value) or _are_numbers(3)(value)
-            or _is_text(value) and value in BUTTONS)
+            or _is_text(value) and value in BRICK_BUTTONS + VIEW_BUTTONS)
 
 
 FORMS: dict[str, dict[str, Check]] = {
@@ -92,15 +93,15 @@ FORMS: dict[str, dict[str, Check]] = {
     'GetRenderResponseMessage': {
         'payload': lambda value: isinstance(value, bytes), 'render_uuid': _is_text}}
 """
-The messages of viser that the page sends, and what each of their fields may be.
+The messages of viser that the page sends, with a check of each field.
 
-They are checked here by hand, since msgspec 0.22 reads the bounds of numbers from the wrong place
-where a type is a union of such numbers, texts and tuples.
+msgspec 0.22 can't check them: in a union of bounded numbers, texts and tuples it reads the bounds
+of the numbers from the wrong place.
 """
 
 
 def is_admissible(raw: Any) -> bool:
-    """Tell whether a message is one that the page sends."""
+    """Return whether a message is one that the page sends."""
     if not isinstance(raw, bytes):
         return False
     try:
@@ -116,11 +117,11 @@ def is_admissible(raw: Any) -> bool:
 
 
 class Door:
-    """Before the server of the page: it lets in who is at the page's own address."""
+    """Guards the server of the page: it lets in who uses the page's own address."""
 
     def __init__(self, host: str) -> None:
         """
-        Keep it closed.
+        Begin closed.
 
         :param host: the interface on which the page is served
         """
@@ -135,12 +136,13 @@ class Door:
         """
         Return why a request is refused, None if it is not.
 
-        A page from elsewhere has its own origin. With a name of its own that it has made lead here
-        (DNS rebinding) it would have ours, but then that name is the host; an address is no name.
+        A foreign page has a foreign origin. With DNS rebinding, a foreign name that resolves to
+        this machine, the origin equals the host; but then the host is that foreign name. So only
+        our own names and numeric addresses are accepted.
 
-        :param hosts: its headers Host, of which it should have one
-        :param origins: its headers Origin: a browser sends one with each WebSocket, programs need
-            not
+        :param hosts: its headers Host, of which there should be one
+        :param origins: its headers Origin; a browser sends one with each WebSocket, other programs
+            need not
         """
         host = hosts[0].lower() if len(hosts) == 1 else ''
         if not self._is_ours(host):
@@ -151,7 +153,7 @@ class Door:
         return None
 
     def _is_ours(self, host: str) -> bool:
-        """Tell whether a host, with or without a port, is this machine."""
+        """Return whether a host, with or without a port, is this machine."""
         found = re.fullmatch(r'(?:\[([^\]]*)\]|([^:@]*))(?::\d*)?', host)
         name = found and (found[1] or found[2])
         if not name:
@@ -169,8 +171,8 @@ class Door:
         """
         Return a context in which a viser.ViserServer gets this door.
 
-        viser hands nothing on to the server of websockets that it makes, so that `serve` is
-        another one for as long as viser needs to call it. All that it is given is public.
+        viser passes no options on to the websockets server that it makes. So `serve` is replaced
+        while viser calls it. All that it is given is public.
         """
         serve = websockets_server.serve
 
@@ -179,11 +181,11 @@ class Door:
                 response = self._turn_away(connection, request) or process_request(
                     connection, request)
                 if response is not None:
-                    # No other page may show this one and have its visitors click on it.
+                    # No other page may embed this one and trick its visitors into a click.
                     response.headers['Content-Security-Policy'] = "frame-ancestors 'self'"
                 return response
 
-            # What happens in a task on behalf of a browser is nothing for the terminal.
+            # Errors in a browser's task are nothing for the terminal.
             asyncio.get_running_loop().set_exception_handler(lambda loop, context: None)
             options.update(max_size=LARGEST_MESSAGE, logger=_silent_logger())
             return serve(*arguments, process_request=process,
@@ -196,7 +198,7 @@ class Door:
             websockets_server.serve = serve  # type: ignore[misc]
 
     def _turn_away(self, connection: ServerConnection, request: Request) -> Response | None:
-        """Return the answer to somebody who is not let in."""
+        """Return the response to a refused request, None if it is let in."""
         reason = self.refusal(
             request.headers.get_all('Host'), request.headers.get_all('Origin'))
         if reason is not None:
@@ -207,10 +209,10 @@ class Door:
 
 
 class GuardedConnection(ServerConnection):
-    """A connection on which only what is admissible is received."""
+    """A connection that ignores messages that are not admissible."""
 
     async def recv(self, decode: bool | None = None) -> Any:
-        """Return the next message that is admissible."""
+        """Return the next admissible message."""
         while not is_admissible(message := await super().recv(decode)):
             pass
         return message
@@ -218,15 +220,15 @@ class GuardedConnection(ServerConnection):
 
 class LoopEvent(asyncio.Event):
     """
-    An event that other threads than that of its loop can be told to set, and do not.
+    An event that ignores `set` outside its loop.
 
-    viser's buffer sets its event in the thread that changes something, where asyncio does not
-    allow it: the waiting browsers change at the same time, and it raises "deque mutated during
-    iteration". Right after that viser has the loop set it, which is what wakes them.
+    viser's buffer sets its event in the thread that changes something. asyncio does not allow
+    this: if a browser begins to wait in that moment, it raises "deque mutated during iteration".
+    Right afterwards viser sets it again in the loop, and this wakes the waiting browsers.
     """
 
     def set(self) -> None:  # noqa: A003
-        """Wake who waits, if the loop does it."""
+        """Wake all who wait, if called in the loop."""
         try:
             asyncio.get_running_loop()
         except RuntimeError:
@@ -235,7 +237,7 @@ class LoopEvent(asyncio.Event):
 
 
 def _silent_logger() -> logging.Logger:
-    """Return a logger that says nothing."""
+    """Return a logger without output."""
     logger = logging.getLogger(__name__)
     logger.propagate = False
     logger.disabled = True
