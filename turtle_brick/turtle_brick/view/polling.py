@@ -73,7 +73,7 @@ class PollingNode(Node):
 
     @property
     def subscriptions(self) -> Iterator[Subscription]:
-        """The subscriptions that an executor waits for: not those that are fetched."""
+        """Return the subscriptions that an executor waits for: not those that are fetched."""
         return (one for one in super().subscriptions if one not in self._polled)
 
     def destroy_subscription(self, subscription: Subscription) -> bool:
