@@ -25,8 +25,10 @@ import os
 from pathlib import Path
 import re
 import shlex
+import shutil
 import signal
 import subprocess
+import sys
 from threading import Event
 from threading import Lock
 from time import monotonic
@@ -64,6 +66,7 @@ NOT_RUN = {
     'ffmpeg ': 'it replaces a picture of the page',
     'bash turtle_brick/scripts/record_rviz ': 'it takes rviz2, Xvfb and minutes',
     'ros2 run turtle_brick benchmark': 'it takes minutes; see test_benchmark.py',
+    'ros2 run turtle_brick referee': 'it takes minutes',
     'ros2 run turtle_brick own_node': 'it belongs to the reader',
     'ros2 run turtle_brick lesson$': 'its five parts are run',
 }
@@ -394,3 +397,28 @@ def test_the_readme_follows_the_template():
 
 def test_the_pictures_are_small():
     assert sum(path.stat().st_size for path in (PACKAGE / 'media').iterdir()) < 6e6
+
+
+def test_a_number_more_takes_two_lines(tmp_path):
+    """The page's two lines, put where it says, are all that node and xacro need."""
+    for name in ('config/turtle.yaml', 'urdf/turtle.urdf.xacro', 'turtle_brick/__init__.py',
+                 'turtle_brick/chassis.py', 'turtle_brick/parameters.py'):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        shutil.copy(PACKAGE / name, tmp_path / name)
+    module = tmp_path / 'turtle_brick' / 'parameters.py'
+    before, after = module.read_text().split('    def __post_init__')
+    module.write_text(before.rstrip() + '\n' + block('changing.md', 'python', 'bounce')
+                      + '\n    def __post_init__' + after)
+    file = tmp_path / 'config' / 'turtle.yaml'
+    line = block('changing.md', 'yaml', 'bounce')
+    file.write_text(file.read_text() + line)
+    code = ("from turtle_brick.parameters import load; print(load('config/turtle.yaml').bounce); "
+            "import xacro; xacro.process_file('urdf/turtle.urdf.xacro')")
+    run = [sys.executable, '-c', code]
+    environment = {**os.environ, 'PYTHONPATH': f'{tmp_path}:{os.environ.get("PYTHONPATH", "")}'}
+    done = subprocess.run(run, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, '0.3\n', '')
+    file.write_text(file.read_text().replace(line, line.replace('0.3', '1.5')))
+    done = subprocess.run(run, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert done.returncode != 0
+    assert 'bounce is 1.5, but must be a number from 0 to 1' in done.stderr
