@@ -98,7 +98,7 @@ RATES = {'turtle1/pose': 62.5, 'turtle1/cmd_vel': 100.0, 'odom': 100.0, 'joint_s
          'base_link': 100.0, 'platform': 100.0, 'brick': 250.0}
 """Of topics and frames (Hz)."""
 
-STAGES = ('idle', 'hovering', 'falling', 'carrying', 'tilting', 'levelling', 'floating',
+STAGES = ('idle', 'hovering', 'falling', 'carrying', 'tilting', 'leveling', 'floating',
           'unreachable')
 BLOWS = {'kill': None, 'freeze 0.3': 0.3, 'freeze 2': 2.0}
 """What a node is dealt: None is an end by SIGKILL and a new start, a number the time (s)
@@ -486,7 +486,7 @@ class Scene:
                 ('falling', lambda: seen.phase is Phase.FALLING and seen.goal != CENTER),
                 ('carrying', lambda: seen.phase is Phase.RIDING and seen.goal == CENTER),
                 ('tilting', lambda: seen.angle > 0.3 * PARAMETERS.tilt_angle),
-                ('levelling', lambda: seen.phase is Phase.FLOATING
+                ('leveling', lambda: seen.phase is Phase.FLOATING
                  and 0.0 < seen.angle < 0.7 * PARAMETERS.tilt_angle),
                 ('floating', self.is_level)):
             self.until(lambda: reached() or is_over(), PLAY_TIME, f'before the blow: {name}')

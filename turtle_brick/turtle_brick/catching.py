@@ -13,11 +13,11 @@
 # limitations under the License.
 
 """
-Decide what to do about a brick, from nothing but where it is and where the robot is.
+Decide what to do about a brick, from where it is and where the robot is.
 
-`transition` is the state machine; `Catcher` feeds it with what `falling` and `reaching` tell, and
-says what to publish. No clock is read here and nothing is known of how the brick is moved:
-instants come with the observations, in integer nanoseconds of one clock.
+`transition` is the state machine; `Catcher` makes its observations, with `falling` and `reaching`,
+and returns what to publish. No clock is read here: instants come with the observations, in integer
+nanoseconds of one clock.
 """
 
 from enum import Enum
@@ -46,46 +46,45 @@ from turtle_brick.step_clock import NANO
 from turtle_brick.turtlesim_kinematics import ARENA_CENTER
 
 PERIOD = 0.02
-"""Time (s) between two looks at what the robot does; the brick is looked at when it moves."""
+"""Time (s) between two updates; a brick that begins to fall brings one more."""
 
 CENTER = (ARENA_CENTER, ARENA_CENTER)
-"""Center of the arena in the world (m), where the brick is carried to."""
+"""Center of the arena in the world (m), where bricks are carried."""
 
 RAMP = 0.5
-"""Time (s) in which the platform is tilted and levelled."""
+"""Time (s) in which the platform is tilted or leveled."""
 
 PATIENCE = 10.0
-"""Time (s) for which the robot tries to get rid of a brick that does not slide."""
+"""Time (s) after which the robot gives up tipping off a brick that does not slide."""
 
 SETTLED = 0.05
-"""Time (s) after which a brick beside the tilted platform that has not moved floats: it slides
-until its trailing edge has cleared."""
+"""Time (s) without motion after which a brick beside the tilted platform counts as floating, and
+one that did not follow the robot as hovering."""
 
 LAG = 0.5
-"""How far (s) behind the robot the brick that it carries may come: on a busy machine the arena
-moves it with where the platform was. Only a brick that has not moved for so long is left behind,
-and only for so long may one that is still on the tilted platform stand still."""
+"""Longest time (s) for which a brick on the moving or tilted platform may seem to stand still: on
+a busy machine the arena learns late where the platform is."""
 
 LYING = 1.0
 """Time (s) for which a brick lies on the level platform of a robot at rest before it is carried
-off, wherever it has come from."""
+off."""
 
 CLOCK_DIFFERENCE = 0.5
-"""How far (s) the stamp of a brick that begins to fall may be from the present: in between, the
-clocks of the two nodes have not both been set yet."""
+"""Largest difference (s) between a falling brick's stamp and the present for a decision: more
+means that only one of two nodes knows yet that the clock was set."""
 
 LAST_WORD = 0.1
-"""How long (s) before a brick is down it is decided about, if the robot has not come in sight."""
+"""Time (s) before the contact at which a decision no longer waits for the robot to be seen."""
 
 OUT_OF_SIGHT = 1.0
-"""Time (s) for which a robot may be out of sight, as on a machine that stands still, before what
-was to be caught or carried is given up."""
+"""Time (s) for which the robot may be out of sight, as on a busy machine, before a catch is given
+up."""
 
 ARRIVED = 0.02
-"""Distance (m) from where it was sent at which the robot, at rest, is there, and may tilt."""
+"""Distance (m) from its goal at which a robot at rest has arrived."""
 
 ON_PLATFORM = 0.01
-"""How far (m) from its resting height a brick may be and still count as lying there."""
+"""How far (m) from its resting height a brick may be and still count as on the platform."""
 
 
 class State(Enum):
@@ -95,58 +94,62 @@ class State(Enum):
     APPROACHING = 'driving under the brick'
     CARRYING = 'carrying the brick to the center'
     TILTING = 'tilting the brick off'
-    LEVELLING = 'levelling the platform'
+    LEVELING = 'leveling the platform'
 
 
 class Observation(NamedTuple):
-    """What matters for the next state."""
+    """What the next state depends on."""
 
     decision: bool | None = None
-    """Whether a brick that has just begun to fall can be caught; None: none has."""
+    """Whether a brick that has just begun to fall can be caught; None if none has."""
     falling: bool = False
+    """Whether the brick falls and is still above the platform."""
     on_platform: bool = False
+    """Whether the brick lies on the level platform."""
     at_center: bool = False
+    """Whether the robot is at rest in the center of the arena."""
     off_platform: bool = False
-    """The brick has left the tilted platform, whichever way."""
+    """Whether the brick has left the tilted platform."""
     out_of_patience: bool = False
+    """Whether the present state has lasted for PATIENCE."""
     level: bool = True
+    """Whether the platform was ordered to be level."""
     lying: bool = False
-    """The brick has lain on the level platform of the robot at rest for a while."""
+    """Whether the brick has lain on the level platform of the robot at rest for LYING."""
     blind: bool = False
-    """The robot has just got out of sight: what becomes of the brick on it can't be told."""
+    """Whether the robot has been out of sight, but for less than OUT_OF_SIGHT."""
 
 
 def transition(state: State, seen: Observation) -> State:
     """
-    Return the state that follows.
+    Return the next state, often the same.
 
     :param state: the present state
     :param seen: what is seen in it
-    :return: The next state, often the same.
     """
     if seen.decision:
         return State.APPROACHING
-    if seen.blind and state is not State.LEVELLING:
+    if seen.blind and state is not State.LEVELING:
         return state
     if state is State.APPROACHING:
         if seen.on_platform:
             return State.CARRYING
         if not seen.falling:
-            return State.LEVELLING
+            return State.LEVELING
     elif state is State.CARRYING:
         if not seen.on_platform:
-            return State.LEVELLING
+            return State.LEVELING
         if seen.at_center:
             return State.TILTING
     elif state is State.TILTING:
         if seen.off_platform or seen.out_of_patience:
-            return State.LEVELLING
-    elif state is State.LEVELLING:
+            return State.LEVELING
+    elif state is State.LEVELING:
         if seen.level:
             return State.WAITING
     elif seen.lying:
-        # Placed there, called unreachable and caught all the same, or left over from somebody
-        # who was interrupted.
+        # Placed there, caught although it was called unreachable, or left there by a catcher that
+        # was interrupted.
         return State.CARRYING
     return state
 
@@ -165,16 +168,16 @@ class Tilt(NamedTuple):
 
 
 Action = Decision | Drive | Tilt
-"""What the catcher does; a Decision is told to everyone, above all that a brick is unreachable."""
+"""What the node is to publish or log."""
 
 
 class Ramp:
-    """The angle of the platform, which changes smoothly."""
+    """The platform's angle, which changes smoothly."""
 
     def __init__(self) -> None:
         """Begin level."""
         self.angle = 0.0
-        """The angle (rad) that was ordered last."""
+        """The angle ordered last (rad)."""
         self._from = 0.0
         self._begun = 0
         self._ordered = 0
@@ -185,11 +188,11 @@ class Ramp:
 
     def move(self, now: int, goal: float) -> bool:
         """
-        Change the angle as far as it is to be at an instant.
+        Set the angle for an instant.
 
         :param now: the instant (ns)
-        :param goal: the angle (rad) that it is to have RAMP after the change has begun
-        :return: whether the angle is another now
+        :param goal: the angle (rad) RAMP after the beginning of the change
+        :return: Whether the angle has changed.
         """
         if self.angle == goal:
             return False
@@ -200,39 +203,39 @@ class Ramp:
         return True
 
     def level(self, now: int) -> None:
-        """Be level at once."""
+        """Set the angle to zero at once."""
         self.angle, self._ordered = 0.0, now
 
     def is_level(self, now: int) -> bool:
-        """Tell whether everyone sees at an instant (ns) that level was ordered."""
+        """Tell whether level was ordered so long before an instant (ns) that all others see it."""
         return self.angle == 0.0 and (now - self._ordered) * NANO > LEVEL_LATENCY
 
     def restart(self, now: int) -> None:
-        """Begin all times at an instant (ns) before those that are known."""
+        """Go on at an instant (ns) before the last one, since the clock was set back."""
         self._from, self._begun, self._ordered = self.angle, now, now
 
 
 class Brick:
-    """Where the brick was seen."""
+    """Where the brick was seen last."""
 
     def __init__(self) -> None:
         """Know nothing yet."""
         self.position: Vector = (inf, inf, inf)
-        """In the world (m); far away until it is seen."""
+        """Position in the world (m); infinity until it is seen."""
         self.seen = 0
         """When it was seen last (ns)."""
         self.moved = 0
-        """When it had moved last (ns)."""
+        """When it moved last (ns)."""
         self._parent = ''
 
     def observe(self, stamp: int, position: Vector, parent: str) -> bool:
         """
-        Take note of where it is.
+        Note where it is.
 
         :param stamp: instant at which it was there (ns)
         :param position: of its center in the world (m)
         :param parent: the frame in which it is broadcast; a change of it counts as a motion
-        :return: whether it has moved
+        :return: Whether it has moved.
         """
         moves = (stamp < self.seen or parent != self._parent
                  or position != self.position and dist(position, self.position) > ROUNDING)
@@ -243,7 +246,7 @@ class Brick:
 
     @property
     def still(self) -> float:
-        """How long (s) it had not moved when it was seen last."""
+        """Time (s) from its last motion to when it was seen last."""
         return (self.seen - self.moved) * NANO
 
 
@@ -261,21 +264,26 @@ class Catcher:
         self.decision: Decision | None = None
         """The last one."""
         self._now = 0
+        """The last instant (ns)."""
         self._detector = FallDetector(parameters.gravity_accel)
         self._undecided = False
+        """Whether there is a fall without a decision."""
         self._brick = Brick()
         self._hovers = False
+        """Whether the brick stayed behind when it was to be carried or tipped off."""
         self._track = Track(parameters.max_velocity)
         self._ramp = Ramp()
         self._since = 0
+        """When the present state began (ns)."""
         self._carrying_since = 0
+        """When CARRYING began last (ns)."""
 
     def see_brick(self, stamp: int, position: Vector, parent: str = 'world') -> bool:
         """
-        Take note of where the brick is.
+        Note where the brick is.
 
         :param stamp: instant at which it was there (ns)
-        :param position: of its center in the world (m); one beyond FARTHEST is ignored
+        :param position: of its center in the world (m); ignored beyond FARTHEST
         :param parent: the frame in which it is broadcast; a change of it counts as a motion
         :return: Whether it has just begun to fall: then `update` should be called at once.
         """
@@ -291,12 +299,11 @@ class Catcher:
 
     def update(self, now: int, platform: Pose | None) -> list[Action]:
         """
-        Decide what is to be done now; to be called 50 times per second or more.
+        Decide what to do now; to be called 50 times per second or more.
 
-        :param now: the present instant (ns); where it is before the last one, the clock was set
-            back
-        :param platform: pose of the platform's frame in the world, None where it is not known
-        :return: What is to be published, in order.
+        :param now: the present instant (ns), before the last one if the clock was set back
+        :param platform: pose of the platform's frame in the world, None if it is not known
+        :return: What to publish, in order.
         """
         if now < self._now:
             self._start_afresh(now)
@@ -309,7 +316,7 @@ class Catcher:
             return actions
         blind = robot is None and (now - self._track.seen) * NANO < OUT_OF_SIGHT
         if blind:
-            self._brick.moved = self._brick.seen  # A blind catcher can't tell that it stays.
+            self._brick.moved = self._brick.seen  # Unseen, it may have moved with the robot.
         if decision is not None:
             self.decision = decision
             actions.append(decision)
@@ -329,7 +336,7 @@ class Catcher:
             self._since = now
             self._ramp.begin(now)
             if fall is not None:
-                self._ramp.level(now)  # At once, whoever has tilted the platform.
+                self._ramp.level(now)
                 actions += [self._drive(now, (fall.x, fall.y)), Tilt(0.0)]
             else:
                 actions += self._enter(state, now, robot)
@@ -337,7 +344,7 @@ class Catcher:
         elif resting is not None and state in (State.APPROACHING, State.CARRYING):
             goal = self._track.goal
             if _distance(resting, goal) > ARRIVED:
-                # The order was lost on its way, or somebody else has sent it there.
+                # The order was lost, or somebody else has sent the robot elsewhere.
                 actions.append(self._drive(now, goal))
         if self._ramp.move(
                 now, self.parameters.tilt_angle if self.state is State.TILTING else 0.0):
@@ -345,13 +352,13 @@ class Catcher:
         return actions
 
     def _start_afresh(self, now: int) -> None:
-        """Begin every span of time at an instant (ns) before those that are remembered."""
+        """Go on at an instant (ns) before the last one, since the clock was set back."""
         self._track.restart(now)
         self._ramp.restart(now)
         self._brick.seen = self._brick.moved = self._since = self._carrying_since = now
 
     def _decide(self, now: int, robot: Robot | None) -> Decision | None:
-        """Return what is found about a fall that has not been decided about, once it is time."""
+        """Return the decision about a new fall, None if there is none or it has to wait."""
         fall = self._detector.fall
         if fall is None:
             self._undecided = False
@@ -359,7 +366,7 @@ class Catcher:
         if not self._undecided or abs(now - self._brick.seen) * NANO > CLOCK_DIFFERENCE:
             return None
         decision = reach(fall, now, robot, self.parameters)
-        # A robot that is seen too little may turn out to be near, and to stand still.
+        # A robot that is not seen, or not for long enough, may turn out to be near and at rest.
         hoped_for = Robot(fall.x, fall.y) if robot is None else robot._replace(reserve=0.0)
         if (not decision.reachable and decision.available > LAST_WORD
                 and reach(fall, now, hoped_for, self.parameters).reachable):
@@ -368,17 +375,17 @@ class Catcher:
         return decision
 
     def _drive(self, now: int, goal: tuple[float, float]) -> Drive:
-        """Order the robot at an instant (ns) to a point of the world (m)."""
+        """Send the robot to a point of the world (m) at an instant (ns)."""
         self._track.order(now, goal)
         return Drive(*goal)
 
     def _enter(self, state: State, now: int, robot: Robot | None) -> list[Action]:
-        """Return what is to be done on entering a state other than APPROACHING."""
+        """Return what to do on entering a state other than APPROACHING."""
         if state is State.CARRYING:
             self._carrying_since = now
             return [self._drive(now, CENTER)]
-        if state is State.LEVELLING and robot is not None:
-            # A brick that has not moved, wherever the robot went and however it tilted, hovers.
+        if state is State.LEVELING and robot is not None:
+            # A brick that did not move while the robot drove and tilted hovers.
             since = self._carrying_since
             self._hovers = (self.state in (State.CARRYING, State.TILTING)
                             and self._brick.moved <= since
@@ -386,19 +393,18 @@ class Catcher:
             if self._hovers and self.state is State.CARRYING:
                 return [self._drive(now, within_arena(*self._brick.position[:2]))]
             if self.state in (State.APPROACHING, State.CARRYING):
-                # What was to be caught or carried is gone: stop where the commands on their way
-                # will have led.
+                # The brick is gone: stop where the commands on their way lead.
                 stop = robot.bound_for[0] if robot.bound_for else (robot.x, robot.y)
                 return [self._drive(now, within_arena(*stop))]
         return []
 
     def _is_falling(self) -> bool:
-        """Tell whether the brick falls, and has not passed the platform yet."""
+        """Tell whether the brick falls and is still above the platform."""
         return (self._detector.fall is not None
                 and self._brick.position[2] > resting_height(self.parameters) - ON_PLATFORM)
 
     def _is_at_rest_height(self) -> bool:
-        """Tell whether the brick is as high as one on the level platform, and does not fall."""
+        """Tell whether the brick is as high as on the level platform and does not fall."""
         return (self._detector.fall is None
                 and abs(self._brick.position[2] - resting_height(self.parameters)) <= ON_PLATFORM)
 
@@ -408,12 +414,12 @@ class Catcher:
             return False
         if self.state is State.CARRYING and self._brick.still < LAG:
             return True
-        # The robot moves on while the transforms of the two are some ms apart.
+        # The transforms of brick and robot are some ms apart, and the robot moves meanwhile.
         near = self.parameters.platform_radius + self.parameters.max_velocity * 0.1
         return _distance(robot, self._brick.position) <= near
 
     def _is_lying(self, robot: Robot | None) -> bool:
-        """Tell whether the brick has lain on the level platform of a robot at rest for long."""
+        """Tell whether the brick has lain on the level platform of a robot at rest for LYING."""
         if (self._hovers or self._brick.still < LYING
                 or robot is None or not self._is_at_rest_height()):
             return False
@@ -421,11 +427,11 @@ class Catcher:
         return robot.at_rest and robot.level and _distance(robot, self._brick.position) <= near
 
     def _is_off_platform(self, platform: Pose | None) -> bool:
-        """Tell whether the brick does not move although the platform is tilted: it has left."""
+        """Tell whether the brick has left the tilted platform: it does not move any more."""
         brick = self._brick
         if platform is None:
             return True
-        # Counted to when it was last seen: one that is out of sight may move.
+        # Up to when it was seen last: out of sight it may move.
         still = (brick.seen - max(brick.moved, self._track.level_seen)) * NANO
         ex, ey, _ = axes(platform.orientation)
         offset = [a - b for a, b in zip(brick.position, platform.position)]
@@ -435,5 +441,5 @@ class Catcher:
 
 
 def _distance(robot: Robot, place: tuple[float, ...]) -> float:
-    """Return how far (m) the robot is from a place of the world, seen from above."""
+    """Return the horizontal distance (m) of the robot from a place in the world."""
     return hypot(robot.x - place[0], robot.y - place[1])

@@ -13,19 +13,18 @@
 # limitations under the License.
 
 """
-Dimensions of the robot that follow from its four configured ones.
+The robot's dimensions (m), which follow from the four configured ones.
 
-Pure geometry in metres, without ROS. The robot stands on z = 0; from the ground up:
+The robot stands on z = 0. From the ground up, it consists of:
 
-- the wheel touches the ground;
-- the stem, a neck above the wheel, turns about the vertical axis and holds the wheel in a fork;
+- the wheel;
+- the stem above it, which turns about the vertical axis and holds the wheel;
 - the cube of base_link;
 - the post, fixed on the cube;
 - the platform, hinged on the post's top at the center of its base.
 
-The platform may turn over fully: every point of it stays within `Chassis.reach` of the hinge, and
-the cube, with all that is beneath it, stays below that sphere. urdf/turtle.urdf.xacro derives the
-same dimensions by the same rules.
+The platform may turn over: all of it is within `Chassis.reach` of the hinge, and the cube is below
+that sphere. urdf/turtle.urdf.xacro derives the same dimensions by the same rules.
 """
 
 from __future__ import annotations
@@ -42,19 +41,19 @@ LEAST_PROPORTION, GREATEST_PROPORTION = 1 / 3, 20
 
 def least_room(platform_radius: float, wheel_radius: float) -> float:
     """
-    Tell how much height is to be left for the cube, lest it vanish beside wheel and platform.
+    Return the least `Chassis.room` (m) that leaves a visible cube.
 
-    :param platform_radius: The platform's radius, in metres.
-    :param wheel_radius: The wheel's radius, in metres.
-    :return: The least `Chassis.room`, in metres: the cube is then no smaller than half the wheel's
-        radius and a twelfth of the platform's.
+    :param platform_radius: the platform's radius (m)
+    :param wheel_radius: the wheel's radius (m)
+    :return: The least room: the cube's side is then at least half the wheel's radius and a twelfth
+        of the platform's.
     """
     return max(MIN_ROOM, wheel_radius, platform_radius / 5)
 
 
 @dataclass(frozen=True)
 class Chassis:
-    """The robot's dimensions in metres; heights are above the ground, in base_link."""
+    """The robot's dimensions (m); heights are above the ground, in base_link."""
 
     platform_height: float
     """The level platform's top."""
@@ -63,7 +62,7 @@ class Chassis:
     platform_thickness: float
     """The platform's thickness."""
     wheel_radius: float
-    """The wheel's radius, hence also the height of its axle."""
+    """The wheel's radius, and the height of its axle."""
     wheel_width: float
     """The wheel's extent along its axle."""
     wheel_top: float
@@ -71,7 +70,7 @@ class Chassis:
     hinge_height: float
     """The platform's hinge, at the center of its base and on the post's top."""
     reach: float
-    """The distance from the hinge of the platform's farthest point."""
+    """The distance of the platform's farthest point from the hinge."""
     room: float
     """The height between the wheel's top and the lowest point of the turning platform."""
     neck: float
@@ -102,10 +101,10 @@ class Chassis:
         """
         Derive the dimensions from the four configured ones.
 
-        :param platform_height: The level platform's top above the ground, in metres.
-        :param platform_radius: The platform's radius, in metres.
-        :param platform_thickness: The platform's thickness, in metres.
-        :param wheel_radius: The wheel's radius, in metres.
+        :param platform_height: the level platform's top above the ground (m)
+        :param platform_radius: the platform's radius (m)
+        :param platform_thickness: the platform's thickness (m)
+        :param wheel_radius: the wheel's radius (m)
         :return: The dimensions of that robot.
         :raises ValueError: The platform would hit base_link when it turns over, or base_link would
             be out of proportion.

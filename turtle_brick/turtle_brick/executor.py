@@ -29,7 +29,7 @@ def make_executor(context: Context | None = None) -> Executor:
     """
     Return an EventsExecutor where rclpy has one, else a SingleThreadedExecutor.
 
-    :param context: The context of its nodes; the default one if None.
+    :param context: the context of its nodes; the default one if None
     """
     try:
         from rclpy.experimental import EventsExecutor

@@ -13,9 +13,9 @@
 # limitations under the License.
 
 """
-Recognize a falling brick, from nothing but where it is seen.
+Recognize a falling brick from its positions.
 
-`FallDetector` tells a fall from everything else that a brick may do, and `Fall` is its course.
+`FallDetector` tells a fall from other motions; `Fall` is its course.
 Instants are integer nanoseconds of one clock.
 """
 
@@ -30,14 +30,16 @@ from turtle_brick.step_clock import NANO
 
 
 class Fall(NamedTuple):
-    """A recognised fall: where and how fast the brick was at an instant of it."""
+    """A fall: where and how fast the brick is at one instant of it."""
 
     stamp: int
+    """The instant (ns)."""
     x: float
+    """Position of the brick's center in the world (m), as y and z."""
     y: float
     z: float
     speed: float
-    """Downward (m/s)."""
+    """Speed downward (m/s)."""
 
     @property
     def position(self) -> Vector:
@@ -65,28 +67,27 @@ class Fall(NamedTuple):
 
 class FallDetector:
     """
-    Recognise free fall in a sequence of positions.
+    Recognize free fall in a sequence of positions.
 
-    Three samples at any spacing that went straight down, and whose second difference is the
-    acceleration due to gravity, are a fall; being placed, carried or slid is not. At 250 Hz a
-    fall is known 8 ms after the release.
+    Three positions straight down, whose second difference is the acceleration due to gravity, are
+    a fall. At 250 Hz it is known after 8 ms.
     """
 
     TOLERANCE = 0.1
-    """Largest deviation of the acceleration, as a part of gravity."""
+    """Largest deviation of the acceleration from that due to gravity, as a part of it."""
 
     STRAIGHT = 0.01
-    """Largest sideways motion of what may be a fall, as a part of its way down. A slide on a slope
-    of more than 72 degrees has a fall's acceleration, within TOLERANCE, but is not straight."""
+    """Largest sideways part of a fall. A slide on a slope of more than 72 degrees has the right
+    acceleration, within TOLERANCE, but is not straight."""
 
     SIDEWAYS = 1e-4
-    """Largest sideways motion (m) between two samples of a fall."""
+    """Largest sideways motion (m) between two positions of a fall."""
 
     DEVIATION = 0.01
-    """Distance (m) from the recognised course at which the fall is over."""
+    """Distance (m) from the predicted course at which the fall is over."""
 
     INTERRUPTION = 0.05
-    """Longest time (s) that goes by between two positions while the clock is set back."""
+    """Longest time (s) between two positions while the clock is set back."""
 
     def __init__(self, gravity: float) -> None:
         """
@@ -96,18 +97,18 @@ class FallDetector:
         """
         self.gravity = gravity
         self.fall: Fall | None = None
+        """The present fall, until the brick leaves its course."""
         self._samples: deque[tuple[int, float, float, float]] = deque(maxlen=3)
 
     def observe(self, stamp: int, x: float, y: float, z: float) -> bool:
         """
-        Take note of a position.
+        Note a position of the brick.
 
         :param stamp: instant at which the brick was there (ns)
         :param x: its position in the world (m)
         :param y: its position in the world (m)
         :param z: its position in the world (m)
-        :return: Whether a fall has been recognised that was not known before. `fall` holds it
-            until the brick no longer follows its course.
+        :return: Whether a new fall is recognized.
         """
         samples = self._samples
         descends = False
@@ -144,7 +145,7 @@ class FallDetector:
         return True
 
     def _resume(self, stamp: int, z: float, z_before: float) -> None:
-        """Go on with a fall from a height (m) after the clock was set back to an instant (ns)."""
+        """Continue a fall at a height (m) after the clock was set back to an instant (ns)."""
         if self.fall is not None:
             speed = self.fall.speed_at(z, self.gravity)
             longest = self.INTERRUPTION * speed

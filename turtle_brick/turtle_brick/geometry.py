@@ -31,7 +31,7 @@ Quaternion = tuple[float, float, float, float]
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 FARTHEST = 1e9
-"""Largest coordinate (m) that is taken for a place: such numbers can be squared and multiplied."""
+"""Largest coordinate (m) that is accepted: squares and products of such numbers stay finite."""
 
 
 class Pose(NamedTuple):
@@ -47,7 +47,7 @@ class Pose(NamedTuple):
 
 
 class Pose2D(NamedTuple):
-    """Place (m) and heading (rad) of a frame that moves in the plane of its parent frame."""
+    """Position (m) and heading (rad) of a frame in the plane of its parent frame."""
 
     x: float
     y: float
@@ -77,7 +77,7 @@ def from_pitch(pitch: float) -> Quaternion:
 
 
 def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
-    """Return the rotation that turns by q first and by p then (Hamilton product p q)."""
+    """Return the rotation by q and then by p (Hamilton product p q)."""
     px, py, pz, pw = p
     qx, qy, qz, qw = q
     return (pw * qx + px * qw + py * qz - pz * qy,
@@ -114,10 +114,10 @@ def distance_to_rectangle(x: float, y: float, yaw: float, length: float, width: 
 
     :param x: center of the rectangle (m)
     :param y: center of the rectangle (m)
-    :param yaw: heading of its long side (rad)
+    :param yaw: heading of its length (rad)
     :param length: size along that heading (m)
     :param width: size across it (m)
-    :return: The distance in m, 0 where the rectangle covers the origin.
+    :return: The distance (m), 0 if the rectangle covers the origin.
     """
     c, s = cos(yaw), sin(yaw)
     along = abs(c * x + s * y) - length / 2.0

@@ -15,8 +15,8 @@
 """
 Odometry of a robot on one wheel, from the poses of turtlesim's turtle.
 
-The wheel rolls without slipping along the path that the turtle really travelled: not when a
-wall holds it, whatever its commanded speed, and not when it is teleported.
+The wheel rolls without slipping along the path that the turtle really travels: not while a wall
+stops it, and not when it is teleported.
 """
 
 from math import atan2
@@ -36,17 +36,17 @@ class Odometer:
 
     def __init__(self, wheel_radius: float) -> None:
         """
-        Know nothing before the first pose, which the odom frame will be placed at.
+        Wait for the first pose, where the odom frame will be.
 
         :param wheel_radius: radius of the wheel (m)
         """
         self.wheel_radius = wheel_radius
         self.origin: Pose2D | None = None
-        """Pose of the odom frame in the world; never changes once it is known."""
+        """Pose of the odom frame in the world: the first pose."""
         self.pose: Pose2D | None = None
         """Pose of base_link in the odom frame."""
         self.wheel_angle = 0.0
-        """How far the wheel has rolled forward (rad), counting every turn."""
+        """How far the wheel has rolled forward (rad), whole turns included."""
         self.stem_angle = 0.0
         """Direction of the last motion relative to base_link (rad), in [-pi, pi)."""
         self._last: Pose | None = None
@@ -55,9 +55,9 @@ class Odometer:
 
     def observe(self, now: float, pose: Pose) -> None:
         """
-        Take note of where turtlesim says that the turtle is.
+        Note a pose of the turtle.
 
-        :param now: time of arrival of the pose (s, steady clock)
+        :param now: its time of arrival (s, steady clock)
         :param pose: the pose in the world (m, rad), with the commanded speed (m/s)
         """
         here = Pose2D(pose.x, pose.y, pose.theta)
@@ -71,12 +71,11 @@ class Odometer:
         self._last, self._last_time = pose, now
 
     def _roll(self, last: Pose, now: float, pose: Pose) -> None:
-        """Turn wheel and stem by the motion since the last pose, if the robot drove it."""
+        """Turn wheel and stem by the motion since the last pose, unless it was a jump."""
         dx, dy = pose.x - last.x, pose.y - last.y
         path = hypot(dx, dy)
-        # A pose comes with the speed that has led to it. No turtle drives farther than that
-        # allows, over all ticks since the last pose: anything else is a teleport or another
-        # turtlesim.
+        # A pose comes with the speed that led to it. What is farther than that speed allows, over
+        # all ticks since the last pose, is a teleport or another turtlesim.
         ticks = max(1.0, (now - self._last_time) / TICK + 0.5)
         if path <= RESOLUTION or path > ticks * TICK * pose.linear_velocity + RESOLUTION:
             return

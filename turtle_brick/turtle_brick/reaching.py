@@ -13,11 +13,11 @@
 # limitations under the License.
 
 """
-Tell whether the robot can be under a falling brick in time.
+Decide whether the robot can be under a falling brick in time.
 
-`reach` gives the verdict, from the course of the fall and from what `Track` knows of the robot:
-where it is, and where the commands on their way may take it. The latencies of the command path
-stand here. Instants are integer nanoseconds of one clock.
+`reach` decides, from the course of the fall and from what `Track` knows of the robot: where it is,
+and where the commands on their way may take it. The latencies of the command path are derived
+here. Instants are integer nanoseconds of one clock.
 """
 
 from collections import deque
@@ -40,32 +40,32 @@ from turtle_brick.turtlesim_kinematics import QUEUE_DEPTH
 from turtle_brick.turtlesim_kinematics import TICK
 
 QUEUE_LATENCY = QUEUE_DEPTH * PERIOD + TICK - PERIOD + TRANSPORT
-"""The longest time (s) from publishing a command to the pose that shows it: its turn comes when
-six newer ones wait behind it, and if a tick has just gone by then, with the next (0.0764 s)."""
+"""The longest time (s) from publishing a command to the pose that shows it: six newer commands
+must follow it, and if a tick has just passed then, the next one takes it (0.0764 s)."""
 
 COMMAND_LATENCY = 3 * TRANSPORT + PERIOD + QUEUE_LATENCY + PERIOD + 0.010
 """The longest time (s) from the decision to the platform's first motion as the arena sees it:
-the goal reaches the robot, waits for its next cycle, the command goes through turtlesim's queue,
-the pose waits for the robot's next cycle to become a transform, and that reaches the arena (4 ms
-until its next step, the rest for what an operating system does in between)."""
+the goal reaches the robot and waits for its next cycle, the command goes through turtlesim's
+queue, the pose waits for the robot's next cycle and becomes a transform, and that reaches the
+arena (0.010 s: 4 ms until its next step, the rest for the operating system)."""
 
 GUARANTEED_LATENCY = 0.13
-"""Time (s) from the release of a brick that is promised to be enough to see it fall, to decide
-and to set the robot going: COMMAND_LATENCY and three samples of the brick."""
+"""Promised time (s) from the release of a brick to the robot's motion: COMMAND_LATENCY and three
+positions of the brick."""
 
 LEVEL_LATENCY = 3 * TRANSPORT + PERIOD + 0.015
-"""The longest time (s) from publishing a tilt to the arena seeing the platform like that."""
+"""The longest time (s) from publishing a tilt until the arena sees the platform so."""
 
 CARRY_ON = QUEUE_LATENCY + 2 * PERIOD + TICK
-"""How long (s) a moving robot may go on from where it is seen: what is seen is up to a tick and
-a cycle old, and the commands on their way are obeyed whatever is decided."""
+"""Time (s) for which a moving robot may go on from where it is seen: the pose is up to a tick and
+a cycle old, and the commands on their way are obeyed in any case."""
 
 ROUNDING = 1e-9
-"""Distance (m) by which the transforms of what stands still may differ: tf2 interpolates them."""
+"""Distance (m) by which poses of a robot at rest may differ: tf2 interpolates them."""
 
 
 class Decision(NamedTuple):
-    """What `reach` found about a fall; every length in m, every time in s."""
+    """What `reach` finds about a fall; lengths in m, times in s."""
 
     reachable: bool
     fall: Fall
@@ -86,34 +86,35 @@ class Decision(NamedTuple):
 
 
 class Robot(NamedTuple):
-    """Where the robot is, and where commands on their way may take it, in the world (m)."""
+    """Where the robot is, and where the commands on their way may take it, in the world (m)."""
 
     x: float
     y: float
     bound_for: tuple[tuple[float, float], ...] = ()
+    """Points to which the commands on their way may take it."""
     level: bool = True
-    """Whether its platform is level, and will be seen so by everyone."""
+    """Whether its platform is level, and all others see it so."""
     reserve: float = 0.0
-    """How far (m) a motion that has not been seen yet may take it."""
+    """How far (m) it may move although no motion was seen yet."""
 
     @property
     def at_rest(self) -> bool:
-        """Whether it stands still, and will."""
+        """Whether it stands still and no command on its way moves it."""
         return not self.bound_for and not self.reserve
 
 
 def resting_height(parameters: Parameters) -> float:
-    """Return the height (m) of the center of a brick that lies on the level platform."""
+    """Return the height (m) of the center of a brick on the level platform."""
     return parameters.platform_height + parameters.brick_size[2] / 2.0
 
 
 def guaranteed_distance(height: float, parameters: Parameters) -> float:
     """
-    Return how far from a robot at rest a brick is sure to be caught inside the arena.
+    Return the distance from a robot at rest within which a brick is promised to be caught.
 
     :param height: of the brick's center when it is released (m)
     :param parameters: the physical numbers
-    :return: The distance (m); negative where nothing is promised.
+    :return: The distance (m), inside the arena; negative where nothing is promised.
     """
     fall = height - resting_height(parameters)
     if fall < 0.0:
@@ -131,9 +132,9 @@ def reach(fall: Fall, now: int, robot: Robot | None, parameters: Parameters) -> 
     :param robot: the robot, None where it is not known
     :param parameters: max_velocity, platform_height, platform_radius, gravity_accel, brick_size
     :return: The decision. The brick is reachable if it comes down inside the arena and the time to
-        travel (distance - platform_radius) at max_velocity plus the latency of the command path is
-        within the time until the contact; under a robot that is there already it always is. The
-        distance of a moving robot is the largest that the commands on their way may lead to.
+        travel (distance - platform_radius) at max_velocity plus COMMAND_LATENCY is within the time
+        until the contact; a robot that is there already needs no time. The distance of a moving
+        robot is the largest that the commands on their way may lead to.
     """
     height = resting_height(parameters)
     time = fall.time_to(height, parameters.gravity_accel)
@@ -166,10 +167,10 @@ def reach(fall: Fall, now: int, robot: Robot | None, parameters: Parameters) -> 
 
 
 class Track:
-    """Where the robot was seen and sent: what its motion and its orders may lead to."""
+    """Where the robot was seen and sent, and hence where it may go."""
 
     MEMORY = 0.07
-    """Time (s) at one position after which the robot is at rest: four ticks of turtlesim."""
+    """Time (s) at one position after which the robot is at rest: over four ticks of turtlesim."""
 
     def __init__(self, max_velocity: float) -> None:
         """
@@ -178,35 +179,36 @@ class Track:
         :param max_velocity: the robot's greatest speed (m/s)
         """
         self.seen = -inf
-        """When the robot was in sight last (ns)."""
+        """When the robot was seen last (ns)."""
         self.level_seen = 0
-        """When its platform was seen to be level last (ns)."""
+        """When its platform was seen level last (ns)."""
         self._way = max_velocity * CARRY_ON
+        """How far (m) the commands on their way can take the robot."""
         self._places: deque[tuple[int, float, float]] = deque()
         self._orders: deque[tuple[int, tuple[float, float]]] = deque()
 
     @property
     def goal(self) -> tuple[float, float]:
-        """Where the robot was sent last (m)."""
+        """Where the robot was sent last, in the world (m)."""
         return self._orders[-1][1]
 
     def order(self, now: int, goal: tuple[float, float]) -> None:
-        """Take note that the robot is sent to a point of the world (m) at an instant (ns)."""
+        """Note that the robot is sent to a point of the world (m) at an instant (ns)."""
         self._orders.append((now, goal))
 
     def restart(self, now: int) -> None:
-        """Begin all times at an instant (ns) before those that are known."""
+        """Go on at an instant (ns) before the last one, since the clock was set back."""
         self._places.clear()
         self._orders = deque((now, goal) for _, goal in self._orders)
         self.seen = self.level_seen = now
 
     def observe(self, now: int, platform: Pose | None, level: bool) -> Robot | None:
         """
-        Take note of where the robot is.
+        Note where the robot is.
 
         :param now: the present instant (ns)
         :param platform: pose of the platform's frame in the world, None if it is out of sight
-        :param level: whether everyone sees by now that it was ordered to be level
+        :param level: whether it was ordered to be level, and all others see it so by now
         :return: The robot, None if it is out of sight.
         """
         places = self._places
@@ -218,14 +220,14 @@ class Track:
             self.level_seen = now
         x, y, _ = platform.position
         places.append((now, x, y))
-        # One older position is kept: the robot may have been out of sight for a while.
+        # One older position is kept, since there may be none newer.
         while len(places) > 1 and (now - places[1][0]) * NANO > self.MEMORY:
             places.popleft()
         bound_for = []
         for _, x_before, y_before in reversed(places):
             moved = hypot(x - x_before, y - y_before)
             if moved > ROUNDING:
-                # However slow it seems: ticks and transforms come in lumps.
+                # At full speed, however slow it seems: ticks and transforms come in bunches.
                 scale = self._way / moved
                 bound_for.append((x + scale * (x - x_before), y + scale * (y - y_before)))
                 break
@@ -233,14 +235,14 @@ class Track:
         while len(orders) > 1 and (now - orders[1][0]) * NANO > COMMAND_LATENCY:
             orders.popleft()
         for ordered, (goal_x, goal_y) in orders:
-            # A moving robot obeys the last order. For a while after each, it may not yet be seen
-            # to obey it, and still obey the one before.
+            # A moving robot obeys the last order; for COMMAND_LATENCY after it, it may still obey
+            # the one before.
             if bound_for or len(orders) > 1 or (now - ordered) * NANO < COMMAND_LATENCY:
                 distance = hypot(goal_x - x, goal_y - y)
                 if distance > 0.0:
                     part = min(self._way / distance, 1.0)
                     bound_for.append((x + part * (goal_x - x), y + part * (goal_y - y)))
-        # Seen for too short a time, it may move as fast as it can to anywhere.
+        # Seen for too short a time, it may be moving in any direction.
         known = bool(bound_for) or (now - places[0][0]) * NANO >= self.MEMORY
         return Robot(x, y, tuple(bound_for), level and is_level(platform),
                      0.0 if known else self._way)

@@ -13,13 +13,13 @@
 # limitations under the License.
 
 """
-The whole closed loop without ROS: brick, robot, turtlesim and catcher at their real rates.
+The closed loop without ROS: brick, robot, turtlesim and catcher at their real rates.
 
-It is made of the very modules that the nodes use: `physics.World` at 250 Hz, `driving.Driver` at
-100 Hz, `turtlesim_kinematics.Turtle` every 16 ms with its queue of commands, `catching.Catcher`
-at every position of the brick and 50 times per second. Between them lie the delays of the live
-graph. Time jumps from event to event, so that an hour takes seconds; everything random comes
-from a seed, so that every run can be repeated.
+It uses the same modules as the nodes: `physics.World` at 250 Hz, `driving.Driver` at 100 Hz,
+`turtlesim_kinematics.Turtle` every 16 ms with its queue of commands, and `catching.Catcher` at
+every position of the brick and 50 times per second, with the delays of the live graph between
+them. Time jumps from event to event, so that an hour takes seconds; everything random comes from a
+seed, so that every run can be repeated.
 """
 
 from collections import deque
@@ -60,12 +60,12 @@ CATCHER_PERIOD = round(catching.PERIOD / NANO)
 
 @dataclass(frozen=True)
 class Delays:
-    """What the live graph adds to the ideal loop; times in s."""
+    """The delays of the live graph (s)."""
 
     transport: float = driving.TRANSPORT
-    """From publishing a message to its arrival in another node."""
+    """Time from publishing a message to its arrival in another node."""
     transforms: float = 0.0010
-    """From the robot's cycle to the platform's transform (by way of robot_state_publisher)."""
+    """Time from the robot's cycle to the platform's transform, through robot_state_publisher."""
     tick_jitter: float = 0.0
     """Standard deviation of turtlesim's ticks about their grid."""
     robot_jitter: float = 0.0
@@ -73,7 +73,7 @@ class Delays:
 
 
 class Result(NamedTuple):
-    """What became of a drop; lengths in m, times in s."""
+    """The course of a drop; lengths in m, times in s."""
 
     brick: Vector
     """Where it was released."""
@@ -82,24 +82,24 @@ class Result(NamedTuple):
     decision: Decision | None
     caught: bool
     fall_time: float
-    """From release to contact with the platform or the ground."""
+    """Time from release to contact with the platform or the ground."""
     decision_time: float
-    """From release to decision."""
+    """Time from release to decision."""
     carried_to: tuple[float, float] | None
     """Where the robot tilted."""
     slide_time: float
-    """From the first tilt to the brick's floating."""
+    """Time from the first tilt until the brick floats."""
     finished: bool
-    """Whether the catcher was waiting again in the end."""
+    """Whether the catcher was waiting again at the end."""
 
 
 class Simulation:
-    """One arena with its robot, from start to whenever."""
+    """One arena with its robot."""
 
     def __init__(self, parameters: Parameters, seed: int = 0, delays: Delays = Delays(),
                  start: tuple[float, float, float] = (ARENA_CENTER, ARENA_CENTER, 0.0)) -> None:
         """
-        Set up robot and brick at rest.
+        Put robot and brick at rest.
 
         :param parameters: the physical numbers
         :param seed: of the phases of all timers, and of the jitter
@@ -115,9 +115,11 @@ class Simulation:
         self.catcher = Catcher(parameters)
         self.now = 0
         self.on_physics: Callable[[], None] | None = None
-        """Called after each step of the physics, to watch or to record."""
+        """Called after each step of the physics."""
         self.on_decision: Callable[[Decision], None] | None = None
+        """Called with each decision."""
         self.unreachable = 0
+        """Number of bricks called unreachable."""
         self._hinge = parameters.platform_height - parameters.platform_thickness
         self._tilt = 0.0
         self._shown: tuple[TurtlePose | None, float] = (None, 0.0)
@@ -138,16 +140,16 @@ class Simulation:
         self._decided_at = 0
 
     def drive_to(self, x: float, y: float) -> None:
-        """Order the robot to a point of the world (m), as a goal_pose does."""
+        """Send the robot to a point of the world (m), as goal_pose does."""
         self._orders.append((self.now + self._transport, Drive(x, y)))
 
     def run(self, until: Callable[[], bool], limit: float = inf) -> bool:
         """
         Let time pass until a condition holds.
 
-        :param until: the condition, asked after each step of the physics
-        :param limit: the longest time (s) that may pass
-        :return: Whether the condition came to hold.
+        :param until: the condition, checked after each step of the physics
+        :param limit: the longest time (s) to pass
+        :return: Whether the condition holds.
         """
         end = self.now + limit / NANO
         while True:
@@ -179,10 +181,10 @@ class Simulation:
 
     def drop(self, brick: Vector) -> Result:
         """
-        Place the brick, drop it, and see what becomes of it.
+        Place the brick and drop it.
 
         :param brick: where it is released, in the world (m)
-        :return: What happened until the catcher waits again, or the brick lies on the ground.
+        :return: What happens until the catcher waits again, or the brick lies on the ground.
         """
         world, catcher = self.world, self.catcher
         world.brick = brick
@@ -205,7 +207,7 @@ class Simulation:
         carried_to, slide_time = None, 0.0
         finished = True
         if caught:
-            # 30 s cover the longest way at the slowest speed worth waiting for, and the slide.
+            # Enough for the way across the arena at max_velocity, and for the slide.
             longest = 30.0 + 16.0 / self.parameters.max_velocity
             finished = self.run(lambda: catcher.state is State.TILTING, longest)
             carried_to = (self.turtle.pose.x, self.turtle.pose.y)
@@ -251,7 +253,7 @@ class Simulation:
                 multiply(from_yaw(place.theta), from_pitch(tilt)))))
 
     def _step(self, now: int) -> None:
-        """Do what the arena does 250 times per second; the catcher sees the outcome."""
+        """Do what the arena does 250 times per second, and show the catcher the brick."""
         self._physics_at += STEP
         world = self.world
         while self._transforms and self._transforms[0][0] <= now:
@@ -263,8 +265,8 @@ class Simulation:
             self.on_physics()
 
     def _decide(self, now: int) -> None:
-        """Let the catcher decide what is to be done, and do it."""
-        # News of a fall is heard ahead of what happens until it has arrived.
+        """Let the catcher decide, and pass its orders on."""
+        # A fall is decided about when its transform arrives, some time after this event.
         self._decided_at = now = max(now, self._decided_at)
         for action in self.catcher.update(now, self.world.platform):
             if not isinstance(action, Decision):
@@ -275,7 +277,7 @@ class Simulation:
                 self.on_decision(action)
 
     def _jittered(self, instant: int, deviation: float) -> int:
-        """Return an instant (ns) about the given one."""
+        """Return an instant (ns) with a random deviation (s)."""
         if deviation == 0.0:
             return instant
         return instant + round(self.random.gauss(0.0, deviation) / NANO)
@@ -290,7 +292,7 @@ def drops(parameters: Parameters, bricks: list[Vector], seed: int = 0,
     :param bricks: where they are released, in the world (m)
     :param seed: of the simulation
     :param delays: the delays between its parts
-    :return: What became of each.
+    :return: The course of each.
     """
     simulation = Simulation(parameters, seed, delays)
     simulation.rest(0.3)

@@ -53,7 +53,7 @@ def init(args: list[str] | None = None) -> Iterator[None]:
 
     Ctrl-C, SIGTERM and a shutdown of the context end what is inside without a word.
 
-    :param args: The command line, with the program's name first; sys.argv if None.
+    :param args: the command line, with the program's name first; sys.argv if None
     :raises SystemExit: The arguments or the parameters are inadmissible; it ends the process with
         status 1 and one sentence on standard error.
     """

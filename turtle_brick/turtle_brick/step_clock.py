@@ -12,24 +12,24 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A clock of equal steps that late callbacks can't make drift."""
+"""A clock of equal steps that does not drift when callbacks are late."""
 
 from typing import Any
 
 NANOSECONDS = 1_000_000_000
-"""In a second."""
+"""Nanoseconds in a second."""
 
 NANO = 1e-9
-"""A nanosecond, in s."""
+"""A nanosecond (s)."""
 
 
 class StepClock:
     """
     Count the steps of a fixed period that have become due.
 
-    Step k belongs to the instant t0 + k * period, in integer nanoseconds, so that rounding
-    never adds up; t0 is the first instant asked about, or one shortly before. Timers that call
-    late or lose a period only make steps come late: the next call returns every one that is due.
+    Step k belongs to the instant t0 + k * period, in integer nanoseconds, so that rounding errors
+    don't add up. Timers that are late or lose a period only delay steps: the next call returns
+    every one that is due.
     """
 
     def __init__(self, period: int, longest_gap: int = 1_000_000_000) -> None:
@@ -42,18 +42,19 @@ class StepClock:
         self.period = period
         self.longest_gap = longest_gap
         self.last: int | None = None
+        """Instant (ns) of the last step."""
         self.restarts = 0
+        """How many times t0 was set anew."""
 
     def due(self, now: int, begin: int | None = None) -> list[int]:
         """
         Return the instants (ns) of the steps that have become due since the last call.
 
         :param now: the present instant (ns)
-        :param begin: t0 where the grid begins now, not after `now`, which it is unless given. A
-            timer's own grid is best: it never calls before a step is due.
-        :return: The instants in order, the last less than one period old. If the last step before
-            is more than `longest_gap` ago, or more than a period ahead because the clock was set
-            back, this counts in `restarts` and gives just [begin], the new t0.
+        :param begin: t0 if it is set in this call, at most `now`, the default; the instant at
+            which the timer was due is best, so that a step is due in each of its calls
+        :return: The instants in order. If the last step is more than `longest_gap` ago, or more
+            than a period ahead because the clock was set back, t0 is set anew: [begin].
         """
         begin = now if begin is None else begin
         if self.last is None:
@@ -72,10 +73,10 @@ class StepClock:
 
 def due_instant(timer: Any, now: int) -> int:
     """
-    Return the instant at which a timer was due whose callback runs now.
+    Return when the timer was due whose callback runs now.
 
-    :param timer: The timer, an rclpy.timer.Timer.
-    :param now: The present instant of its clock (ns).
-    :return: The instant (ns), a multiple of its period after the others, and not after `now`.
+    :param timer: an rclpy.timer.Timer
+    :param now: the present instant of its clock (ns)
+    :return: The instant (ns), at most `now`.
     """
     return now - max(timer.timer_period_ns - timer.time_until_next_call(), 0)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Warnings that come too often are left out."""
+"""Warnings, limited in number."""
 
 from time import monotonic
 
@@ -21,28 +21,28 @@ from rclpy.node import Node
 
 class Warner:
     """
-    Log warnings, few of each kind in a while: whoever sends nonsense sends it often.
+    Log warnings, a limited number of each kind per PERIOD: bad messages may come by the thousand.
 
-    The logger's own throttle looks up who called it first, each time, which takes a quarter of a
-    millisecond: a thousand bad messages would hold a node up.
+    The logger's own `throttle_duration_sec` takes a quarter of a millisecond per call, to look up
+    the caller: a thousand bad messages would delay a node.
     """
 
     PERIOD = 10.0
-    """The time (s) in which the number of warnings of a kind is limited."""
+    """Time (s) in which the number of warnings of a kind is limited."""
 
     def __init__(self, node: Node, limit: int = 1) -> None:
         """
-        Begin with the next warning.
+        Begin without any warning.
 
-        :param node: The node whose warnings they are.
-        :param limit: How many of a kind there may be in a period.
+        :param node: the node that warns
+        :param limit: number of warnings of a kind in a period
         """
         self._node = node
         self._limit = limit
         self._given: dict[str, list[float]] = {}
 
     def warn(self, kind: str, sentence: str) -> None:
-        """Log a warning, unless there have been enough of its kind lately."""
+        """Log a warning, unless the limit of its kind is reached."""
         now = monotonic()
         given = self._given.setdefault(kind, [])
         while given and now - given[0] > self.PERIOD:

@@ -17,10 +17,10 @@ The kinematics of turtlesim, tick for tick and bit for bit, without ROS.
 What turtlesim 1.8 does every 16 ms, in its order: each turtle takes at most one velocity command
 from its queue of seven, carries out the teleports that are waiting, stops if the last command is
 more than a second old, turns, moves along the new heading, is clamped to the arena, and publishes
-its pose. The time step is the constant 0.016 s, however late a tick may come.
+its pose. The time step is always 0.016 s, however late a tick is.
 
 Positions are kept as turtlesim keeps them: x to the right and y downward from the upper left
-corner, in double precision. What goes in and out has y upward and, as in turtlesim's messages,
+corner, in double precision. Arguments and results have y upward and, as in turtlesim's messages,
 the precision of float32.
 """
 
@@ -30,14 +30,13 @@ import struct
 from typing import NamedTuple
 
 _FLOAT = struct.Struct('f')
-_POSE = struct.Struct('5f')
 
 
 def float32(value: float) -> float:
     """
     Round a number to single precision, as a float32 field of a message does.
 
-    :param value: Any float.
+    :param value: any float
     :return: The nearest float32; infinity beyond float32's range.
     """
     try:
@@ -46,19 +45,24 @@ def float32(value: float) -> float:
         return math.copysign(math.inf, value)
 
 
-#: The time step of a tick and the period of the ticks, in s.
 TICK = 0.001 * 16
-#: How many unread velocity commands a turtle keeps; the oldest is dropped for an eighth.
-QUEUE_DEPTH = 7
-#: How long a turtle follows its last velocity command, in s.
-COMMAND_TIMEOUT = 1.0
-#: Width and height of the arena in m: 499 pixels of 1/45 m, in single precision.
-ARENA_SIZE = float32(499 / 45)
-#: x and y of the arena's center in m, where the first turtle starts.
-ARENA_CENTER = float32(ARENA_SIZE / 2)
+"""Time step of a tick and period of the ticks (s)."""
 
-# turtlesim's own pi is shorter than math.pi; the last bits of every heading depend on it.
+QUEUE_DEPTH = 7
+"""Number of unread velocity commands that a turtle keeps; an eighth replaces the oldest."""
+
+COMMAND_TIMEOUT = 1.0
+"""Time (s) for which a turtle follows its last velocity command."""
+
+ARENA_SIZE = float32(499 / 45)
+"""Width and height of the arena (m): 499 pixels of 1/45 m, in single precision."""
+
+ARENA_CENTER = float32(ARENA_SIZE / 2)
+"""x and y of the arena's center (m), where the first turtle starts."""
+
 _PI = 3.14159265
+"""turtlesim's own pi, shorter than math.pi: the last bits of every heading depend on it."""
+
 _TWO_PI = 2.0 * _PI
 
 
@@ -66,22 +70,22 @@ class Pose(NamedTuple):
     """What turtlesim publishes about a turtle; every number is a float32."""
 
     x: float
-    """Distance from the left wall in m."""
+    """Distance from the left wall (m)."""
     y: float
-    """Distance from the lower wall in m."""
+    """Distance from the lower wall (m)."""
     theta: float
-    """Heading in rad, counter-clockwise from +x, in [-pi, pi)."""
+    """Heading (rad), counter-clockwise from +x, in [-pi, pi)."""
     linear_velocity: float
-    """Commanded speed in m/s, never negative, also when driving backward."""
+    """Commanded speed (m/s), never negative, also when driving backward."""
     angular_velocity: float
-    """Commanded turn rate in rad/s, counter-clockwise."""
+    """Commanded turn rate (rad/s), counter-clockwise."""
 
 
 def _normalize(angle: float) -> float:
     """
     Bring an angle into [-pi, pi) with turtlesim's pi.
 
-    :param angle: Any angle in rad.
+    :param angle: any angle (rad)
     :return: The same angle plus a whole number of turns; NaN if the angle is not finite.
     """
     try:
@@ -93,19 +97,16 @@ def _normalize(angle: float) -> float:
 class Turtle:
     """One turtle of turtlesim."""
 
-    __slots__ = ('holonomic', 'pose', 'clamped', '_queue', '_teleports', '_x', '_y_down',
-                 '_theta', '_linear_x', '_linear_y', '_angular', '_commanded_at', '_resting')
-
     def __init__(self, x: float = ARENA_CENTER, y: float = ARENA_CENTER, theta: float = 0.0,
                  holonomic: bool = False, now: float = 0.0) -> None:
         """
         Put a turtle at rest into the arena.
 
-        :param x: Distance from the left wall in m; outside the arena, the first tick clamps it.
-        :param y: Distance from the lower wall in m; likewise.
-        :param theta: Heading in rad.
-        :param holonomic: Whether velocity commands may have a sideways part.
-        :param now: The time in s, on the clock that tick() is given.
+        :param x: distance from the left wall (m); outside the arena, the first tick clamps it
+        :param y: distance from the lower wall (m); likewise
+        :param theta: heading (rad)
+        :param holonomic: whether velocity commands may have a sideways part
+        :param now: the time (s), on the clock that tick() is given
         """
         self._x = float32(x)
         self._y_down = float32(ARENA_SIZE - float32(y))
@@ -116,32 +117,22 @@ class Turtle:
         self._commanded_at = now
         self._queue: deque[tuple[float, float, float]] = deque(maxlen=QUEUE_DEPTH)
         self._teleports: list[tuple[bool, float, float, float]] = []
-        # Whether the last tick left the turtle exactly as it found it.
-        self._resting = False
         self.holonomic = holonomic
-        """
-        Whether velocity commands may have a sideways part.
-
-        A turtle that is not holonomic leaves its sideways velocity as it was, which is zero from
-        the start.
-        """
+        """Whether velocity commands may have a sideways part; otherwise it is left as it was."""
         self.clamped: tuple[float, float] | None = None
-        """
-        Where a wall stopped the turtle in the last tick, None if no wall did.
-
-        It is the (x, y) in m, y downward, that the turtle would have reached.
-        """
+        """Where the turtle would be without the wall that stopped it in the last tick: x and y
+        downward (m); None if no wall did."""
         self.pose = self._rounded_pose()
-        """The pose that the last tick gave, or the one that the turtle was made with."""
+        """The pose after the last tick, or the initial one."""
 
     def command(self, linear_x: float, linear_y: float, angular_z: float) -> None:
         """
         Append a velocity command to the queue; a full queue loses its oldest.
 
-        :param linear_x: Velocity along the heading in m/s.
-        :param linear_y: Velocity to the left of it in m/s; ignored unless the turtle is holonomic
-            when it takes the command.
-        :param angular_z: Turn rate in rad/s, counter-clockwise.
+        :param linear_x: velocity along the heading (m/s)
+        :param linear_y: velocity to the left of it (m/s); ignored unless the turtle is holonomic
+            when it takes the command
+        :param angular_z: turn rate (rad/s), counter-clockwise
         """
         self._queue.append((linear_x, linear_y, angular_z))
 
@@ -149,9 +140,9 @@ class Turtle:
         """
         Ask for a jump to a pose, which the next tick makes; the velocity stays.
 
-        :param x: Distance from the left wall in m.
-        :param y: Distance from the lower wall in m; beyond the upper wall it counts as at it.
-        :param theta: Heading in rad.
+        :param x: distance from the left wall (m)
+        :param y: distance from the lower wall (m); beyond the upper wall it counts as at it
+        :param theta: heading (rad)
         """
         self._teleports.append((False, float32(x), float32(y), float32(theta)))
 
@@ -159,8 +150,8 @@ class Turtle:
         """
         Ask for a turn and then a jump along the new heading, which the next tick makes.
 
-        :param linear: Distance in m.
-        :param angular: Turn in rad, counter-clockwise.
+        :param linear: distance (m)
+        :param angular: turn (rad), counter-clockwise
         """
         self._teleports.append((True, float32(linear), 0.0, float32(angular)))
 
@@ -168,28 +159,22 @@ class Turtle:
         """
         Take the oldest command of the queue, if there is one: the first half of a tick.
 
-        :param now: The time in s.
+        :param now: the time (s)
         """
         if self._queue:
             self._linear_x, linear_y, self._angular = self._queue.popleft()
             if self.holonomic:
                 self._linear_y = linear_y
             self._commanded_at = now
-            if self._linear_x or self._linear_y or self._angular:
-                self._resting = False
 
     def update(self, now: float) -> Pose:
         """
         Move by one time step: the second half of a tick.
 
-        :param now: The time in s; only the age of the last command depends on it.
+        :param now: the time (s); only the age of the last command depends on it
         :return: The new pose.
         """
-        if self._teleports:
-            self._teleport()
-        elif self._resting:
-            return self.pose
-
+        self._teleport()
         if now - self._commanded_at > COMMAND_TIMEOUT:
             self._linear_x = self._linear_y = self._angular = 0.0
         linear_x = self._linear_x
@@ -210,8 +195,6 @@ class Turtle:
             y_down = 0.0 if y_down < 0.0 else ARENA_SIZE if y_down > ARENA_SIZE else y_down
         else:
             self.clamped = None
-            self._resting = (linear_x == linear_y == angular == 0.0 and theta == self._theta
-                             and x == self._x and y_down == self._y_down)
         self._x = x
         self._y_down = y_down
         self._theta = theta
@@ -222,11 +205,10 @@ class Turtle:
         """
         Do what one 16 ms tick of turtlesim does to a turtle.
 
-        :param now: The time in s; only the age of the last command depends on it.
+        :param now: the time (s); only the age of the last command depends on it
         :return: The pose that this tick publishes.
         """
-        if self._queue:
-            self.take_command(now)
+        self.take_command(now)
         return self.update(now)
 
     def _teleport(self) -> None:
@@ -243,22 +225,12 @@ class Turtle:
                 self._y_down = max(0.0, ARENA_SIZE - y)
                 self._theta = theta
         self._teleports.clear()
-        self._resting = False
 
     def _rounded_pose(self) -> Pose:
-        """
-        Say where the turtle is.
-
-        :return: The pose, rounded to what a message can carry.
-        """
-        linear_x = self._linear_x
-        linear_y = self._linear_y
-        values = (self._x, ARENA_SIZE - self._y_down, self._theta,
-                  math.sqrt(linear_x * linear_x + linear_y * linear_y), self._angular)
-        try:
-            return tuple.__new__(Pose, _POSE.unpack(_POSE.pack(*values)))
-        except OverflowError:
-            return Pose(*map(float32, values))
+        """Return where the turtle is, rounded to what a message can carry."""
+        speed = math.sqrt(self._linear_x * self._linear_x + self._linear_y * self._linear_y)
+        return Pose(*map(float32, (
+            self._x, ARENA_SIZE - self._y_down, self._theta, speed, self._angular)))
 
 
 class TurtleSim:
@@ -268,8 +240,8 @@ class TurtleSim:
         """
         Start a simulator.
 
-        :param holonomic: Whether velocity commands may have a sideways part.
-        :param now: The time in s, on the clock that tick() is given.
+        :param holonomic: whether velocity commands may have a sideways part
+        :param now: the time (s), on the clock that tick() is given
         """
         self.turtles: dict[str, Turtle] = {}
         """The turtles by name, in the order in which a tick updates them."""
@@ -280,20 +252,11 @@ class TurtleSim:
 
     @property
     def holonomic(self) -> bool:
-        """
-        Tell whether velocity commands may have a sideways part.
-
-        :return: Whether they may, for all turtles; it can be set at any time.
-        """
+        """Whether velocity commands may have a sideways part, for all turtles."""
         return self._holonomic
 
     @holonomic.setter
     def holonomic(self, holonomic: bool) -> None:
-        """
-        Set whether velocity commands may have a sideways part.
-
-        :param holonomic: Whether they may, from the next command that is taken.
-        """
         self._holonomic = holonomic
         for turtle in self.turtles.values():
             turtle.holonomic = holonomic
@@ -302,11 +265,11 @@ class TurtleSim:
         """
         Add a turtle.
 
-        :param x: Distance from the left wall in m.
-        :param y: Distance from the lower wall in m.
-        :param theta: Heading in rad.
-        :param name: Its name; if empty, the next free one of turtle1, turtle2, and so on.
-        :param now: The time in s, on the clock that tick() is given.
+        :param x: distance from the left wall (m)
+        :param y: distance from the lower wall (m)
+        :param theta: heading (rad)
+        :param name: its name; if empty, the next free one of turtle1, turtle2, and so on
+        :param now: the time (s), on the clock that tick() is given
         :return: The turtle's name, or an empty string if the name was taken.
         """
         if name in self.turtles:
@@ -323,7 +286,7 @@ class TurtleSim:
         """
         Remove a turtle.
 
-        :param name: Its name.
+        :param name: its name
         :return: Whether there was one of that name.
         """
         return self.turtles.pop(name, None) is not None
@@ -332,7 +295,7 @@ class TurtleSim:
         """
         Remove all turtles and start again with turtle1 in the center, at rest.
 
-        :param now: The time in s, on the clock that tick() is given.
+        :param now: the time (s), on the clock that tick() is given
         """
         self.turtles = {}
         self._names = 0
@@ -342,9 +305,9 @@ class TurtleSim:
         """
         Do what one 16 ms tick of turtlesim does.
 
-        :param now: The time in s; only the ages of the last commands depend on it.
-        :return: The pose of each turtle. The very first tick takes commands, but only starts
-            turtlesim's clock: nothing moves, and there are no poses.
+        :param now: the time (s); only the ages of the last commands depend on it
+        :return: The pose of each turtle. The very first tick takes commands, but nothing moves
+            and there are no poses: it only starts turtlesim's clock.
         """
         if not self._started:
             self._started = True

@@ -68,13 +68,13 @@ WAYS_OUT = {
         (State.CARRYING, lambda seen: seen.lying)],
     State.APPROACHING: [
         (State.CARRYING, lambda seen: seen.on_platform),
-        (State.LEVELLING, lambda seen: not seen.falling)],
+        (State.LEVELING, lambda seen: not seen.falling)],
     State.CARRYING: [
-        (State.LEVELLING, lambda seen: not seen.on_platform),
+        (State.LEVELING, lambda seen: not seen.on_platform),
         (State.TILTING, lambda seen: seen.at_center)],
     State.TILTING: [
-        (State.LEVELLING, lambda seen: seen.off_platform or seen.out_of_patience)],
-    State.LEVELLING: [
+        (State.LEVELING, lambda seen: seen.off_platform or seen.out_of_patience)],
+    State.LEVELING: [
         (State.WAITING, lambda seen: seen.level)],
 }
 
@@ -189,7 +189,7 @@ class Stage:
         return [action for _, action in self.actions if isinstance(action, kind)]
 
 
-COURSE = [State.APPROACHING, State.CARRYING, State.TILTING, State.LEVELLING, State.WAITING]
+COURSE = [State.APPROACHING, State.CARRYING, State.TILTING, State.LEVELING, State.WAITING]
 
 
 @pytest.mark.parametrize('every', (1, 2, 3, 4, 5))
@@ -222,7 +222,7 @@ def test_rounding_is_no_motion():
     assert stage.catcher.decision.margin < 0.1
 
 
-def test_platform_is_tilted_and_levelled_smoothly():
+def test_platform_is_tilted_and_leveled_smoothly():
     stage = Stage()
     stage.drop(6.0, 6.0, 9.0)
     stage.reach_state(State.TILTING)
@@ -327,7 +327,7 @@ def test_brick_that_hovers_at_the_platform_is_tried_once():
     stage = Stage(robot=(3.0, 4.0))
     stage.world.brick = (3.1, 4.0, REST)
     stage.run(10.0)
-    assert stage.states == [State.CARRYING, State.LEVELLING, State.WAITING]
+    assert stage.states == [State.CARRYING, State.LEVELING, State.WAITING]
     assert stage.world.phase is Phase.HOVERING
     assert dist(stage.robot, (3.1, 4.0)) < 1e-6
     stage.states.clear()
@@ -487,7 +487,7 @@ def test_brick_that_is_taken_away_at_any_stage(state, place):
 
 @pytest.mark.parametrize('state', COURSE[:4])
 def test_brick_that_is_dropped_anew_at_any_stage(state):
-    """The platform is levelled at once, and the robot is under the new place."""
+    """The platform is leveled at once, and the robot is under the new place."""
     stage = Stage()
     stage.drop(7.0, 6.0, 9.0)
     stage.reach_state(state)
@@ -572,7 +572,7 @@ def test_brick_that_comes_far_behind_is_still_carried(delay):
     assert stage.world.phase is Phase.FLOATING
 
 
-def test_platform_that_somebody_tilted_is_levelled_for_the_catch():
+def test_platform_that_somebody_tilted_is_leveled_for_the_catch():
     stage = Stage()
     stage.angle = 0.4
     stage.run(0.1)
@@ -613,7 +613,7 @@ def test_gives_up_a_brick_that_keeps_moving_on_the_platform():
         catcher.see_brick(stage.now, (*stage.robot, REST + random.uniform(-1e-3, 1e-3)))
         stage.decide()
     assert (stage.now - tilted) * 1e-9 == pytest.approx(PATIENCE, abs=0.05)
-    assert catcher.state is State.LEVELLING
+    assert catcher.state is State.LEVELING
 
 
 def test_brick_that_arena_stops_broadcasting_is_not_taken_for_gone():

@@ -253,7 +253,7 @@ def test_latency_that_is_reckoned_with_is_enough_and_not_too_much(delays):
 # -------------------------------------------------------------------------------- the whole course
 
 @pytest.mark.parametrize('state', (
-    State.APPROACHING, State.CARRYING, State.TILTING, State.LEVELLING))
+    State.APPROACHING, State.CARRYING, State.TILTING, State.LEVELING))
 @pytest.mark.parametrize('delays', DELAYS)
 def test_brick_that_is_placed_elsewhere_at_any_stage(state, delays):
     """The robot levels, waits where it is, and catches the next."""

@@ -64,12 +64,12 @@ class Watch:
         self.detector = FallDetector(gravity)
         self.spacing = deque(spacing)
         self.now = now
-        self.recognised = 0
+        self.recognized = 0
 
     def see(self, x, y, z):
         """Show a position at the present instant, then go on to the next; tell if it's a fall."""
         seen = self.detector.observe(self.now, x, y, z)
-        self.recognised += seen
+        self.recognized += seen
         self.now += self.spacing[0]
         self.spacing.rotate(-1)
         return seen
@@ -79,7 +79,7 @@ class Watch:
         return sum(self.see(x, y, z) for _ in range(samples)) > 0
 
     def fall(self, x, y, z, release, samples):
-        """Show a brick that was released at an instant (ns); return the recognised fall."""
+        """Show a brick that was released at an instant (ns); return the recognized fall."""
         for _ in range(samples):
             time = max(self.now - release, 0) * 1e-9
             if self.see(x, y, z - 0.5 * self.detector.gravity * time * time):
@@ -107,9 +107,9 @@ def test_fall_is_known_by_its_third_sample_with_its_course(
             assert abs(estimate - contact) <= 1e6
     assert fall.position[:2] == (x, y)
     # It is one fall, down to the end.
-    recognised = watch.recognised
+    recognized = watch.recognized
     watch.fall(x, y, height, release, 100)
-    assert watch.recognised == recognised == 1
+    assert watch.recognized == recognized == 1
 
 
 @law(200)
@@ -120,7 +120,7 @@ def test_fall_is_known_when_it_is_first_seen_halfway(height, speed, gravity, spa
     for _ in range(3):
         time = (watch.now - start) * 1e-9
         watch.see(1.0, 2.0, height - speed * time - 0.5 * gravity * time * time)
-    assert watch.recognised == 1
+    assert watch.recognized == 1
     time = (watch.detector.fall.stamp - start) * 1e-9
     assert watch.detector.fall.speed == pytest.approx(speed + gravity * time, abs=1e-3)
 
@@ -137,7 +137,7 @@ def test_being_placed_is_no_fall(spacing, gravity, places):
     for samples, sideways, amount in places:
         x, z = x + sideways * amount, z + (1.0 - sideways) * amount
         watch.hover(x, y, z, samples)
-    assert watch.recognised == 0
+    assert watch.recognized == 0
 
 
 @law(200)
@@ -166,7 +166,7 @@ def test_riding_and_sliding_are_no_fall(gravity, every, place, programme):
             step += 1
             if step % every == 0:
                 watch.see(*world.brick)
-    assert watch.recognised == 0
+    assert watch.recognized == 0
 
 
 @pytest.mark.parametrize('tilt', [0.1 * step for step in range(1, 16)] + [1.3, 1.45])
@@ -182,7 +182,7 @@ def test_slide_on_a_still_platform_is_no_fall(tilt, every):
         if path > 1.5:
             break
         watch.see(5.0 + path * path_x, 5.0, REST - path * path_z)
-    assert watch.recognised == 0
+    assert watch.recognized == 0
 
 
 @law(200)
@@ -194,7 +194,7 @@ def test_other_accelerations_are_no_fall(spacing, factor, speed):
     for _ in range(50):
         time = (watch.now - start) * 1e-9
         watch.see(1.0, 2.0, 50.0 - speed * time - 0.5 * factor * GRAVITY * time * time)
-    assert watch.recognised == 0
+    assert watch.recognized == 0
 
 
 @law(200)
@@ -215,7 +215,7 @@ def test_fall_that_is_interrupted_has_ended(spacing, samples, sideways, amount):
     assert watch.detector.fall is None
     assert not watch.hover(x, 5.0, z, 3)
     assert watch.fall(x, 5.0, z, watch.now, 4).stamp < watch.now
-    assert watch.recognised == 2
+    assert watch.recognized == 2
 
 
 @law(200)
@@ -247,7 +247,7 @@ def test_fall_has_ended_once_the_brick_lies(spacing, drop):
     while watch.now - since < 100_000_000:
         watch.hover(5.0, 5.0, 2.0, 1)
     assert watch.detector.fall is None
-    assert watch.recognised <= 1
+    assert watch.recognized <= 1
 
 
 def test_samples_that_come_twice_count_once():
@@ -258,9 +258,9 @@ def test_samples_that_come_twice_count_once():
         z = 5.0 - 0.5 * GRAVITY * time * time
         for _ in range(3):
             seen = watch.detector.observe(watch.now, 1.0, 1.0, z)
-            watch.recognised += seen
+            watch.recognized += seen
         watch.now += STEP
-    assert watch.recognised == 1
+    assert watch.recognized == 1
 
 
 def test_time_that_jumps_back_begins_anew():

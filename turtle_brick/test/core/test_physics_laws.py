@@ -163,7 +163,7 @@ def test_brick_released_under_the_top_falls_through(place, depth):
 @given(place=discs(RADIUS), depth=st.floats(1e-6, TOP - 0.1), tilt=st.floats(-0.5, 0.5),
        dt=time_steps)
 def test_brick_that_has_passed_is_never_caught(place, depth, tilt, dt):
-    """A platform that arrives, or is levelled, above the bottom of the brick comes too late."""
+    """A platform that arrives, or is leveled, above the bottom of the brick comes too late."""
     elsewhere = pose_of(x=5.0) if abs(tilt) < 2.0 * LEVEL_TOLERANCE else pose_of(tilt=tilt)
     world = brick_in((*place, TOP + LIFT + 1.0), dt=dt, platform=elsewhere)
     world.release()
@@ -361,7 +361,7 @@ def test_slide_on_a_platform_that_moves_in_every_way(place, yaw, gravity, dt, pr
 @law(200)
 @given(place=discs(RADIUS), yaw=headings, tilt=st.floats(0.3, 1.0),
        gravity=st.floats(5.0, 30.0))
-def test_levelled_in_mid_slide_it_slides_on_at_its_speed(place, yaw, tilt, gravity):
+def test_leveled_in_mid_slide_it_slides_on_at_its_speed(place, yaw, tilt, gravity):
     world = riding(place, yaw=yaw, gravity=gravity, dt=0.01)
     world.platform = pose_of(yaw=yaw, tilt=tilt)
     for _ in range(10):

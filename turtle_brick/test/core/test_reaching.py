@@ -136,7 +136,7 @@ def test_reason_says_what_is_missing():
     assert f'{-decision.margin:.3f} s too early' in decision.reason
 
 
-def test_tilted_platform_must_be_levelled_in_time():
+def test_tilted_platform_must_be_leveled_in_time():
     def decide(time, level):
         fall = Fall(SECOND, 5.0, 5.0, REST + 0.5 * GRAVITY * time ** 2, 0.0)
         return reach(fall, SECOND, Robot(5.0, 5.0, (), level), PARAMETERS)

@@ -246,7 +246,7 @@ def test_brick_of_another_broadcaster(graph):
     pose = robot.driver.pose
     assert hypot(pose.x - 7.0, pose.y - 6.5) < PARAMETERS.platform_radius
     assert catcher.catcher.decision.reachable
-    graph.spin_until(lambda: catcher.catcher.state is State.CARRYING, 2.0, 'recognised')
+    graph.spin_until(lambda: catcher.catcher.state is State.CARRYING, 2.0, 'recognized')
 
 
 def test_promises_nothing_before_a_robot_hears_it(graph):

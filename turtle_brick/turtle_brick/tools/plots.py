@@ -104,7 +104,7 @@ STATE_COLORS = {
     State.APPROACHING: '#f0a04b',
     State.CARRYING: '#4caf6e',
     State.TILTING: '#b565c9',
-    State.LEVELLING: '#5b8def',
+    State.LEVELING: '#5b8def',
 }
 
 STATE_WORDS = {
@@ -112,7 +112,7 @@ STATE_WORDS = {
     State.APPROACHING: 'approaching',
     State.CARRYING: 'carrying',
     State.TILTING: 'tilting',
-    State.LEVELLING: 'levelling',
+    State.LEVELING: 'leveling',
 }
 
 Value = TypeVar('Value')
