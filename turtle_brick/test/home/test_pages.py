@@ -76,14 +76,14 @@ ARENA = 'ros2 launch turtle_brick turtle_arena.launch.py'
 """The command that starts the graph which the others talk to."""
 
 LASTING = {
-    'ros2 launch turtle_brick show_turtle': r'joint_state_publisher-\d\]: process started',
+    'ros2 launch turtle_brick show_turtle': {'robot_state_publisher', 'joint_state_publisher'},
     'ros2 run turtle_brick sweep': Path('*/**/drops.csv'),
     'ros2 run turtle_brick viewer': 'http://',
     'ros2 topic hz': 'average rate: ',
     'bash turtle_brick/scripts/demo': 'http://',
 }
-"""Commands that go on until Ctrl-C, and what they print, or the file that they make, when they are
-up."""
+"""Commands that go on until Ctrl-C, and what tells that they are up: what they print, a file that
+they make, or nodes that are there."""
 
 NEEDS = {'ros2 run turtle_brick viewer': 'viser', 'bash turtle_brick/scripts/demo': 'viser'}
 """Commands that need what a home without ROS has, and others may not have."""
@@ -209,6 +209,9 @@ def last(command, sign, domain, directory):
             while not list(directory.glob(str(sign))):
                 assert process.running and monotonic() < deadline, process.output
                 Event().wait(0.05)
+        elif isinstance(sign, set):
+            with graph(domain) as live:
+                live.wait_for(lambda: sign <= set(live.listener.get_node_names()), TIMEOUT, sign)
         else:
             process.wait_for_output(sign, TIMEOUT)
         interrupted(process)
