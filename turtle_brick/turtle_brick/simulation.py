@@ -153,24 +153,19 @@ class Simulation:
         """
         end = self.now + limit / NANO
         while True:
-            # Of two at the same instant the earlier one in this row comes first.
-            others = min(self._tick_at, self._robot_at)
-            now = self._physics_at
-            while now < others and now <= self._catcher_at:
-                self.now = now
-                if now > end:
-                    return False
-                self._step(now)
-                if until():
-                    return True
-                now = self._physics_at
-            self.now = now = min(others, self._catcher_at)
+            self.now = now = min(
+                self._tick_at, self._robot_at, self._physics_at, self._catcher_at)
             if now > end:
                 return False
+            # Of two at the same instant the earlier one here comes first.
             if now == self._tick_at:
                 self._tick(now)
             elif now == self._robot_at:
                 self._cycle(now)
+            elif now == self._physics_at:
+                self._step(now)
+                if until():
+                    return True
             else:
                 self._catcher_at += CATCHER_PERIOD
                 self._decide(now)
