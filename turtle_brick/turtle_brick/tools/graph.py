@@ -58,7 +58,7 @@ PUBLISH_FREQUENCY = 1000.0
 """The rate of robot_state_publisher (Hz), as in the launch files: at its default of 20 Hz the
 platform and the wheel are up to 61 ms late in TF."""
 
-END_TIME = 5.0
+END_TIME = 15.0
 """How long (s) a child process may take to end when it is asked to."""
 
 LONGEST_WAIT = 0.02
@@ -108,7 +108,7 @@ class Child:
         try:
             self._process.wait(patience)
         except subprocess.TimeoutExpired:
-            self._process.kill()
+            os.killpg(self._process.pid, signal.SIGKILL)  # and what it has started
             self._process.wait()
         with suppress(ProcessLookupError):
             os.killpg(self._process.pid, signal.SIGKILL)
@@ -245,8 +245,19 @@ class Graph:
             ros_arguments += ['-r', f'__ns:={self.namespace}']
         if ros_arguments:
             arguments = (*arguments, '--ros-args', *ros_arguments)
-        self._children.append(Child([executable(package, name), *arguments], environment,
-                                    stdout=subprocess.DEVNULL if silent else None))
+        self.add_command([executable(package, name), *arguments], environment,
+                         stdout=subprocess.DEVNULL if silent else None)
+
+    def add_command(self, command: Sequence[str], environment: dict[str, str] | None = None,
+                    **streams: Any) -> None:
+        """
+        Start any program that belongs to the graph.
+
+        :param command: its command line
+        :param environment: variables to set for it, besides those of this process
+        :param streams: where its output goes, as for subprocess.Popen
+        """
+        self._children.append(Child(command, environment, **streams))
 
     def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
         """

@@ -31,6 +31,7 @@ from math import isfinite
 import os
 from pathlib import Path
 import shutil
+import subprocess
 import sys
 from time import monotonic
 from typing import Any
@@ -50,7 +51,6 @@ from turtle_brick.tools.judging.record import Record
 from turtle_brick.tools.judging.rules import BROKEN
 from turtle_brick.tools.judging.rules import Judgement
 from turtle_brick.tools.judging.trial import Trial
-from turtle_brick.tools.processes import Processes
 
 RULES = (*robot_rules.RULES.in_order, *arena_rules.RULES.in_order, *catcher_rules.RULES.in_order)
 
@@ -63,23 +63,24 @@ def judge(record: Record) -> list[Judgement]:
     return [rule(record) for rule in RULES]
 
 
-def watch(profile: Profile, namespace: str, reaction: float, command: Sequence[str],
+def watch(profile: Profile, options: argparse.Namespace, command: Sequence[str],
           say: Any) -> Record:
     """
     Let a graph show what it can.
 
     :param profile: what it calls things
-    :param namespace: that it is in
-    :param reaction: time (s) that it may need from release to motion
+    :param options: of the command line
     :param command: what starts it; nothing if it runs already
     :param say: told what is being done
     :return: All that was heard.
     """
-    with Graph(namespace=namespace, quiet=True) as graph, Processes() as processes:
+    # No node of ours is started, and so no parameter file of ours is needed.
+    with Graph(namespace=options.namespace, params_file=Path(os.devnull), quiet=True) as graph:
         if command:
-            processes.start(command[0], *command)
+            output = None if options.verbose else subprocess.DEVNULL
+            graph.add_command(command, stdout=output, stderr=output)
         observer = graph.add(Observer, parameters=False, profile=profile)
-        Trial(graph, observer, reaction, say).run()
+        Trial(graph, observer, options.reaction, say).run()
         return observer.record
 
 
@@ -104,6 +105,8 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
                         f'{REACTION:g})')
     parser.add_argument('--json', type=Path, metavar='FILE', help='write everything as JSON')
     parser.add_argument('--page', type=Path, metavar='FILE', help='write a page with plots (HTML)')
+    parser.add_argument('--verbose', action='store_true',
+                        help='show what the graph prints that is started')
     args = list(args)
     place = args.index('--') if '--' in args else len(args)
     options = parser.parse_args(args[:place])
@@ -140,9 +143,9 @@ def main(args: Sequence[str] | None = None) -> int:
             keep_to_this_machine()
             with reserved_domain() as domain:
                 os.environ['ROS_DOMAIN_ID'] = str(domain)
-                record = watch(profile, options.namespace, options.reaction, command, say)
+                record = watch(profile, options, command, say)
         else:
-            record = watch(profile, options.namespace, options.reaction, command, say)
+            record = watch(profile, options, command, say)
         judgements = judge(record)
         telling.print_table(judgements)
         for note in record.notes:
