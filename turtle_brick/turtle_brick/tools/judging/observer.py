@@ -282,11 +282,21 @@ class Observer(PollingNode):
                 setattr(request, name, True)
         return request
 
+    def has_parameters(self, node: str) -> bool:
+        """Tell whether a node can be asked for its parameters."""
+        return self._parameter_client(node).service_is_ready()
+
     def ask_parameters(self, node: str) -> Any:
         """Ask a node for the numbers; return the future of the answer."""
-        client = self._services_asked.setdefault(node, self.create_client(
-            GetParameters, f'{node}/get_parameters'))
-        return client.call_async(GetParameters.Request(names=list(NUMBERS)))
+        return self._parameter_client(node).call_async(
+            GetParameters.Request(names=list(NUMBERS)))
+
+    def _parameter_client(self, node: str) -> Client:
+        """Return the client of a node's parameters, made when it is needed first."""
+        if node not in self._services_asked:
+            self._services_asked[node] = self.create_client(
+                GetParameters, f'{node}/get_parameters')
+        return self._services_asked[node]
 
 
 def angle_field(message: Any) -> str | None:

@@ -568,10 +568,12 @@ def wheel_does_not_slip(record: Record) -> Finding:
     radius, base = number(record, 'wheel_radius'), frame(record, 'base_link')
     points, off, directions = [], [], set()
     for drive in drives(record):
-        angles = record.joint(joint.name, drive.begin, drive.end)
-        places = [sample.pose.position for sample in base.between(drive.begin, drive.end)]
+        # Way and angle at the same instants: at the ends of the span the robot may still move.
+        pairs = [(angle, sample.pose.position) for stamp, angle in record.joint(
+            joint.name, drive.begin, drive.end) if (sample := base.at(stamp)) is not None]
+        places = [place for _, place in pairs]
         way = sum(hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(places, places[1:]))
-        rolled = radius * sum(abs(b - a) for (_, a), (_, b) in zip(angles, angles[1:]))
+        rolled = radius * sum(abs(b - a) for (a, _), (b, _) in zip(pairs, pairs[1:]))
         off.append(abs(rolled - way) - 0.02 * way - 0.005)
         points.append((way, rolled))
         heading = atan2(drive.goal[1] - drive.start[1], drive.goal[0] - drive.start[0])

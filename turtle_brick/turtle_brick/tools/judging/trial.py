@@ -135,10 +135,13 @@ class Trial(Hands):
         numbers = self.record.profile.numbers
         own = (self.observer.get_name(), self.observer.get_namespace())
         if set(NUMBERS) - set(numbers):
-            asked = [self.observer.ask_parameters(f'{namespace.rstrip("/")}/{name}')
-                     for name, namespace in self.observer.get_node_names_and_namespaces()
-                     if (name, namespace) != own]
-            self.until(lambda: all(one.done() for one in asked), PATIENCE)
+            nodes = [f'{namespace.rstrip("/")}/{name}' for name, namespace
+                     in self.observer.get_node_names_and_namespaces() if (name, namespace) != own]
+            # Some may have no such service, or not answer.
+            self.until(lambda: all(map(self.observer.has_parameters, nodes)), PATIENCE)
+            asked = [self.observer.ask_parameters(node) for node in nodes
+                     if self.observer.has_parameters(node)]
+            self.until(lambda: all(one.done() for one in asked), 2.0 * PATIENCE)
             for one in asked:
                 values = one.result().values if one.done() and one.result() else []
                 for name, value in zip(NUMBERS, values):
@@ -194,6 +197,7 @@ class Trial(Hands):
         """Return from where bricks are dropped around the robot at the center."""
         speed, radius = self.number('max_velocity'), self.number('platform_radius')
         gravity, rest = self.number('gravity_accel'), self.number('platform_height')
+        known = set(NUMBERS) <= set(self.record.profile.numbers)
         found = []
         for words, turn, way, left in DROPS:
             distance = radius + way * speed if way else 0.3 * radius
@@ -207,7 +211,7 @@ class Trial(Hands):
             # With half a brick to spare, whose height nobody knows yet.
             height = rest + self.half_height() + gravity * time * time / 2.0
             place = (CENTER[0] + distance * cos(angle), CENTER[1] + distance * sin(angle), height)
-            found.append(Placing(words, place, None if left is None else left > 0.0))
+            found.append(Placing(words, place, left > 0.0 if known and left is not None else None))
         return found
 
     def half_height(self) -> float:
