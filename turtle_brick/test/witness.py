@@ -19,6 +19,7 @@ from time import monotonic
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
+from turtle_brick.tools.judging import record
 
 
 class Witness(Node):
@@ -63,27 +64,8 @@ class Witness(Node):
 
 
 def rate(received):
-    """
-    Return the mean rate of a recording, from its first third to its last.
-
-    Messages can only be late, never early, and on a busy machine all are, more or less. In each
-    of the two thirds the one counts that is the least late.
-
-    :param received: (time of receipt in s, message), in order
-    :return: The rate in Hz, 0 for less than six.
-    """
-    count = len(received)
-    if count < 6:
-        return 0.0
-    times = [time for time, _ in received]
-    period = (times[-1] - times[0]) / (count - 1)
-
-    def lateness(number):
-        return times[number] - period * number
-
-    first = min(range(count // 3), key=lateness)
-    last = min(range(count - count // 3, count), key=lateness)
-    return (last - first) / (times[last] - times[first])
+    """Measure a recording, (time of receipt in s, message) in order, in Hz."""
+    return record.rate([time for time, _ in received])
 
 
 def measure(graph, recordings, seconds, warm_up=20):

@@ -154,7 +154,8 @@ def text_is_a_text(record: Record) -> Finding:
                    f'{", ".join(map(repr, sorted(said)))}, type {sorted(kinds)}')
 
 
-@rule('text: time', 'a Text marker that lasts for 3 seconds', '3 s ± 0.3 s for each fall, once')
+@rule('text: time', 'a Text marker that lasts for 3 seconds', '3 s ± 0.3 s for each fall, once',
+      timely=True)
 def text_lasts(record: Record) -> Finding:
     """Check that the text is to be seen for three seconds, and not again."""
     shown, words, kept = texts(record), [], True
@@ -182,7 +183,7 @@ def text_lasts(record: Record) -> Finding:
 
 
 @rule('carry', 'When the brick is caught, the robot drives back to the arena center and tilts the '
-      'brick off', f'tilted within {AT_CENTER} m of the center')
+      'brick off', f'tilted within {AT_CENTER} m of the center', timely=True)
 def bricks_are_carried_to_the_center(record: Record) -> Finding:
     """Check that the platform is tilted at the center, and not on the way."""
     off = []
@@ -195,7 +196,7 @@ def bricks_are_carried_to_the_center(record: Record) -> Finding:
 
 
 @rule('tip off', 'the robot drives back to the arena center and tilts the brick off',
-      'each caught brick leaves the platform')
+      'each caught brick leaves the platform', timely=True)
 def bricks_are_tipped_off(record: Record) -> Finding:
     """Check that the tilt is large and long enough for each brick to leave."""
     seen = caught(record)
@@ -206,7 +207,7 @@ def bricks_are_tipped_off(record: Record) -> Finding:
 
 
 @rule('again', 'the turtle to catch a falling brick', 'level again after each brick, ready for '
-      'the next')
+      'the next', timely=True)
 def robot_is_ready_again(record: Record) -> Finding:
     """Check that after each brick the platform is levelled, and the next one can come."""
     seen = [drop for drop in caught(record) if drop.floated is not None]

@@ -183,18 +183,17 @@ class DropWatch:
 
     def _ride(self, stamp: int, pose: Pose, track: deque[tuple[int, Vector]]) -> None:
         """Take note of what becomes of a brick on the platform."""
-        platform = self._record.platform(stamp)
-        if platform is None:
+        platform, place = self._record.platform(stamp), self._record.on_platform(stamp)
+        if platform is None or place is None:
             return
-        offset = tuple(a - b for a, b in zip(pose.position, platform.position))
         if self.tilted is None:
             if inclination(platform) > TILTED:
                 self.tilted = stamp
                 self.carried_to = platform.position[:2]
-                self._place_on_platform = offset  # type: ignore[assignment]
+                self._place_on_platform = place
             return
         assert self._place_on_platform is not None
-        if hypot(*(a - b for a, b in zip(offset, self._place_on_platform))) > SLID:
+        if hypot(*(a - b for a, b in zip(place, self._place_on_platform))) > SLID:
             self.floated = plateau(track, STILL, FLOATS)
 
     @property

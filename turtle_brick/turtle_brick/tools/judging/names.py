@@ -113,8 +113,9 @@ class Profile:
         section, dot, name = key.partition('.')
         if not (assigned and dot):
             raise ProfileError(f'--set {option!r:.60} is not of the form SECTION.NAME:=VALUE')
-        self.update({section: {name: yaml.safe_load(value) if section == 'numbers' else value}},
-                    f'--set {key}')
+        source = f'--set {key}'
+        self.update({section: {name: _parse(value, source) if section == 'numbers' else value}},
+                    source)
 
 
 def _mapping(value: Any, source: str) -> Mapping[str, Any]:
@@ -125,6 +126,13 @@ def _mapping(value: Any, source: str) -> Mapping[str, Any]:
 
 def _read(path: Path) -> Any:
     try:
-        return yaml.safe_load(path.read_text(encoding='utf-8')) or {}
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ProfileError(f'{path}: {" ".join(str(error).split())}') from None
+        return _parse(path.read_text(encoding='utf-8'), str(path)) or {}
+    except (OSError, UnicodeDecodeError) as error:
+        raise ProfileError(f'{path}: {error}') from None
+
+
+def _parse(text: str, source: str) -> Any:
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise ProfileError(f'{source}: {" ".join(str(error).split())}') from None

@@ -22,6 +22,7 @@ from bisect import bisect_left
 from collections.abc import Callable
 from collections.abc import Iterator
 from collections.abc import Sequence
+from copy import copy
 from math import acos
 from math import hypot
 from math import isfinite
@@ -256,6 +257,15 @@ class Record:
         """Return the brick's pose in the world at an instant (ns), None if unknown."""
         return self.pose(self.profile.frames['brick'], stamp)
 
+    def on_platform(self, stamp: int) -> Vector | None:
+        """Return where the brick was in the platform's frame (m) at an instant (ns), if known."""
+        brick, platform = self.brick(stamp), self.platform(stamp)
+        if brick is None or platform is None:
+            return None
+        offset = [a - b for a, b in zip(brick.position, platform.position)]
+        u, v, w = (sum(a * b for a, b in zip(offset, axis)) for axis in axes(platform.orientation))
+        return u, v, w
+
     def brick_track(self, begin: int, end: int) -> Iterator[tuple[int, Pose]]:
         """Yield where the brick was in the world, at each of its own stamps (ns)."""
         frame = self.frame('brick')
@@ -289,6 +299,15 @@ class Record:
                 *((ask.begin, ask.end) for ask in self.tilts),
                 *((drop.begin, drop.end) for drop in self.drops)]
 
+    def while_calm(self) -> 'Record':
+        """Return a record of what was done while the machine had time."""
+        calm = copy(self)
+        calm.idle = [span for span in self.idle if not self.is_busy([span])]
+        for name in ('drives', 'tilts', 'places', 'drops'):
+            setattr(calm, name, [one for one in getattr(self, name)
+                                 if not self.is_busy([(one.begin, one.end)])])
+        return calm
+
     def is_busy(self, spans: list[tuple[int, int]]) -> str:
         """Say how long the machine had no time in spans of time (ns); empty if it had enough."""
         missing = sum(max(0, min(end, e) - max(begin, b))
@@ -309,6 +328,29 @@ def stamp_of(heard: Heard) -> int:
     stamp = heard.message.header.stamp
     value = stamp.sec * NANOSECONDS + stamp.nanosec
     return value if abs(value - heard.published) < 5 * NANOSECONDS else heard.published
+
+
+def rate(times: Sequence[float]) -> float:
+    """
+    Return the mean rate of what comes in even steps, from its first third to its last.
+
+    On a busy machine each may be late, but none is early. In each of the two thirds the one counts
+    that is the least late.
+
+    :param times: instants (s), in order
+    :return: The rate (Hz), 0 for less than six.
+    """
+    count = len(times)
+    if count < 6 or times[-1] <= times[0]:
+        return 0.0
+    period = (times[-1] - times[0]) / (count - 1)
+
+    def lateness(number: int) -> float:
+        return times[number] - period * number
+
+    first = min(range(count // 3), key=lateness)
+    last = min(range(count - count // 3, count), key=lateness)
+    return (last - first) / (times[last] - times[first])
 
 
 def plateau(track: Sequence[tuple[int, Vector]], tolerance: float, least: int,

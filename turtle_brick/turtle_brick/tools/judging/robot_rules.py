@@ -26,10 +26,12 @@ from typing import Any
 from turtle_brick.geometry import axes
 from turtle_brick.geometry import yaw_of
 from turtle_brick.step_clock import NANO
+from turtle_brick.step_clock import NANOSECONDS
 from turtle_brick.tools.judging.names import CENTER
 from turtle_brick.tools.judging.record import Drive
 from turtle_brick.tools.judging.record import Frame
 from turtle_brick.tools.judging.record import inclination
+from turtle_brick.tools.judging.record import rate
 from turtle_brick.tools.judging.record import Record
 from turtle_brick.tools.judging.record import stamp_of
 from turtle_brick.tools.judging.robot_model import RobotModel
@@ -123,7 +125,8 @@ def odom_is_fixed(record: Record) -> Finding:
 
 
 @rule('frames: base_link', "The turtle's location relative to odom is its position according to "
-      'its wheel odometry', f'below odom, where the turtle is (within {NEAR} m at rest)')
+      'its wheel odometry', f'below odom, where the turtle is (within {NEAR} m at rest)',
+      timely=True)
 def base_link_is_the_turtle(record: Record) -> Finding:
     """Check that at rest base_link is where turtlesim says the turtle is."""
     parent_is(record, 'base_link', 'odom')
@@ -191,23 +194,16 @@ def names_are_relative(record: Record) -> Finding:
 
 # --------------------------------------------------------------------------------------- rates
 
-def counts(instants: list[int]) -> tuple[float, Series]:
-    """Return the rate (Hz) of some instants (ns), and how they add up."""
-    if len(instants) < 3 or instants[-1] <= instants[0]:
-        return 0.0, Series('', [], [])
-    seconds = [(instant - instants[0]) * NANO for instant in instants]
-    return (len(instants) - 1) / seconds[-1], Series('', seconds, list(range(len(seconds))))
-
-
 def judge_rate(record: Record, name: str, nominal: float,
                instants: list[list[int]]) -> Finding:
     """Judge the rate of something at rest and on the move."""
     kept, words, series = True, [], []
     for label, found in zip(('at rest', 'driving'), instants):
-        rate, points = counts(found)
-        kept = kept and abs(rate - nominal) <= RATE_TOLERANCE * nominal
-        words.append(f'{rate:.2f} Hz {label}')
-        series.append(points._replace(label=label))
+        seconds = [(instant - found[0]) * NANO for instant in found]
+        frequency = rate(seconds)
+        kept = kept and abs(frequency - nominal) <= RATE_TOLERANCE * nominal
+        words.append(f'{frequency:.2f} Hz {label}')
+        series.append(Series(label, seconds, range(len(seconds))))
     longest = max((one.x[-1] for one in series if one.x), default=1.0)
     line = Series(f'{nominal:g} per second', [0.0, longest], [0.0, nominal * longest])
     return Finding(kept, ', '.join(words), Plot(
@@ -215,16 +211,16 @@ def judge_rate(record: Record, name: str, nominal: float,
 
 
 def spans(record: Record) -> list[tuple[int, int]]:
-    """Return when the robot rested, and when it drove, from the first leg to the last (ns)."""
+    """Return when the robot rested, and if it drove, from the first leg to the last (ns)."""
     if not record.idle:
         raise Open('the graph was not watched')
-    driven = (record.drives[0].begin, record.drives[-1].end) if record.drives else (0, 0)
-    # Drives into which others came, as with a brick in between, are no single span.
-    legs = [drive for drive in record.drives if drive.begin <= (
-        record.drops[0].begin if record.drops else drive.begin)]
-    if legs:
-        driven = (legs[0].begin, legs[-1].end)
-    return [record.idle[0], driven]
+    legs = record.drives[:1]
+    for drive in record.drives[1:]:
+        # Something else was done in between, and this is no single span.
+        if drive.begin - legs[-1].end > NANOSECONDS // 2:
+            break
+        legs.append(drive)
+    return [record.idle[0], *([(legs[0].begin, legs[-1].end)] if legs else [])]
 
 
 def stamps_of_topic(record: Record, name: str) -> list[list[int]]:
@@ -315,7 +311,7 @@ def odometry_equals_tf(record: Record) -> Finding:
                 names['odom'], names['base_link']):
             raise Broken(f'odometry of {message.child_frame_id!r} in {message.header.frame_id!r}')
         sample = base.at(stamp_of(one))
-        if sample is not None:
+        if sample is not None and stamp_of(one) <= base.samples[-1].stamp:
             place = message.pose.pose.position
             at_once += sample.stamp == stamp_of(one) and sample in base.between(
                 sample.stamp, sample.stamp + 1)
@@ -328,7 +324,8 @@ def odometry_equals_tf(record: Record) -> Finding:
     return Finding(worst(off) <= allowed, f'{len(off)} compared, at most {worst(off):.4f} m apart')
 
 
-@rule('odom: twist', 'twist can be a direct copy of the latest cmd_vel', 'a recent cmd_vel')
+@rule('odom: twist', 'twist can be a direct copy of the latest cmd_vel', 'a recent cmd_vel',
+      timely=True)
 def twist_is_command(record: Record) -> Finding:
     """Check that each odometry's twist is one of the commands of that time."""
     odometry = [one for drive in drives(record)
@@ -339,8 +336,9 @@ def twist_is_command(record: Record) -> Finding:
     for one in odometry:
         recent = record.heard('cmd_vel', one.published - 50_000_000, one.published + 50_000_000)
         twist = velocity(one.message.twist)
-        other += not any(hypot(*(a - b for a, b in zip(twist, velocity(command.message)))) < 1e-6
-                         for command in recent)
+        other += bool(recent) and not any(
+            hypot(*(a - b for a, b in zip(twist, velocity(command.message)))) < 1e-6
+            for command in recent)
     return Finding(other <= 0.01 * len(odometry),
                    f'{len(odometry) - other} of {len(odometry)} are')
 
@@ -554,12 +552,14 @@ def speed_is_limited(record: Record) -> Finding:
     speeds = [hypot(*velocity(one.message)[:2]) for one in record.topics['cmd_vel']]
     if not speeds:
         raise Broken('nothing was heard on cmd_vel')
+    if not any(speeds):
+        drives(record)  # Who was not sent anywhere may stand.
     return Finding(0.0 < worst(speeds) <= limit * (1.0 + 1e-6),
                    f'at most {worst(speeds):.3f} m/s of {limit:g}')
 
 
 @rule('drive: rolling', 'The wheel joint state should be published so that the wheel is rolling '
-      'without slipping', 'angle x wheel_radius = way, within 2 %')
+      'without slipping', 'angle x wheel_radius = way, within 2 %', timely=True)
 def wheel_does_not_slip(record: Record) -> Finding:
     """Check that what rolls off the wheel is the way of the robot, in eight directions."""
     joint = model(record).wheel_joint(record.profile.frames['platform'])
@@ -588,7 +588,7 @@ def wheel_does_not_slip(record: Record) -> Finding:
 
 
 @rule('drive: stem', 'the stem points in that direction and then the robot translates (while the '
-      'wheel rolls)', 'the wheel rolls along the motion, within 5 degrees')
+      'wheel rolls)', 'the wheel rolls along the motion, within 5 degrees', timely=True)
 def stem_points_along(record: Record) -> Finding:
     """Check that in the middle of each drive the wheel's axis is across the motion."""
     robot, name = model(record), record.profile.frames['platform']
@@ -616,7 +616,7 @@ def stem_points_along(record: Record) -> Finding:
 
 
 @rule('tilt', 'The tilt angle of the platform is set to the last message received on this topic',
-      'joint and TF at each angle that was asked for')
+      'joint and TF at each angle that was asked for', timely=True)
 def tilt_is_obeyed(record: Record) -> Finding:
     """Check that the platform takes each angle that is asked for, in its joint and in TF."""
     if not record.tilts:

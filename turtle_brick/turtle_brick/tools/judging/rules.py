@@ -89,6 +89,15 @@ class Rule:
 
     def __call__(self, record: Record) -> Judgement:
         """Judge what was heard."""
+        found = self._look(record)
+        if found.mark == BROKEN and self.timely:
+            busy = record.is_busy(record.busy_spans())
+            # What is broken also while the machine had time is broken.
+            if busy and self._look(record.while_calm()).mark != BROKEN:
+                return found._replace(mark=OPEN, measured=f'{found.measured}; {busy}')
+        return found
+
+    def _look(self, record: Record) -> Judgement:
         plot = None
         try:
             finding = self.judge(record)
@@ -103,10 +112,6 @@ class Rule:
             # Whatever an implementation says, this is no reason to fall silent about the rest.
             mark = BROKEN
             measured = f'what was heard makes no sense ({type(error).__name__}: {error})'
-        if mark == BROKEN and self.timely:
-            busy = record.is_busy(record.busy_spans())
-            if busy:
-                mark, measured = OPEN, f'{measured}; {busy}'
         return Judgement(self.name, self.words, self.expected, mark, measured, plot)
 
 

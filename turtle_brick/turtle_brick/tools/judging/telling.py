@@ -95,7 +95,8 @@ def draw(plot: Plot) -> str:
         axes.plot(list(series.x)[::step], list(series.y)[::step], 'o', markersize=3.5,
                   color=color, label=series.label)
     axes.set(title=plot.title, xlabel=plot.x_label, ylabel=plot.y_label)
-    axes.legend(frameon=False, fontsize='small')
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(frameon=False, fontsize='small')
     axes.spines[['top', 'right']].set_visible(False)
     file = StringIO()
     figure.savefig(file, format='svg', metadata={'Date': None})
