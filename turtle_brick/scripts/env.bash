@@ -14,14 +14,13 @@
 
 # Source this file in bash:  source turtle_brick/scripts/env.bash
 #
-# It leaves a shell in which rclpy, both packages of this workspace and all that they need can be
-# imported and run. Where ROS 2 Jazzy is sourced already, or installed in /opt/ros/jazzy, that is
-# what the packages are built on; elsewhere a home is made from wheels, in .ros next to the
-# packages. Made once, it is only looked over the next time, and what changed is built again.
-# Status 0 says that all is ready; otherwise one sentence has said why not.
+# It makes rclpy, both packages of this workspace and their dependencies available in the shell.
+# Where ROS 2 Jazzy is sourced already, or installed in /opt/ros/jazzy, the packages are built on
+# that; elsewhere a home is made from wheels, in .ros next to the packages. The next time, only what
+# has changed is built again. The status is 0 if all is ready; otherwise one sentence says why not.
 #
-#   PYTHON=...   the Python, 3.10 to 3.13, on which a home of wheels is to stand (else python3,
-#                or the first that fits of python3.13, python3.12, python3.11, python3.10)
+#   PYTHON=...   the Python, 3.10 to 3.13, of a home of wheels (else python3, or the first that
+#                fits of python3.13, python3.12, python3.11, python3.10)
 #   TURTLE_BRICK_VIEW=...   what the launch files show the robot with: rviz, web or none (else
 #                rviz, or web where there is no rviz2)
 #   FASTRTPS_DEFAULT_PROFILES_FILE=...   how the nodes of a home of wheels find each other (else
@@ -43,7 +42,7 @@ _turtle_brick_env() {
   scripts=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P) || return 1
   home=${scripts%/*/*}/.ros
 
-  # Which home? One of wheels that this shell is in already stays what it is.
+  # Which home? A shell in a home of wheels stays in it.
   if [[ -n ${TURTLE_BRICK_HOME-} && ${VIRTUAL_ENV-} == "$TURTLE_BRICK_HOME/venv" ]]; then
     kind=pypi
   elif [[ -n ${ROS_DISTRO-} && $ROS_DISTRO != jazzy ]]; then
@@ -64,7 +63,7 @@ _turtle_brick_env() {
     kind=pypi
   fi
 
-  # Which Python makes it?
+  # Which Python?
   if [[ $kind == native ]]; then
     python=python3
   elif [[ -z ${PYTHON-} ]] && "$home/venv/bin/python" -I -c '' 2>/dev/null </dev/null; then
@@ -89,7 +88,7 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
     fi
   fi
 
-  # isolated (-I): no variable and no package of the caller's leads this program astray
+  # isolated (-I) from the caller's variables and packages
   _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 "$python" -I -X utf8 "$scripts/make_home.py" "$kind" \
     </dev/null || return 1
 

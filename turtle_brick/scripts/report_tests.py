@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Sum up the result files of a test run: `report_tests.py BUILD_FOLDER...`."""
+"""Summarize the result files of a test run: `report_tests.py BUILD_FOLDER...`."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from xml.etree import ElementTree
 
 
 class Summary(NamedTuple):
-    """What came of the tests."""
+    """The results of the tests."""
 
     passed: int
-    """How many did what they should."""
+    """How many passed."""
 
     failed: int
-    """How many did not, or could not be run: errors count as failures."""
+    """How many failed; errors count as failures."""
 
     skipped: tuple[tuple[str, str], ...]
     """The name of each one that was skipped, and the reason."""
@@ -41,7 +41,7 @@ def reason_of(skip: ElementTree.Element) -> str:
     """
     Find out why a test was skipped.
 
-    :param skip: The element that says that it was.
+    :param skip: Its element `skipped`.
     :return: The reason. For a file that was skipped as a whole, pytest has it in the text alone,
         as the last of ('file', line, 'Skipped: reason').
     """
@@ -51,12 +51,12 @@ def reason_of(skip: ElementTree.Element) -> str:
     return skip.get('message') or (skip.text or '').strip() or 'no reason given'
 
 
-def summarise(folders: Iterable[Path]) -> Summary:
+def summarize(folders: Iterable[Path]) -> Summary:
     """
     Read the JUnit files that pytest and ctest leave in the build folders of packages.
 
     :param folders: The build folders.
-    :return: What they say. A file that cannot be read counts as one failed test.
+    :return: The results. A file that cannot be read counts as one failed test.
     """
     passed = failed = 0
     skipped = []
@@ -81,11 +81,11 @@ def summarise(folders: Iterable[Path]) -> Summary:
 
 def main() -> int:
     """
-    Print what was skipped with its reason, one line for all cases of a test, then the numbers.
+    Print the skipped tests with the reason, one line for all cases of a test, then the counts.
 
     :return: The status of the process: 0 if nothing failed and something passed.
     """
-    passed, failed, skipped = summarise(map(Path, sys.argv[1:]))
+    passed, failed, skipped = summarize(map(Path, sys.argv[1:]))
     cases = Counter((name.partition('[')[0], reason) for name, reason in skipped)
     for (name, reason), count in cases.items():
         print(f'skipped: {name}{f" ({count} cases)" if count > 1 else ""}: {reason}')

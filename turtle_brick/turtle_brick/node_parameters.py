@@ -41,10 +41,10 @@ def declare_parameters(node: Node) -> Parameters:
     :return: The values.
     :raises ParameterError: A value is missing or inadmissible.
     """
-    # With what the node does not know, for which rclpy has no public way.
+    # All overrides, also of names that are not declared; rclpy has no public access to them.
     given = dict(getattr(node, '_parameter_overrides', {}))
     for entry in fields(Parameters):
-        # Untyped at first, so that an inadmissible value meets our rules and not rclpy's.
+        # Untyped at first, so that our rules refuse an inadmissible value, not rclpy's.
         untyped = node.declare_parameter(
             entry.name, None, ParameterDescriptor(dynamic_typing=True))
         given.pop(entry.name, None)

@@ -17,9 +17,11 @@ The configuration of the robot, the brick and the arena: one frozen dataclass.
 
 Each value's description, unit and range stand with its field. `load` reads the ROS parameter file
 config/turtle.yaml without ROS; a node gets the same values through
-`turtle_brick.node_parameters.declare_parameters`. However they arrive, the same rules admit or
-refuse them, with a `ParameterError` whose one sentence names the parameter, its value and what is
+`turtle_brick.node_parameters.declare_parameters`. The same rules apply to both; a value that is
+refused raises a `ParameterError`, whose one sentence names the parameter, its value and what is
 admissible.
+
+A new parameter takes a line in config/turtle.yaml and a field of `Parameters`.
 """
 
 from __future__ import annotations
@@ -45,7 +47,7 @@ from turtle_brick.chassis import Chassis
 import yaml
 
 OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
-"""Parameters, or beginnings of their names, that ROS itself gives to nodes."""
+"""Parameters, or prefixes of their names, that ROS itself declares on nodes."""
 
 LOGGER = logging.getLogger(__name__)
 
@@ -62,10 +64,10 @@ class MissingParameterError(ParameterError):
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a parameter says and which values it admits."""
+    """What a parameter means and which values are admissible."""
 
     description: str
-    """What it is, without the unit."""
+    """The meaning, without the unit."""
     unit: str
     """Its SI unit."""
     lower: float
@@ -94,8 +96,7 @@ class Parameters:
     """
     The configured values: SI units, angles in radians.
 
-    No inadmissible Parameters exist: building one from inadmissible values, also with
-    `dataclasses.replace`, raises ParameterError.
+    The values are always admissible: others raise ParameterError, also in `dataclasses.replace`.
     """
 
     platform_height: float = _number(
@@ -115,7 +116,7 @@ class Parameters:
         'Tilt of the platform with which a brick is tipped off', 'rad', 0.05, 1.5)
 
     def __post_init__(self) -> None:
-        """Admit the values, integers as floats, or raise ParameterError."""
+        """Check the values and convert integers to floats."""
         for entry in fields(self):
             value = _admitted(entry, getattr(self, entry.name))
             object.__setattr__(self, entry.name, value)
@@ -131,7 +132,7 @@ class Parameters:
 
     @property
     def chassis(self) -> Chassis:
-        """Return the robot's dimensions, which follow from these."""
+        """Return the robot's dimensions, which are derived from these."""
         return Chassis.from_dimensions(
             self.platform_height, self.platform_radius, self.platform_thickness,
             self.wheel_radius)
@@ -139,7 +140,7 @@ class Parameters:
 
 def meaning(entry: Field[Any]) -> Meaning:
     """
-    Tell what a field of Parameters means.
+    Return the meaning of a field of Parameters.
 
     :param entry: One of `dataclasses.fields(Parameters)`.
     :return: Its description, unit and range.
@@ -150,7 +151,7 @@ def meaning(entry: Field[Any]) -> Meaning:
 def _admitted(entry: Field[Any], value: Any) -> float | Triple:
     rule = meaning(entry)
     numbers = [value] if rule.length == 1 else value
-    # An array of ROS parameters is an array.array: any sequence will do, but not a string.
+    # ROS gives an array.array: any sequence is good, except a string.
     if isinstance(numbers, (str, bytes, Mapping)) or not hasattr(numbers, '__len__'):
         raise _refusal(entry, value)
     numbers = list(numbers)

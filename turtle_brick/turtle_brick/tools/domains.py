@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""ROS domains of this machine: which one nobody is in, and how far away one is heard. No ROS."""
+"""ROS domains on this machine: find a free one, and limit the range of discovery. No ROS."""
 
 from collections.abc import Iterable
 from collections.abc import Iterator
@@ -22,12 +22,12 @@ import random
 import socket
 
 DOMAINS = range(101)
-"""Those whose ports are below the ones that Linux gives to anybody."""
+"""Domains whose ports are below the range that Linux assigns by itself."""
 
 LAST_DOMAIN = 232
-"""The last one that has any ports."""
+"""The last domain that has ports."""
 
-# A process marks its domain by holding the TCP port of this base plus the domain, as ROS 2's own
+# A process reserves a domain by holding the TCP port of this base plus the domain, as ROS 2's own
 # domain_coordinator does, so that the two respect each other.
 MARK_PORT_BASE = 32768
 
@@ -36,10 +36,10 @@ DDS_PORT_BASE = 7400
 DDS_PORTS_PER_DOMAIN = 250
 DDS_UNICAST_OFFSET = 10
 PARTICIPANTS = 32
-"""How many of a domain's participants are looked for: the first ones may have left."""
+"""How many participants of a domain to look for: the first ones may have left."""
 
 RANGE_VARIABLES = ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_STATIC_PEERS', 'ROS_LOCALHOST_ONLY')
-"""The environment variables in which a user says how far ROS is heard."""
+"""The environment variables that set the range of discovery."""
 
 
 class DomainError(RuntimeError):
@@ -47,7 +47,7 @@ class DomainError(RuntimeError):
 
 
 def keep_to_this_machine() -> None:
-    """Have ROS speak to this machine only, unless the environment says how far."""
+    """Limit discovery to this machine, unless the environment sets a range."""
     if not any(os.environ.get(name) for name in RANGE_VARIABLES):
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
@@ -67,12 +67,12 @@ def is_empty(domain: int) -> bool:
 @contextmanager
 def reserved_domain(candidates: Iterable[int] | None = None) -> Iterator[int]:
     """
-    Reserve a ROS domain that no node on this machine is in, and that nobody else reserves.
+    Reserve a ROS domain that no node on this machine is in and no other process reserves.
 
-    :param candidates: the domains to choose from, the first one first; if None, 1 to 100 in any
-        order, for nobody to be in the way of people, who are in 0
+    :param candidates: The domains to try, in this order; if None, 1 to 100 in random
+        order, without the default domain 0.
     :return: The domain's id, reserved until the context ends.
-    :raises DomainError: all of them are in use
+    :raises DomainError: All of them are in use.
     """
     for domain in candidates or random.sample(DOMAINS[1:], len(DOMAINS) - 1):
         with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as mark:

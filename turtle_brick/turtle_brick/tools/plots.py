@@ -15,8 +15,8 @@
 """
 Figures of what was measured: the map of the arena, margins, one drop in detail.
 
-This is the only module that imports matplotlib, and only those who draw import it. No display is
-needed, and no state of matplotlib's is changed.
+Importing this module imports matplotlib, so only code that draws does it. It needs no display and
+leaves matplotlib's global state alone.
 """
 
 from __future__ import annotations
@@ -145,10 +145,10 @@ def reachability_map(drops: Sequence[Drop], parameters: Parameters, cell: float 
     """
     Draw the arena from above: what was caught, refused and missed, and the boundaries in theory.
 
-    :param drops: what became of the bricks, each from the robot at rest in the center
-    :param parameters: the physical numbers
-    :param cell: side (m) of the square of the arena that each drop stands for; None for points
-    :param path: of the PNG
+    :param drops: The results, each from the robot at rest in the center.
+    :param parameters: The physical numbers.
+    :param cell: Side (m) of the square of the arena that each drop stands for; None for points.
+    :param path: The PNG to write.
     """
     with rc_context(STYLE):
         figure = Figure(figsize=(8.2, 7.6), layout='constrained')
@@ -232,11 +232,11 @@ def _in_words(heights: Sequence[float]) -> str:
 
 def margins(drops: Sequence[Drop], parameters: Parameters, path: Path) -> None:
     """
-    Draw the margins against the distance, as reckoned and as they really were.
+    Draw the margins against the distance, as estimated and as measured.
 
-    :param drops: what became of the bricks, each from the robot at rest in the center
-    :param parameters: the physical numbers
-    :param path: of the PNG
+    :param drops: The results, each from the robot at rest in the center.
+    :param parameters: The physical numbers.
+    :param path: The PNG to write.
     """
     heights = _extremes(drops)
     single = len(heights) == 1
@@ -247,12 +247,12 @@ def margins(drops: Sequence[Drop], parameters: Parameters, path: Path) -> None:
             return drop.distance
         return drop.distance - guaranteed_distance(drop.brick_z, parameters)
 
-    groups = [(f'{outcome}: reckoned when the fall was recognised', color,
+    groups = [(f'{outcome}: estimated when the fall was recognized', color,
                [(place(drop), drop.margin) for drop in drops
                 if drop.outcome == outcome and drop.margin is not None])
               for outcome, color in (
                   ('caught', CAUGHT), ('refused', REFUSED), ('missed', MISSED))]
-    groups.append(('caught: for how long the platform had really been there', ROBOT, [
+    groups.append(('caught: measured, how long the platform had been there', ROBOT, [
         (place(drop), drop.spare) for drop in drops
         if drop.spare is not None and drop.distance > parameters.platform_radius]))
     with rc_context(STYLE):
@@ -282,12 +282,12 @@ def margins(drops: Sequence[Drop], parameters: Parameters, path: Path) -> None:
 
 def one_drop(trace: Trace, drop: Drop, parameters: Parameters, path: Path) -> None:
     """
-    Draw all that happens in one drop over its time.
+    Draw one drop over time.
 
-    :param trace: what was written down
-    :param drop: what became of it
-    :param parameters: the physical numbers
-    :param path: of the PNG
+    :param trace: The record of the drop.
+    :param drop: Its result.
+    :param parameters: The physical numbers.
+    :param path: The PNG to write.
     """
     time = trace.time
     legible = 0.06 * (time[-1] - time[0])
@@ -372,20 +372,20 @@ def _spans(time: Sequence[float], values: Sequence[Value]) -> list[tuple[Value, 
 
 CHAIN = {
     'seen': ('arena', 'a fall shows in its third sample, 8 ms after the release', REFUSED),
-    'decided': ('catcher', 'recognises the fall, decides, publishes the goal', MISSED),
+    'decided': ('catcher', 'recognizes the fall, decides, publishes the goal', MISSED),
     'commanded': ('turtle_robot', 'waits for its next cycle of 10 ms', ROBOT),
     'moved': ('turtlesim', 'its queue of seven commands is always full', CAUGHT),
     'known': ('turtle_robot', 'says so to TF in its next cycle', ROBOT),
 }
-"""Who does what in each part of the chain from a release to a motion, and in which color."""
+"""Each part of the chain from a release to a motion: who does it, what, and its color."""
 
 
 def latency(chains: Sequence[dict[str, float]], path: Path) -> None:
     """
-    Draw what happens between the release of a brick and the robot's first motion.
+    Draw the chain from the release of a brick to the robot's first motion.
 
-    :param chains: of each drop the times (s) from the release to the end of each part, in order
-    :param path: of the PNG
+    :param chains: Of each drop the times (s) from the release to the end of each part, in order.
+    :param path: The PNG to write.
     """
     with rc_context(STYLE):
         figure = Figure(figsize=(9.4, 3.9), layout='constrained')

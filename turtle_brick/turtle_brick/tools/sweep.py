@@ -17,15 +17,15 @@ sweep: drop many bricks without ROS, over all cores, and see what is caught, ref
 
 Every drop begins with the robot at rest in the center of the arena, in a simulation of its own
 (`turtle_brick.simulation`); with --chain, several drops follow one another in one simulation.
-Written are a table, drops.csv, with one row per drop, and figures: the map of the arena, the
+The output is a table, drops.csv, with one row per drop, and figures: the map of the arena, the
 margins against the distance, and one drop in detail. The table depends on the options alone,
 not on the number of workers: the same options give the same file, byte for byte.
 
-Ctrl-C keeps what is done: the table is complete up to there, and the figures are made of it.
+Ctrl-C keeps the drops so far: they are in the table, and the figures show them.
 
 The status is 0 if both promises were kept in every drop: what was said to be reachable was
 caught, and nothing within the guaranteed distance was refused. It is 1 if not, and 2 if the sweep
-could not be made.
+failed.
 """
 
 import argparse
@@ -50,6 +50,7 @@ from time import monotonic
 from time import process_time
 from time import strftime
 from types import FrameType
+from typing import Any
 from typing import NamedTuple
 
 from turtle_brick.parameters import load
@@ -69,14 +70,14 @@ from turtle_brick.tools.sweeping import trace
 TABLE = 'drops.csv'
 
 BATCH = 8
-"""Simulations that a worker makes at a time: about a tenth of a second."""
+"""Simulations that a worker runs at a time: about a tenth of a second."""
 
 AHEAD = 3
-"""Batches per worker that are handed out before they are needed."""
+"""Batches per worker that are queued ahead."""
 
 
 class Batch(NamedTuple):
-    """What a worker has done."""
+    """The result of a worker's job."""
 
     drops: list[Drop]
     simulated: float
@@ -87,12 +88,12 @@ class Batch(NamedTuple):
 
 def work(parameters: Parameters, chains: Sequence[Chain], delays: Delays) -> Batch:
     """
-    Make the drops of some simulations; this is what a worker does.
+    Run some simulations in a worker.
 
-    :param parameters: the physical numbers
-    :param chains: the simulations
-    :param delays: the delays between their parts
-    :return: The drops in order, and what they took.
+    :param parameters: The physical numbers.
+    :param chains: The simulations.
+    :param delays: The delays between their parts.
+    :return: The drops in order, with their cost.
     """
     begin = process_time()
     drops: list[Drop] = []
@@ -105,22 +106,23 @@ def work(parameters: Parameters, chains: Sequence[Chain], delays: Delays) -> Bat
 
 
 class Stop:
-    """Ctrl-C or SIGTERM: nothing is interrupted, but no more is begun."""
+    """Counts Ctrl-C and SIGTERM, so that work under way is finished but no more begun."""
 
     SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
     def __init__(self) -> None:
-        """Leave the signals as they are until the first `with`."""
+        """Change no signal handler yet: `with` does."""
         self.count = 0
+        self._before: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> 'Stop':
-        """Take over the signals."""
+        """Replace the signal handlers."""
         self._before = {
             number: signal.signal(number, self._on_signal) for number in self.SIGNALS}
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Give them back."""
+        """Restore the signal handlers."""
         for number, handler in self._before.items():
             signal.signal(number, handler)
 
@@ -128,12 +130,12 @@ class Stop:
         self.count += 1
 
     def __bool__(self) -> bool:
-        """Tell whether it has been asked for."""
+        """Tell whether a signal has come."""
         return self.count > 0
 
 
 def _begin_worker() -> None:
-    """Leave signals to the first process, and end when that is gone, however it went."""
+    """Ignore signals, which the first process handles, and end when that process has ended."""
     for number in Stop.SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, Stop.SIGNALS)
@@ -151,15 +153,15 @@ def _begin_worker() -> None:
 def batches(parameters: Parameters, plan: Plan, workers: int,
             stop: Callable[[], bool]) -> Iterator[Batch]:
     """
-    Make the drops of a plan, over several processes.
+    Run the drops of a plan in several processes.
 
-    :param parameters: the physical numbers
-    :param plan: the drops
-    :param workers: how many processes, beside this one if more than one
-    :param stop: asked again and again; once it is true, no more is begun
-    :return: What is done, in the order of the plan: all of it, or all that was begun before the
-        stop.
-    :raises BrokenProcessPool: a worker has been killed
+    :param parameters: The physical numbers.
+    :param plan: The drops.
+    :param workers: The number of processes; 1 is this one.
+    :param stop: Polled; once it returns True, no more is begun.
+    :return: The results, in the order of the plan: all of them, or those that were begun before
+        the stop.
+    :raises BrokenProcessPool: A worker was killed.
     """
     jobs = _in_parts(plan.chains(), max(BATCH // plan.chain, 1))
     if workers == 1:
@@ -178,14 +180,14 @@ def batches(parameters: Parameters, plan: Plan, workers: int,
                 job = next(jobs, None)
                 if job is None:
                     break
-                # A worker must not see a signal before it is ready to leave it to this process.
+                # A worker must not see a signal before it ignores them.
                 before = signal.pthread_sigmask(signal.SIG_BLOCK, Stop.SIGNALS)
                 try:
                     pending.append(pool.submit(work, parameters, job, plan.delays))
                 finally:
                     signal.pthread_sigmask(signal.SIG_SETMASK, before)
             if stop():
-                # Those that have begun are the first: what is left is without a gap.
+                # Batches begin in order, so the results have no gap.
                 while pending and pending[-1].cancel():
                     pending.pop()
             if not pending:
@@ -196,7 +198,7 @@ def batches(parameters: Parameters, plan: Plan, workers: int,
 
 
 def _in_parts(chains: Iterable[Chain], size: int) -> Iterator[list[Chain]]:
-    """Yield lists of so many, the last with what is left."""
+    """Split into lists of a size; the last may be shorter."""
     part: list[Chain] = []
     for chain in chains:
         part.append(chain)
@@ -210,13 +212,13 @@ def _in_parts(chains: Iterable[Chain], size: int) -> Iterator[list[Chain]]:
 def draw(drops: Sequence[Drop], parameters: Parameters, plan: Plan, directory: Path,
          stop: Callable[[], bool]) -> None:
     """
-    Make the figures.
+    Draw the figures.
 
-    :param drops: what became of the bricks
-    :param parameters: the physical numbers
-    :param plan: the drops that were planned
-    :param directory: where the files are to be
-    :param stop: asked between figures; once it is true, the rest is left out
+    :param drops: The results.
+    :param parameters: The physical numbers.
+    :param plan: The drops that were planned.
+    :param directory: The directory of the files.
+    :param stop: Polled between figures; once it returns True, the rest is left out.
     """
     if not drops:
         print('No figures: no drop was finished.')
@@ -234,20 +236,20 @@ def draw(drops: Sequence[Drop], parameters: Parameters, plan: Plan, directory: P
             ('drop.png', lambda path: plots.one_drop(
                 trace(parameters, chain, chosen.turn, plan.delays), chosen, parameters, path))):
         if stop():
-            print('The figures that are missing were left out.')
+            print('The remaining figures were left out.')
             return
         make_figure(directory / name)
         print(f'  {directory / name}')
 
 
 class Progress:
-    """A bar on a terminal, nothing elsewhere."""
+    """A progress bar, on a terminal only."""
 
     def __init__(self, total: int) -> None:
         """
         Show an empty bar.
 
-        :param total: how many drops there will be
+        :param total: The number of drops.
         """
         self._bar = None
         if sys.stdout.isatty() and find_spec('tqdm') is not None:
@@ -256,18 +258,18 @@ class Progress:
                              dynamic_ncols=True)
 
     def add(self, drops: Sequence[Drop]) -> None:
-        """Show that drops have been made."""
+        """Advance by some drops."""
         if self._bar is not None:
             self._bar.update(len(drops))
 
     def end(self) -> None:
-        """Leave the bar as it is."""
+        """Close the bar."""
         if self._bar is not None:
             self._bar.close()
 
 
 def at_least(least: int) -> Callable[[str], int]:
-    """Return what reads an integer with a lower bound from a command line."""
+    """Return the argparse type of an integer with a lower bound."""
     def read(text: str) -> int:
         try:
             value = int(text)
@@ -281,9 +283,9 @@ def at_least(least: int) -> Callable[[str], int]:
 
 def parse(args: Sequence[str] | None) -> tuple[argparse.Namespace, Parameters, Plan]:
     """
-    Read the command line; what is wrong with it ends the process with status 2 and a sentence.
+    Read the command line; a mistake in it ends the process with status 2 and a sentence.
 
-    :param args: the arguments; those of the process if None
+    :param args: The arguments; those of the process if None.
     :return: The options, the parameters and the plan.
     """
     first, second = __doc__.strip().split('\n\n')[:2]
@@ -295,14 +297,14 @@ def parse(args: Sequence[str] | None) -> tuple[argparse.Namespace, Parameters, P
     kind.add_argument('--grid', type=at_least(1), metavar='N',
                       help='drop a brick in each of the N x N cells of the arena instead')
     parser.add_argument('--height', type=float, nargs='+', metavar='Z',
-                        help="of the brick's center when it is let go (m): one, or the lowest and "
-                        'the highest of random ones (default: that of brick_start)')
+                        help="height of the brick's center at the release (m): one number, or the "
+                        'range of random heights (default: that of brick_start)')
     parser.add_argument('--seed', type=int, default=1, metavar='N',
-                        help='of everything random (default: 1)')
+                        help='seed of all random numbers (default: 1)')
     parser.add_argument('--chain', type=at_least(1), default=1, metavar='N',
                         help='drops that follow one another in one simulation (default: 1)')
     parser.add_argument('--no-jitter', dest='jitter', action='store_false',
-                        help='let all timers be even')
+                        help='run all timers without jitter')
     parser.add_argument('--workers', type=at_least(1), metavar='N',
                         help='processes (default: one for each core)')
     parser.add_argument('--params-file', type=Path, metavar='FILE',
@@ -351,14 +353,14 @@ def main(args: Sequence[str] | None = None) -> int:
 
 def run(options: argparse.Namespace, parameters: Parameters, plan: Plan, stop: Stop) -> int:
     """
-    Make, write, draw and count the drops.
+    Run, write, draw and count the drops.
 
-    :param options: the command line
-    :param parameters: the physical numbers
-    :param plan: the drops
-    :param stop: true once the user has had enough
+    :param options: The command line.
+    :param parameters: The physical numbers.
+    :param plan: The drops.
+    :param stop: True once a signal has come.
     :return: The exit status.
-    :raises OSError: the table or a figure cannot be written
+    :raises OSError: The table or a figure cannot be written.
     """
     options.output.mkdir(parents=True, exist_ok=True)
     print(f'{plan.drops:,} drops, into {options.output.resolve()}', flush=True)
@@ -377,7 +379,7 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan, stop: S
                 cost += batch.cost
                 progress.add(batch.drops)
         except BrokenProcessPool:
-            failure = 'a worker was killed from outside'
+            failure = 'a worker was killed'
         progress.end()
     took = monotonic() - begin
     if stop and len(drops) < plan.drops:

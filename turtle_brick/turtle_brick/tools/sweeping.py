@@ -13,11 +13,11 @@
 # limitations under the License.
 
 """
-The drops of a sweep: which are made, how each one is made, and what is counted in the end.
+The drops of a sweep: the plan, the simulation of each drop, and the summary.
 
-A `Plan` with the parameters is all that the results depend on. Every drop begins with the robot
-at rest in the center of the arena; `Watch` finds out how well its catch was timed, `trace` makes
-one again with everything written down.
+The results depend on the `Plan` and the parameters alone. Every chain of drops begins with the
+robot at rest in the center of the arena. `Watch` measures how well a catch was timed; `trace`
+repeats a drop and records it in detail.
 """
 
 from collections.abc import Iterable
@@ -52,18 +52,18 @@ from turtle_brick.simulation import Simulation
 from turtle_brick.turtlesim_kinematics import ARENA_SIZE
 
 START_UP = 0.3
-"""How long (s) a simulation runs before its first drop, until every part has heard the others."""
+"""How long (s) a simulation runs before its first drop, for its parts to exchange data."""
 
 JITTER = Delays(tick_jitter=0.002, robot_jitter=0.0003)
-"""The delays of a graph whose timers are as uneven as turtlesim's and rclpy's are."""
+"""The delays of a graph whose timers jitter as turtlesim's and rclpy's do."""
 
 
 @dataclass(frozen=True)
 class Drop:
     """
-    What became of a drop: a row of the table.
+    The result of a drop: a row of the table.
 
-    Lengths are in m, in the world; times in s; what does not apply is None, an empty field.
+    Lengths are in m, in the world; times in s; None, an empty field, where it does not apply.
     """
 
     index: int
@@ -71,7 +71,7 @@ class Drop:
     seed: int
     """Seed of the simulation that it belongs to."""
     turn: int
-    """How many drops that simulation saw before."""
+    """Number of earlier drops in that simulation."""
     brick_x: float
     brick_y: float
     brick_z: float
@@ -90,22 +90,22 @@ class Drop:
     decided: float | None
     """From release to decision."""
     available: float | None
-    """From decision to contact, as the catcher reckons."""
+    """From decision to contact, by the catcher's estimate."""
     needed: float | None
-    """From decision to the platform's being under the brick, as the catcher reckons."""
+    """From decision until the platform is under the brick, by the catcher's estimate."""
     margin: float | None
-    """What is available beyond what is needed."""
+    """The time available minus the time needed."""
     fall: float
     """From release to contact with platform or ground."""
     spare: float | None
-    """For how long the platform was under the brick, without a break, when it came down."""
+    """How long the platform had been under the brick when it landed."""
     offset: float | None
     """From the platform's axis to the brick when it landed there."""
     tilted_x: float | None
     tilted_y: float | None
     """Where the robot tilted."""
     slide: float | None
-    """From the first tilt to the brick's being clear of the platform."""
+    """From the first tilt until the brick has left the platform."""
     finished: bool
     """Whether a caught brick was tipped off and the catcher waited again."""
 
@@ -136,7 +136,7 @@ class Chain(NamedTuple):
 
 @dataclass(frozen=True)
 class Plan:
-    """Which drops are made: with the parameters, all that the table depends on."""
+    """The drops to make: with the parameters, all that the table depends on."""
 
     grid: bool
     """Whether the bricks are on a grid."""
@@ -146,9 +146,9 @@ class Plan:
     """The lowest and the highest release of a brick (m)."""
     seed: int
     chain: int = 1
-    """How many drops a simulation sees."""
+    """Number of drops per simulation."""
     jitter: bool = True
-    """Whether the timers are uneven, as they are in a live graph."""
+    """Whether the timers jitter, as they do in a live graph."""
 
     @property
     def drops(self) -> int:
@@ -170,7 +170,7 @@ class Plan:
         Yield where the bricks are released.
 
         :return: Points of the world (m), uniformly at random, or the centers of the arena's cells
-            in a random order, so that a part of them is spread over the arena like the whole.
+            in random order, so that the first ones already cover the whole arena.
         """
         random = Random(f'{self.seed} bricks')
         side = self.cell
@@ -198,13 +198,13 @@ class Plan:
 
 
 class Watch:
-    """Observe a simulation to find out how well its catches were timed."""
+    """Measures how well the catches of a simulation are timed."""
 
     def __init__(self, simulation: Simulation) -> None:
         """
-        Watch from now on.
+        Observe a simulation.
 
-        :param simulation: the simulation, after each of whose steps the watch looks
+        :param simulation: The simulation; its `on_physics` is taken.
         """
         self.spare: float | None = None
         self.offset: float | None = None
@@ -213,11 +213,11 @@ class Watch:
         simulation.on_physics = self._look
 
     def begin(self) -> None:
-        """Forget the last drop."""
+        """Reset for the next drop."""
         self.spare = self.offset = self._under = None
 
     def _look(self) -> None:
-        """Note since when the platform has been under the brick."""
+        """Measure since when the platform has been under the brick."""
         world = self._simulation.world
         phase = world.phase
         falling = phase is Phase.FALLING
@@ -228,7 +228,7 @@ class Watch:
             return
         distance = hypot(world.brick[0] - platform.position[0],
                          world.brick[1] - platform.position[1])
-        # On the platform, rounding may put a brick on the edge beyond it.
+        # Once landed it counts, even if rounding puts it beyond the edge.
         if falling and distance > self._simulation.parameters.platform_radius:
             self._under = None
             return
@@ -241,12 +241,12 @@ class Watch:
 
 def make(parameters: Parameters, chain: Chain, delays: Delays) -> tuple[list[Drop], float]:
     """
-    Make the drops of one simulation.
+    Run the drops of one simulation.
 
-    :param parameters: the physical numbers
-    :param chain: the drops
-    :param delays: the delays between the simulation's parts
-    :return: What became of each, and the simulated time in s.
+    :param parameters: The physical numbers.
+    :param chain: The drops.
+    :param delays: The delays between the simulation's parts.
+    :return: The result of each, and the simulated time in s.
     """
     simulation = Simulation(parameters, chain.seed, delays)
     watch = Watch(simulation)
@@ -282,8 +282,8 @@ def promise(brick: Vector, parameters: Parameters) -> float | None:
     """
     Return within which distance (m) from a robot at rest a brick is promised to be caught.
 
-    :param brick: where it is released, in the world (m)
-    :param parameters: the physical numbers
+    :param brick: Where it is released, in the world (m).
+    :param parameters: The physical numbers.
     :return: The distance; None where nothing is promised.
     """
     if within_arena(brick[0], brick[1]) != (brick[0], brick[1]):
@@ -300,25 +300,25 @@ class Trace:
     """
 
     def __init__(self) -> None:
-        """Begin with nothing."""
+        """Make an empty trace."""
         self.time: list[float] = []
         self.brick: list[Vector] = []
         self.robot: list[tuple[float, float]] = []
         self.platform: list[tuple[float, float] | None] = []
-        """Where the arena sees the platform."""
+        """The platform as the arena knows it."""
         self.tilt: list[float] = []
         self.speed: list[float] = []
-        """At which turtlesim moves the turtle."""
+        """The turtle's speed in turtlesim."""
         self.phase: list[Phase] = []
         self.state: list[State] = []
         self.command_time: list[float] = []
         self.command: list[float] = []
-        """Speeds (m/s) asked for, 100 times per second."""
+        """Commanded speeds (m/s), 100 per second."""
         self.decision_time = inf
 
 
 class _RecordingDriver(Driver):
-    """A Driver whose commands are written down."""
+    """A Driver that records its commands."""
 
     def __init__(self, max_velocity: float) -> None:
         super().__init__(max_velocity)
@@ -332,13 +332,13 @@ class _RecordingDriver(Driver):
 
 def trace(parameters: Parameters, chain: Chain, turn: int, delays: Delays) -> Trace:
     """
-    Make a drop again and write everything down.
+    Repeat a drop and record it.
 
-    :param parameters: the physical numbers
-    :param chain: the simulation that it belongs to
-    :param turn: how many drops that simulation saw before
-    :param delays: the delays between the simulation's parts
-    :return: What happened, from 0.1 s before the release until 0.3 s after all was over.
+    :param parameters: The physical numbers.
+    :param chain: The simulation that it belongs to.
+    :param turn: How many drops that simulation saw before.
+    :param delays: The delays between the simulation's parts.
+    :return: The record, until 0.3 s after the end.
     """
     simulation = Simulation(parameters, chain.seed, delays)
     driver = _RecordingDriver(parameters.max_velocity)
@@ -364,7 +364,7 @@ def trace(parameters: Parameters, chain: Chain, turn: int, delays: Delays) -> Tr
     simulation.on_physics = look
     result = simulation.drop(chain.bricks[turn])
     simulation.rest(0.3)
-    # The step before the first that is seen falling is the release.
+    # The release is the step before the first one of the fall.
     release = instants[seen.phase.index(Phase.FALLING) - 1]
     seen.time = [(instant - release) * NANO for instant in instants]
     seen.command_time = [time - release * NANO for time, _ in driver.commands]
@@ -385,7 +385,7 @@ def version() -> str:
 
 
 def heading(parameters: Parameters, plan: Plan) -> str:
-    """Return the lines that stand above the table: all that it takes to make it again."""
+    """Return the head of the table: everything needed to reproduce it."""
     kind = (f'--grid {plan.count}' if plan.grid else f'--drops {plan.count}')
     heights = ' '.join(f'{height!r}' for height in dict.fromkeys(plan.heights))
     options = f'{kind} --height {heights} --seed {plan.seed}'
@@ -405,11 +405,11 @@ class Table:
 
     def __init__(self, file: TextIO, parameters: Parameters, plan: Plan) -> None:
         """
-        Write what stands above the rows.
+        Write the head.
 
-        :param file: opened for writing, without translation of newlines
-        :param parameters: the physical numbers
-        :param plan: the drops
+        :param file: Opened for writing, without translation of newlines.
+        :param parameters: The physical numbers.
+        :param plan: The drops.
         """
         self._file = file
         file.write(heading(parameters, plan))
@@ -418,13 +418,13 @@ class Table:
         file.flush()
 
     def write(self, drops: Iterable[Drop]) -> None:
-        """Append rows; they are in the file when this returns."""
+        """Append rows and flush the file."""
         self._writer.writerows(map(_cells, drops))
         self._file.flush()
 
 
 def _cells(drop: Drop) -> list[object]:
-    """Return the fields of a row: micrometres and microseconds, truth as 0 and 1."""
+    """Return the fields of a row: six decimals, booleans as 0 and 1."""
     return [int(value) if isinstance(value, bool)
             else f'{value:.6f}' if isinstance(value, float) else value
             for value in astuple(drop)]
@@ -432,11 +432,11 @@ def _cells(drop: Drop) -> list[object]:
 
 def summary(drops: Sequence[Drop]) -> str:
     """
-    Count.
+    Count the outcomes.
 
-    :param drops: what became of the bricks
-    :return: A table of outcomes, within the promised distance and beyond it, and what became of
-        the promises.
+    :param drops: The results.
+    :return: A table of outcomes, within the promised distance and beyond it, and whether the
+        promises were kept.
     """
     lines = [f'{"":24}{"all":>10}{"promised":>12}{"beyond":>10}']
     for outcome in ('caught', 'refused', 'missed'):
@@ -467,7 +467,7 @@ def is_good(drops: Sequence[Drop]) -> bool:
 
 
 def most_telling(drops: Sequence[Drop]) -> Drop:
-    """Return the drop to show in detail: a broken promise, else the tightest catch, else any."""
+    """Return the drop to show: a broken promise, else the tightest catch, else the first."""
     return min(drops, key=lambda drop: (
         not drop.broken, drop.outcome != 'caught',
         inf if drop.spare is None else drop.spare, drop.index))
