@@ -196,8 +196,8 @@ def action(element):
     if element.tag in ('group', 'timer'):
         options['actions'] = [action(each) for each in inner]
     elif inner:
-        raise ValueError(f'Unexpected nested tag(s) found in `{element.tag}`: '
-                         f'{ {each.tag for each in inner} }')
+        tags = {each.tag for each in inner}
+        raise ValueError(f'Unexpected nested tag(s) found in `{element.tag}`: {tags}')
     return kind(**options)
 
 
