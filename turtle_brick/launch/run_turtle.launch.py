@@ -37,6 +37,15 @@ def generate_launch_description():
             choices=['rviz', 'web', 'none'],
             description='What shows the robot: rviz2 (rviz), a page in the browser (web) or '
                         'nothing, for a machine without a display (none).'),
+        # First: launch waits for xacro here, and a Ctrl-C meanwhile would leave nodes behind.
+        IncludeLaunchDescription(
+            PathJoinSubstitution(
+                [FindPackageShare('turtle_brick'), 'launch', 'show_turtle.launch.py']),
+            launch_arguments=[
+                ('use_jsp', 'none'),
+                ('rviz_config', LaunchConfiguration('rviz_config')),
+                ('view', LaunchConfiguration('view')),
+            ]),
         Node(
             package='turtlesim',
             executable='turtlesim_node',
@@ -53,12 +62,4 @@ def generate_launch_description():
                 PathJoinSubstitution([FindPackageShare('turtle_brick'), 'config', 'turtle.yaml']),
             ],
             remappings=[('cmd_vel', 'turtle1/cmd_vel')]),
-        IncludeLaunchDescription(
-            PathJoinSubstitution(
-                [FindPackageShare('turtle_brick'), 'launch', 'show_turtle.launch.py']),
-            launch_arguments=[
-                ('use_jsp', 'none'),
-                ('rviz_config', LaunchConfiguration('rviz_config')),
-                ('view', LaunchConfiguration('view')),
-            ]),
     ])

@@ -78,7 +78,6 @@ from xml.etree import ElementTree
 from ament_index_python.packages import get_package_share_path
 from rclpy.node import Node
 from rclpy.utilities import get_rmw_implementation_identifier
-from turtle_brick.arena import STEP
 from turtle_brick.catching import CENTER
 from turtle_brick.frames import BASE_LINK
 from turtle_brick.frames import BRICK
@@ -87,6 +86,7 @@ from turtle_brick.interrupts import INTERRUPTS
 from turtle_brick.parameters import load
 from turtle_brick.parameters import ParameterError
 from turtle_brick.parameters import Parameters
+from turtle_brick.physics import STEP
 from turtle_brick.reaching import guaranteed_distance
 from turtle_brick.tools.domains import reserved_domain
 from turtle_brick.tools.graph import Graph

@@ -40,7 +40,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
-from turtle_brick.arena import STEP
+from turtle_brick.arena import MARKER_PERIOD
 from turtle_brick.catcher import PERIOD as CATCHER_PERIOD
 from turtle_brick.driving import PERIOD as ROBOT_PERIOD
 from turtle_brick.executor import make_executor
@@ -51,6 +51,7 @@ from turtle_brick.frames import ODOM
 from turtle_brick.frames import transform_message
 from turtle_brick.frames import WORLD
 from turtle_brick.interrupts import INTERRUPTS
+from turtle_brick.physics import STEP
 from turtle_brick.spinning import init
 from turtle_brick.spinning import spare_collector
 from turtle_brick.spinning import spin
@@ -133,7 +134,8 @@ class BareArena(BareNode):
         self.hear_transforms()
         self.repeat(TFMessage(transforms=[transform_message(WORLD, BRICK)]), '/tf', TF)
         self.create_publisher(MarkerArray, 'walls', LATCHED)
-        self.create_publisher(Marker, 'brick_marker', LATCHED)
+        brick = self.create_publisher(Marker, 'brick_marker', LATCHED)
+        self.create_timer(MARKER_PERIOD, lambda: brick.publish(Marker()))
         self.create_service(Place, 'place', lambda request, response: response)
         self.create_service(Trigger, 'drop', lambda request, response: response)
         self.create_timer(STEP * 1e-9, self.speak)

@@ -50,12 +50,17 @@ from turtle_brick.tools.judging.observer import Observer
 from turtle_brick.tools.judging.record import Record
 from turtle_brick.tools.judging.rules import BROKEN
 from turtle_brick.tools.judging.rules import Judgement
+from turtle_brick.tools.judging.trial import MEETING
 from turtle_brick.tools.judging.trial import Trial
 
 RULES = (*robot_rules.RULES.in_order, *arena_rules.RULES.in_order, *catcher_rules.RULES.in_order)
 
 REACTION = 0.3
 """How long (s) an implementation may take from the release of a brick to the robot's motion."""
+
+
+STARTING = 60.0
+"""How long (s) a graph may take to start."""
 
 
 def judge(record: Record) -> list[Judgement]:
@@ -80,7 +85,8 @@ def watch(profile: Profile, options: argparse.Namespace, command: Sequence[str],
             output = None if options.verbose else subprocess.DEVNULL
             graph.add_command(command, stdout=output, stderr=output)
         observer = graph.add(Observer, parameters=False, profile=profile)
-        Trial(graph, observer, options.reaction, say).run()
+        Trial(graph, observer, options.reaction, say,
+              STARTING if command else MEETING).run()
         return observer.record
 
 

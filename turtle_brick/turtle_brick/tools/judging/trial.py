@@ -46,6 +46,9 @@ from turtle_brick.turtlesim_kinematics import ARENA_SIZE
 IDLE = 3.0
 """How long (s) the robot is watched at rest."""
 
+MEETING = 10.0
+"""How long (s) it may take to hear of everything in a graph that runs."""
+
 LEG = 1.5
 """Length (m) of each of the eight legs."""
 
@@ -89,7 +92,8 @@ class Trial(Hands):
     """All that is asked of a graph."""
 
     def __init__(self, graph: Graph, observer: Observer, reaction: float,
-                 say: Callable[[str], None], limit: float = 150.0) -> None:
+                 say: Callable[[str], None], patience: float = MEETING,
+                 limit: float = 150.0) -> None:
         """
         Ask for nothing yet.
 
@@ -97,11 +101,13 @@ class Trial(Hands):
         :param observer: hears and asks
         :param reaction: time (s) that an implementation may need from release to motion
         :param say: told what is being done
+        :param patience: how long (s) the graph may take to be there
         :param limit: time (s) after which nothing new is begun
         """
         super().__init__(graph, observer)
         self.reaction = reaction
         self.say = say
+        self.patience = patience
         self.end = monotonic() + limit
 
     def run(self) -> None:
@@ -122,11 +128,11 @@ class Trial(Hands):
 
     # ------------------------------------------------------------------------------- the start
 
-    def meet(self, patience: float = 10.0) -> bool:
+    def meet(self) -> bool:
         """Wait until the graph is there; tell whether there is anything."""
         record = self.record
         self.say('looking for the graph')
-        self.until(self.sees_everything, patience)
+        self.until(self.sees_everything, self.patience)
         self.read_numbers()
         return bool(record.frames or any(record.topics.values()) or self.has('place'))
 
