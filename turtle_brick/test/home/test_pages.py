@@ -68,7 +68,6 @@ NOT_RUN = {
     'bash turtle_brick/scripts/record_rviz ': 'it takes rviz2, Xvfb and minutes',
     'ros2 run turtle_brick referee': 'it takes a minute; see test_referee.py',
     'ros2 run turtle_brick benchmark': 'it takes minutes; see test_benchmark.py',
-    'ros2 run turtle_brick referee': 'it takes minutes',
     'ros2 run turtle_brick own_node': 'it belongs to the reader',
     'ros2 run turtle_brick lesson$': 'its five parts are run',
 }
