@@ -81,10 +81,15 @@ def transform_message(parent: str, child: str, pose: Pose = Pose((0.0, 0.0, 0.0)
     message.header.frame_id = parent
     if stamp is not None:
         message.header.stamp = stamp
-    translation, rotation = message.transform.translation, message.transform.rotation
+    set_transform(message.transform, pose)
+    return message
+
+
+def set_transform(transform: Transform, pose: Pose) -> None:
+    """Write a pose into a transform message."""
+    translation, rotation = transform.translation, transform.rotation
     translation.x, translation.y, translation.z = pose.position
     rotation.x, rotation.y, rotation.z, rotation.w = pose.orientation
-    return message
 
 
 def pose_of(transform: Transform) -> Pose:
