@@ -74,7 +74,6 @@ from turtle_brick.tools.domains import reserved_domain
 from turtle_brick.tools.graph import Graph
 from turtle_brick.tools.judging import trial
 from turtle_brick.tools.judging.names import Profile
-from turtle_brick.tools.judging.record import Record
 from turtle_brick.tools.judging.rules import BROKEN
 from turtle_brick.turtle_robot import TurtleRobot
 
@@ -320,8 +319,8 @@ def slow_cmd_vel(graph: Graph) -> None:
 
 
 @mutant('rate: cmd_vel', 'No commands at rest',
-        *DRIVE, follows=('cmd_vel: at rest',),
-        why='who is silent at rest does not say 0')
+        *DRIVE, follows=('cmd_vel: at rest', 'odom: twist'),
+        why='who is silent at rest does not say 0, which the odometry has')
 def silent_at_rest(graph: Graph) -> None:
     leave_out(TurtleRobot, 'cmd_vel_publisher', 1,
               lambda twist: twist.linear.x == twist.linear.y == 0.0)
@@ -972,9 +971,10 @@ def judge(one: Mutant, full: bool) -> None:
     """Print what the referee finds, as JSON."""
     needs = (*STAGES, *range(len(trial.DROPS))) if full else one.needs
     setattr(referee, 'Trial', partial(ShortTrial, needs))
-    record: Record = referee.watch(
-        Profile(), NAMESPACE, one.reaction, [sys.executable, __file__, '--graph', one.name],
-        lambda text: None)
+    options, command = referee.parse([
+        '--namespace', NAMESPACE, '--reaction', str(one.reaction),
+        '--', sys.executable, __file__, '--graph', one.name])
+    record = referee.watch(Profile(), options, command, lambda text: None)
     print(json.dumps({judgement.name: (judgement.mark, judgement.measured)
                       for judgement in referee.judge(record)}))
 
