@@ -516,18 +516,19 @@ def test_the_curves_are_what_was_heard(speed_x, speed_y, falling):
             bench.draw()
     (history,) = bench.paper.texts['show_history']
     times, heights, distances, speeds = history.columns()
-    ages = [time for time, height in zip(times, heights) if height is not None]
-    assert len(ages) == 30, 'one sample per period since the beginning'
-    for time, height, distance, speed in list(zip(times, heights, distances, speeds))[-28:]:
-        # A sample is taken within a period, and within the next picture.
-        age = -time - 0.03
-        heard = [step / 100.0 for step in range(0, 300, 3) if 2.9 - age - 0.13 < step / 100.0
-                 <= 2.9 - age + 0.13]
-        assert any(height == pytest.approx(9.0 - falling * instant, abs=1e-3)
-                   and distance == pytest.approx(
-                       dist((speed_x * instant, speed_y * instant), (0.0, 2.0)), abs=1e-3)
-                   for instant in heard)
-        assert speed == pytest.approx(hypot(speed_x, speed_y), abs=1e-3)
+    assert [round(-10.0 * time) for time, height in zip(times, heights)
+            if height is not None] == list(range(29, -1, -1)), 'one per period'
+    # A sample is that of the first picture in its period.
+    pictures = [min(step for step in range(0, 300, 3) if step >= 10 * number) / 100.0
+                for number in range(30)]
+    samples = list(zip(heights, distances, speeds))[-30:]
+    for number, (height, distance, speed) in enumerate(samples):
+        time = pictures[number]
+        assert height == pytest.approx(9.0 - falling * time, abs=1e-3)
+        assert distance == pytest.approx(
+            dist((speed_x * time, speed_y * time), (0.0, 2.0)), abs=1e-3)
+        assert speed == (None if number == 0 else
+                         pytest.approx(hypot(speed_x, speed_y), abs=1e-3))
 
 
 def test_of_what_is_not_in_sight_there_is_no_curve(bench):

@@ -248,10 +248,13 @@ def test_a_browser_that_reads_nothing_or_is_gone_holds_nothing_up(view):
         gone.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack('ii', 1, 0))
         gone.socket.close()
         backlog = view.server._websock_server._broadcast_buffer.message_from_id
-        before = len(backlog)
+        before, history = len(backlog), History(3)
         for step in range(3000):
             with view.together():
                 view.scene.move('brick', Pose((0.0, 0.0, 1.0 + step), IDENTITY))
+                view.scene.focus_on(step, step)
+                history.add(step * History.PERIOD, (step, step, step))
+                view.panel.show_history(history)
                 view.panel.show_brick(f'step {step}', None)
         assert len(backlog) <= before + 10, 'only the latest state waits for a browser'
         last, heard = b'step 2999', b''

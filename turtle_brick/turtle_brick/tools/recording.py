@@ -40,6 +40,7 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from turtle_brick.frames import BASE_LINK
+from turtle_brick.frames import BRICK
 from turtle_brick.geometry import Vector
 from turtle_brick.interrupts import INTERRUPTS
 from turtle_brick.parameters import load
@@ -79,6 +80,12 @@ EYE, TARGET = (1.5, -2.6, 1.9), (0.0, 0.0, 0.98)
 
 CLOSE_UP_ANGLE = 0.72
 """Field of view of it (rad)."""
+
+PAGE_SIZE = (1280, 830)
+"""Width and height of a picture of the page alone (pixels)."""
+
+PAGE_HEIGHT = 6.0
+"""How high the falling brick then is at most (m)."""
 
 STILL_SIZE = (1120, 700)
 """Width and height of a still (pixels)."""
@@ -187,10 +194,11 @@ def perform(bricks: Sequence[Vector] | None) -> tuple[Log, int, int]:
 class Studio:
     """A page and a browser that shows it, to take pictures of."""
 
-    def __init__(self) -> None:
+    def __init__(self, size: tuple[int, int] | None = None) -> None:
         """
         Open the page.
 
+        :param size: its width and height (pixels), those of the video if None
         :raises BrowserError: the browser does not start, or does not show the page
         """
         from turtle_brick.view.web_scene import sky
@@ -204,7 +212,7 @@ class Studio:
         self._frames = 0
         self._picture: 'Image | None' = None
         try:
-            self._browser = Chromium(*SIZE)
+            self._browser = Chromium(*(size or SIZE))
         except BrowserError:
             self.view.close()
             raise
@@ -239,14 +247,18 @@ class Studio:
             self.display.draw(now)
             if self._picture is not None and self.view.changes == before:
                 return self._picture
-            self._frames += 1
-            self._token.content = f'<i data-drawn="{self._frames}"></i>'
+        self._picture = compose(
+            self.screenshot(), self.close_up(*CLOSE_UP), self.display.account())
+        return self._picture
+
+    def screenshot(self) -> bytes:
+        """Return a picture of the page with all that was drawn, as a PNG file."""
+        self._frames += 1
+        self._token.content = f'<i data-drawn="{self._frames}"></i>'
         self._browser.wait_for(f'document.querySelector("[data-drawn=\'{self._frames}\']")')
         self._browser.evaluate(
             'new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))')
-        self._picture = compose(
-            self._browser.screenshot(), self.close_up(*CLOSE_UP), self.display.account())
-        return self._picture
+        return self._browser.screenshot()
 
     def close_up(self, width: int, height: int) -> 'Image | None':
         """Return a picture of the robot, as it is on the page; None if there's no robot."""
@@ -336,6 +348,33 @@ def film(log: Log, start: int, end: int, path: Path, still: Path | None) -> None
             raise RuntimeError('ffmpeg could not make the video')
 
 
+def picture_page(log: Log, start: int, end: int, path: Path) -> None:
+    """
+    Make a picture of the page while the first brick falls.
+
+    :param log: what was heard
+    :param start: its first instant (ns)
+    :param end: its end (ns)
+    :param path: of the PNG
+    :raises BrowserError: the browser does not show the page
+    :raises RuntimeError: no brick falls so far
+    """
+    with Studio(PAGE_SIZE) as studio:
+        for now in log.replay(studio.display, start, end):
+            studio.display.draw(now)
+            brick = studio.display.drawn(BRICK)
+            if (studio.display.phase() is Phase.FALLING and brick is not None
+                    and brick.position[2] < PAGE_HEIGHT):
+                break
+        else:
+            raise RuntimeError(f'no brick has fallen below {PAGE_HEIGHT:g} m')
+        # The page fades in.
+        earlier, picture = b'', studio.screenshot()
+        while picture != earlier:
+            earlier, picture = picture, studio.screenshot()
+        path.write_bytes(picture)
+
+
 def pictures_between(start: int, end: int) -> int:
     """Return how many pictures a video has that shows the time between two instants (ns)."""
     return (end - start) * RATE // NANOSECONDS
@@ -369,25 +408,35 @@ def main(args: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog='record', description='Make videos of the page that shows the live graph.')
     parser.add_argument(
-        'output', type=Path, help='where to put the video, as MP4; beside it comes an animated '
-        'picture of the same name, as WebP')
+        'output', type=Path, nargs='?', help='where to put the video, as MP4; beside it comes an '
+        'animated picture of the same name, as WebP')
     parser.add_argument(
         '--place', nargs=3, type=float, action='append', metavar=('X', 'Y', 'Z'),
         help='drop a brick from here (m, in the world) instead of the two of the demo; repeatable')
     parser.add_argument(
         '--still', type=Path, help='where to put a picture of the robot that has just caught a '
         'brick')
+    parser.add_argument(
+        '--page', type=Path, help='where to put a picture of the page, as PNG, while the first '
+        'brick falls')
     options = parser.parse_args(args)
+    if options.output is None and options.page is None:
+        parser.error('name a video or --page')
     reason = missing()
     if reason is not None:
         print(f'record: {reason}', file=sys.stderr)
         return 1
     INTERRUPTS.take_over()
     try:
+        performance = perform(options.place)
+        if options.page is not None:
+            picture_page(*performance, options.page)
+        if options.output is None:
+            return 0
         with TemporaryDirectory() as directory:
             # So that nothing half-made is left where the videos are to be.
             video, picture = Path(directory, 'video.mp4'), Path(directory, 'picture.webp')
-            film(*perform(options.place), video, options.still)
+            film(*performance, video, options.still)
             animate(video, picture)
             shutil.copyfile(video, options.output.with_suffix('.mp4'))
             shutil.copyfile(picture, options.output.with_suffix('.webp'))
