@@ -76,7 +76,7 @@ def as_json(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
             return {key: plain(one) for key, one in value.items()}
         if hasattr(value, '_asdict'):
             return plain(value._asdict())
-        return [plain(one) for one in value] if isinstance(value, (list, tuple)) else value
+        return [plain(one) for one in value] if isinstance(value, (list, tuple, range)) else value
 
     return json.dumps({**plain(about), 'requirements': [plain(one) for one in judgements]},
                       indent=1, ensure_ascii=False) + '\n'
