@@ -65,7 +65,6 @@ NOT_RUN = {
     'bash turtle_brick/scripts/record_rviz': 'it takes rviz2; see test_rviz_recording.py',
     'bash turtle_brick/scripts/record ': 'it takes Chromium and minutes; see test_recording.py',
     'ffmpeg ': 'it replaces a picture of the page',
-    'bash turtle_brick/scripts/record_rviz ': 'it takes rviz2, Xvfb and minutes',
     'ros2 run turtle_brick referee': 'it takes a minute; see test_referee.py',
     'ros2 run turtle_brick benchmark': 'it takes minutes; see test_benchmark.py',
     'ros2 run turtle_brick own_node': 'it belongs to the reader',
