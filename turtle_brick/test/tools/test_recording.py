@@ -24,6 +24,8 @@ import numpy
 import pytest
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
+from turtle_brick.arena import brick_marker
+from turtle_brick.physics import Phase
 from turtle_brick.tools import recording
 from turtle_brick.tools.recording import Log
 from turtle_brick.view.viewing import NANOSECONDS
@@ -101,20 +103,40 @@ def test_what_is_missing_is_named_with_the_way_to_get_it(monkeypatch, capsys, tm
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.skipif(recording.missing() is not None, reason=str(recording.missing()))
-def test_a_video_is_made(tmp_path, monkeypatch):
-    monkeypatch.setattr(recording, 'SIZE', (640, 360))
+def log_of(frame, positions):
+    """Return a log of a robot, and of a frame that has some positions, 100 per second."""
     log = Log()
     log.hear_description(String(data=ROBOT), START)
-    for step in range(40):
+    for step, (x, z) in enumerate(positions):
         transform = TransformStamped()
-        transform.header.frame_id, transform.child_frame_id = 'world', 'base_link'
+        transform.header.frame_id, transform.child_frame_id = 'world', frame
         transform.header.stamp.sec = 1_700_000_000
         transform.header.stamp.nanosec = step * 10_000_000
-        transform.transform.translation.x = 0.1 * (step // 10)
+        transform.transform.translation.x, transform.transform.translation.z = x, z
         transform.transform.rotation.w = 1.0
         now = START + step * 10_000_000
         log.hear_transforms(TFMessage(transforms=[transform]), False, now, now)
+    return log
+
+
+@pytest.mark.skipif(recording.missing() is not None, reason=str(recording.missing()))
+def test_a_picture_of_the_page_is_made_while_a_brick_falls(tmp_path):
+    from PIL import Image
+    log = log_of('brick', [(5.0, 6.5 - step / 20.0) for step in range(20)])
+    path, end = tmp_path / 'page.png', START + NANOSECONDS // 5
+    with pytest.raises(RuntimeError, match='no brick has fallen'):
+        recording.picture_page(log, START, end, path)
+    assert not path.exists()
+    log.hear_marker('brick_marker', brick_marker(Phase.FALLING, (0.4, 0.2, 0.12)), START)
+    recording.picture_page(log, START, end, path)
+    with Image.open(path) as image:
+        assert (image.format, image.size) == ('PNG', recording.PAGE_SIZE)
+
+
+@pytest.mark.skipif(recording.missing() is not None, reason=str(recording.missing()))
+def test_a_video_is_made(tmp_path, monkeypatch):
+    monkeypatch.setattr(recording, 'SIZE', (640, 360))
+    log = log_of('base_link', [(0.1 * (step // 10), 0.0) for step in range(40)])
     video, picture = tmp_path / 'a.mp4', tmp_path / 'a.webp'
     recording.film(log, START, START + NANOSECONDS // 5, video, None)
     recording.animate(video, picture)
