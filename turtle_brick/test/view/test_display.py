@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""What the viewer shows of what it hears: robot, markers, frames and texts, on a page of paper."""
+"""What the viewer shows: robot, markers, frames, curves and texts, on a page that is a mock."""
 
 from contextlib import nullcontext
 from itertools import chain
@@ -79,7 +79,7 @@ ROBOT = """
 
 
 class Paper:
-    """A page, scene and panel on which nobody looks."""
+    """A page, scene and panel without a browser."""
 
     def __init__(self):
         """Begin with an empty one."""
@@ -109,7 +109,7 @@ class Paper:
         self.poses[name] = pose
 
     def focus_on(self, x, y):
-        """Take note of what the cameras see."""
+        """Note what the cameras see."""
         self.focus = (x, y)
 
     def remove(self, name):
@@ -123,12 +123,12 @@ class Paper:
         return list(self.things)
 
     def suggest_place(self, position):
-        """Take note of a place."""
+        """Note a place."""
         assert self.place is None
         self.place = position
 
     def __getattr__(self, name):
-        """Take note of what is shown."""
+        """Note what is shown."""
         def show(*values):
             self.texts[name] = values
         if name.startswith('show_'):
@@ -137,7 +137,7 @@ class Paper:
 
 
 class Bench:
-    """A display that draws on paper, and what can be said to it."""
+    """A display that draws on paper, and the messages for it."""
 
     def __init__(self):
         """Begin with an empty page."""
@@ -148,18 +148,18 @@ class Bench:
         self.display = Display(self.paper, Buffer(), self.warn)
 
     def warn(self, topic, sentence):
-        """Take note of a warning of a topic."""
+        """Note a warning about a topic."""
         self.warnings.append(sentence)
         self.topics.add(topic)
 
     def transform(self, parent, child, pose, static=False):
-        """Say where a frame is."""
+        """Send a transform."""
         message = transform_message(parent, child, pose, Time(nanoseconds=self.now).to_msg())
         self.display.hear_transforms(
             TFMessage(transforms=[message]), static, self.now, self.now)
 
     def marker(self, topic='catcher_marker', frame='world', **fields):
-        """Put a marker of a box."""
+        """Send the marker of a box."""
         message = Marker(ns='n', type=Marker.CUBE)
         message.header.frame_id = frame
         message.scale.x = message.scale.y = message.scale.z = 1.0
@@ -169,7 +169,7 @@ class Bench:
         self.display.hear_marker(topic, message, self.now)
 
     def brick(self, phase):
-        """Put the brick's marker."""
+        """Send the brick's marker."""
         message = brick_marker(phase, (0.4, 0.2, 0.12))
         self.display.hear_marker('brick_marker', message, self.now)
 
@@ -391,7 +391,7 @@ def test_no_message_ends_it_or_gets_what_cannot_be_drawn_on_the_page(messages):
        st.tuples(*[st.floats(-0.4, 0.4)] * 3), st.tuples(*[st.integers(0, 20_000_000)] * 3))
 def test_a_brick_on_the_platform_is_drawn_there_whatever_comes_when(
         velocity, turning, tilting, place, delays):
-    """Robot at 100 Hz, platform at 100 Hz and brick at 250 Hz come late, each by its own time."""
+    """Robot (100 Hz), platform (100 Hz) and brick (250 Hz) have different delays."""
     def robot(time):
         return Pose((5.0 + velocity[0] * time, 5.0 + velocity[1] * time, 0.0),
                     from_yaw(turning * time))

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The viewer in a live graph: what it hears, what it does when asked, how it starts and ends."""
+"""The viewer in a live graph: what it hears, what commands do, how it starts and ends."""
 
 from html import unescape
 from math import inf
@@ -68,7 +68,7 @@ def live(domain_id):
 
 
 def answer_of(graph, command):
-    """Do something as if it had been asked for on the page, and return the answer shown."""
+    """Give a command as the page does, and return the answer that is shown."""
     panel = graph.viewer.view.panel
     panel.show_answer('', True)
     blank = panel._answer.content
@@ -204,7 +204,7 @@ def test_an_answer_may_be_long_and_only_the_latest_commands_are_done(live):
 
 
 def nonsense():
-    """Return what nobody should say, by topic, with the kind of its messages."""
+    """Return bad messages by topic, with their type."""
     transforms = []
     for parent, child, values in (
             ('world', 'brick', {'header.stamp.sec': -1}),

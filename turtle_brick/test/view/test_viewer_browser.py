@@ -51,17 +51,17 @@ WIDTH, HEIGHT = 960, 480
 
 BRICK = (7.0, 6.0, 6.0)
 GROUND = (7.0, 4.5, 0.0)
-"""A point that nothing hides."""
+"""A point of the ground that nothing hides."""
 
 CANVAS = 'document.querySelector("canvas").getBoundingClientRect()'
-"""In JavaScript, where on the page the scene is drawn."""
+"""A JavaScript expression for the part of the page with the scene."""
 
 
 class Stage:
-    """The graph, at work in a thread, the viewer in a process, and its page in a browser."""
+    """The graph, spinning in a thread."""
 
     def __init__(self, domain_id):
-        """Bring the graph up."""
+        """Start the graph."""
         self.graph = Graph(domain_id, overrides={'brick_start': list(BRICK)}, quiet=True)
         self.graph.add_turtlesim()
         self.graph.add_robot_state_publisher()
@@ -75,14 +75,14 @@ class Stage:
         self.thread.start()
 
     def spin(self):
-        """Let the graph work, while the test waits for the browser."""
+        """Spin the graph, while the test waits for the browser."""
         while not self.end.is_set():
             self.graph.executor.spin_once(timeout_sec=0.1)
             self.turned.set()
             self.turned.clear()
 
     def wait_for(self, condition, what):
-        """Wait until something is so, in the graph that works on."""
+        """Wait until a condition holds, while the graph spins."""
         deadline = monotonic() + TIMEOUT
         while not condition():
             assert monotonic() < deadline, f'{what}: not within {TIMEOUT:g} s'
@@ -123,7 +123,7 @@ def url(stage, domain):
 
 @pytest.fixture(scope='module')
 def browser(url):
-    """Return a browser that shows the page with all that belongs on it."""
+    """Return a browser that shows the complete page."""
     with Chromium(WIDTH, HEIGHT) as browser:
         browser.go_to(f'{url}/?fixedDpr=1')
         browser.wait_for('document.querySelector("canvas")')
@@ -133,13 +133,13 @@ def browser(url):
 
 
 def shown(name, text):
-    """Return what is true, in JavaScript, when an element of the panel has a text."""
+    """Return a JavaScript expression that is true if an element of the panel has a text."""
     return (f'(document.querySelector(\'[data-turtle-brick="{name}"]\') || {{textContent: ""}})'
             f'.textContent.includes({text!r})')
 
 
 def button(text):
-    """Return, in JavaScript, the button with a text."""
+    """Return a JavaScript expression for the button with a text."""
     return f'[...document.querySelectorAll("button")].find(one => one.innerText === {text!r})'
 
 

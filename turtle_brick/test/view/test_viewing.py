@@ -30,7 +30,7 @@ SHAPE = Shape('box', (1.0, 1.0, 1.0), (1.0, 0.0, 0.0, 1.0))
 
 
 def mark(expires=None):
-    """Return a marker with a time to go."""
+    """Return a marker with the end of its lifetime."""
     return Mark('world', SHAPE, False, 0, expires)
 
 

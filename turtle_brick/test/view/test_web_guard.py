@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Who gets to the page and what a browser may say: strangers, nonsense and harm stay outside."""
+"""Who may open the page and what a browser may send: foreign pages, bad messages are refused."""
 
 from contextlib import contextmanager
 from contextlib import ExitStack
@@ -68,19 +68,19 @@ RENDER = {'type': 'GetRenderResponseMessage', 'payload': b'png', 'render_uuid': 
 
 
 def packed(message):
-    """Return a message as it is on its way."""
+    """Return a message as it is sent."""
     return msgspec.msgpack.encode(message)
 
 
 def unpacked(raw):
-    """Return the messages that the page sends, which are compressed on their way."""
+    """Return the messages of the page, which are sent compressed."""
     length = int.from_bytes(raw[8:16], 'little')
     return msgspec.msgpack.decode(
         zstandard.ZstdDecompressor().decompress(raw[16:16 + length]))['messages']
 
 
 class Page:
-    """A page that is served, and what is asked for on it."""
+    """A page that is served, and the commands from it."""
 
     def __init__(self):
         """Serve it."""
@@ -90,13 +90,13 @@ class Page:
         self.address = f'127.0.0.1:{self.view.port}'
 
     def hear(self, command):
-        """Take note of what is asked for."""
+        """Note a command."""
         with self.news:
             self.commands.append(command)
             self.news.notify_all()
 
     def wait_for(self, command):
-        """Wait until something is asked for."""
+        """Wait for a command."""
         with self.news:
             assert self.news.wait_for(lambda: command in self.commands, TIMEOUT), self.commands
 
@@ -110,7 +110,7 @@ class Page:
             yield connection
 
     def ask(self, request):
-        """Return all that is answered to a request as it is on its way."""
+        """Return the whole answer to a raw request."""
         with socket.create_connection(('127.0.0.1', self.view.port), TIMEOUT) as connection:
             connection.sendall(request)
             answer = b''
@@ -124,14 +124,14 @@ class Page:
         return self.ask('\r\n'.join(lines).encode())
 
     def tilt(self, connection, angle):
-        """Move the slider, as a browser does, and wait until that has come."""
+        """Move the slider, as a browser does, and wait for its command."""
         connection.send(packed({**UPDATE, 'uuid': self.uuid(self.view.panel._slider),
                                 'updates': {'value': angle}}))
         self.wait_for(SetTilt(angle))
 
     @staticmethod
     def uuid(control):
-        """Return by which name browsers know a control."""
+        """Return the name of a control in the messages."""
         return control._impl.uuid
 
 
@@ -228,7 +228,7 @@ def test_what_the_page_sends_is_heard():
 
 
 def spoiled():
-    """Yield messages of the page with something wrong about them."""
+    """Yield messages of the page that have something wrong."""
     wrong = (None, nan, inf, -inf, 1e308, 2**64 - 1, 'x', '', {}, {'a': 1}, [], [1], [1, 2],
              [1, 2, nan], [1, 2, '3'], [1, 2, 3, 4, 5], [[1, 2], [3]], [[1, 2, 3]], b'123', True)
     for message in (CAMERA, CLICK, RENDER):
@@ -367,16 +367,16 @@ def test_browsers_that_come_and_go_hold_nothing_up(page, capfd):
 
 
 def test_an_event_is_set_by_its_own_loop_only(page):
-    """Pin where viser keeps the event of its buffer, and what the one in its place is for."""
+    """Check where viser keeps the event of its buffer, and what its replacement is for."""
     assert isinstance(
         page.view.server._websock_server._broadcast_buffer.message_event, LoopEvent)
     event = LoopEvent()
 
     class Newcomer:
-        """Somebody who begins to wait at the wrong moment."""
+        """A waiter, in the middle of whose check another one comes."""
 
         def done(self):
-            """Say so, and be there once more."""
+            """Return that it is done, and add a waiter."""
             event._waiters.append(self)
             return True
 
