@@ -21,6 +21,7 @@ command. Each one is run, unless NOT_RUN says why not.
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields
 from importlib.util import find_spec
+from itertools import pairwise
 import os
 from pathlib import Path
 import re
@@ -114,10 +115,9 @@ def commands(page):
 
 
 COMMANDS = list(dict.fromkeys(command for page in PAGES for command in commands(page)))
-EXPECTED = {commands[0]: text for page in PAGES
-            for (language, command), (following, text) in zip(blocks(page), blocks(page)[1:])
-            if (language, following) == ('bash', 'text') and len(
-                commands := command.splitlines()) == 1 and 'lesson' in command}
+EXPECTED = {command.strip(): text for page in PAGES
+            for (language, command), (following, text) in pairwise(blocks(page))
+            if (language, following) == ('bash', 'text') and 'lesson' in command}
 """What a command prints, where the page shows it."""
 
 
