@@ -30,6 +30,7 @@ from signal import signal
 from signal import SIGTERM
 import sys
 from threading import Event
+from typing import Any
 from xml.etree import ElementTree
 
 import rclpy
@@ -51,7 +52,8 @@ LEFT_OUT = ('delta', 'dependent_joints', 'use_mimic_tags', 'use_smallest_joint_l
 class JointStatePublisher(Node):
     """Publishes the positions of all joints."""
 
-    def __init__(self):
+    def __init__(self) -> None:
+        """Read the parameters, and publish once there is a robot's description."""
         super().__init__('joint_state_publisher',
                          automatically_declare_parameters_from_overrides=True)
         for name in LEFT_OUT:
@@ -63,9 +65,12 @@ class JointStatePublisher(Node):
                           if self.given[name] is None)
         if not self.given['rate'] > 0:
             raise ValueError(f'rate is {self.given["rate"]}, but must be more than 0')
-        self.limits = {}  # of the joints that are free: least, greatest, zero
-        self.mimics = {}  # of those that follow another: which, factor, offset
-        self.names, self.positions = [], {}
+        self.names: list[str] = []
+        self.positions: dict[str, float] = {}
+        # Of free joints: least, greatest and zero position.
+        self.limits: dict[str, tuple[float, float, float]] = {}
+        # Of joints that mimic another one: its name, multiplier and offset.
+        self.mimics: dict[str, tuple[str, float, float]] = {}
         path = remove_ros_args(sys.argv)[1:]
         if path:
             with open(path[0]) as file:
@@ -80,12 +85,13 @@ class JointStatePublisher(Node):
         self.publisher = self.create_publisher(JointState, 'joint_states', 10)
         self.create_timer(1.0 / self.given['rate'], self.publish)
 
-    def configure(self, description):
+    def configure(self, description: str) -> None:
         """Take the joints of a robot's description."""
         try:
             robot = ElementTree.fromstring(description.encode())
         except ElementTree.ParseError:
-            return self.get_logger().warning('Invalid robot_description given, ignoring')
+            self.get_logger().warning('Invalid robot_description given, ignoring')
+            return
         self.limits, self.mimics, self.names = {}, {}, []
         for joint in robot.findall('joint'):
             name, limit, mimic = joint.get('name'), joint.find('limit'), joint.find('mimic')
@@ -108,19 +114,19 @@ class JointStatePublisher(Node):
                 self.limits[name] = least, greatest, middle if zero is None else zero
         self.positions = {name: zero for name, (_, _, zero) in self.limits.items()}
 
-    def follow(self, message):
+    def follow(self, message: JointState) -> None:
         """Take positions from another source."""
         self.positions.update((name, position) for name, position in zip(
             message.name, message.position) if name in self.limits)
 
-    def position(self, name, depth=0):
-        """Return a joint's position, which may be that of another one, multiplied and shifted."""
+    def position(self, name: str, depth: int = 0) -> float:
+        """Return a joint's position, that of a mimic derived from the other joint's."""
         if name not in self.mimics or depth == len(self.mimics):
             return self.positions.get(name, 0.0)
         other, factor, offset = self.mimics[name]
         return factor * self.position(other, depth + 1) + offset
 
-    def publish(self):
+    def publish(self) -> None:
         """Publish the state of all joints."""
         message = JointState(name=self.names)
         message.header.stamp = self.get_clock().now().to_msg()
@@ -133,19 +139,20 @@ class JointStatePublisher(Node):
 
 
 class Gui(JointStatePublisher):
-    """Publishes them as they are set on a page in the browser."""
+    """Publishes the positions that are set on a page in the browser."""
 
-    def __init__(self):
+    def __init__(self) -> None:
+        """Serve the page."""
         from turtle_brick.view.web_view import make_server  # with viser, which takes its time
-        self.sliders = {}
+        self.sliders: dict[str, Any] = {}
         self.server, door = make_server('127.0.0.1', 8081, 'Joint State Publisher')
         super().__init__()
         door.is_open = True
         print(f'Joint State Publisher: http://127.0.0.1:{self.server.get_port()}',
               file=sys.stderr, flush=True)
 
-    def configure(self, description):
-        """Take the joints, and make a slider for each that is free."""
+    def configure(self, description: str) -> None:
+        """Take the joints, and make a slider for each free one."""
         super().configure(description)
         gui = self.server.gui
         gui.reset()
@@ -161,21 +168,23 @@ class Gui(JointStatePublisher):
             slider.on_update(lambda event, name=name: self.positions.update(
                 {name: event.target.value}))
 
-    def follow(self, message):
+    def follow(self, message: JointState) -> None:
+        """Take positions from another source, and show them."""
         super().follow(message)
         self.show(dict(self.positions))
 
-    def show(self, positions):
-        """Move the sliders, and the joints with them."""
+    def show(self, positions: dict[str, float]) -> None:
+        """Set the joints and their sliders."""
         for name, position in positions.items():
             self.sliders[name].value = self.positions[name] = position
 
-    def destroy_node(self):
+    def destroy_node(self) -> None:
+        """Stop the page too."""
         self.server.stop()
         super().destroy_node()
 
 
-def main(node_type=JointStatePublisher):
+def main(node_type: type[JointStatePublisher] = JointStatePublisher) -> str | None:
     """Run a node until Ctrl-C or SIGTERM; return what is wrong with its arguments, if anything."""
     ended = Event()
     for number in (SIGINT, SIGTERM):
@@ -199,6 +208,6 @@ def main(node_type=JointStatePublisher):
     return None
 
 
-def main_gui():
+def main_gui() -> str | None:
     """Run the node with its page."""
     return main(Gui)

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Describe what is to be launched, and launch it: stands in for launch 3.4.3; names as there."""
+"""Launch descriptions and the launch service: stands in for launch 3.4.3, with its names."""
 
 import asyncio
 from contextlib import suppress
@@ -45,7 +45,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT, signal.SIGHUP)
 
 
 class LaunchDescription:
-    """Entities, actions mostly, to be visited one after the other."""
+    """A sequence of entities, mostly actions, to visit in order."""
 
     condition = None
 
@@ -59,7 +59,7 @@ class LaunchDescription:
     execute = get_sub_entities
 
     def declared_arguments(self, entity=None, given=(), conditional=False):
-        """Return all arguments, of what is included too, and whether each has to be given."""
+        """Return all arguments, those of included files too, and whether each is required."""
         found = []
         for each in (entity or self).get_sub_entities():
             under = conditional or each.condition is not None
@@ -72,7 +72,7 @@ class LaunchDescription:
         return found
 
     def get_launch_arguments(self):
-        """Return the arguments that are declared here and in what is included, each name once."""
+        """Return the arguments declared here and in included files, each name once."""
         found = {}
         for argument, _ in self.declared_arguments():
             found.setdefault(argument.name, argument)
@@ -80,11 +80,11 @@ class LaunchDescription:
 
 
 class InvalidLaunchFileError(Exception):
-    """A file is no launch file."""
+    """A file is not a launch file."""
 
 
 class InvalidPythonLaunchFileError(InvalidLaunchFileError):
-    """A Python file describes nothing."""
+    """A Python file has no launch description."""
 
 
 def get_launch_description_from_python_launch_file(path):
@@ -117,7 +117,7 @@ def get_launch_description_from_any_launch_file(path):
 
 
 class LaunchDescriptionSource:
-    """A launch file, whose path may be made of substitutions."""
+    """A launch file, whose path may contain substitutions."""
 
     def __init__(self, launch_file_path):
         self.location = launch_file_path
@@ -140,7 +140,7 @@ XMLLaunchDescriptionSource = FrontendLaunchDescriptionSource = LaunchDescription
 
 
 class LaunchContext:
-    """The state: configurations, environment and what is going on."""
+    """The state of a launch: configurations, environment, running actions."""
 
     def __init__(self, *, argv=None, noninteractive=False):
         self.launch_configurations = {}
@@ -157,35 +157,35 @@ class LaunchContext:
         self.create_task = lambda coroutine: self.tasks.append(asyncio.ensure_future(coroutine))
 
     def set_environment(self, environment):
-        """Replace the environment, which is that of this process."""
+        """Replace the environment of this process."""
         self.environment.clear()
         self.environment.update(environment)
 
     def tell(self, *happened):
-        """Tell the listeners what has happened."""
+        """Notify the listeners of an event."""
         for listener in self.listeners:
             listener(*happened)
 
     def visit(self, entity):
-        """Execute an action, and what comes of it, if its condition is true."""
+        """Execute an action and the entities that it returns, if its condition is true."""
         if entity.condition is None or entity.condition.evaluate(self):
             for each in entity.execute(self) or ():
                 self.visit(each)
 
     async def pause(self, seconds):
-        """Wait, but not longer than to the end of everything."""
+        """Wait, at most until the launch ends."""
         with suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self.shutting_down.wait(), seconds)
 
     def shutdown(self):
-        """End everything."""
+        """End the launch."""
         self.shutting_down.set()
         for process in self.processes:
             process.end(self.signal)
 
 
 class LaunchService:
-    """Launches, and ends what it has launched."""
+    """Launches processes and ends them."""
 
     def __init__(self, *, argv=None, noninteractive=False, debug=False):
         self.context = LaunchContext(argv=argv, noninteractive=noninteractive)
@@ -197,7 +197,7 @@ class LaunchService:
         self._loop = None
 
     def shutdown(self):
-        """End everything; may be called from any thread."""
+        """End the launch; may be called from any thread."""
         with suppress(RuntimeError):  # it has ended
             self._loop.call_soon_threadsafe(self.context.shutdown)
 

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""What a launch description is made of; names as the real."""
+"""The actions of launch, with its names."""
 
 import asyncio
 import codecs
@@ -35,7 +35,7 @@ from launch.substitutions import write
 
 
 class Action(Later):
-    """Does what a function of the context and of the arguments does, if a condition is true."""
+    """An action that calls a function of the context and the arguments, if a condition is true."""
 
     actions = ()
     execute = Later.call
@@ -45,12 +45,12 @@ class Action(Later):
         self.condition = condition
 
     def get_sub_entities(self):
-        """Return the entities that may come of it, as far as they are known."""
+        """Return the entities that it may return, as far as they are known."""
         return self.actions
 
 
 def action(name, function):
-    """Make an action of a function, which may return entities to be visited."""
+    """Make an action class from a function, which may return entities to visit."""
     return type(name, (Action,), {'do': staticmethod(function)})
 
 
@@ -173,7 +173,7 @@ class ExecuteProcess(Action):
            respawn_delay=None, respawn_max_retries=-1,
            sigterm_timeout=LaunchConfiguration('sigterm_timeout', default=5),
            sigkill_timeout=LaunchConfiguration('sigkill_timeout', default=5)):
-        """Have it started as soon as all that is to be visited now has been visited."""
+        """Start it once all entities of this step have been visited."""
         def text(value):
             return None if value is None else perform(context, value)
 
@@ -256,7 +256,7 @@ class ExecuteProcess(Action):
             self.context.visit(each)
 
     def end(self, number):
-        """Send SIGINT, or else SIGTERM, and stronger ones if it does not end in time."""
+        """Send SIGINT or SIGTERM, and stronger signals if it does not end in time."""
         if self.popen and self.popen.poll() is None:
             self.context.create_task(self._end(number))
 

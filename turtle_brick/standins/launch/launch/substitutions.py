@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""What launch says and reads: log lines, values, substitutions, conditions; names as the real."""
+"""The log, values, substitutions and conditions of launch, with its names."""
 
 from datetime import datetime
 from functools import lru_cache
@@ -37,7 +37,7 @@ launch_config = SimpleNamespace(level='INFO', on_closed_stdout=lambda: None)
 
 @lru_cache(None)
 def log_file(name):
-    """Return a file in the log directory of this run, which is made with the first of them."""
+    """Return a file in the log directory of this run, which the first call makes."""
     if not hasattr(launch_config, 'log_dir'):
         base = os.environ.get('ROS_LOG_DIR') or os.path.join(
             os.environ.get('ROS_HOME') or os.path.join('~', '.ros'), 'log')
@@ -49,7 +49,7 @@ def log_file(name):
 
 
 def write(line, targets=('screen', 'launch.log')):
-    """Write a line on the screen, flushed, and to log files."""
+    """Write a line to the screen, flushed, and to log files."""
     for name in set(targets) - {'screen'}:
         stamp = f'{time.time():.7f} ' if name == 'launch.log' else ''
         log_file(name).write(f'{stamp}{line}\n')
@@ -63,7 +63,7 @@ def write(line, targets=('screen', 'launch.log')):
 
 
 class get_logger:
-    """Says, with debug(), info(), warning() or error(), what a part of launch has to say."""
+    """The logger of a part of launch: debug(), info(), warning() and error()."""
 
     def __init__(self, name='root'):
         self.name = name
@@ -76,12 +76,12 @@ class get_logger:
 # ------------------------------------------------------------------------------ launch.utilities
 
 def needs_real(feature):
-    """Return the sentence about something that only the real launch has."""
+    """Return the sentence about a feature that only the real launch has."""
     return f'{feature} is not in the stand-in of launch: it needs the real launch'
 
 
 def outside(module):
-    """Return a module's __getattr__, which says of a class that it needs the real launch."""
+    """Return a module's __getattr__ that raises for classes which need the real launch."""
     def __getattr__(name):
         raise (ImportError if name[0].isupper() else AttributeError)(
             needs_real(f'{module}.{name}'))
@@ -107,13 +107,13 @@ class Later:
 
 
 def normalize_to_list_of_substitutions(value):
-    """Return a text, a substitution or a list of both as a list of substitutions."""
+    """Convert a text, a substitution or a list of both to a list of substitutions."""
     return [part if isinstance(part, Substitution) else TextSubstitution(text=part)
             for part in (value if isinstance(value, (list, tuple)) else [value])]
 
 
 def perform_substitutions(context, value):
-    """Return what a text, a substitution or a list of both amounts to."""
+    """Return the value of a text, a substitution or a list of both."""
     return ''.join(part.perform(context) for part in normalize_to_list_of_substitutions(value))
 
 
@@ -142,7 +142,7 @@ class SubstitutionFailure(RuntimeError):
 
 
 class Substitution(Later):
-    """Stands for the text that a function of the context and of the arguments returns."""
+    """A substitution whose text a function of the context and the arguments returns."""
 
     perform = Later.call
 
@@ -159,7 +159,7 @@ class Substitution(Later):
 
 
 def substitution(name, description, function):
-    """Make a substitution of a function."""
+    """Make a substitution class from a function."""
     return type(name, (Substitution,), {'description': description, 'do': staticmethod(function)})
 
 

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Launch nodes: stands in for launch_ros 0.26.6; names as there."""
+"""Actions and substitutions for nodes: stands in for launch_ros 0.26.6, with its names."""
 
 import os
 import shutil
@@ -61,7 +61,7 @@ ExecutableInPackage = substitution(
 
 
 class ParameterValue:
-    """A parameter's value, and of what type it is to be if it is written as a text."""
+    """A parameter's value, and the type to read it as if it is text."""
 
     def __init__(self, value, *, value_type=None):
         self.value = [value] if isinstance(value, Substitution) else value
@@ -75,7 +75,7 @@ class ParameterValue:
 
 
 def evaluate(context, value):
-    """Return a parameter's value as it is to be written."""
+    """Return a parameter's value as written to a file."""
     if isinstance(value, ParameterValue):
         return value.evaluate(context)
     if not isinstance(value, (list, tuple, Substitution)):
@@ -96,7 +96,7 @@ def evaluate(context, value):
 
 
 def evaluate_dict(context, parameters, prefix=''):
-    """Return parameters by their whole names."""
+    """Return parameters by their full names."""
     found = {}
     for name, value in parameters.items():
         name = prefix + perform(context, name)

@@ -49,13 +49,13 @@ def post_shutdown_test():
 
 
 class Processes:
-    """What is known of the processes: tests get it as proc_info and as proc_output."""
+    """The exit codes and the output of processes: proc_info and proc_output of tests."""
 
     def __init__(self):
         self.changed, self.ready, self.found = threading.Condition(), threading.Event(), {}
 
     def hear(self, what, process=None, *details):
-        """Note what launch tells."""
+        """Record an event of launch."""
         with self.changed:
             if what == 'ready':
                 self.ready.set()
@@ -72,12 +72,12 @@ class Processes:
         return iter(list(self.found.values()))
 
     def select(self, process=None):
-        """Return those that an action, or a part of a name, means; all of them if it is None."""
+        """Return the processes of an action or of a part of a name; all of them if it is None."""
         return [each for each in self if process in (None, each.action) or (
             isinstance(process, str) and process in each.process_name)]
 
     def wrote(self, expected, process, stream):
-        """Tell whether a process has written a text, or something that a pattern matches."""
+        """Tell whether a process has written a text or a match of a pattern."""
         pattern = expected if isinstance(expected, re.Pattern) else re.compile(re.escape(expected))
         return any(pattern.search(b''.join(each.output[stream != 'stdout']).decode(
             errors='replace')) for each in self.select(process))
@@ -114,7 +114,7 @@ assertInStderr = functools.partial(assertInStdout, stream='stderr')
 
 
 def tests_of(module, given):
-    """Return a module's tests, those for running processes first, with what is given to them."""
+    """Return a module's tests with their arguments, those for running processes first."""
     suites = unittest.TestSuite(), unittest.TestSuite()
     for suite in unittest.defaultTestLoader.loadTestsFromModule(module):
         for test in suite:
@@ -234,11 +234,11 @@ class LaunchTestFile(pytest.File):
 
 
 class Failures(Exception):
-    """What has failed; it is at the same time the report of it."""
+    """A failed test and its report."""
 
     @property
     def reprcrash(self):
-        """Say it in short."""
+        """Return a summary."""
         return SimpleNamespace(message='\n'.join(f'{name} failed' for name, _ in self.args))
 
     def __str__(self):

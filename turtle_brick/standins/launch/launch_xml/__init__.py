@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Read launch files in XML: stands in for launch_xml 3.4.3, and for launch.frontend."""
+"""Launch files in XML: stands in for launch_xml 3.4.3 and launch.frontend."""
 
 import inspect
 from pathlib import Path
@@ -72,7 +72,7 @@ def unescape(text):
 
 
 class ToSubstitutions(Transformer):
-    """Makes substitutions of what the grammar has found."""
+    """Converts what the grammar has parsed to substitutions."""
 
     def template(self, parts):
         return [part if isinstance(part, Substitution) else TextSubstitution(text=unescape(part))
@@ -100,7 +100,7 @@ def substitute(text):
 
 
 def split(text):
-    """Read the words of a command; a blank in what is substituted does not end a word."""
+    """Split a command into words; a blank in a substituted text does not end a word."""
     words, word = [], []
     for part in substitute(text):
         if not isinstance(part, TextSubstitution):

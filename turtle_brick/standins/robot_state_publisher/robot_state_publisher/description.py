@@ -82,7 +82,7 @@ class Joint(NamedTuple):
 
     def pose(self, position: float) -> tuple[Vector, Quaternion]:
         """
-        Say where the child is.
+        Return the pose of the child.
 
         :param position: The joint's position, rad or m.
         :return: The child's origin (m) and orientation in the parent.

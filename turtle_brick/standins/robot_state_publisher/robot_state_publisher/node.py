@@ -78,14 +78,14 @@ class Step(NamedTuple):
 
 
 class RobotStatePublisher(Node):
-    """Publishes where a robot's links are; the module's documentation lists its interface."""
+    """Publishes the poses of a robot's links; the module's docstring lists its interface."""
 
     def __init__(self, **node_arguments: Any) -> None:
         """
-        Publish what does not move, and wait for joint states.
+        Publish the fixed links and subscribe to joint states.
 
         :param node_arguments: Further arguments of rclpy's Node, such as a namespace.
-        :raises ValueError: A parameter makes no sense.
+        :raises ValueError: A parameter is inadmissible.
         """
         super().__init__('robot_state_publisher', **node_arguments)
         description = self.declare_parameter('robot_description', '').value
@@ -118,7 +118,7 @@ class RobotStatePublisher(Node):
 
     def joint_states_callback(self, state: JointState) -> None:
         """
-        Publish where the links are, unless that was done a short time ago.
+        Publish the moving links, unless the last message was too recent.
 
         :param state: The joints' positions.
         """
@@ -158,7 +158,7 @@ class RobotStatePublisher(Node):
 
     def _is_due(self, names: tuple[str, ...], state: JointState) -> bool:
         """
-        Tell whether a message comes late enough after the last one, and if so, remember it.
+        Tell whether a message is due after the last one; if so, record it.
 
         :param names: The names of its joints.
         :param state: The message.
@@ -183,7 +183,7 @@ class RobotStatePublisher(Node):
 
     def _plan(self, names: tuple[str, ...]) -> list[Step]:
         """
-        Work out which links move when these joints do.
+        Return the steps that publish the links of some joints.
 
         :param names: The names of joints, in the order of their positions.
         :return: A step for each of the robot's joints among them, and for each that mimics one of
@@ -221,7 +221,7 @@ class RobotStatePublisher(Node):
 
     def _set_up(self, description: str) -> None:
         """
-        Read the robot's description, and publish it and what does not move.
+        Read the robot's description; publish it and the fixed links.
 
         :param description: The description.
         :raises DescriptionError: It describes no robot.
@@ -244,9 +244,9 @@ class RobotStatePublisher(Node):
 
     def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         """
-        Refuse values that make no sense.
+        Refuse inadmissible values.
 
-        :param parameters: Parameters that somebody wants to set.
+        :param parameters: The parameters to set.
         :return: Whether they can be set, and if not, why.
         """
         for parameter in parameters:
@@ -268,7 +268,7 @@ class RobotStatePublisher(Node):
 
     def _apply_parameters(self, parameters: list[Parameter]) -> None:
         """
-        Go by new values.
+        Apply new values.
 
         :param parameters: Parameters that have been set.
         """

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The command `ros2`: its command line, which command_line.yaml describes, and its ends."""
+"""The command `ros2`: its command line, which command_line.yaml describes, and its exit."""
 
 import argparse
 from contextlib import contextmanager
@@ -34,7 +34,7 @@ def positive(text):
 
 
 def refuse(what):
-    """End, since what the user wants is left out."""
+    """Exit with a line that names what is left out."""
     sys.exit(f'{what}: this needs the real ros2cli, which this one stands in for')
 
 
@@ -42,7 +42,7 @@ class LeftOut(argparse.Action):
     """An option that is left out."""
 
     def __call__(self, parser, namespace, values, option_string=None):
-        """Say so."""
+        """Exit with a line about it."""
         refuse(f'{parser.prog} {option_string}')
 
 

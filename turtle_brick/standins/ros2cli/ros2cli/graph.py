@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The verbs that tell what is in the graph, and the node with which every verb looks at it."""
+"""The verbs that list and describe the graph, and the node with which every verb sees it."""
 
 import contextlib
 from functools import partial
@@ -29,12 +29,12 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 from ros2cli.cli import undisturbed
 
-# How often (s) a wait looks up, for a Ctrl-C as well: the middleware would sleep through it.
+# How long (s) a wait may take before it looks for a Ctrl-C, which the middleware would miss.
 GLANCE = 0.02
 
-# Who is there says so each 0.3 s (fastdds.xml) and when it hears of somebody new: a graph is known
-# when nothing in it has changed for longer than that, what the user asks for is found in less, and
-# what is missing is waited for. In glances, of which a busy machine makes fewer in a second.
+# Participants announce themselves every 0.3 s (fastdds.xml) and when a new one appears, so the
+# graph is known when nothing in it has changed for longer than that. What the user asks for is
+# found sooner if it is there. Counted in glances, of which a busy machine makes fewer in a second.
 KNOWN, FOUND, MISSING, LIMIT = 40, 25, 100, 250
 
 # How long (s) a parameter service may take to be there, and to answer.
@@ -55,7 +55,7 @@ class Observer(Node):
         self._spinner.add_node(self)
 
     def spin_until(self, condition, timeout=float('inf')):
-        """Work until a condition holds, or a time (s) is over; return whether it holds."""
+        """Spin until a condition holds, at most for a time (s); return whether it holds."""
         deadline = monotonic() + timeout
         while not condition():
             if monotonic() >= deadline:
@@ -64,7 +64,7 @@ class Observer(Node):
         return True
 
     def discover(self, found=None):
-        """Wait until the graph is known, or what the user asks for is found if it is there."""
+        """Wait until the graph is known, or until what the user asks for is found."""
         seen = quiet = None
         for glance in range(LIMIT):
             before, seen = seen, (

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The verbs that look at what is installed, and those that run it."""
+"""The verbs that list what is installed, and those that run it."""
 
 import os
 from pathlib import Path
@@ -96,8 +96,8 @@ def run(args):
     if len(paths) != 1:
         return '\n- '.join(['Multiple executables found:', *paths]) if paths else (
             'No executable found')
-    # A terminal's Ctrl-C reaches the child by itself; what only this process gets is passed on.
-    # All of it waits until there is a child.
+    # A terminal's Ctrl-C reaches the child by itself; signals that only this process gets are
+    # passed on. All of them wait until there is a child.
     passed_on = {signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT}
     with undisturbed(*passed_on) as before:
         child = subprocess.Popen(
@@ -115,7 +115,7 @@ def run(args):
 
 def launch(args):
     """Launch a file, or print its arguments."""
-    # Not at the top, since no other verb needs it.
+    # Not at the top: no other verb needs it.
     from launch import LaunchDescription
     from launch import LaunchService
     from launch.actions import IncludeLaunchDescription

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The verbs that take part in the traffic: topic echo, hz and pub, and service call."""
+"""The verbs that send and receive messages: topic echo, hz and pub, and service call."""
 
 from array import array
 from importlib import import_module
@@ -138,7 +138,7 @@ def topic_class(graph, topic):
 
 
 def quality(args, publishers=()):
-    """Return the quality of service of the options or, without any, one to hear all publishers."""
+    """Return the QoS of the options or, without any, one that matches all publishers."""
     qos = ros_qos.QoSPresetProfiles.get_from_short_key(args.qos_profile)
     chosen = {name[len('qos_'):]: value for name, value in vars(args).items()
               if name.startswith('qos_') and name != 'qos_profile' and value is not None}
