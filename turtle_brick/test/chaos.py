@@ -62,7 +62,7 @@ from rclpy.qos import QoSProfile
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
-from steadiness import Watch
+from steadiness import STALL
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from tf2_ros import TransformException
@@ -80,6 +80,7 @@ from turtle_brick.reaching import guaranteed_distance
 from turtle_brick.tools.domains import reserved_domain
 from turtle_brick.tools.graph import executable
 from turtle_brick.tools.graph import Graph
+from turtle_brick.tools.judging.stalls import StallWatch
 from turtle_brick.view.display import phase_of
 from turtle_brick_interfaces.msg import Tilt
 from turtle_brick_interfaces.srv import Place
@@ -592,7 +593,7 @@ class Chaos:
         """Begin with no graph."""
         self.random = Random(seed)
         self.cells: list[Cell] = []
-        self.watch = Watch()
+        self.watch = StallWatch(STALL)
         self._scene: Scene | None = None
 
     def __enter__(self) -> Chaos:
@@ -633,7 +634,7 @@ class Chaos:
             cell.log = self._scene.last_lines() if self._scene else ()
             self.end()
         cell.seconds = monotonic() - begin
-        cell.stall = max(self.watch.stalls(begin), default=0.0)
+        cell.stall = self.watch.longest(begin)
         print(f'{name:44s} {cell.seconds:5.1f} s  {cell.fault or "ok"}'
               + (f'  [the machine stood still for {cell.stall:.2f} s]' if cell.stall else ''),
               flush=True)

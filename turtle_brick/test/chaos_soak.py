@@ -114,7 +114,7 @@ def soak(scene: Any, seconds: float, every: float, watch: Any) -> list[str]:
         elif refused == promised:
             wrong = 'said to be both, reachable and not' if refused else 'not seen to fall'
         if wrong:
-            stall = max(watch.stalls(start), default=0.0)
+            stall = watch.longest(start)
             faults.append(
                 '{:.0f} s: brick ({:.2f}, {:.2f}, {:.2f}), '.format(start - begin, *place)
                 + f'{distance:.2f} m from the robot{" at rest" if at_rest else ""}: {wrong}'
@@ -127,7 +127,7 @@ def soak(scene: Any, seconds: float, every: float, watch: Any) -> list[str]:
         scene.graph.spin_for(max(start + every - monotonic(), 0.0))
     print('\n' + ', '.join(f'{number} {name}' for name, number in counts.items())
           + f'; broken promises: {len(faults)}; the machine stood still '
-          + f'{len(watch.stalls(begin))} times, {max(watch.stalls(begin), default=0.0):.2f} s '
+          + f'{len(watch.stalls(begin))} times, {watch.longest(begin):.2f} s '
           'at most')
     print(f'{"after the first 2 min":24s}{"MB":>9s}{"MB in the end":>15s}{"MB/min":>10s}'
           f'{"open files":>12s}')

@@ -41,11 +41,12 @@ from typing import TypeVar
 
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
+from turtle_brick.executor import make_executor
+from turtle_brick.spinning import SLEEP_TIME
 
 Result = TypeVar('Result')
 
@@ -98,7 +99,7 @@ class LiveGraph:
         self.context = Context()
         rclpy.init(context=self.context, domain_id=domain_id,
                    signal_handler_options=SignalHandlerOptions.NO)
-        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor = make_executor(self.context)
         self.nodes: list[Node] = []
         self._happened = threading.Condition()
         self._error: BaseException | None = None
@@ -123,7 +124,7 @@ class LiveGraph:
     def _spin(self) -> None:
         try:
             while not self._end.is_set():
-                self.executor.spin_once()
+                self.executor.spin_once(timeout_sec=SLEEP_TIME)
                 with self._happened:
                     self._happened.notify_all()
         except BaseException as error:  # noqa: B902 -- it is raised again where it is waited for

@@ -49,10 +49,9 @@ class Steadiness:
     def pytest_runtest_makereport(self, item, call):
         """Skip what has failed while the machine stood still."""
         report = (yield).get_result()
-        stalls = self.watch.stalls(self.begin) if report.failed else []
-        if stalls and item.path.parent.name != PURE and not item.get_closest_marker('linter'):
+        longest = self.watch.longest(self.begin) if report.failed else 0.0
+        if longest and item.path.parent.name != PURE and not item.get_closest_marker('linter'):
             path, line, _ = item.location
-            longest = max(end - start for start, end in stalls)
             report.outcome = 'skipped'
             report.longrepr = (path, line, f'Skipped: {item.name} has failed, while the machine '
                                f'stood still for {longest:.2f} s')

@@ -56,6 +56,10 @@ class StallWatch:
         spans = [line.split() for line in lines if line.endswith('\n')]
         return [(float(start), float(end)) for start, end in spans if float(end) > begin]
 
+    def longest(self, begin: float) -> float:
+        """Return how long (s) the longest stall was since an instant (s, monotonic); 0 if none."""
+        return max((end - start for start, end in self.stalls(begin)), default=0.0)
+
     def close(self) -> None:
         """Watch no more."""
         self.process.kill()
