@@ -26,6 +26,7 @@ from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Sequence
 from contextlib import contextmanager
+from contextlib import suppress
 from dataclasses import replace
 from math import cos
 from math import dist
@@ -36,9 +37,11 @@ from math import sqrt
 import os
 from random import Random
 import sys
+from threading import Thread
 from time import monotonic
 from time import time_ns
 from typing import Any
+import webbrowser
 
 from ament_index_python.packages import get_package_share_path
 from ament_index_python.packages import PackageNotFoundError
@@ -80,6 +83,9 @@ START_TIME = 30.0
 DISCOVERY_TIME = 5.0
 """How long (s) somebody else in the domain has to be found: it takes some tenths of a second, or,
 where the first announcement is lost, until the next one, which comes every 3 s."""
+
+BROWSER_TIME = 8.0
+"""How long (s) a browser may take to show the page before the first brick is placed."""
 
 SQUARE = 2.0
 """Side (m) of the square that is driven to warm up."""
@@ -259,6 +265,50 @@ class Match(Hands):
             raise ValueError(ask.words)
 
 
+class Page:
+    """The page in the browser: a viewer in a process of its own, whose address is told first."""
+
+    def __init__(self, graph: Graph) -> None:
+        """
+        Start the viewer, tell its address, and open a browser if this is a person's terminal.
+
+        :param graph: what to show
+        """
+        self._graph = graph
+        self._url = ''
+        self._ended = self._shown = self._opened = False
+        said, saying = os.pipe()
+        graph.add_process('turtle_brick', 'viewer', stderr=saying)
+        os.close(saying)
+        Thread(target=self._listen, args=(said,), name='viewer', daemon=True).start()
+        graph.spin_until(lambda: self._url or self._ended, START_TIME, 'the viewer starts')
+        if self._url:
+            print(f'The page in the browser: {self._url}', flush=True)
+            display = os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')
+            self._opened = bool(
+                display and sys.stdout.isatty() and webbrowser.open(self._url))
+
+    def _listen(self, said: int) -> None:
+        """Find the address in what the viewer says, and pass the rest on."""
+        with open(said, encoding='utf-8', errors='replace') as lines:
+            for line in lines:
+                head, _, rest = line.strip().partition('Viewer: ')
+                if head or not rest:
+                    sys.stderr.write(line)
+                elif rest.startswith('http'):
+                    self._url = rest
+                else:
+                    self._shown = True
+        self._ended = True
+
+    def await_browser(self) -> None:
+        """Wait some seconds for a browser that was opened to show the page."""
+        if self._opened:
+            with suppress(TimeoutError):
+                self._graph.spin_until(
+                    lambda: self._shown or self._ended, BROWSER_TIME, 'the browser shows the page')
+
+
 class Teller:
     """Tell what becomes of a brick as it happens, each thing once."""
 
@@ -325,8 +375,9 @@ def random_bricks(match: Match, seed: int, count: int) -> Iterator[Vector]:
 
 def two_bricks(parameters: Parameters) -> list[Vector]:
     """Return where a brick can be caught, and where one can't."""
-    corner = (0.5, 0.5, resting_height(parameters) + 1.0)
-    return [parameters.brick_start, corner]
+    # In the far corner, so that whoever looks from the near one sees it.
+    far = ARENA_SIZE - 0.5
+    return [parameters.brick_start, (far, far, resting_height(parameters) + 1.0)]
 
 
 def report(outcomes: Sequence[Outcome]) -> None:
@@ -427,12 +478,13 @@ def main(args: Sequence[str] | None = None) -> int:
         with chosen_domain() as shared, Graph(quiet=not options.verbose) as graph:
             if shared:
                 look_out(graph)
+            page = None
             if options.rviz:
                 graph.add_process('rviz2', 'rviz2', '-d', str(
                     get_package_share_path('turtle_brick') / 'config' / 'turtle_arena.rviz'))
             elif not options.no_view:
-                graph.add_process('turtle_brick', 'viewer', silent=False)
-            return play(Match(graph, parameters), options)
+                page = Page(graph)
+            return play(Match(graph, parameters), page, options)
     except KeyboardInterrupt:
         return 0
     except PackageNotFoundError as error:
@@ -443,11 +495,13 @@ def main(args: Sequence[str] | None = None) -> int:
         return 1
 
 
-def play(match: Match, options: argparse.Namespace) -> int:
+def play(match: Match, page: Page | None, options: argparse.Namespace) -> int:
     """Drop the bricks that are asked for; return the exit status."""
     match.await_graph()
     spare_collector()
     match.warm_up()
+    if page is not None:
+        page.await_browser()
     bricks: Iterable[Vector]
     if options.drops:
         bricks = random_bricks(match, options.seed, options.drops)

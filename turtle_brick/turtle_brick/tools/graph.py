@@ -226,15 +226,15 @@ class Graph:
         from turtle_brick.catcher import CatcherNode
         return self.add(CatcherNode)
 
-    def add_process(self, package: str, name: str, *arguments: str,
-                    silent: bool = True) -> None:
+    def add_process(self, package: str, name: str, *arguments: str, **streams: Any) -> None:
         """
         Start an executable that belongs to the graph, in a process of its own.
 
         :param package: the package it belongs to
         :param name: its name
         :param arguments: its command line
-        :param silent: whether what it prints is of no interest
+        :param streams: where its output goes, as for subprocess.Popen; what it prints goes nowhere
+            unless said otherwise
         :raises LookupError: there is no such package
         """
         environment = {}
@@ -246,7 +246,7 @@ class Graph:
         if ros_arguments:
             arguments = (*arguments, '--ros-args', *ros_arguments)
         self.add_command([executable(package, name), *arguments], environment,
-                         stdout=subprocess.DEVNULL if silent else None)
+                         **{'stdout': subprocess.DEVNULL, **streams})
 
     def add_command(self, command: Sequence[str], environment: dict[str, str] | None = None,
                     **streams: Any) -> None:

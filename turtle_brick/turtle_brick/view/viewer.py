@@ -208,6 +208,8 @@ class Viewer(Listener):
             self.get_logger().warning(f'Port {port} is taken: the page is on {self.view.port}')
         # Not on standard output, which `ros2 launch` does not show.
         print(f'Viewer: {self.view.url}', file=sys.stderr, flush=True)
+        self._shown = False
+        """Whether a browser has come to show the page, which is said once."""
 
     def destroy_node(self) -> None:
         """End the page and the node."""
@@ -231,6 +233,9 @@ class Viewer(Listener):
             self._do(self._commands.popleft())
         self._take_answers()
         self.display.draw(self.now())
+        if not self._shown and self.view.is_shown():
+            self._shown = True
+            print('Viewer: a browser shows the page', file=sys.stderr, flush=True)
 
     def _do(self, command: Command) -> None:
         """Carry out a command of the page."""

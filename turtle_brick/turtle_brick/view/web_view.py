@@ -121,6 +121,10 @@ class WebView:
         """Return a context whose changes the browsers see in one instant."""
         return self.server.atomic()
 
+    def is_shown(self) -> bool:
+        """Tell whether a browser shows the page."""
+        return bool(self.server.get_clients())
+
     @property
     def changes(self) -> int:
         """How often something has changed on the page."""
