@@ -352,7 +352,7 @@ def test_slides_follow_the_closed_form(angle):
     ({'stop': NUMBERS['platform_radius']}, {'slide: end'}),
     ({'stop': NUMBERS['platform_radius'] + LENGTH}, {'slide: end'}),
     ({'drift': 0.004}, {'brick: floats'}),
-), ids=str)
+), ids=lambda value: ', '.join(sorted(value)) if isinstance(value, set) else str(value))
 def test_slides_are_judged(fault, broken):
     record = new_record()
     tip(record, **fault)
