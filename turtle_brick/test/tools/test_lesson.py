@@ -26,6 +26,7 @@ from turtle_brick.reaching import guaranteed_distance
 from turtle_brick.reaching import GUARANTEED_LATENCY
 from turtle_brick.reaching import resting_height
 from turtle_brick.tools import lesson
+from turtle_brick.tools import lesson_laws as laws
 
 PARAMETERS = load()
 OTHERS = replace(PARAMETERS, wheel_radius=0.13, max_velocity=1.7, gravity_accel=3.7,
@@ -34,10 +35,10 @@ PNG = b'\x89PNG\r\n'
 
 
 def test_odometry_and_world_are_one_way_in_two_frames():
-    way, stops = lesson.frames(PARAMETERS)
+    way, stops = laws.frames(PARAMETERS)
     origin = stops[0].world
-    assert (origin.x, origin.y, origin.yaw) == pytest.approx(lesson.START)
-    for stop, place in zip(stops, (lesson.START[:2], *lesson.CORNERS)):
+    assert (origin.x, origin.y, origin.yaw) == pytest.approx(laws.START)
+    for stop, place in zip(stops, (laws.START[:2], *laws.CORNERS)):
         assert (stop.world.x, stop.world.y) == pytest.approx(place, abs=1e-3)
         composed = origin.compose(stop.odom)
         assert (composed.x, composed.y) == pytest.approx((stop.world.x, stop.world.y), abs=1e-6)
@@ -46,7 +47,7 @@ def test_odometry_and_world_are_one_way_in_two_frames():
 
 @pytest.mark.parametrize('parameters', [PARAMETERS, OTHERS])
 def test_the_wheel_rolls_where_the_turtle_drives_and_nowhere_else(parameters):
-    rolls = lesson.rolling(parameters)
+    rolls = laws.rolling(parameters)
     driven, teleported, end = (
         next(roll for roll in rolls if roll.time >= time) for time in (1.2, 2.3, 4.4))
     ticks = 62 * 0.016  # of the first second
@@ -59,45 +60,48 @@ def test_the_wheel_rolls_where_the_turtle_drives_and_nowhere_else(parameters):
 
 @pytest.mark.parametrize('parameters', [PARAMETERS, OTHERS])
 def test_fall_and_slide_are_the_closed_forms(parameters):
-    fall = lesson.falling(parameters)
+    fall = laws.falling(parameters)
     for place in fall[:-1]:
         assert place.brick[2] == pytest.approx(
-            lesson.closed_fall(place.time, parameters), abs=1e-9)
+            laws.closed_fall(place.time, parameters), abs=1e-9)
     assert fall[-1].brick[2] == pytest.approx(resting_height(parameters))
-    assert lesson.closed_fall(fall[-1].time, parameters) <= fall[-1].brick[2] < fall[-2].brick[2]
+    assert laws.closed_fall(fall[-1].time, parameters) <= fall[-1].brick[2] < fall[-2].brick[2]
     # Each step of Euler's method misses g dt^2 / 2.
     steps = len(fall) - 2
-    assert lesson.summed(steps, parameters)[-1] - fall[-2].brick[2] == pytest.approx(
-        steps * parameters.gravity_accel * lesson.DT ** 2 / 2.0)
+    assert laws.summed(steps, parameters)[-1] - fall[-2].brick[2] == pytest.approx(
+        steps * parameters.gravity_accel * laws.DT ** 2 / 2.0)
 
-    slide = lesson.sliding(parameters)
+    slide = laws.sliding(parameters)
     for place in slide:
-        assert lesson.along_slope(place, parameters) == pytest.approx(
-            lesson.closed_slide(place.time, parameters), abs=1e-9)
+        assert laws.along_slope(place, parameters) == pytest.approx(
+            laws.closed_slide(place.time, parameters), abs=1e-9)
     rim = parameters.platform_radius + parameters.brick_size[0] / 2.0
-    before, after = (lesson.along_slope(place, parameters) for place in slide[-2:])
+    before, after = (laws.along_slope(place, parameters) for place in slide[-2:])
     assert before <= rim < after
+    assert laws.closed_slide(laws.slide_time(rim, parameters), parameters) == pytest.approx(rim)
+    time = laws.fall_time(parameters.brick_start[2], parameters)
+    assert laws.closed_fall(time, parameters) == pytest.approx(resting_height(parameters))
 
 
 def test_of_eight_commands_five_are_taken_each_61_to_77_ms_late():
     for phase in range(16):
-        sent = lesson.commands(1e-3 * phase + 1e-4)
+        sent = laws.commands(1e-3 * phase + 1e-4)
         assert sum(one.taken for one in sent[:48]) == 30
         assert all(0.060 < one.latency < (0.0712 if one.taken else 0.0772) for one in sent)
 
 
 def test_naive_controllers_overshoot_or_are_late_and_ours_does_neither():
-    seen = {name: lesson.approach(driver, PARAMETERS)
-            for name, driver in lesson.controllers(PARAMETERS).items()}
+    seen = {name: laws.approach(driver, PARAMETERS)
+            for name, driver in laws.controllers(PARAMETERS).items()}
     beyond = [max(place for _, place in way) for way in seen.values()]
-    there = [max(time for time, place in way if abs(place) > lesson.NEAR)
+    there = [max(time for time, place in way if abs(place) > laws.NEAR)
              for way in seen.values()]
     until, quick, slow, ours = range(4)
     assert beyond[until] > 0.1 and there[until] > 2.9
     assert 0.02 < beyond[quick] < 0.1
     assert beyond[slow] < 0.001
     assert beyond[ours] < 0.001
-    least = lesson.WAY / PARAMETERS.max_velocity
+    least = laws.WAY / PARAMETERS.max_velocity
     assert least < there[ours] < least + 0.1 < min(there[:ours])
 
 
@@ -105,8 +109,8 @@ def test_the_limits_of_a_proportional_controller_are_those_of_its_delay():
     delay = 0.069
 
     def beyond(gain):
-        naive = lesson.Naive(lambda gap: min(PARAMETERS.max_velocity, gain * gap))
-        return [place for time, place in lesson.approach(naive, PARAMETERS) if time > 1.0]
+        naive = laws.Naive(lambda gap: min(PARAMETERS.max_velocity, gain * gap))
+        return [place for time, place in laws.approach(naive, PARAMETERS) if time > 1.0]
 
     assert max(beyond(0.9 / (e * delay))) < 0.001 < max(beyond(2.0 / (e * delay)))
     late = slice(-125, None)  # half a second
@@ -115,20 +119,20 @@ def test_the_limits_of_a_proportional_controller_are_those_of_its_delay():
 
 
 def test_the_boundary_is_between_the_promise_and_no_latency_at_all():
-    for height in lesson.SAMPLES:
+    for height in laws.SAMPLES:
         promised = guaranteed_distance(height, PARAMETERS)
         without = promised + PARAMETERS.max_velocity * GUARANTEED_LATENCY
-        assert promised <= lesson.farthest_caught(height, PARAMETERS) < without
-    latency = sum(time for _, time in lesson.STEPS_OF_LATENCY)
-    assert latency == pytest.approx(COMMAND_LATENCY + 3 * lesson.DT)
+        assert promised <= laws.farthest_caught(height, PARAMETERS) < without
+    latency = sum(time for _, time in laws.STEPS_OF_LATENCY)
+    assert latency == pytest.approx(COMMAND_LATENCY + 3 * laws.DT)
     assert latency <= GUARANTEED_LATENCY
 
 
 def test_no_brick_is_missed_by_a_fast_robot_either():
     fast = replace(PARAMETERS, max_velocity=9.0)
-    for height in lesson.HEIGHTS[::4]:
-        for distance in lesson.DISTANCES[::4]:
-            assert lesson.drop_at(distance, height, fast).outcome != 'missed'
+    for height in laws.HEIGHTS[::4]:
+        for distance in laws.DISTANCES[::4]:
+            assert laws.drop_at(distance, height, fast).outcome != 'missed'
 
 
 # -------------------------------------------------------------------------------- the program

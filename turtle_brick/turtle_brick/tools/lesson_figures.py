@@ -34,7 +34,7 @@ from turtle_brick.parameters import Parameters
 from turtle_brick.reaching import guaranteed_distance
 from turtle_brick.reaching import GUARANTEED_LATENCY
 from turtle_brick.reaching import resting_height
-from turtle_brick.tools import lesson
+from turtle_brick.tools import lesson_laws as laws
 from turtle_brick.tools.plots import CAUGHT
 from turtle_brick.tools.plots import FAINT
 from turtle_brick.tools.plots import farthest
@@ -51,8 +51,8 @@ X_AXIS, Y_AXIS = '#d62728', '#2ca02c'
 
 
 def frames(parameters: Parameters, path: Path) -> None:
-    """Draw the way of the robot in the world, and what its odometry makes of it."""
-    way, stops = lesson.frames(parameters)
+    """Draw the path of the robot in the world, and what its odometry makes of it."""
+    way, stops = laws.frames(parameters)
     origin = stops[0].world
     to_odom = origin.inverse()
     odom_way = [to_odom.compose(pose) for pose in way]
@@ -102,8 +102,8 @@ def _frame(axes: Axes, pose: Pose2D, size: float, name: str = '') -> None:
 
 
 def rolling(parameters: Parameters, path: Path) -> None:
-    """Draw how the wheel rolls, and the three lengths that one might take for its way."""
-    rolls = lesson.rolling(parameters)
+    """Draw how the wheel rolls, and the three lengths that one might take for what it rolled."""
+    rolls = laws.rolling(parameters)
     radius = parameters.wheel_radius
     with rc_context(STYLE):
         figure = Figure(figsize=(7.6, 5.2), layout='constrained')
@@ -120,7 +120,7 @@ def rolling(parameters: Parameters, path: Path) -> None:
             x, z = _rim([way], radius)
             wheel.plot([way, x[0]], [radius, z[0]], color=INK, linewidth=1.2)
         wheel.set(xlim=(-0.25, driven[-1] + 0.25), ylim=(-0.05, 2.0 * radius + 0.06),
-                  yticks=[0.0, round(2.0 * radius, 3)], xlabel='way / m', ylabel='height / m')
+                  yticks=[0.0, round(2.0 * radius, 3)], xlabel='distance / m', ylabel='height / m')
         wheel.set_title('A point of the rim, and where each tick of turtlesim finds it')
 
         time = [roll.time for roll in rolls]
@@ -138,13 +138,13 @@ def rolling(parameters: Parameters, path: Path) -> None:
             lengths.axvspan(begin, end, color=color, linewidth=0.0, zorder=0)
             lengths.text((begin + end) / 2.0, 0.98 * top, words, ha='center', va='top')
         lengths.set(xlim=(0.0, time[-1]), ylim=(0.0, top), xlabel='time / s', ylabel='length / m')
-        lengths.set_title('Only one of three lengths is the way that the wheel has rolled')
+        lengths.set_title('Only one of three lengths is what the wheel has rolled')
         lengths.legend(loc='center left', bbox_to_anchor=(0.0, 0.66))
         save(figure, path)
 
 
 def _rim(ways: Sequence[float], radius: float) -> tuple[list[float], list[float]]:
-    """Return where the rim's lowest point of the beginning is after each way (m): x and height."""
+    """Return where the rim's first lowest point is after each distance (m): x and height."""
     angles = [way / radius for way in ways]
     return ([way - radius * sin(angle) for way, angle in zip(ways, angles)],
             [radius - radius * cos(angle) for angle in angles])
@@ -152,7 +152,7 @@ def _rim(ways: Sequence[float], radius: float) -> tuple[list[float], list[float]
 
 def falling(parameters: Parameters, path: Path) -> None:
     """Draw a fall and a slide with their closed forms, and what a sum of steps would do."""
-    fall, slide = lesson.falling(parameters), lesson.sliding(parameters)
+    fall, slide = laws.falling(parameters), laws.sliding(parameters)
     with rc_context(STYLE):
         figure = Figure(figsize=(7.6, 5.6), layout='constrained')
         grid = figure.add_gridspec(2, 2, height_ratios=(1.7, 1.0), width_ratios=(1.0, 1.15))
@@ -160,7 +160,7 @@ def falling(parameters: Parameters, path: Path) -> None:
         error, way = figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[1, 1])
 
         fine = [fall[-1].time * step / 200.0 for step in range(201)]
-        height.plot(fine, [lesson.closed_fall(time, parameters) for time in fine], color=REFUSED,
+        height.plot(fine, [laws.closed_fall(time, parameters) for time in fine], color=REFUSED,
                     linewidth=1.8, label='z₀ − g t² / 2')
         height.plot([place.time for place in fall[::15]], [place.brick[2] for place in fall[::15]],
                     'o', color=INK, markersize=4.0, label='every 15th step')
@@ -172,9 +172,9 @@ def falling(parameters: Parameters, path: Path) -> None:
         height.set_title('The fall')
 
         fallen = fall[:-1]
-        euler = lesson.summed(len(fallen) - 1, parameters)
+        euler = laws.summed(len(fallen) - 1, parameters)
         time = [place.time for place in fallen]
-        closed = [lesson.closed_fall(moment, parameters) for moment in time]
+        closed = [laws.closed_fall(moment, parameters) for moment in time]
         error.plot(time, [1e3 * (z - exact) for z, exact in zip(euler, closed)], color=MISSED,
                    linewidth=1.8, label='summed up step by step')
         error.plot(time, [1e3 * (place.brick[2] - exact) for place, exact in zip(fallen, closed)],
@@ -185,19 +185,19 @@ def falling(parameters: Parameters, path: Path) -> None:
 
         _side_view(side, slide, parameters)
         fine = [slide[-1].time * step / 200.0 for step in range(201)]
-        way.plot(fine, [lesson.closed_slide(moment, parameters) for moment in fine],
+        way.plot(fine, [laws.closed_slide(moment, parameters) for moment in fine],
                  color=REFUSED, linewidth=1.8, label='g sin(angle) t² / 2')
         dots = slide[3::8]
         way.plot([place.time for place in dots],
-                 [lesson.along_slope(place, parameters) for place in dots], 'o', color=INK,
+                 [laws.along_slope(place, parameters) for place in dots], 'o', color=INK,
                  markersize=4.0, label='every 8th step')
         way.set(xlim=(0.0, None), ylim=(0.0, None), xlabel='time since the tilt / s',
-                ylabel='way down the slope / m')
+                ylabel='down the slope / m')
         way.legend(loc='upper left')
         save(figure, path)
 
 
-def _side_view(axes: Axes, slide: Sequence[lesson.Place], parameters: Parameters) -> None:
+def _side_view(axes: Axes, slide: Sequence[laws.Place], parameters: Parameters) -> None:
     """Draw the tilted platform, and the brick at the start, half way down and at the end."""
     angle = parameters.tilt_angle
     along, across = (cos(angle), -sin(angle)), (sin(angle), cos(angle))
@@ -214,10 +214,10 @@ def _side_view(axes: Axes, slide: Sequence[lesson.Place], parameters: Parameters
     axes.add_patch(Polygon(
         box(lift * across[0], hinge + lift * across[1], parameters.platform_radius, lift),
         facecolor='#7fb2e5', edgecolor=CAUGHT, zorder=2))
-    gone = lesson.along_slope(slide[-1], parameters)
+    gone = laws.along_slope(slide[-1], parameters)
     for part in (0.0, 0.5, 1.0):
         place = next(place for place in slide
-                     if lesson.along_slope(place, parameters) >= part * gone)
+                     if laws.along_slope(place, parameters) >= part * gone)
         x, _, z = place.brick
         axes.add_patch(Polygon(box(x, z, length / 2.0, thick / 2.0), facecolor=REFUSED,
                                alpha=0.4 + 0.5 * part, edgecolor='white', zorder=3))
@@ -230,20 +230,20 @@ def _side_view(axes: Axes, slide: Sequence[lesson.Place], parameters: Parameters
 
 def queue(parameters: Parameters, path: Path) -> None:
     """Draw what becomes of commands, and naive controllers beside ours."""
-    styles = dict(zip(lesson.controllers(parameters), (
+    styles = dict(zip(laws.controllers(parameters), (
         (MISSED, '-'), ('#d9822b', '-'), ('#8a63b8', '-'), (CAUGHT, '-'))))
-    ways = {name: lesson.approach(driver, parameters)
-            for name, driver in lesson.controllers(parameters).items()}
+    ways = {name: laws.approach(driver, parameters)
+            for name, driver in laws.controllers(parameters).items()}
     with rc_context(STYLE):
         figure = Figure(figsize=(7.6, 6.4), layout='constrained')
         grid = figure.add_gridspec(2, 2, height_ratios=(0.8, 1.5), width_ratios=(1.0, 1.6))
         sawtooth = figure.add_subplot(grid[0, :])
         whole, near = figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[1, 1])
 
-        sent = lesson.commands(0.0001)
+        sent = laws.commands(0.0001)
         for taken, mark, color, words in (
                 (True, 'o', CAUGHT, 'taken by a tick'),
-                (False, 'x', MISSED, 'pushed out: a newer one is taken')):
+                (False, 'x', MISSED, 'pushed out: the next one is taken')):
             those = [one for one in sent if one.taken is taken]
             sawtooth.plot([1e3 * one.published for one in those],
                           [1e3 * one.latency for one in those], mark, color=color, markersize=5.0,
@@ -256,17 +256,17 @@ def queue(parameters: Parameters, path: Path) -> None:
         for name, seen in ways.items():
             color, style = styles[name]
             time = [moment for moment, _ in seen]
-            whole.plot(time, [lesson.WAY + beyond for _, beyond in seen], style, color=color,
+            whole.plot(time, [laws.WAY + beyond for _, beyond in seen], style, color=color,
                        linewidth=1.6)
             near.plot(time, [100.0 * beyond for _, beyond in seen], style, color=color,
                       linewidth=1.8, label=name)
-        for axes, goal in ((whole, lesson.WAY), (near, 0.0)):
+        for axes, goal in ((whole, laws.WAY), (near, 0.0)):
             axes.axhline(goal, color=INK, linewidth=0.9, linestyle='--', zorder=1)
             axes.set_xlabel('time since the order / s')
-        last = lesson.WAY / parameters.max_velocity
-        whole.set(xlim=(0.0, last + 1.5), ylim=(0.0, 1.12 * lesson.WAY), ylabel='way / m')
+        last = laws.WAY / parameters.max_velocity
+        whole.set(xlim=(0.0, last + 1.5), ylim=(0.0, 1.12 * laws.WAY), ylabel='distance / m')
         near.set(xlim=(last - 0.1, last + 1.0), ylim=(-30.0, 20.0), ylabel='beyond the goal / cm')
-        whole.set_title(f'{lesson.WAY:g} m to drive')
+        whole.set_title(f'{laws.WAY:g} m to drive')
         near.set_title('... and the end of it')
         near.legend(loc='lower right')
         save(figure, path)
@@ -274,7 +274,7 @@ def queue(parameters: Parameters, path: Path) -> None:
 
 def reach(parameters: Parameters, path: Path) -> None:
     """Draw from where a brick can be caught, and how the time goes by before the robot moves."""
-    drops = lesson.reaching(parameters)
+    drops = laws.reaching(parameters)
     with rc_context(STYLE):
         figure = Figure(figsize=(7.6, 6.6), layout='constrained')
         plane, chain = figure.subplots(2, 1, height_ratios=(2.6, 1.0))
@@ -301,7 +301,7 @@ def reach(parameters: Parameters, path: Path) -> None:
 
         begin = 0.0
         colors = (REFUSED, FAINT, ROBOT, CAUGHT, ROBOT, '#c9a227')
-        for row, ((what, time), color) in enumerate(zip(lesson.STEPS_OF_LATENCY, colors)):
+        for row, ((what, time), color) in enumerate(zip(laws.STEPS_OF_LATENCY, colors)):
             chain.barh(row, 1e3 * time, left=1e3 * begin, height=0.62, color=color)
             words = f'{what}, {1e3 * time:.0f} ms'
             if time > 0.05:
