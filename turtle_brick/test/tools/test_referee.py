@@ -165,9 +165,24 @@ def test_a_machine_without_time_breaks_no_rate():
     say_frame(record, 'base_link', 'odom', (
         (number / 80.0, upright(0.0, 0.0, 0.0)) for number in range(240)))
     assert find(robot_rules, 'rate: base_link', record).mark == BROKEN
-    record.stalls = [(at(1.0), at(1.5))]
+    record.stalls = [(at(1.0), at(1.05))]
+    assert find(robot_rules, 'rate: base_link', record).mark == BROKEN
+    record.stalls = [(at(1.0), at(1.3))]
     judgement = find(robot_rules, 'rate: base_link', record)
     assert (judgement.mark, 'too busy' in judgement.measured) == (OPEN, True)
+
+
+def test_what_is_broken_also_while_the_machine_has_time_is_broken():
+    record = new_record()
+    say_frame(record, 'base_link', 'odom', [(0.0, upright(0.0, 0.0, 0.0))])
+    for begin, off in ((0.0, 0.2), (1.0, 0.0)):
+        record.drives.append(Drive(at(begin), at(begin + 0.9), (0.0, 0.0), (1.0, 0.0)))
+        record.topics['pose'].append(Heard(at(begin + 0.5), SimpleNamespace(x=1.0 - off, y=0.0)))
+    assert find(robot_rules, 'drive: goal', record).mark == BROKEN
+    record.stalls = [(at(0.2), at(0.4))]
+    assert find(robot_rules, 'drive: goal', record).mark == OPEN
+    record.stalls = [(at(1.2), at(1.4))]
+    assert find(robot_rules, 'drive: goal', record).mark == BROKEN
 
 
 # ---------------------------------------------------------------------------------- the robot

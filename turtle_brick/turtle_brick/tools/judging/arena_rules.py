@@ -509,7 +509,7 @@ def slides_end_at_the_rim(record: Record) -> Finding:
 
 
 @rule('brick: floats', 'it magically floats in place', 'fixed in the world, wherever the robot '
-      'drives')
+      'drives', timely=True)
 def brick_floats(record: Record) -> Finding:
     """Check that a brick that floats stays when platform and robot go."""
     moved = []

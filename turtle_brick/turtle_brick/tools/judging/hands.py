@@ -123,6 +123,8 @@ class Hands:
         if start is None or not self.until(self.observer.hears_goals, PATIENCE):
             return None
         begin, way = time_ns(), self.distance_to(goal)
+        if not way < 2.0 * ARENA_SIZE:
+            way = 0.0  # A robot that is nowhere is not waited for.
         self.observer.send_goal(*goal)
         # It has to set off first: what rests in the beginning has not arrived.
         if way < 0.02 or self.until(lambda: self.distance_to(start) > 0.01, PATIENCE):

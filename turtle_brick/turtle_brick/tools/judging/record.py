@@ -44,6 +44,9 @@ GAP = 120_000_000
 AFTER = 50_000_000
 """How long (ns) before its first and after its last transform a frame's pose is known."""
 
+BUSY = 0.01
+"""The part of a span of time for which a machine may be late, and still have time."""
+
 DEPTH = 30
 """The most frames between a frame and the world."""
 
@@ -308,19 +311,21 @@ class Record:
                                  if not self.is_busy([(one.begin, one.end)])])
         return calm
 
-    def is_busy(self, spans: list[tuple[int, int]]) -> str:
-        """Say how long the machine had no time in spans of time (ns); empty if it had enough."""
+    def is_busy(self, spans: list[tuple[int, int]], allowed: float = BUSY) -> str:
+        """
+        Say how long the machine had no time in spans of time (ns).
+
+        :param spans: where to look
+        :param allowed: the part of them for which it may be late
+        :return: The words, empty if it had enough.
+        """
         missing = sum(max(0, min(end, e) - max(begin, b))
                       for begin, end in spans for b, e in self.stalls) * NANO
         whole = sum(end - begin for begin, end in spans) * NANO
-        if missing <= BUSY * whole:
+        if missing <= allowed * whole:
             return ''
         return (f'the machine was too busy: for {missing:.2f} s of {whole:.1f} s nobody was woken '
                 'in time')
-
-
-BUSY = 0.01
-"""The part of a span of time for which a machine may be late, and still tell about rates."""
 
 
 def stamp_of(heard: Heard) -> int:
