@@ -647,14 +647,14 @@ def walls_once(graph: Graph) -> None:
                          **options: Any) -> Any:
         publisher = original(node, kind, topic, 10 if topic == 'walls' else qos, **options)
         if topic == 'walls':
-            publish = publisher.publish
-
-            def wait(message: Any) -> None:
+            def look() -> None:
                 if publisher.get_subscription_count():
-                    publish(message)
-                else:
-                    in_s(node, 0.1, partial(wait, message))
-            publisher.publish = wait
+                    timer.cancel()
+                    publish(said[0])
+
+            publish, said = publisher.publish, []
+            publisher.publish = said.append
+            timer = node.create_timer(0.1, look)
         return publisher
 
 
@@ -955,7 +955,8 @@ class ShortTrial(trial.Trial):
         :param args: as for Trial
         :param options: as for Trial
         """
-        super().__init__(*args, **{**options, 'patience': trial.MEETING})
+        super().__init__(*args, **options)
+        self.patience = trial.MEETING
         for stage in STAGES:
             if stage not in needs:
                 setattr(self, stage, lambda: None)

@@ -144,7 +144,8 @@ def impatient(monkeypatch):
     monkeypatch.setattr(hands, 'PATIENCE', 0.3)
     monkeypatch.setattr(trial, 'PATIENCE', 0.3)
     monkeypatch.setattr(trial, 'IDLE', 0.5)
-    monkeypatch.setattr(trial, 'DROPS', trial.DROPS[:2])
+    monkeypatch.setattr(trial, 'TILTS', trial.TILTS[:1])
+    monkeypatch.setattr(trial, 'DROPS', trial.DROPS[:1])
 
 
 def judge(graph, say=lambda text: None):

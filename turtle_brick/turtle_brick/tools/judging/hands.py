@@ -38,6 +38,9 @@ from turtle_brick.turtlesim_kinematics import ARENA_SIZE
 PATIENCE = 3.0
 """How long (s) something may take that should be done at once."""
 
+LONGEST = 60.0
+"""How long (s) anything is waited for, whatever numbers say how long it takes."""
+
 REST = 0.3
 """How long (s) a robot stands still that is at rest."""
 
@@ -69,7 +72,7 @@ class Hands:
     def until(self, condition: Callable[[], Any], timeout: float) -> bool:
         """Wait until a condition holds, for a time (s) at most; tell whether it does."""
         try:
-            self.graph.spin_until(condition, timeout, '')
+            self.graph.spin_until(condition, min(LONGEST, timeout), '')
         except TimeoutError:
             return False
         return True
@@ -124,7 +127,7 @@ class Hands:
             return None
         begin, way = time_ns(), self.distance_to(goal)
         if not way < 2.0 * ARENA_SIZE:
-            way = 0.0  # A robot that is nowhere is not waited for.
+            way = 0.0  # A robot that is not in the arena is not waited for.
         self.observer.send_goal(*goal)
         # It has to set off first: what rests in the beginning has not arrived.
         if way < 0.02 or self.until(lambda: self.distance_to(start) > 0.01, PATIENCE):

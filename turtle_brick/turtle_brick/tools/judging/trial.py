@@ -176,7 +176,7 @@ class Trial(Hands):
             return
         for number in range(8):
             start = self.robot()
-            if start is None:
+            if start is None or monotonic() > self.end:
                 return
             angle = number * pi / 4.0
             self.say(f'driving {45 * number} degrees')
@@ -223,9 +223,10 @@ class Trial(Hands):
     def half_height(self) -> float:
         """Return half the brick's height (m), as its marker has it; 0 where none tells."""
         try:
-            return half_height(self.record)
+            height = half_height(self.record)
         except (Broken, Open):
             return 0.0
+        return height if 0.0 < height < 1.0 else 0.0
 
     def drop_all(self) -> None:
         """Drop one brick after another."""
