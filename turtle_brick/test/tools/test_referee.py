@@ -285,6 +285,15 @@ def test_falls_have_their_acceleration(configured, factor, step):
     assert not watch.caught
 
 
+def test_a_fall_that_the_machine_did_not_disturb_is_judged():
+    record = new_record()
+    fall(record, gravity=9.0)
+    record.stalls = [(at(0.1), at(0.3))]
+    assert find(arena_rules, 'fall: acceleration', record).mark == BROKEN
+    record.stalls = [(at(0.8), at(0.9))]
+    assert find(arena_rules, 'fall: acceleration', record).mark == OPEN
+
+
 @pytest.mark.parametrize('aside, kept', ((0.0, True), (0.002, True), (0.05, False)))
 def test_falls_go_straight_down(aside, kept):
     record = new_record()

@@ -33,6 +33,16 @@ KEPT, BROKEN, OPEN = '✔', '✗', '–'
 class Broken(Exception):
     """The requirement is broken; the text says how."""
 
+    def __init__(self, words: str, sure: bool = False) -> None:
+        """
+        Say it.
+
+        :param words: how
+        :param sure: whether a machine without time can't be to blame
+        """
+        super().__init__(words)
+        self.sure = sure
+
 
 class Open(Exception):
     """The requirement can't be judged; the text says why."""
@@ -62,6 +72,8 @@ class Finding(NamedTuple):
     kept: bool
     measured: str
     plot: Plot | None = None
+    sure: bool = False
+    """Whether a machine without time can't be to blame for it."""
 
 
 class Judgement(NamedTuple):
@@ -89,22 +101,23 @@ class Rule:
 
     def __call__(self, record: Record) -> Judgement:
         """Judge what was heard."""
-        found = self._look(record)
-        if found.mark == BROKEN and self.timely:
+        found, sure = self._look(record)
+        if found.mark == BROKEN and self.timely and not sure:
             busy = record.is_busy(record.busy_spans())
             # What is broken also while the machine had time is broken.
-            if busy and self._look(record.while_calm()).mark != BROKEN:
+            if busy and self._look(record.while_calm())[0].mark != BROKEN:
                 return found._replace(mark=OPEN, measured=f'{found.measured}; {busy}')
         return found
 
-    def _look(self, record: Record) -> Judgement:
-        plot = None
+    def _look(self, record: Record) -> tuple[Judgement, bool]:
+        """Judge what was heard, and tell whether a machine without time can't be to blame."""
+        plot, sure = None, False
         try:
             finding = self.judge(record)
-            mark, measured, plot = (
-                KEPT if finding.kept else BROKEN, finding.measured, finding.plot)
+            mark = KEPT if finding.kept else BROKEN
+            _, measured, plot, sure = finding
         except Broken as error:
-            mark, measured = BROKEN, str(error)
+            mark, measured, sure = BROKEN, str(error), error.sure
         except Open as error:
             mark, measured = OPEN, str(error)
         except (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError,
@@ -112,7 +125,7 @@ class Rule:
             # Whatever an implementation says, this is no reason to fall silent about the rest.
             mark = BROKEN
             measured = f'what was heard makes no sense ({type(error).__name__}: {error})'
-        return Judgement(self.name, self.words, self.expected, mark, measured, plot)
+        return Judgement(self.name, self.words, self.expected, mark, measured, plot), sure
 
 
 @dataclass

@@ -43,7 +43,8 @@ h1 { font-size: 24px; margin: 0 0 4px; }
 .plots figure { margin: 0; background: #fff; border: 1px solid #dde1e7; border-radius: 6px; }
 .plots svg { width: 100%; height: auto; display: block; }
 table { border-collapse: collapse; width: 100%; margin-top: 24px; background: #fff; }
-td, th { text-align: left; vertical-align: top; padding: 6px 10px; border: 1px solid #dde1e7; }
+td, th { text-align: left; vertical-align: top; padding: 6px 10px; border: 1px solid #dde1e7;
+         overflow-wrap: anywhere; }
 td.mark { font-size: 18px; font-weight: bold; text-align: center; }
 .words { color: #5b6675; font-style: italic; }
 .green { color: #1a7f37; } .red { color: #c62828; } .yellow { color: #9a6700; }
@@ -90,10 +91,10 @@ def draw(plot: Plot) -> str:
     FigureCanvasSVG(figure)
     axes = figure.subplots()
     axes.plot(plot.line.x, plot.line.y, color='#8a94a3', linewidth=1.2, label=plot.line.label)
-    for series, color in zip(plot.points, ('#1565c0', '#e65100', '#2e7d32')):
+    for order, (series, color) in enumerate(zip(plot.points, ('#1565c0', '#e65100', '#2e7d32'))):
         step = max(len(series.x) // 60, 1)
         axes.plot(list(series.x)[::step], list(series.y)[::step], 'o', markersize=3.5,
-                  color=color, label=series.label)
+                  color=color, label=series.label, zorder=5 - order)
     axes.set(title=plot.title, xlabel=plot.x_label, ylabel=plot.y_label)
     if axes.get_legend_handles_labels()[1]:
         axes.legend(frameon=False, fontsize='small')
@@ -113,7 +114,7 @@ def page(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
         f'<td>{escape(one.name)}<br><span class="words">{escape(one.words)}</span></td>'
         f'<td>{escape(one.measured)}</td><td>{escape(one.expected)}</td></tr>'
         for one in judgements)
-    told = ', '.join(f'{escape(str(key))} {escape(str(value))}' for key, value in about.items()
+    told = ', '.join(f'{escape(str(value))} {escape(str(key))}' for key, value in about.items()
                      if not isinstance(value, (dict, list)))
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
             f'<meta name="viewport" content="width=device-width"><title>turtle_brick: referee'
