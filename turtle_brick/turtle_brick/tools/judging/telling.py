@@ -44,10 +44,14 @@ h1 { font-size: 24px; margin: 0 0 4px; }
 .plots svg { width: 100%; height: auto; display: block; }
 table { border-collapse: collapse; width: 100%; margin-top: 24px; background: #fff; }
 td, th { text-align: left; vertical-align: top; padding: 6px 10px; border: 1px solid #dde1e7;
-         overflow-wrap: anywhere; }
+         overflow-wrap: break-word; }
 td.mark { font-size: 18px; font-weight: bold; text-align: center; }
 .words { color: #5b6675; font-style: italic; }
 .green { color: #1a7f37; } .red { color: #c62828; } .yellow { color: #9a6700; }
+@media (max-width: 700px) {
+  main { padding: 8px; }
+  td, th { padding: 4px 5px; font-size: 13px; }
+}
 """
 
 
