@@ -56,7 +56,6 @@ from turtle_brick.tools.demo import Match
 from turtle_brick.tools.demo import random_bricks
 from turtle_brick.tools.graph import Graph
 from turtle_brick_interfaces.msg import Tilt
-from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker
 from witness import Witness
 
@@ -70,7 +69,10 @@ class Arena(Match):
     def __init__(self, graph):
         """Bring it up."""
         super().__init__(graph, load(graph.params_file), hovering_time=0.2)
-        self.kick_off()
+        nodes = {node.get_name(): node for node in graph.nodes}
+        self.arena, self.catcher = nodes['arena'], nodes['catcher']
+        self.await_graph()
+        graph.spin_until(lambda: self.catcher.complete, 10.0, 'the catcher sees robot and brick')
         self.witness = graph.add(Witness, parameters=False)
         self.markers = self.witness.record(Marker, 'catcher_marker')
         self.tilts = self.witness.record(Tilt, 'tilt')
@@ -84,24 +86,22 @@ class Arena(Match):
         """Return what the catcher does."""
         return self.catcher.catcher.state
 
-    def place(self, x, y, z):
+    def put(self, x, y, z):
         """Place the brick."""
-        request = Place.Request()
-        request.location.x, request.location.y, request.location.z = x, y, z
-        self.call(self.referee.place_client, request)
+        self.accept(self.place((x, y, z), 0.0))
 
     def release(self):
         """Drop the brick."""
-        self.call(self.referee.drop_client, self.referee.drop_client.srv_type.Request())
+        self.accept(self.ask('drop', self.observer.request_drop, 'drop'))
 
-    def until(self, state):
+    def until_state(self, state):
         """Wait until the catcher is in a state."""
         self.graph.spin_until(lambda: self.state is state, 15.0, state.value)
 
     def verdict(self, x, y, z):
         """Drop a brick that can't be caught; return the decision, after the marker has come."""
         seen = len(self.markers)
-        self.place(x, y, z)
+        self.put(x, y, z)
         self.release()
         self.graph.spin_until(lambda: len(self.markers) > seen, 5.0, 'Unreachable')
         self.graph.spin_until(
@@ -132,9 +132,9 @@ def test_three_random_drops(arena):
     Two of these three have 0.6 s to spare or more, one is 0.18 s too late: the limit itself,
     to the millisecond, is for the closed loop without ROS, which no other process can delay.
     """
-    outcomes = [arena.drop(brick) for brick in random_bricks(arena, seed=2091, count=3)]
+    outcomes = [arena.show(brick) for brick in random_bricks(arena, seed=2091, count=3)]
     assert [outcome.faults for outcome in outcomes] == [[], [], []]
-    assert [outcome.caught for outcome in outcomes] == [True, True, False]
+    assert [outcome.watch.caught for outcome in outcomes] == [True, True, False]
 
 
 def test_unreachable_is_said_once(arena):
@@ -149,7 +149,7 @@ def test_unreachable_is_said_once(arena):
     position = marker.pose.position
     assert hypot(position.x - 0.5, position.y - 0.5) < 1e-6
     assert 3.5 < position.z < 6.0
-    assert hypot(arena.referee.pose.x - CENTER[0], arena.referee.pose.y - CENTER[1]) < 1e-5
+    assert arena.distance_to(CENTER) < 1e-5
 
 
 @pytest.mark.parametrize('brick, word', [
@@ -165,28 +165,28 @@ def test_unreachable_by_place(arena, brick, word):
 @pytest.mark.parametrize('stage', [State.APPROACHING, State.CARRYING, State.TILTING])
 def test_brick_taken_away(arena, stage):
     """Placed elsewhere at any stage: the robot levels, waits, and catches the next."""
-    arena.place(6.5, 6.5, 9.0)  # 0.8 s to spare
+    arena.put(6.5, 6.5, 9.0)  # 0.8 s to spare
     arena.release()
-    arena.until(stage)
+    arena.until_state(stage)
     if stage is State.TILTING:
         arena.graph.spin_until(lambda: arena.tilts[-1][1].angle > 0.1, 5.0, 'tilted')
-    arena.place(2.0, 3.0, 6.0)
-    arena.until(State.WAITING)
+    arena.put(2.0, 3.0, 6.0)
+    arena.until_state(State.WAITING)
     arena.graph.spin_until(lambda: not arena.tilts or arena.tilts[-1][1].angle == 0.0, 5.0,
                            'level')
     arena.graph.spin_until(arena.is_at_rest, 5.0, 'at rest')
     assert arena.arena.world.phase is Phase.HOVERING
-    robot = arena.referee.pose
-    outcome = arena.drop((robot.x - 1.0, robot.y + 0.5, 7.0))
-    assert outcome.caught and outcome.faults == []
+    x, y = arena.robot()
+    outcome = arena.show((x - 1.0, y + 0.5, 7.0))
+    assert outcome.watch.caught and outcome.faults == []
 
 
 def test_brick_lifted_or_moved_is_not_a_fall(arena):
     """Placing the brick higher, lower or sideways is never taken for a fall."""
     for z in (8.0, 9.0, 7.0, 6.9999, 6.99984, 6.0, 2.0):
-        arena.place(6.0, 6.0, z)
+        arena.put(6.0, 6.0, z)
         arena.graph.spin_for(0.05)
-    arena.place(7.0, 6.0, 2.0)
+    arena.put(7.0, 6.0, 2.0)
     arena.graph.spin_for(0.1)
     assert arena.catcher.catcher.decision is None
     assert arena.markers == [] and arena.state is State.WAITING
@@ -194,15 +194,15 @@ def test_brick_lifted_or_moved_is_not_a_fall(arena):
 
 def test_brick_teleported_sideways_while_it_falls(arena):
     """The first fall is over; a second drop is decided anew."""
-    arena.place(6.5, 6.0, 9.0)
+    arena.put(6.5, 6.0, 9.0)
     arena.release()
-    arena.until(State.APPROACHING)
-    arena.place(4.5, 5.0, 9.0)
-    arena.until(State.WAITING)
+    arena.until_state(State.APPROACHING)
+    arena.put(4.5, 5.0, 9.0)
+    arena.until_state(State.WAITING)
     first = arena.catcher.catcher.decision
     arena.graph.spin_until(arena.is_at_rest, 5.0, 'at rest')
     arena.release()
-    arena.until(State.CARRYING)
+    arena.until_state(State.CARRYING)
     assert arena.catcher.catcher.decision is not first
     assert arena.arena.world.phase is Phase.RIDING
 
@@ -309,13 +309,13 @@ def test_brick_does_not_move_on_the_platform(arena):
             seen_by.append(pose_of(seen.transform))
 
     arena.witness.create_timer(1.0 / 60.0, look)
-    arena.place(7.0, 6.5, 9.0)
+    arena.put(7.0, 6.5, 9.0)
     arena.release()
-    arena.until(State.CARRYING)
+    arena.until_state(State.CARRYING)
     # What is looked up is up to a cycle of the robot older than the latest transform of the brick.
     arena.graph.spin_for(0.05)
     carried.clear()
-    arena.until(State.WAITING)
+    arena.until_state(State.WAITING)
     assert len(carried) > 10 and len(tipped) > 10
     for pose in carried:
         assert dist(pose.position, carried[0].position) < 1e-9
@@ -354,19 +354,19 @@ def test_clock_that_is_set_back(domain_id, stage, back):
     with Graph(domain_id, overrides={'use_sim_time': True}, quiet=True) as graph:
         time = graph.add(SimulatedTime, parameters=False)
         arena = Arena(graph)
-        arena.place(6.5, 6.5, 9.0)
+        arena.put(6.5, 6.5, 9.0)
         arena.release()
-        arena.until(stage)
+        arena.until_state(stage)
         arena.graph.spin_for(0.1)
         time.offset -= back * 1_000_000_000
-        arena.until(State.WAITING)
+        arena.until_state(State.WAITING)
         assert arena.arena.world.phase is Phase.FLOATING
         assert arena.markers == []
         arena.graph.spin_until(arena.is_at_rest, 5.0, 'at rest')
         arena.graph.spin_for(0.2)
-        robot = arena.referee.pose
-        outcome = arena.drop((robot.x - 1.0, robot.y + 0.5, 7.0))
-        assert outcome.caught and outcome.faults == []
+        x, y = arena.robot()
+        outcome = arena.show((x - 1.0, y + 0.5, 7.0))
+        assert outcome.watch.caught and outcome.faults == []
 
 
 def test_hostile_transforms(arena, capfd):
@@ -395,21 +395,21 @@ def test_hostile_transforms(arena, capfd):
         arena.graph.spin_until(
             lambda: recent(node.tf_buffer, PLATFORM, node.get_clock().now().nanoseconds), 3.0,
             f'{node.get_name()} sees the robot')
-    outcome = arena.drop((6.5, 6.5, 8.0))
-    assert outcome.caught and outcome.faults == []
+    outcome = arena.show((6.5, 6.5, 8.0))
+    assert outcome.watch.caught and outcome.faults == []
 
 
 def test_in_a_namespace(domain_id):
     """Topics and services under a namespace: it catches there as well."""
     with Graph(domain_id, namespace='/left', quiet=True) as graph:
         arena = Arena(graph)
-        assert arena.referee.place_client.service_name == '/left/place'
+        assert arena.observer.client('place').service_name == '/left/place'
         topics = {name for name, _ in arena.witness.get_topic_names_and_types()}
         assert not {'/cmd_vel', '/odom', '/goal_pose', '/tilt', '/turtle1/pose'} & topics
         assert {'/left/turtle1/cmd_vel', '/left/odom', '/left/joint_states', '/left/goal_pose',
                 '/left/walls', '/left/brick_marker', '/left/tilt', '/tf'} <= topics
-        outcome = arena.drop((6.5, 6.5, 7.0))
-        assert outcome.caught and outcome.faults == []
+        outcome = arena.show((6.5, 6.5, 7.0))
+        assert outcome.watch.caught and outcome.faults == []
 
 
 @pytest.mark.parametrize('order', [
@@ -445,10 +445,11 @@ def test_caught_while_driving(arena):
         goal.header.frame_id = 'world'
         goal.pose.position.x = CENTER[0] + 4.0 * cos(angle)
         goal.pose.position.y = CENTER[1] + 4.0 * sin(angle)
-        arena.place(CENTER[0], CENTER[1], 8.0)
+        arena.put(CENTER[0], CENTER[1], 8.0)
         goals.publish(goal)
         arena.graph.spin_until(
-            lambda: arena.referee.pose.linear_velocity > 0.0, 5.0, 'the robot drives')
+            lambda: arena.record.topics['pose'][-1].message.linear_velocity > 0.0, 5.0,
+            'the robot drives')
         arena.graph.spin_for(0.3)
         before = arena.catcher.catcher.decision
         arena.release()
@@ -456,6 +457,6 @@ def test_caught_while_driving(arena):
             lambda: arena.catcher.catcher.decision is not before, 5.0, 'decided')
         assert arena.catcher.catcher.decision.reachable
         assert arena.catcher.catcher.decision.distance < guaranteed_distance(8.0, PARAMETERS)
-        arena.until(State.CARRYING)
+        arena.until_state(State.CARRYING)
         assert arena.arena.world.phase is Phase.RIDING
-        arena.until(State.WAITING)
+        arena.until_state(State.WAITING)

@@ -245,19 +245,19 @@ class Match(Hands):
     def show(self, brick: Vector) -> Outcome:
         """Place a brick, drop it, and tell and return what becomes of it."""
         self.refuse_company()
-        self._accept(self.place(brick, 0.0))
+        self.accept(self.place(brick, 0.0))
         self.say('the brick hovers at ({:.2f}, {:.2f}, {:.2f})'.format(*brick)
                  + f', {self.distance_to(brick[:2]):.2f} m from the robot')
         self.graph.spin_for(self.hovering_time)
         teller = Teller(self)
         watch = self.drop(brick, teller.tell)
         assert watch.ask is not None
-        self._accept(watch.ask)
+        self.accept(watch.ask)
         self.say('the platform is level, the robot waits')
         return Outcome(watch, self.parameters)
 
     @staticmethod
-    def _accept(ask: Ask) -> None:
+    def accept(ask: Ask) -> None:
         """Raise what a service says that refuses, or does not answer."""
         if not ask.answered:
             raise TimeoutError(ask.words)

@@ -47,6 +47,9 @@ AFTER = 50_000_000
 BUSY = 0.01
 """The part of a span of time for which a machine may be late, and still have time."""
 
+AHEAD = 5_000_000_000
+"""How far ahead (ns) of its publication a transform's stamp may be."""
+
 DEPTH = 30
 """The most frames between a frame and the world."""
 
@@ -78,6 +81,8 @@ class Frame:
         self.static = static
         self.both = False
         """Whether it was heard on /tf and on /tf_static."""
+        self.first: Sample | None = None
+        """The first that was heard: where a static frame is, whoever says otherwise later."""
         self.samples: list[Sample] = []
         """In the order of their stamps."""
         self.published: list[int] = []
@@ -86,6 +91,7 @@ class Frame:
 
     def add(self, published: int, number: int, sample: Sample) -> None:
         """Take note of a transform."""
+        self.first = self.first or sample
         self.published.append(published)
         self.numbers.append(number)
         if not self.samples or sample.stamp >= self.samples[-1].stamp:
@@ -119,7 +125,7 @@ class Frame:
     def at(self, stamp: int) -> Sample | None:
         """Return the transform at an instant (ns), interpolated; None where it is not known."""
         if self.static:
-            return self.samples[-1]
+            return self.first
         place = bisect_left(self.samples, stamp, key=lambda one: one.stamp)
         before = self.samples[max(place - 1, 0)]
         after = self.samples[min(place, len(self.samples) - 1)]
@@ -216,6 +222,8 @@ class Record:
         """Take note of a geometry_msgs/TransformStamped."""
         place, turn = transform.transform.translation, transform.transform.rotation
         stamp = transform.header.stamp.sec * NANOSECONDS + transform.header.stamp.nanosec
+        if stamp - published > AHEAD:
+            return  # Beside a moment to come, nobody could tell what is latest.
         child = transform.child_frame_id.removeprefix('/')
         frame = self.frames.setdefault(child, Frame(static))
         frame.both = frame.both or frame.static is not static
