@@ -232,7 +232,7 @@ def bricks_are_placed(record: Record) -> Finding:
         if not ask.answered or not ask.accepted:
             raise Broken(f'at {tuple(round(one, 3) for one in ask.what)}: '
                          f'{ask.words or "refused"}', sure=ask.answered)
-        track = list(record.brick_track(ask.end - 300_000_000, ask.end))
+        track = list(record.brick_track(ask.end - 300_000_000, ask.end - BEFORE))
         if not track:
             raise Broken('the brick is not seen')
         where = track[-1][1].position
