@@ -14,10 +14,36 @@
 
 """The recordings of the real launch and ros2, and the files that were recorded with."""
 
+from dataclasses import fields
 import json
 from pathlib import Path
+import re
+
+from turtle_brick.parameters import Parameters
 
 DATA = Path(__file__).parent / 'data' / 'ros2'
+
+
+def records(*files):
+    """Return the records of files, by name, with the parameters that our nodes have today."""
+    return {record['name']: {**record, 'stdout': with_parameters(record['stdout']),
+                             'stderr': with_parameters(record['stderr'])}
+            for file in files
+            for record in json.loads((DATA / f'{file}.json').read_text())['records']}
+
+
+def with_parameters(text):
+    """Return what was printed, with today's parameters of our nodes where they all are named."""
+    then = re.search('missing parameters: ([^;]+)', (DATA / 'cli.json').read_text())[1].split(', ')
+    today = sorted(entry.name for entry in fields(Parameters))
+
+    def listed(lines):
+        names = set(lines[0].split())
+        return lines[0] if not names.issuperset(then) else ''.join(
+            f'  {name}\n' for name in sorted(names.difference(then).union(today)))
+
+    text = re.sub(r'(  \S+\n)+', listed, text)
+    return text.replace(', '.join(then), ', '.join(today))
 
 
 def write_files(top):

@@ -98,10 +98,10 @@ def test_values_in_range_are_kept_unless_the_geometry_forbids(mapping):
             assert all(type(v) is float for v in (kept if RULES[name].length == 3 else [kept]))
 
 
-@pytest.mark.parametrize('name', [name for name in RULES if RULES[name].length == 1])
-@pytest.mark.parametrize('value', [
-    0, -1, -0.0, 1e9, 10 ** 400, math.nan, math.inf, -math.inf, True, '3', '', None, [1.0],
-    (), {}, b'3', 1j])
+@pytest.mark.parametrize('name, value', [
+    (name, value) for name, rule in RULES.items() if rule.length == 1 for value in (
+        0, -1, -0.0, 1e9, 10 ** 400, math.nan, math.inf, -math.inf, True, '3', '', None, [1.0],
+        (), {}, b'3', 1j) if not (value in (0, -1) and rule.lower <= value)])
 def test_a_number_that_cannot_be_is_refused(name, value):
     sentence = refused({**DEFAULTS, name: value})
     assert sentence.startswith(f'{name} is ')
@@ -301,7 +301,7 @@ def test_file_of_ones_own(tmp_path):
     ('/**: 3', "no parameters under '/**: ros__parameters:'"),
     ('arena:\n  ros__parameters: {wheel_radius: 0.2}', 'no parameters under'),
     ('/**:\n  ros__parameters:', 'no parameters under'),
-    ('/**:\n  ros__parameters: {wheel_radius: 0.2}', 'missing parameters: brick_size'),
+    ('/**:\n  ros__parameters: {wheel_radius: 0.2}', 'missing parameters: '),
 ])
 def test_file_that_says_nothing_is_refused(tmp_path, text, reason):
     path = tmp_path / 'wrong.yaml'

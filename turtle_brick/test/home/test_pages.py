@@ -402,8 +402,8 @@ def test_the_pictures_are_small():
     assert sum(path.stat().st_size for path in (PACKAGE / 'media').iterdir()) < 6e6
 
 
-def test_a_number_more_takes_two_lines(tmp_path):
-    """The page's two lines, put where it says, are all that node and xacro need."""
+def test_one_more_number_takes_two_lines(tmp_path):
+    """The page's two lines, put where it says, are all that node, xacro and recordings need."""
     for name in ('config/turtle.yaml', 'urdf/turtle.urdf.xacro', 'turtle_brick/__init__.py',
                  'turtle_brick/chassis.py', 'turtle_brick/parameters.py'):
         (tmp_path / name).parent.mkdir(exist_ok=True)
@@ -415,10 +415,22 @@ def test_a_number_more_takes_two_lines(tmp_path):
     file = tmp_path / 'config' / 'turtle.yaml'
     line = block('changing.md', 'yaml', 'bounce')
     file.write_text(file.read_text() + line)
-    code = ("from turtle_brick.parameters import load; print(load('config/turtle.yaml').bounce); "
-            "import xacro; xacro.process_file('urdf/turtle.urdf.xacro')")
+    code = """
+from recorded import records
+from turtle_brick.parameters import from_mapping, load, ParameterError
+import xacro
+print(load('config/turtle.yaml').bounce)
+xacro.process_file('urdf/turtle.urdf.xacro')
+recorded = records('cli')
+assert recorded['param_list_all']['stdout'].count('  bounce\\n  brick_size\\n') == 3
+try:
+    from_mapping({})
+except ParameterError as error:
+    assert str(error) in recorded['ros2_run_node_without_parameters']['stderr']
+"""
     run = [sys.executable, '-c', code]
-    environment = {**os.environ, 'PYTHONPATH': f'{tmp_path}:{os.environ.get("PYTHONPATH", "")}'}
+    environment = {**os.environ, 'PYTHONPATH': ':'.join(
+        [str(tmp_path), str(PACKAGE / 'test'), os.environ.get('PYTHONPATH', '')])}
     done = subprocess.run(run, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert (done.returncode, done.stdout, done.stderr) == (0, '0.3\n', '')
     file.write_text(file.read_text().replace(line, line.replace('0.3', '1.5')))

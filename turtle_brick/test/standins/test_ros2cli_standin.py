@@ -25,7 +25,6 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 import contextlib
 from importlib.util import find_spec
-import json
 import os
 from pathlib import Path
 import re
@@ -45,7 +44,7 @@ from rcl_interfaces.msg import ParameterDescriptor
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.action import ActionServer
 from rclpy.node import Node
-from recorded import DATA
+from recorded import records
 from recorded import with_paths
 from recorded import write_files
 from std_srvs.srv import Empty
@@ -60,9 +59,7 @@ STAND_IN = find_spec('ros2cli.traffic') is not None
 pytestmark = pytest.mark.skipif(not STAND_IN and 'TURTLE_BRICK_ORACLE' not in os.environ,
                                 reason='the real ros2cli is not tested here')
 
-RECORDS = {record['name']: record
-           for file in ('cli', 'launch_show_args', 'launch_errors')
-           for record in json.loads((DATA / f'{file}.json').read_text())['records']}
+RECORDS = records('cli', 'launch_show_args', 'launch_errors')
 
 # How long (s) a command may take.
 TIME = 30.0
@@ -318,6 +315,7 @@ ANSWERS = {
     # what xacro makes of the comments differs between its versions
     'echo_latched_string_truncated': r"(data: )'?<\?xml[\s\S]*?(\.\.\.)'?",
     # the workspace has changed since
+    'pkg_executables': r'(turtle_brick arena\n)[\s\S]*(turtle_brick viewer\n)',
     'echo_latched_array': r'(\ntext: ).*()',
     **dict.fromkeys((name for name in RECORDS if re.match('show_args_.*(turtle|option)', name)),
                     r"('view':\n.*\n        \(default: ).*()"),
