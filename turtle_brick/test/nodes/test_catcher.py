@@ -361,12 +361,15 @@ def test_clock_that_is_set_back(domain_id, stage, back):
         time.offset -= back * 1_000_000_000
         arena.until_state(State.WAITING)
         assert arena.arena.world.phase is Phase.FLOATING
-        assert arena.markers == []
         arena.graph.spin_until(arena.is_at_rest, 5.0, 'at rest')
         arena.graph.spin_for(0.2)
         x, y = arena.robot()
-        outcome = arena.show((x - 1.0, y + 0.5, 7.0))
-        assert outcome.watch.caught and outcome.faults == []
+        arena.put(x - 1.0, y + 0.5, 7.0)
+        arena.release()
+        arena.until_state(State.TILTING)
+        arena.until_state(State.WAITING)
+        assert arena.arena.world.phase is Phase.FLOATING
+        assert arena.markers == []
 
 
 def test_hostile_transforms(arena, capfd):
