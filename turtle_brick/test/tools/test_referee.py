@@ -26,6 +26,7 @@ from math import nan
 from math import pi
 from math import sin
 from math import sqrt
+import sys
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
@@ -46,6 +47,7 @@ from turtle_brick.geometry import multiply
 from turtle_brick.geometry import Pose
 from turtle_brick.parameters import load
 from turtle_brick.step_clock import NANOSECONDS
+from turtle_brick.tools import referee
 from turtle_brick.tools.graph import Graph
 from turtle_brick.tools.judging import arena_rules
 from turtle_brick.tools.judging import catcher_rules
@@ -621,3 +623,9 @@ def test_numbers_come_from_a_parameter_file(tmp_path):
     profile = Profile()
     profile.load_parameters(path)
     assert profile.numbers == {'wheel_radius': 0.3, 'gravity_accel': 5.0}
+
+
+@pytest.mark.parametrize('dashes', [['--'], []])
+def test_the_command_is_found_behind_dashes_that_ros2_run_may_have_taken(dashes):
+    options, command = referee.parse(['--reaction', '0.4', *dashes, sys.executable, '-c', 'pass'])
+    assert (options.reaction, command) == (0.4, [sys.executable, '-c', 'pass'])

@@ -264,3 +264,11 @@ def test_a_place_is_filled_in_wherever_it_fits():
     assert fill(flat, (1.0, 2.0, 3.0)) and (flat.x, flat.y, flat.z) == (1.0, 2.0, 3.0)
     assert fill(request, (1.0, 2.0, 3.0)) and request.location.z == 3.0
     assert not fill(Trigger.Request(), (1.0, 2.0, 3.0))
+
+
+def test_a_command_that_ends_at_once_is_told(domain_id, monkeypatch, capsys):
+    monkeypatch.setattr(referee.INTERRUPTS, 'take_over', lambda: None)
+    begin = monotonic()
+    assert referee.main(['--', sys.executable, '-c', 'print("no graph")']) == 1
+    assert f'note: {sys.executable} has ended with status 0: no graph\n' in capsys.readouterr().out
+    assert monotonic() - begin < referee.STARTING / 2.0

@@ -424,8 +424,8 @@ def chosen_domain() -> Iterator[bool]:
                               f'from 0 to {LAST_DOMAIN}')
         yield not local or not is_empty(int(named))
         return
-    # From 0, where whoever has chosen no domain is: most often there is nothing to be exported.
-    with reserved_domain(DOMAINS) as domain:
+    # Not 0, where whoever has chosen no domain is: a launch there would mix with this graph.
+    with reserved_domain(DOMAINS[1:]) as domain:
         os.environ['ROS_DOMAIN_ID'] = str(domain)
         print(f'In ROS domain {domain}; in another terminal: export ROS_DOMAIN_ID={domain}',
               flush=True)

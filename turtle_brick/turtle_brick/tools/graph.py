@@ -99,19 +99,22 @@ class Child:
             # A Ctrl-C is for the process that started it, which then ends this one in order.
             start_new_session=True)
 
+    @property
+    def status(self) -> int | None:
+        """Return its exit status, None while it runs."""
+        return self._process.poll()
+
     def ask_to_end(self) -> None:
         """Ask it to end, as Ctrl-C does."""
         self._process.send_signal(signal.SIGINT)
 
     def see_end(self, patience: float) -> None:
         """See that it ends within a time (s), or end it, and whatever it leaves behind."""
-        try:
+        with suppress(subprocess.TimeoutExpired):
             self._process.wait(patience)
-        except subprocess.TimeoutExpired:
-            os.killpg(self._process.pid, signal.SIGKILL)  # and what it has started
-            self._process.wait()
         with suppress(ProcessLookupError):
             os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.wait()
 
 
 class Graph:
@@ -249,15 +252,16 @@ class Graph:
                          **{'stdout': subprocess.DEVNULL, **streams})
 
     def add_command(self, command: Sequence[str], environment: dict[str, str] | None = None,
-                    **streams: Any) -> None:
+                    **streams: Any) -> Child:
         """
-        Start any program that belongs to the graph.
+        Start any program that belongs to the graph, and return it.
 
         :param command: its command line
         :param environment: variables to set for it, besides those of this process
         :param streams: where its output goes, as for subprocess.Popen
         """
         self._children.append(Child(command, environment, **streams))
+        return self._children[-1]
 
     def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
         """

@@ -31,8 +31,8 @@ from math import isfinite
 import os
 from pathlib import Path
 import shutil
-import subprocess
 import sys
+from tempfile import TemporaryFile
 from time import monotonic
 from typing import Any
 
@@ -80,13 +80,22 @@ def watch(profile: Profile, options: argparse.Namespace, command: Sequence[str],
     :return: All that was heard.
     """
     # No node of ours is started, and so no parameter file of ours is needed.
-    with Graph(namespace=options.namespace, params_file=Path(os.devnull), quiet=True) as graph:
+    with TemporaryFile() as said, Graph(
+            namespace=options.namespace, params_file=Path(os.devnull), quiet=True) as graph:
+        child = None
         if command:
-            output = None if options.verbose else subprocess.DEVNULL
-            graph.add_command(command, stdout=output, stderr=output)
+            output = None if options.verbose else said
+            child = graph.add_command(command, stdout=output, stderr=output)
         observer = graph.add(Observer, parameters=False, profile=profile)
-        Trial(graph, observer, options.reaction, say,
-              STARTING if command else MEETING).run()
+        trial = Trial(graph, observer, options.reaction, say, STARTING if command else MEETING,
+                      is_alive=lambda: child is None or child.status is None)
+        trial.run()
+        if child is not None and child.status is not None:
+            said.seek(0)
+            last = said.read().decode(errors='replace').strip().splitlines()[-3:]
+            observer.record.notes.append(
+                f'{command[0]} has ended with status {child.status}' + ': ' * bool(last)
+                + ' / '.join(last))
         return observer.record
 
 
@@ -113,6 +122,8 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
     parser.add_argument('--page', type=Path, metavar='FILE', help='write a page with plots (HTML)')
     parser.add_argument('--verbose', action='store_true',
                         help='show what the graph prints that is started')
+    # `ros2 run` keeps a "--" that comes first for itself.
+    parser.add_argument('command', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
     args = list(args)
     place = args.index('--') if '--' in args else len(args)
     options = parser.parse_args(args[:place])
@@ -122,7 +133,7 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
         path = getattr(options, name)
         if path is not None and not path.parent.is_dir():
             parser.error(f'--{name} {path}: there is no directory {path.parent}')
-    command = args[place + 1:]
+    command = [*options.command, *args[place + 1:]]
     if command and shutil.which(command[0]) is None:
         parser.error(f'{command[0]}: there is no such program')
     return options, command
@@ -160,6 +171,8 @@ def main(args: Sequence[str] | None = None) -> int:
         about = {'seconds': round(monotonic() - begin, 1), 'numbers': profile.numbers,
                  'notes': record.notes}
         telling.write(judgements, about, options.json, options.page)
+        for path in filter(None, (options.json, options.page)):
+            print(path)
     except KeyboardInterrupt:
         print('referee: stopped, and nothing judged', file=sys.stderr)
         return 2

@@ -93,7 +93,7 @@ class Trial(Hands):
 
     def __init__(self, graph: Graph, observer: Observer, reaction: float,
                  say: Callable[[str], None], patience: float = MEETING,
-                 limit: float = 150.0) -> None:
+                 limit: float = 150.0, is_alive: Callable[[], bool] = lambda: True) -> None:
         """
         Ask for nothing yet.
 
@@ -103,12 +103,14 @@ class Trial(Hands):
         :param say: told what is being done
         :param patience: how long (s) the graph may take to be there
         :param limit: time (s) after which nothing new is begun
+        :param is_alive: tells whether what was started for it still runs
         """
         super().__init__(graph, observer)
         self.reaction = reaction
         self.say = say
         self.patience = patience
         self.end = monotonic() + limit
+        self.is_alive = is_alive
 
     def run(self) -> None:
         """Go through the whole programme."""
@@ -132,9 +134,13 @@ class Trial(Hands):
         """Wait until the graph is there; tell whether there is anything."""
         record = self.record
         self.say('looking for the graph')
-        self.until(self.sees_everything, self.patience)
+        self.until(lambda: self.sees_everything() or not self.is_alive(), self.patience)
         self.read_numbers()
-        return bool(record.frames or any(record.topics.values()) or self.has('place'))
+        if record.frames or any(record.topics.values()) or self.has('place'):
+            return True
+        record.notes.append('nothing of the exercise is heard here: start the graph in this ROS '
+                            'domain and namespace, or give what starts it behind "--"')
+        return False
 
     def read_numbers(self) -> None:
         """Ask the nodes for the numbers that were not given, and the URDF for the rest."""
