@@ -266,9 +266,9 @@ def test_a_place_is_filled_in_wherever_it_fits():
     assert not fill(Trigger.Request(), (1.0, 2.0, 3.0))
 
 
-def test_a_command_that_ends_at_once_is_told(domain_id, monkeypatch, capsys):
+def test_a_command_that_ends_at_once_is_told(domain_id, monkeypatch, capfd):
     monkeypatch.setattr(referee.INTERRUPTS, 'take_over', lambda: None)
     begin = monotonic()
     assert referee.main(['--', sys.executable, '-c', 'print("no graph")']) == 1
-    assert f'note: {sys.executable} has ended with status 0: no graph\n' in capsys.readouterr().out
+    assert f'note: {sys.executable} has ended with status 0: no graph\n' in capfd.readouterr().out
     assert monotonic() - begin < referee.STARTING / 2.0
