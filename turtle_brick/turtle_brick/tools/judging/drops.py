@@ -162,7 +162,7 @@ class DropWatch:
         elif self.down is None:
             self.down = plateau(track, STILL / 10.0, STAY, lambda place: place[2:])
             if self.down is not None:
-                self._land(pose)
+                self._land(stamp, pose)
         elif self.caught and self.floated is None:
             self._ride(stamp, pose, track)
         elif self.floated is not None and self.levelled is None:
@@ -170,16 +170,23 @@ class DropWatch:
             if platform is not None and inclination(platform) < LEVEL:
                 self.levelled = stamp
 
-    def _land(self, pose: Pose) -> None:
-        """Take note of where the brick has come down."""
+    def _land(self, stamp: int, pose: Pose) -> None:
+        """Take note of where the brick has come down, seen at an instant (ns) shortly after."""
         assert self.down is not None
-        self.landed = (self._record.brick(self.down) or pose).position
-        platform = self._record.platform(self.down)
-        if platform is not None:
+        record = self._record
+        self.landed = (record.brick(self.down) or pose).position
+        numbers = record.profile.numbers
+        # Where the machine stood still, nobody knows where the platform was meanwhile.
+        platform, brick = record.platform(self.down), record.brick(self.down)
+        if platform is None or brick is None:
+            platform, brick = record.platform(stamp), pose
+        if platform is None:
+            self.caught = self.landed[2] > numbers.get('platform_height', 1.0) / 2.0
+        else:
             x, y, z = platform.position
-            radius = self._record.profile.numbers.get('platform_radius', 0.5)
-            self.caught = (hypot(self.landed[0] - x, self.landed[1] - y) <= radius + BESIDE
-                           and self.landed[2] > z / 2.0)
+            self.caught = (
+                hypot(brick.position[0] - x, brick.position[1] - y)
+                <= numbers.get('platform_radius', 0.5) + BESIDE and self.landed[2] > z / 2.0)
 
     def _ride(self, stamp: int, pose: Pose, track: deque[tuple[int, Vector]]) -> None:
         """Take note of what becomes of a brick on the platform."""
