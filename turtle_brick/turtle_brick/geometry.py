@@ -45,6 +45,11 @@ class Pose(NamedTuple):
         x, y, z = rotate(self.orientation, point)
         return (x + self.position[0], y + self.position[1], z + self.position[2])
 
+    def compose(self, other: 'Pose') -> 'Pose':
+        """Return the pose `other`, given in this pose's frame, in this pose's parent frame."""
+        return Pose(self.transform(other.position),
+                    multiply(self.orientation, other.orientation))
+
 
 class Pose2D(NamedTuple):
     """Position (m) and heading (rad) of a frame in the plane of its parent frame."""

@@ -108,6 +108,18 @@ def resting_height(parameters: Parameters) -> float:
     return parameters.platform_height + parameters.brick_size[2] / 2.0
 
 
+def fall_time(height: float, parameters: Parameters) -> float:
+    """
+    Return the time (s) of a fall from rest onto the level platform, sqrt(2 h / g).
+
+    :param height: of the brick's center when it is released (m)
+    :param parameters: the physical numbers
+    :return: The time; 0 from below the platform.
+    """
+    depth = max(height - resting_height(parameters), 0.0)
+    return sqrt(2.0 * depth / parameters.gravity_accel)
+
+
 def guaranteed_distance(height: float, parameters: Parameters) -> float:
     """
     Return the distance from a robot at rest within which a brick is promised to be caught.
@@ -116,11 +128,10 @@ def guaranteed_distance(height: float, parameters: Parameters) -> float:
     :param parameters: the physical numbers
     :return: The distance (m), inside the arena; negative where nothing is promised.
     """
-    fall = height - resting_height(parameters)
-    if fall < 0.0:
+    if height < resting_height(parameters):
         return -inf
-    time = sqrt(2.0 * fall / parameters.gravity_accel)
-    return parameters.max_velocity * (time - GUARANTEED_LATENCY) + parameters.platform_radius
+    time = fall_time(height, parameters) - GUARANTEED_LATENCY
+    return parameters.max_velocity * time + parameters.platform_radius
 
 
 def reach(fall: Fall, now: int, robot: Robot | None, parameters: Parameters) -> Decision:

@@ -31,6 +31,7 @@ from turtle_brick.geometry import from_pitch
 from turtle_brick.geometry import from_yaw
 from turtle_brick.geometry import IDENTITY
 from turtle_brick.geometry import multiply
+from turtle_brick.geometry import Pose
 from turtle_brick.geometry import Pose2D
 from turtle_brick.geometry import rotate
 from turtle_brick.geometry import yaw_of
@@ -139,6 +140,13 @@ def test_poses_in_the_plane_compose_as_in_space(a, b):
     x, y, z = rotate(from_yaw(a.yaw), (b.x, b.y, 0.0))
     assert a.compose(b) == near((a.x + x, a.y + y, a.yaw + b.yaw))
     assert z == 0.0
+
+
+@law
+@given(p=quaternions(), q=quaternions(), a=vectors, b=vectors, v=vectors)
+def test_a_composed_pose_takes_a_point_through_both(p, q, a, b, v):
+    outer, inner = Pose(a, p), Pose(b, q)
+    assert outer.compose(inner).transform(v) == near(outer.transform(inner.transform(v)))
 
 
 def distance_to_segment(a, b):

@@ -88,11 +88,11 @@ class Arena(Match):
 
     def put(self, x, y, z):
         """Place the brick."""
-        self.accept(self.place((x, y, z), 0.0))
+        self.place((x, y, z), 0.0).check()
 
     def release(self):
         """Drop the brick."""
-        self.accept(self.ask('drop', self.observer.request_drop, 'drop'))
+        self.ask('drop', self.observer.request_drop, 'drop').check()
 
     def until_state(self, state):
         """Wait until the catcher is in a state."""

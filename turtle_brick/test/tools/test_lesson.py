@@ -22,6 +22,7 @@ import pytest
 from turtle_brick.parameters import default_path
 from turtle_brick.parameters import load
 from turtle_brick.reaching import COMMAND_LATENCY
+from turtle_brick.reaching import fall_time
 from turtle_brick.reaching import guaranteed_distance
 from turtle_brick.reaching import GUARANTEED_LATENCY
 from turtle_brick.reaching import resting_height
@@ -79,7 +80,7 @@ def test_fall_and_slide_are_the_closed_forms(parameters):
     before, after = (laws.along_slope(place, parameters) for place in slide[-2:])
     assert before <= rim < after
     assert laws.closed_slide(laws.slide_time(rim, parameters), parameters) == pytest.approx(rim)
-    time = laws.fall_time(parameters.brick_start[2], parameters)
+    time = fall_time(parameters.brick_start[2], parameters)
     assert laws.closed_fall(time, parameters) == pytest.approx(resting_height(parameters))
 
 

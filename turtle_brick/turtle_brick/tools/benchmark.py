@@ -92,7 +92,7 @@ from turtle_brick.tools.domains import reserved_domain
 from turtle_brick.tools.graph import Graph
 from turtle_brick.tools.judging.drops import DropWatch
 from turtle_brick.tools.judging.hands import Hands
-from turtle_brick.tools.judging.names import NUMBERS
+from turtle_brick.tools.judging.names import Profile
 from turtle_brick.tools.judging.observer import Observer
 from turtle_brick.tools.judging.record import Record
 from turtle_brick.tools.measuring import BrickSample
@@ -200,9 +200,8 @@ class Benchmark:
     @contextmanager
     def observing(self, watch: Graph, processes: Processes) -> Iterator[Hands]:
         """Hear the graph, and be heard by it, for a while."""
-        observer = watch.add(Observer, parameters=False, name='benchmark')
-        profile = observer.record.profile
-        profile.numbers.update((name, getattr(self.parameters, name)) for name in NUMBERS)
+        observer = watch.add(Observer, parameters=False, name='benchmark',
+                             profile=Profile.from_parameters(self.parameters))
         try:
             yield Hands(watch, observer)
         finally:
@@ -274,16 +273,14 @@ class Benchmark:
         """
         Place a brick where it can be caught, drop it and wait until all is over.
 
-        :raises ValueError: a service has refused, or did not answer
+        :raises ValueError: a service has refused
+        :raises TimeoutError: a service did not answer
         """
-        x, y, z = self.brick()
-        asked = hands.place((x, y, z), HOVERING)
-        if asked.accepted:
-            drop = hands.drop((x, y, z))
-            assert drop.ask is not None
-            asked = drop.ask
-        if not asked.accepted:
-            raise ValueError(asked.words)
+        place = self.brick()
+        hands.place(place, HOVERING).check()
+        drop = hands.drop(place)
+        assert drop.ask is not None
+        drop.ask.check()
         return drop
 
     def brick(self) -> Vector:
@@ -303,13 +300,14 @@ class Benchmark:
                     for name in ('cmd_vel', 'odom', 'joint_states')}
         steps = []
         for label, frame in (('odom -> base_link', BASE_LINK), ('world -> brick', BRICK)):
-            heard = record.frames[frame].since(begin)
+            heard = record.frames[frame].heard(begin)
             # Several steps may come in one message.
-            instants[label] = sorted({published for _, published in heard})
+            instants[label] = sorted({published for published, _ in heard})
             if frame == BRICK:
                 steps = heard
         return ({name: spread(intervals(published)) for name, published in instants.items()},
-                drift([stamp for stamp, _ in steps], [published for _, published in steps], STEP))
+                drift([sample.stamp for _, sample in steps],
+                      [published for published, _ in steps], STEP))
 
     def measure_latency(self, hands: Hands, outcomes: Counter) -> list[dict[str, float]]:
         """Return the chain of each of some drops, and count how they ended."""
@@ -344,22 +342,16 @@ def outcome(drop: DropWatch) -> str:
 
 def events(record: Record, begin: int, end: int) -> Events:
     """Return what was heard in a stretch of time (ns), as `measuring.chain` wants it."""
-    transforms = [(published, sample) for published, sample in zip(
-        record.frames[BASE_LINK].published, record.frames[BASE_LINK].samples)
-        if begin <= published <= end]
-    brick = [(published, sample) for published, sample in zip(
-        record.frames[BRICK].published, record.frames[BRICK].samples)
-        if begin <= published <= end]
     return Events(
         brick=[BrickSample(sample.stamp, published, sample.pose.position[2])
-               for published, sample in brick],
+               for published, sample in record.frames[BRICK].heard(begin, end)],
         goals=[heard.published for heard in record.heard('goal_pose', begin, end)],
         commands=[(heard.published, hypot(heard.message.linear.x, heard.message.linear.y))
                   for heard in record.heard('cmd_vel', begin, end)],
         poses=[RobotPlace(heard.published, heard.message.x, heard.message.y)
                for heard in record.heard('pose', begin, end)],
         transforms=[RobotPlace(published, *sample.pose.position[:2])
-                    for published, sample in transforms])
+                    for published, sample in record.frames[BASE_LINK].heard(begin, end)])
 
 
 def mean_floor(before: dict[str, Any], after: dict[str, Any]) -> dict[str, Any]:

@@ -33,7 +33,6 @@ from math import dist
 from math import inf
 from math import pi
 from math import sin
-from math import sqrt
 import os
 from random import Random
 import sys
@@ -57,6 +56,7 @@ from turtle_brick.interrupts import INTERRUPTS
 from turtle_brick.parameters import load
 from turtle_brick.parameters import ParameterError
 from turtle_brick.parameters import Parameters
+from turtle_brick.reaching import fall_time
 from turtle_brick.reaching import guaranteed_distance
 from turtle_brick.reaching import resting_height
 from turtle_brick.spinning import spare_collector
@@ -70,10 +70,8 @@ from turtle_brick.tools.domains import reserved_domain
 from turtle_brick.tools.graph import Graph
 from turtle_brick.tools.judging.drops import DropWatch
 from turtle_brick.tools.judging.hands import Hands
-from turtle_brick.tools.judging.names import NUMBERS
 from turtle_brick.tools.judging.names import Profile
 from turtle_brick.tools.judging.observer import Observer
-from turtle_brick.tools.judging.record import Ask
 from turtle_brick.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.view.polling import PollingNode
 
@@ -146,8 +144,7 @@ class Outcome:
         :param parameters: the physical numbers
         """
         self.watch = watch
-        depth = watch.place[2] - resting_height(parameters)
-        self.due = sqrt(2.0 * max(depth, 0.0) / parameters.gravity_accel)
+        self.due = fall_time(watch.place[2], parameters)
         """Time of the fall to where the brick would lie on the platform, in closed form."""
         self.way = max(watch.distance - parameters.platform_radius, 0.0) / parameters.max_velocity
         """Time that the robot drives at least until its platform is below the brick."""
@@ -196,11 +193,9 @@ class Match(Hands):
         graph.add_robot()
         graph.add_arena()
         graph.add_catcher()
-        profile = Profile()
-        profile.numbers.update(
-            (name, getattr(parameters, name)) for name in NUMBERS)
         super().__init__(graph, graph.add(
-            Observer, parameters=False, profile=profile, name='demo'))
+            Observer, parameters=False, name='demo',
+            profile=Profile.from_parameters(parameters)))
 
     def say(self, text: str) -> None:
         """Tell what happens, with the time since the start."""
@@ -245,24 +240,16 @@ class Match(Hands):
     def show(self, brick: Vector) -> Outcome:
         """Place a brick, drop it, and tell and return what becomes of it."""
         self.refuse_company()
-        self.accept(self.place(brick, 0.0))
+        self.place(brick, 0.0).check()
         self.say('the brick hovers at ({:.2f}, {:.2f}, {:.2f})'.format(*brick)
                  + f', {self.distance_to(brick[:2]):.2f} m from the robot')
         self.graph.spin_for(self.hovering_time)
         teller = Teller(self)
         watch = self.drop(brick, teller.tell)
         assert watch.ask is not None
-        self.accept(watch.ask)
+        watch.ask.check()
         self.say('the platform is level, the robot waits')
         return Outcome(watch, self.parameters)
-
-    @staticmethod
-    def accept(ask: Ask) -> None:
-        """Raise what a service says that refuses, or does not answer."""
-        if not ask.answered:
-            raise TimeoutError(ask.words)
-        if not ask.accepted:
-            raise ValueError(ask.words)
 
 
 class Page:

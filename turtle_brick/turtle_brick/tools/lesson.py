@@ -38,6 +38,7 @@ from turtle_brick.geometry import Pose2D
 from turtle_brick.parameters import load
 from turtle_brick.parameters import ParameterError
 from turtle_brick.parameters import Parameters
+from turtle_brick.reaching import fall_time
 from turtle_brick.reaching import guaranteed_distance
 from turtle_brick.reaching import resting_height
 from turtle_brick.tools import lesson_laws as laws
@@ -84,7 +85,7 @@ def tell_falling(parameters: Parameters) -> Iterator[str]:
     """Yield the numbers of the third part."""
     fall, slide = laws.falling(parameters), laws.sliding(parameters)
     fallen = fall[:-1]  # the last place is that of the brick at rest
-    exact = laws.fall_time(fall[0].brick[2], parameters)
+    exact = fall_time(fall[0].brick[2], parameters)
     speed = parameters.gravity_accel * exact
     error = max(abs(place.brick[2] - laws.closed_fall(place.time, parameters)) for place in fallen)
     sums = laws.summed(len(fallen), parameters)[len(fallen) - 1]
@@ -138,7 +139,7 @@ def tell_reach(parameters: Parameters) -> Iterator[str]:
         f'{number:,} {outcome}' for outcome, number in count.items())
     yield '  from       fall    a catch is promised to    and found to'
     for height in laws.SAMPLES:
-        fall = laws.fall_time(height, parameters)
+        fall = fall_time(height, parameters)
         yield (f'  {height:4g} m{fall:8.3f} s{guaranteed_distance(height, parameters):16.2f} m'
                f'{laws.farthest_caught(height, parameters):20.2f} m')
     yield '  at worst, from the release to the first motion:'

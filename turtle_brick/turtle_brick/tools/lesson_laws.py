@@ -218,11 +218,6 @@ def closed_slide(time: float, parameters: Parameters) -> float:
     return 0.5 * parameters.gravity_accel * sin(parameters.tilt_angle) * time ** 2
 
 
-def fall_time(height: float, parameters: Parameters) -> float:
-    """Return when (s after its release from a height in m) a brick meets the platform."""
-    return sqrt(2.0 * (height - resting_height(parameters)) / parameters.gravity_accel)
-
-
 def slide_time(distance: float, parameters: Parameters) -> float:
     """Return when (s after the tilt) it has slid so far (m)."""
     return sqrt(2.0 * distance / (parameters.gravity_accel * sin(parameters.tilt_angle)))

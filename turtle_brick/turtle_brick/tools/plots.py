@@ -25,7 +25,6 @@ from collections.abc import Sequence
 from itertools import groupby
 from math import degrees
 from math import hypot
-from math import sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING
 from typing import TypeVar
@@ -43,6 +42,7 @@ from turtle_brick.catching import CENTER
 from turtle_brick.catching import State
 from turtle_brick.parameters import Parameters
 from turtle_brick.physics import Phase
+from turtle_brick.reaching import fall_time
 from turtle_brick.reaching import guaranteed_distance
 from turtle_brick.reaching import GUARANTEED_LATENCY
 from turtle_brick.reaching import resting_height
@@ -126,12 +126,6 @@ def save(figure: Figure, path: Path) -> None:
         unfinished.replace(path)
     finally:
         unfinished.unlink(missing_ok=True)
-
-
-def fall_time(height: float, parameters: Parameters) -> float:
-    """Return the time (s) of a fall from a height (m) onto the platform, sqrt(2 h / g)."""
-    way = max(height - resting_height(parameters), 0.0)
-    return sqrt(2.0 * way / parameters.gravity_accel)
 
 
 def farthest(height: float, parameters: Parameters) -> float:

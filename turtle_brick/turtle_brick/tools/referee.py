@@ -27,6 +27,7 @@ The status is 0 if nothing is broken, 1 if something is, 2 if nothing was judged
 
 import argparse
 from collections.abc import Sequence
+from contextlib import ExitStack
 from math import isfinite
 import os
 from pathlib import Path
@@ -156,12 +157,10 @@ def main(args: Sequence[str] | None = None) -> int:
             profile.load_parameters(options.params_file)
         for option in options.set:
             profile.set_entry(option)
-        if command and not os.environ.get('ROS_DOMAIN_ID'):
-            keep_to_this_machine()
-            with reserved_domain() as domain:
-                os.environ['ROS_DOMAIN_ID'] = str(domain)
-                record = watch(profile, options, command, say)
-        else:
+        with ExitStack() as reserved:
+            if command and not os.environ.get('ROS_DOMAIN_ID'):
+                keep_to_this_machine()
+                os.environ['ROS_DOMAIN_ID'] = str(reserved.enter_context(reserved_domain()))
             record = watch(profile, options, command, say)
         judgements = judge(record)
         telling.print_table(judgements)

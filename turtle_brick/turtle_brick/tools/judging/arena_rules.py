@@ -27,13 +27,16 @@ from turtle_brick.geometry import axes
 from turtle_brick.geometry import distance_to_rectangle
 from turtle_brick.geometry import IDENTITY
 from turtle_brick.geometry import Pose
+from turtle_brick.physics import STEP
 from turtle_brick.step_clock import NANO
 from turtle_brick.step_clock import NANOSECONDS
 from turtle_brick.tools.judging.drops import DropWatch
 from turtle_brick.tools.judging.record import inclination
 from turtle_brick.tools.judging.record import MarkerHeard
 from turtle_brick.tools.judging.record import Record
+from turtle_brick.tools.judging.robot_rules import ALIKE
 from turtle_brick.tools.judging.robot_rules import frame
+from turtle_brick.tools.judging.robot_rules import NEAR
 from turtle_brick.tools.judging.rules import Broken
 from turtle_brick.tools.judging.rules import Finding
 from turtle_brick.tools.judging.rules import number
@@ -56,21 +59,12 @@ WALL = 5.0
 WALL_TOLERANCE = 0.3
 """How far (m) the middle of a wall may be from the rim of turtlesim's arena."""
 
-NEAR = 0.01
-"""How far (m) apart two statements about one place may be."""
-
-ALIKE = 0.02
-"""How far (rad) an angle may be off."""
-
 LAG = 0.05
 """How long (s) what moves with the platform may be behind it: it is told by another node."""
 
 BEFORE = 100_000_000
 """How long (ns) before the brick is placed anew its place counts no more: a physics that is behind
 gives to steps of before the place that was asked for after them."""
-
-STEP = 0.004
-"""Time (s) of a step of the physics."""
 
 
 # ------------------------------------------------------------------------------------- markers
@@ -367,7 +361,7 @@ def judge_height(record: Record, caught: bool, wanted: float) -> Finding:
             # A step may end below: as deep as the brick falls in one.
             depth = max(drop.place[2] - wanted, 0.0)
             found.append((abs(drop.landed[2] - wanted),
-                          sqrt(2.0 * gravity * depth) * STEP + NEAR, drop.landed[2]))
+                          sqrt(2.0 * gravity * depth) * STEP * NANO + NEAR, drop.landed[2]))
     if not found:
         raise Open(f'no brick has come down on the {"platform" if caught else "ground"}')
     kept = all(off <= allowed for off, allowed, _ in found)

@@ -19,13 +19,13 @@ from math import isnan
 from math import nan
 from math import sqrt
 
+from turtle_brick.catching import CENTER
 from turtle_brick.step_clock import NANO
 from turtle_brick.tools.judging.arena_rules import caught
 from turtle_brick.tools.judging.arena_rules import dropped
 from turtle_brick.tools.judging.arena_rules import TEXT as TEXT_TYPE
 from turtle_brick.tools.judging.drops import DropWatch
 from turtle_brick.tools.judging.drops import TEXT
-from turtle_brick.tools.judging.names import CENTER
 from turtle_brick.tools.judging.record import MarkerHeard
 from turtle_brick.tools.judging.record import Record
 from turtle_brick.tools.judging.rules import Broken

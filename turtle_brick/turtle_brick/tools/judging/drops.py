@@ -84,8 +84,7 @@ class DropWatch:
         self.robot = platform.position[:2] if platform is not None else None
         """Where the robot was before the drop."""
         self.asked: int | None = None
-        """When the drop was asked for, and when it was answered."""
-        self.answered: int | None = None
+        """When the drop was asked for."""
         self.released: int | None = None
         self.down: int | None = None
         self.landed: Vector | None = None
@@ -164,7 +163,7 @@ class DropWatch:
             if self.down is not None:
                 self._land(stamp, pose)
         elif self.caught and self.floated is None:
-            self._ride(stamp, pose, track)
+            self._ride(stamp)
         elif self.floated is not None and self.levelled is None:
             platform = self._record.platform(stamp)
             if platform is not None and inclination(platform) < LEVEL:
@@ -174,10 +173,10 @@ class DropWatch:
         """Take note of where the brick has come down, seen at an instant (ns) shortly after."""
         assert self.down is not None
         record = self._record
-        self.landed = (record.brick(self.down) or pose).position
         numbers = record.profile.numbers
-        # Where the machine stood still, nobody knows where the platform was meanwhile.
         platform, brick = record.platform(self.down), record.brick(self.down)
+        self.landed = (brick or pose).position
+        # Where the machine stood still, nobody knows where the platform was meanwhile.
         if platform is None or brick is None:
             platform, brick = record.platform(stamp), pose
         if platform is None:
@@ -188,8 +187,8 @@ class DropWatch:
                 hypot(brick.position[0] - x, brick.position[1] - y)
                 <= numbers.get('platform_radius', 0.5) + BESIDE and self.landed[2] > z / 2.0)
 
-    def _ride(self, stamp: int, pose: Pose, track: deque[tuple[int, Vector]]) -> None:
-        """Take note of what becomes of a brick on the platform."""
+    def _ride(self, stamp: int) -> None:
+        """Take note of what has become of a brick on the platform by an instant (ns)."""
         platform, place = self._record.platform(stamp), self._record.on_platform(stamp)
         if platform is None or place is None:
             return
@@ -201,17 +200,4 @@ class DropWatch:
             return
         assert self._place_on_platform is not None
         if hypot(*(a - b for a, b in zip(place, self._place_on_platform))) > SLID:
-            self.floated = plateau(track, STILL, FLOATS)
-
-    @property
-    def state(self) -> str:
-        """Tell what the brick is doing."""
-        if self.levelled is not None:
-            return 'over'
-        if self.floated is not None:
-            return 'floating'
-        if self.tilted is not None:
-            return 'sliding'
-        if self.down is not None:
-            return 'riding' if self.caught else 'on the ground'
-        return 'falling' if self.released is not None else 'hovering'
+            self.floated = plateau(self._track, STILL, FLOATS)

@@ -31,7 +31,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from turtle_brick.turtlesim_kinematics import ARENA_CENTER
+from turtle_brick.parameters import Parameters
 import yaml
 
 TOPICS = ('cmd_vel', 'odom', 'joint_states', 'goal_pose', 'tilt', 'pose', 'robot_description')
@@ -45,9 +45,6 @@ NUMBERS = {
     'max_velocity': "the robot's greatest speed (m/s)",
     'gravity_accel': 'acceleration due to gravity (m/s^2)',
 }
-
-CENTER = (ARENA_CENTER, ARENA_CENTER)
-"""The center of the arena in the world (m)."""
 
 
 class ProfileError(ValueError):
@@ -66,6 +63,11 @@ class Profile:
     """Those that are known; what is not given is asked of the nodes."""
     guessed: set[str] = field(default_factory=set)
     """Numbers that only the URDF tells."""
+
+    @classmethod
+    def from_parameters(cls, parameters: Parameters) -> 'Profile':
+        """Return the names of the assignment, with these numbers."""
+        return cls(numbers={name: getattr(parameters, name) for name in NUMBERS})
 
     def update(self, sections: Mapping[str, Mapping[str, Any]], source: str) -> None:
         """

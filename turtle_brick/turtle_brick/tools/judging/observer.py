@@ -32,6 +32,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy
 from rclpy.qos import QoSProfile
 from rclpy.qos import ReliabilityPolicy
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 from tf2_msgs.msg import TFMessage
 from turtle_brick.geometry import Vector
 from turtle_brick.tools.judging.names import NUMBERS
@@ -135,8 +136,8 @@ class Observer(PollingNode):
         own = self.get_fully_qualified_name()
         there = {}
         for topic, types in self.get_topic_names_and_types():
-            speakers = {f'{info.node_namespace.rstrip("/")}/{info.node_name}'
-                        for info in self.get_publishers_info_by_topic(topic)} - {own}
+            speakers = {
+                full_name(info) for info in self.get_publishers_info_by_topic(topic)} - {own}
             if speakers:
                 there[topic] = types
                 record.speakers.setdefault(topic, set()).update(speakers)
@@ -227,8 +228,7 @@ class Observer(PollingNode):
         """
         topic = self.resolve_topic_name(self.record.profile.topics['tilt'])
         kinds = sorted({info.topic_type for info in self.get_subscriptions_info_by_topic(topic)
-                        if (info.node_name, info.node_namespace)
-                        != (self.get_name(), self.get_namespace())})
+                        if full_name(info) != self.get_fully_qualified_name()})
         if not kinds:
             raise LookupError(f'nobody hears {topic}')
         return load_type(kinds[0])
@@ -297,6 +297,11 @@ class Observer(PollingNode):
             self._services_asked[node] = self.create_client(
                 GetParameters, f'{node}/get_parameters')
         return self._services_asked[node]
+
+
+def full_name(info: TopicEndpointInfo) -> str:
+    """Return the full name of the node that has a publisher or subscription."""
+    return f'{info.node_namespace.rstrip("/")}/{info.node_name}'
 
 
 def angle_field(message: Any) -> str | None:

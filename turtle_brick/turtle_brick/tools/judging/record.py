@@ -31,7 +31,6 @@ from typing import NamedTuple
 
 from turtle_brick.geometry import axes
 from turtle_brick.geometry import IDENTITY
-from turtle_brick.geometry import multiply
 from turtle_brick.geometry import Pose
 from turtle_brick.geometry import Vector
 from turtle_brick.step_clock import NANO
@@ -110,11 +109,11 @@ class Frame:
         """Return how often a publisher's count went back: for one publisher never."""
         return sum(later < earlier for earlier, later in zip(self.numbers, self.numbers[1:]))
 
-    def since(self, begin: int) -> list[tuple[int, int]]:
-        """Return stamps and publications (ns) of what was published from an instant (ns) on."""
+    def heard(self, begin: int, end: int | None = None) -> list[tuple[int, Sample]]:
+        """Return what was published in a span of time (ns), each with when it was."""
         first = bisect_left(self.published, begin)
-        return [(sample.stamp, published) for sample, published in zip(
-            self.samples[first:], self.published[first:])]
+        last = len(self.published) if end is None else bisect_left(self.published, end)
+        return list(zip(self.published[first:last], self.samples[first:last]))
 
     def between(self, begin: int, end: int) -> list[Sample]:
         """Return the transforms with stamps in a span of time (ns)."""
@@ -184,6 +183,13 @@ class Ask(NamedTuple):
     """False where the answer says so in a field named success."""
     words: str = ''
 
+    def check(self) -> None:
+        """Raise what it says: ValueError if it was refused, TimeoutError if nobody answered."""
+        if not self.answered:
+            raise TimeoutError(self.words)
+        if not self.accepted:
+            raise ValueError(self.words)
+
 
 class Record:
     """All that was heard, and what was done."""
@@ -221,7 +227,7 @@ class Record:
     def add_transform(self, published: int, number: int, transform: Any, static: bool) -> None:
         """Take note of a geometry_msgs/TransformStamped."""
         place, turn = transform.transform.translation, transform.transform.rotation
-        stamp = transform.header.stamp.sec * NANOSECONDS + transform.header.stamp.nanosec
+        stamp = nanoseconds_of(transform.header.stamp)
         if stamp - published > AHEAD:
             return  # Beside a moment to come, nobody could tell what is latest.
         child = transform.child_frame_id.removeprefix('/')
@@ -255,8 +261,7 @@ class Record:
             found = self.frames[frame].at(stamp) if frame in self.frames else None
             if found is None:
                 return None
-            pose = Pose(found.pose.transform(pose.position),
-                        multiply(found.pose.orientation, pose.orientation))
+            pose = found.pose.compose(pose)
             frame = found.parent
         return None
 
@@ -336,10 +341,14 @@ class Record:
                 'in time')
 
 
+def nanoseconds_of(stamp: Any) -> int:
+    """Return the instant (ns) of a message's stamp."""
+    return stamp.sec * NANOSECONDS + stamp.nanosec
+
+
 def stamp_of(heard: Heard) -> int:
     """Return the stamp (ns) of a message with a header; when it was published, if it has none."""
-    stamp = heard.message.header.stamp
-    value = stamp.sec * NANOSECONDS + stamp.nanosec
+    value = nanoseconds_of(heard.message.header.stamp)
     return value if abs(value - heard.published) < 5 * NANOSECONDS else heard.published
 
 

@@ -22,7 +22,6 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 from turtle_brick.geometry import IDENTITY
-from turtle_brick.geometry import multiply
 from turtle_brick.geometry import Pose
 from turtle_brick.geometry import rotate
 from turtle_brick.geometry import Vector
@@ -94,12 +93,12 @@ class RobotModel:
         pose = Pose((0.0, 0.0, 0.0), IDENTITY)
         for joint in self.way(link):
             position = (positions or {}).get(joint.name, 0.0)
-            pose = _compose(pose, joint.origin)
+            pose = pose.compose(joint.origin)
             if joint.kind == 'prismatic':
                 x, y, z = (position * part for part in joint.axis)
-                pose = _compose(pose, Pose((x, y, z), IDENTITY))
+                pose = pose.compose(Pose((x, y, z), IDENTITY))
             elif joint.movable:
-                pose = _compose(pose, Pose((0.0, 0.0, 0.0), _about(joint.axis, position)))
+                pose = pose.compose(Pose((0.0, 0.0, 0.0), _about(joint.axis, position)))
         return pose
 
     def axis(self, joint: Joint, positions: Mapping[str, float] | None = None) -> Vector:
@@ -164,10 +163,6 @@ class RobotModel:
         if rim is not None:
             found['wheel_radius'] = rim.size[0] / 2.0
         return found
-
-
-def _compose(a: Pose, b: Pose) -> Pose:
-    return Pose(a.transform(b.position), multiply(a.orientation, b.orientation))
 
 
 def _about(axis: Vector, angle: float) -> tuple[float, float, float, float]:

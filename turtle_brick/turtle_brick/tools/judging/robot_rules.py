@@ -23,11 +23,11 @@ from math import pi
 from math import sin
 from typing import Any
 
+from turtle_brick.catching import CENTER
 from turtle_brick.geometry import axes
 from turtle_brick.geometry import yaw_of
 from turtle_brick.step_clock import NANO
 from turtle_brick.step_clock import NANOSECONDS
-from turtle_brick.tools.judging.names import CENTER
 from turtle_brick.tools.judging.record import Drive
 from turtle_brick.tools.judging.record import Frame
 from turtle_brick.tools.judging.record import inclination

@@ -27,13 +27,13 @@ from time import monotonic
 from time import time_ns
 from typing import NamedTuple
 
+from turtle_brick.catching import CENTER
 from turtle_brick.geometry import Vector
 from turtle_brick.step_clock import NANOSECONDS
 from turtle_brick.tools.graph import Graph
 from turtle_brick.tools.judging.arena_rules import half_height
 from turtle_brick.tools.judging.hands import Hands
 from turtle_brick.tools.judging.hands import PATIENCE
-from turtle_brick.tools.judging.names import CENTER
 from turtle_brick.tools.judging.names import NUMBERS
 from turtle_brick.tools.judging.observer import Observer
 from turtle_brick.tools.judging.record import Ask
@@ -145,10 +145,9 @@ class Trial(Hands):
     def read_numbers(self) -> None:
         """Ask the nodes for the numbers that were not given, and the URDF for the rest."""
         numbers = self.record.profile.numbers
-        own = (self.observer.get_name(), self.observer.get_namespace())
         if set(NUMBERS) - set(numbers):
-            nodes = [f'{namespace.rstrip("/")}/{name}' for name, namespace
-                     in self.observer.get_node_names_and_namespaces() if (name, namespace) != own]
+            nodes = [node for node in self.observer.get_fully_qualified_node_names()
+                     if node != self.observer.get_fully_qualified_name()]
             # Some may have no such service, or not answer.
             self.until(lambda: all(map(self.observer.has_parameters, nodes)), PATIENCE)
             asked = [self.observer.ask_parameters(node) for node in nodes
