@@ -394,6 +394,22 @@ def test_command_fails_with_the_sentence_first(tmp_path):
         assert value in first
 
 
+@pytest.mark.parametrize('given, sentence', [
+    ('platfrom_height', 'unknown platfrom_height, did you mean platform_height?'),
+    ('platformheight', 'unknown platformheight, did you mean platform_height?'),
+    ('platform_heigth', 'unknown platform_heigth, did you mean platform_height?'),
+    ('height', 'missing parameters: platform_height'),
+    (3, 'missing parameters: platform_height'),
+])
+def test_a_slip_in_a_name_is_told(tmp_path, given, sentence):
+    values = {**DEFAULTS, given: DEFAULTS['platform_height']}
+    del values['platform_height']
+    path = tmp_path / 'turtle.yaml'
+    path.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}), encoding='utf-8')
+    assert run_xacro(tmp_path, f'params_file:={path}').stderr.splitlines()[0] == (
+        f'error: {path}: {sentence} ')
+
+
 def test_a_composed_graph_fails_with_the_sentence_alone(tmp_path):
     path = tmp_path / 'low.yaml'
     path.write_text('/**:\n  ros__parameters: {platform_height: 3}\n')
