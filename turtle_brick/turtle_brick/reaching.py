@@ -134,6 +134,20 @@ def guaranteed_distance(height: float, parameters: Parameters) -> float:
     return parameters.max_velocity * time + parameters.platform_radius
 
 
+def time_needed(distance: float, parameters: Parameters) -> float:
+    """
+    Return the longest time (s) from the decision until the level platform is under a place.
+
+    :param distance: of the place from the robot (m)
+    :param parameters: the physical numbers
+    :return: COMMAND_LATENCY and the time to travel at max_velocity; 0 where it is there already.
+    """
+    if distance <= parameters.platform_radius:
+        return 0.0
+    return COMMAND_LATENCY + travel_time(
+        distance, parameters.platform_radius, parameters.max_velocity)
+
+
 def reach(fall: Fall, now: int, robot: Robot | None, parameters: Parameters) -> Decision:
     """
     Compute whether the robot can be under a falling brick when it comes down.
@@ -142,10 +156,9 @@ def reach(fall: Fall, now: int, robot: Robot | None, parameters: Parameters) -> 
     :param now: the present instant (ns)
     :param robot: the robot, None where it is not known
     :param parameters: max_velocity, platform_height, platform_radius, gravity_accel, brick_size
-    :return: The decision. The brick is reachable if it comes down inside the arena and the time to
-        travel (distance - platform_radius) at max_velocity plus COMMAND_LATENCY is within the time
-        until the contact; a robot that is there already needs no time. The distance of a moving
-        robot is the largest that the commands on their way may lead to.
+    :return: The decision. The brick is reachable if it comes down inside the arena and
+        `time_needed` is within the time until the contact. The distance of a moving robot is the
+        largest that the commands on their way may lead to.
     """
     height = resting_height(parameters)
     time = fall.time_to(height, parameters.gravity_accel)
@@ -157,10 +170,7 @@ def reach(fall: Fall, now: int, robot: Robot | None, parameters: Parameters) -> 
     distance = hypot(fall.x - robot.x, fall.y - robot.y)
     farthest = robot.reserve + max(
         [distance] + [hypot(fall.x - x, fall.y - y) for x, y in robot.bound_for])
-    needed = 0.0
-    if farthest > parameters.platform_radius:
-        needed = COMMAND_LATENCY + travel_time(
-            farthest, parameters.platform_radius, parameters.max_velocity)
+    needed = time_needed(farthest, parameters)
     if not robot.level:
         needed = max(needed, LEVEL_LATENCY)
     reason = ''

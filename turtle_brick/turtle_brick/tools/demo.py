@@ -56,9 +56,11 @@ from turtle_brick.interrupts import INTERRUPTS
 from turtle_brick.parameters import load
 from turtle_brick.parameters import ParameterError
 from turtle_brick.parameters import Parameters
+from turtle_brick.reaching import COMMAND_LATENCY
 from turtle_brick.reaching import fall_time
 from turtle_brick.reaching import guaranteed_distance
 from turtle_brick.reaching import resting_height
+from turtle_brick.reaching import time_needed
 from turtle_brick.spinning import spare_collector
 from turtle_brick.step_clock import NANO
 from turtle_brick.tools.domains import DomainError
@@ -146,8 +148,8 @@ class Outcome:
         self.watch = watch
         self.due = fall_time(watch.place[2], parameters)
         """Time of the fall to where the brick would lie on the platform, in closed form."""
-        self.way = max(watch.distance - parameters.platform_radius, 0.0) / parameters.max_velocity
-        """Time that the robot drives at least until its platform is below the brick."""
+        self.needed = time_needed(watch.distance, parameters)
+        """Time from the decision until the platform can be below the brick."""
         inside = within_arena(*watch.place[:2]) == watch.place[:2]
         self.promised = guaranteed_distance(watch.place[2], parameters) if inside else -inf
         """How far from the robot the brick may be and is sure to be caught."""
@@ -314,13 +316,10 @@ class Teller:
         if watch.released is not None:
             self._say('released', 'it is let go')
         if watch.decided is not None and watch.released is not None:
-            time = f'{max(watch.decided - watch.released, 0) * NANO:.3f} s after the release'
-            if watch.refusals:
-                self._say('decided', f'Unreachable, said {time}: it falls for '
-                          f'{outcome.due:.2f} s, the way takes {outcome.way:.2f} s')
-            else:
-                self._say('decided', f'reachable, decided {time}: it falls for '
-                          f'{outcome.due:.2f} s, the way takes {outcome.way:.2f} s')
+            verdict = 'Unreachable, said' if watch.refusals else 'reachable, decided'
+            time = max(watch.decided - watch.released, 0) * NANO
+            self._say('decided', f'{verdict} {time:.3f} s after the release: it falls for '
+                      f'{outcome.due:.3f} s, the robot needs {outcome.needed:.3f} s')
         if watch.landed is not None:
             self._say('down', f'{"caught" if watch.caught else "on the ground"} at '
                       '({:.2f}, {:.2f}, {:.2f})'.format(*watch.landed)
@@ -369,12 +368,12 @@ def two_bricks(parameters: Parameters) -> list[Vector]:
 
 def report(outcomes: Sequence[Outcome]) -> None:
     """Print the summary."""
-    print('\n   brick at            distance   fall     way      said         came down'
+    print('\n   brick at            distance   fall     needs    said         came down'
           '         carried to      tipped off')
     for outcome in outcomes:
         watch = outcome.watch
         row = '  ({:5.2f}, {:5.2f}, {:5.2f})'.format(*watch.place)
-        row += f'  {watch.distance:6.2f} m  {outcome.due:.3f} s  {outcome.way:.3f} s  '
+        row += f'  {watch.distance:6.2f} m  {outcome.due:.3f} s  {outcome.needed:.3f} s  '
         row += 'Unreachable' if watch.refusals else 'reachable  '
         if watch.down is not None:
             row += f'  {"caught" if watch.caught else "ground"}, {watch.fall_time:.3f} s'
@@ -385,9 +384,9 @@ def report(outcomes: Sequence[Outcome]) -> None:
         print(row)
         for fault in outcome.faults:
             print(f'      FAULT: {fault}')
-    print("  fall: from the release to the platform's height; way: the time for which the robot "
-          'drives at\n  max_velocity until its platform is below the brick, after the 0.11 s that '
-          'its commands take')
+    print("  fall: from the release to the platform's height; needs: at most, from the decision "
+          f'until the\n  platform is below the brick: {COMMAND_LATENCY:.2f} s for the commands, then '
+          'the way at max_velocity')
     caught = sum(outcome.watch.caught for outcome in outcomes)
     refused = sum(bool(outcome.watch.refusals) for outcome in outcomes)
     faults = sum(bool(outcome.faults) for outcome in outcomes)
