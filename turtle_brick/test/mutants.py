@@ -584,8 +584,10 @@ def beyond_the_goal(graph: Graph) -> None:
 
 @mutant('drive: overshoot',
         'The robot steers by the pose that it sees, and not by where its commands will have led',
-        *DRIVE, follows=('drive: goal', 'drive: straight', 'drive: rolling', 'frames: base_link'),
-        why='a robot that hunts about its goal rolls to and fro, and is never at rest')
+        *DRIVE, follows=('drive: goal', 'drive: straight', 'drive: rolling', 'drive: stem',
+                         'frames: base_link'),
+        why='a robot that hunts about its goal rolls to and fro, in ever new directions, and is '
+            'never at rest')
 def hunts(graph: Graph) -> None:
     @wrap(driving.CommandPath, 'predict')
     def predict(original: Any, path: Any, now: float) -> tuple[float, float]:
