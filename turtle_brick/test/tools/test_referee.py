@@ -566,6 +566,13 @@ def test_the_table_shows_words_as_they_are():
     assert telling.summary(JUDGEMENTS) == '1 ✔ kept, 1 ✗ broken, 1 – open'
 
 
+def test_what_is_not_kept_is_told_again():
+    broken, unknown = telling.not_kept(JUDGEMENTS)
+    assert broken.startswith(f'{BROKEN} {JUDGEMENTS[1].name}: {JUDGEMENTS[1].measured}')
+    assert broken.endswith(f'; expected: {JUDGEMENTS[1].expected}')
+    assert unknown == f'{OPEN} {JUDGEMENTS[2].name}: {JUDGEMENTS[2].measured}'
+
+
 # ---------------------------------------------------------------------------------- the profile
 
 @pytest.mark.parametrize('text, complaint', (

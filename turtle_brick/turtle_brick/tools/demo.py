@@ -385,8 +385,8 @@ def report(outcomes: Sequence[Outcome]) -> None:
         for fault in outcome.faults:
             print(f'      FAULT: {fault}')
     print("  fall: from the release to the platform's height; needs: at most, from the decision "
-          f'until the\n  platform is below the brick: {COMMAND_LATENCY:.2f} s for the commands, then '
-          'the way at max_velocity')
+          f'until the\n  platform is below the brick: {COMMAND_LATENCY:.2f} s for the commands, '
+          'then the way at max_velocity')
     caught = sum(outcome.watch.caught for outcome in outcomes)
     refused = sum(bool(outcome.watch.refusals) for outcome in outcomes)
     faults = sum(bool(outcome.faults) for outcome in outcomes)

@@ -164,9 +164,10 @@ def main(args: Sequence[str] | None = None) -> int:
             record = watch(profile, options, command, say)
         judgements = judge(record)
         telling.print_table(judgements)
-        for note in record.notes:
-            print(f'note: {note}')
-        print(f'\n{telling.summary(judgements)}')
+        print()
+        for line in (*telling.not_kept(judgements), *(f'note: {note}' for note in record.notes)):
+            print(line)
+        print(telling.summary(judgements))
         about = {'seconds': round(monotonic() - begin, 1), 'numbers': profile.numbers,
                  'notes': record.notes}
         telling.write(judgements, about, options.json, options.page)

@@ -61,6 +61,12 @@ def summary(judgements: Sequence[Judgement]) -> str:
     return f'{marks[KEPT]} {KEPT} kept, {marks[BROKEN]} {BROKEN} broken, {marks[OPEN]} {OPEN} open'
 
 
+def not_kept(judgements: Sequence[Judgement]) -> list[str]:
+    """Return a line for each requirement that is broken or open: a table is long."""
+    return [f'{one.mark} {one.name}: {one.measured}' + f'; expected: {one.expected}' * (
+        one.mark == BROKEN) for one in judgements if one.mark != KEPT]
+
+
 def print_table(judgements: Sequence[Judgement], console: Console | None = None) -> None:
     """Print a table, and the notes behind it."""
     table = Table(show_lines=False, pad_edge=False, box=None, header_style='bold')
