@@ -21,8 +21,8 @@ env.bash runs this program, and then sources what it leaves in `.ros/`, next to 
 - `build`, `install`, `log`: colcon's, for the two packages and for those stand-ins whose real
   package is in no prefix underneath.
 - `made.json`: a fingerprint of all that each of these was made from, written after it was made
-  and deleted before it is made anew. What an interruption leaves behind has no fingerprint, so
-  that nothing half-made is ever taken for good.
+  and deleted before it is made again. What an interruption leaves behind has no fingerprint, so
+  nothing half-made is taken for complete.
 
 It needs nothing but the standard library and says what it does on standard error. Status 0 means
 that the home is ready; otherwise one sentence has said what is missing and how to get it.
@@ -57,7 +57,7 @@ HOME = TOP / '.ros'
 VENV = HOME / 'venv'
 REQUIREMENTS = Path(__file__).resolve().with_name('requirements.txt')
 
-# All that this program ever makes; anything else that is in .ros is somebody else's.
+# Everything that this program makes; other files in .ros are left alone.
 PARTS = ('made.json', 'made.new', 'venv', 'build', 'install', 'log')
 
 GLIBC = (2, 28)
@@ -67,16 +67,16 @@ GLIBC = (2, 28)
 FOREIGN_INCLUDE = re.compile(r'/opt/python/cp\w+-cp\w+/include/python3\.\d+t?')
 FOREIGN_PACKAGES = re.compile(r'/opt/python/cp\w+-cp\w+/lib/python3\.\d+t?/site-packages')
 
-# What in those files stumbles over a path like "Übung 2 (1)": commands whose arguments reach the
+# What in those files fails for a path like "Übung 2 (1)": commands whose arguments reach the
 # shell unquoted (ament_cmake_python), and a list of paths read as ASCII (rosidl_adapter).
 UNQUOTED_TARGET = re.compile(r'(add_custom_target\(\s*ament_cmake_python_\S+(?: ALL)?)')
 ASCII_LINES = re.compile(r'(file\(STRINGS "\$\{idl_output\}" idl_tuples)\)')
 
-# What a path may have besides letters and digits of any script. CMake, Ninja, colcon and search
-# paths have a meaning for most other characters, and no way to write them without it.
+# What a path may have besides letters and digits of any script. Most other characters mean
+# something to CMake, Ninja, colcon or search paths, and cannot be escaped.
 FIT = '/ ._-+~@=!%&()#'
 
-# What is in a package's folder and of no weight for its build.
+# What is in a package's folder and does not affect its build.
 NOT_BUILT = {'turtle_brick': ('scripts', 'standins', 'test')}
 
 # A stand-in is named for what a user imports or runs; the real package may have another name.
@@ -96,7 +96,7 @@ UNREACHABLE = re.compile(
 
 
 class HomeError(Exception):
-    """Something is missing, or went wrong: the message is one sentence for the user."""
+    """Something is missing or failed; the message is one sentence for the user."""
 
 
 # ------------------------------------------------------------------ what is said, what is run
@@ -109,7 +109,7 @@ def say(text: str, end: str = '\n') -> None:
 @contextlib.contextmanager
 def step(what: str) -> Iterator[None]:
     """
-    Say what is done while it is done, and how long it took.
+    Print a step and how long it took.
 
     :param what: The step, in a few words.
     """
@@ -125,7 +125,8 @@ def step(what: str) -> Iterator[None]:
 
 INTERRUPTIONS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
-# Locks that every command inherits: one that outlives this process by force still holds them.
+# Locks that every command inherits, so that a command which outlives a killed process still holds
+# them.
 locks: list[int] = []
 
 
@@ -137,7 +138,7 @@ def run(command: list[str], env: dict[str, str]) -> tuple[int, str]:
     :param env: Its environment.
     :return: Its status and what it wrote to standard output and standard error.
     """
-    # An interruption waits until it is known whom it ends.
+    # An interruption has to wait until it is known which process to end.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, INTERRUPTIONS)
     try:
         with subprocess.Popen(
@@ -214,7 +215,7 @@ class Record:
         """
         Read the record.
 
-        :param path: Its file. One that is not there, or not readable, says that nothing is made.
+        :param path: Its file. If it cannot be read, nothing is made.
         """
         self._path = path
         try:
@@ -233,12 +234,12 @@ class Record:
         return set(self._made)
 
     def forget(self, part: str) -> None:
-        """Note, before it is touched, that a part is not good any more."""
+        """Remove a part, before it is changed."""
         if self._made.pop(part, None) is not None:
             self._write()
 
     def add(self, part: str, mark: str) -> None:
-        """Note, after it was made, that a part is good."""
+        """Add a part, after it was made."""
         self._made[part] = mark
         self._write()
 
@@ -250,7 +251,7 @@ class Record:
 
 @contextlib.contextmanager
 def alone() -> Iterator[None]:
-    """Hold off every other process that would make the same home at the same time."""
+    """Lock the home against other processes that would make it at the same time."""
     folder = os.open(TOP, os.O_RDONLY)
     try:
         try:
