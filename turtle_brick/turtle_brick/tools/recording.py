@@ -26,20 +26,17 @@ import argparse
 from collections.abc import Iterator
 from collections.abc import Sequence
 from importlib.util import find_spec
-from io import BytesIO
 from pathlib import Path
 import shutil
 import subprocess
 import sys
 from tempfile import TemporaryDirectory
 from typing import Any
-from typing import TYPE_CHECKING
 
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
-from turtle_brick.frames import BASE_LINK
 from turtle_brick.frames import BRICK
 from turtle_brick.geometry import Vector
 from turtle_brick.interrupts import INTERRUPTS
@@ -60,9 +57,6 @@ from turtle_brick.view.viewing import NANOSECONDS
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
 
-if TYPE_CHECKING:
-    from PIL.Image import Image
-
 SIZE = (1280, 720)
 """Width and height of the page and the video (pixels)."""
 
@@ -72,23 +66,11 @@ RATE = 30
 BEFORE, AFTER = 1.0, 3.5
 """How much is shown (s) before the first brick is placed and after each one is at rest."""
 
-CLOSE_UP = (288, 228)
-"""Size of the picture in the picture, which follows the robot (pixels)."""
-
-EYE, TARGET = (1.5, -2.6, 1.9), (0.0, 0.0, 0.98)
-"""From where, and to where, one looks in it (m, from the robot on the ground)."""
-
-CLOSE_UP_ANGLE = 0.72
-"""Field of view of it (rad)."""
-
 PAGE_SIZE = (1280, 830)
 """Width and height of a picture of the page alone (pixels)."""
 
 PAGE_HEIGHT = 6.0
 """How high the falling brick then is at most (m)."""
-
-STILL_SIZE = (1120, 700)
-"""Width and height of a still (pixels)."""
 
 ANIMATED_LIMIT = 4_000_000
 """The most bytes that the animated picture may have."""
@@ -201,16 +183,14 @@ class Studio:
         :param size: its width and height (pixels), those of the video if None
         :raises BrowserError: the browser does not start, or does not show the page
         """
-        from turtle_brick.view.web_scene import sky
         from turtle_brick.view.web_view import WebView
-        self._sky = sky()
         self.view = WebView('127.0.0.1', 0, lambda command: None)
         self.display = Display(self.view, Buffer(), lambda _, sentence: print(
             sentence, file=sys.stderr))
         # What tells that the browser has come to show all that was sent before it.
         self._token = self.view.server.gui.add_html('')
         self._frames = 0
-        self._picture: 'Image | None' = None
+        self._picture = b''
         try:
             self._browser = Chromium(*(size or SIZE))
         except BrowserError:
@@ -240,15 +220,14 @@ class Studio:
         self._browser.close()
         self.view.close()
 
-    def picture(self, now: int) -> 'Image':
-        """Return a picture of the page as it was at an instant (ns), with close-up and caption."""
+    def picture(self, now: int) -> bytes:
+        """Return a picture of the page as it was at an instant (ns), as a PNG file."""
         before = self.view.changes
         with self.view.together():
             self.display.draw(now)
-            if self._picture is not None and self.view.changes == before:
+            if self._picture and self.view.changes == before:
                 return self._picture
-        self._picture = compose(
-            self.screenshot(), self.close_up(*CLOSE_UP), self.display.account())
+        self._picture = self.screenshot()
         return self._picture
 
     def screenshot(self) -> bytes:
@@ -260,60 +239,8 @@ class Studio:
             'new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))')
         return self._browser.screenshot()
 
-    def close_up(self, width: int, height: int) -> 'Image | None':
-        """Return a picture of the robot, as it is on the page; None if there's no robot."""
-        from PIL import Image
-        robot = self.display.drawn(BASE_LINK)
-        if robot is None:
-            return None
-        (client,) = self.view.server.get_clients().values()
-        # Where nothing is drawn it is transparent, the sky included.
-        sky = Image.fromarray(self._sky).resize((width, height))
-        x, y, _ = robot.position
-        eye = (x + EYE[0], y + EYE[1], EYE[2])
-        at = (x + TARGET[0], y + TARGET[1], TARGET[2])
-        scene = Image.fromarray(client.get_render(
-            height, width, wxyz=facing(eye, at), position=eye, fov=CLOSE_UP_ANGLE,
-            transport_format='png', timeout=60.0))
-        sky.paste(scene, mask=scene)
-        return sky
 
-
-def facing(eye: Vector, at: Vector) -> tuple[float, float, float, float]:
-    """
-    Return how a camera is turned that looks from one point at another, upright.
-
-    :param eye: where it is (m)
-    :param at: what it looks at (m), not straight above or below it
-    :return: The rotation (w, x, y, z) from its own frame, z forward and y down, to the world.
-    """
-    import numpy
-    forward = numpy.subtract(at, eye)
-    forward = forward / numpy.linalg.norm(forward)
-    right = numpy.cross(forward, (0.0, 0.0, 1.0))
-    right = right / numpy.linalg.norm(right)
-    down = numpy.cross(forward, right)
-    from viser.transforms import SO3
-    return tuple(SO3.from_matrix(numpy.stack([right, down, forward], axis=1)).wxyz)
-
-
-def compose(screenshot: bytes, close_up: 'Image | None', caption: str) -> 'Image':
-    """Put a close-up, where the panel is empty, and a caption on a picture of the page."""
-    from PIL import Image
-    from PIL import ImageDraw
-    from PIL import ImageFont
-    page = Image.open(BytesIO(screenshot)).convert('RGB')
-    draw = ImageDraw.Draw(page)
-    if close_up is not None:
-        page.paste(close_up, (page.width - close_up.width - 6, page.height - close_up.height - 6))
-    font = ImageFont.load_default(26)
-    left, top, right, bottom = draw.textbbox((24, page.height - 52), caption, font=font)
-    draw.rounded_rectangle((left - 12, top - 9, right + 12, bottom + 9), 8, fill=(32, 40, 48))
-    draw.text((24, page.height - 52), caption, font=font, fill='white')
-    return page
-
-
-def film(log: Log, start: int, end: int, path: Path, still: Path | None) -> None:
+def film(log: Log, start: int, end: int, path: Path) -> None:
     """
     Make a video of what was heard.
 
@@ -321,26 +248,18 @@ def film(log: Log, start: int, end: int, path: Path, still: Path | None) -> None
     :param start: its first instant (ns)
     :param end: its end (ns)
     :param path: of the MP4
-    :param still: where to put a picture of the robot that has just caught a brick, None for
-        nowhere
     :raises BrowserError: the browser does not show the page
     :raises RuntimeError: ffmpeg could not make the video
     """
-    command = ['ffmpeg', '-y', '-loglevel', 'error', '-f', 'rawvideo', '-pix_fmt', 'rgb24',
-               '-s', '{}x{}'.format(*SIZE), '-r', str(RATE), '-i', '-', '-c:v', 'libx264',
-               '-preset', 'slow', '-crf', '18', '-pix_fmt', 'yuv420p', '-movflags', '+faststart',
-               str(path)]
+    command = ['ffmpeg', '-y', '-loglevel', 'error', '-f', 'image2pipe', '-c:v', 'png',
+               '-r', str(RATE), '-i', '-', '-c:v', 'libx264', '-preset', 'slow', '-crf', '18',
+               '-pix_fmt', 'yuv420p', '-movflags', '+faststart', str(path)]
     total = pictures_between(start, end)
     with Studio() as studio, subprocess.Popen(command, stdin=subprocess.PIPE) as encoder:
         pipe = encoder.stdin
         assert pipe is not None
         for number, now in enumerate(log.replay(studio.display, start, end)):
-            pipe.write(studio.picture(now).tobytes())
-            if still is not None and studio.display.phase() is Phase.RIDING:
-                close_up = studio.close_up(*STILL_SIZE)
-                if close_up is not None:
-                    close_up.save(still, optimize=True)
-                    still = None
+            pipe.write(studio.picture(now))
             print(f'\rdrawing: {number + 1} of {total}', end='', file=sys.stderr, flush=True)
         print(file=sys.stderr)
         pipe.close()
@@ -414,9 +333,6 @@ def main(args: list[str] | None = None) -> int:
         '--place', nargs=3, type=float, action='append', metavar=('X', 'Y', 'Z'),
         help='drop a brick from here (m, in the world) instead of the two of the demo; repeatable')
     parser.add_argument(
-        '--still', type=Path, help='where to put a picture of the robot that has just caught a '
-        'brick')
-    parser.add_argument(
         '--page', type=Path, help='where to put a picture of the page, as PNG, while the first '
         'brick falls')
     options = parser.parse_args(args)
@@ -436,7 +352,7 @@ def main(args: list[str] | None = None) -> int:
         with TemporaryDirectory() as directory:
             # So that nothing half-made is left where the videos are to be.
             video, picture = Path(directory, 'video.mp4'), Path(directory, 'picture.webp')
-            film(*performance, video, options.still)
+            film(*performance, video)
             animate(video, picture)
             shutil.copyfile(video, options.output.with_suffix('.mp4'))
             shutil.copyfile(picture, options.output.with_suffix('.webp'))

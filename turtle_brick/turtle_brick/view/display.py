@@ -242,10 +242,6 @@ class Display:
         """Hear that a message has come, to count it."""
         self._rates[name].add(now)
 
-    def account(self) -> str:
-        """Return what the robot does about the brick, in words."""
-        return self._account.sentence()
-
     def phase(self) -> Phase | None:
         """Return what the brick does, None if that is unknown."""
         return self._account.phase
