@@ -325,8 +325,9 @@ def slow_cmd_vel(graph: Graph) -> None:
 
 
 @mutant('rate: cmd_vel', 'No commands at rest',
-        *DRIVE, follows=('cmd_vel: at rest', 'odom: twist'),
-        why='who is silent at rest does not say 0, which the odometry has')
+        *DRIVE, follows=('cmd_vel: at rest', 'odom: twist', 'carry', 'tip off'),
+        why='who is silent at rest does not say 0, which the odometry has, and turtlesim goes on '
+            'with the last command: the robot is not seen to stand still at the center')
 def silent_at_rest(graph: Graph) -> None:
     leave_out(TurtleRobot, 'cmd_vel_publisher', 1,
               lambda twist: twist.linear.x == twist.linear.y == 0.0)
@@ -447,7 +448,7 @@ def higher_link(graph: Graph) -> None:
 
 @mutant('URDF: platform', 'The platform is fixed to the post',
         *REST, *TILT,
-        follows=('tilt', 'joint_states: names', 'URDF: room to turn'),
+        follows=('tilt', 'joint_states: names', 'URDF: room to turn', 'carry', 'tip off'),
         why='what does not turn needs no room, can not be tilted, and has no position')
 def fixed_platform(graph: Graph) -> None:
     @edit_urdf
@@ -551,7 +552,9 @@ def stops_short(graph: Graph) -> None:
         original(driver, x, y)
 
 
-@mutant('drive: straight', 'The robot heads 10 degrees beside its goal', *DRIVE)
+@mutant('drive: straight', 'The robot heads 10 degrees beside its goal', *DRIVE,
+        follows=('drive: stem',),
+        why='its direction changes while it is measured')
 def curved_way(graph: Graph) -> None:
     @wrap(Driver, '_steer')
     def steer(original: Any, driver: Driver, now: float) -> tuple[float, float]:
@@ -585,7 +588,7 @@ def beyond_the_goal(graph: Graph) -> None:
 @mutant('drive: overshoot',
         'The robot steers by the pose that it sees, and not by where its commands will have led',
         *DRIVE, follows=('drive: goal', 'drive: straight', 'drive: rolling', 'drive: stem',
-                         'frames: base_link'),
+                         'frames: base_link', 'carry', 'tip off'),
         why='a robot that hunts about its goal rolls to and fro, in ever new directions, and is '
             'never at rest')
 def hunts(graph: Graph) -> None:
@@ -743,7 +746,8 @@ def drifting_brick(graph: Graph) -> None:
         return original(node, request, response)
 
 
-@mutant('fall: acceleration', 'The brick falls with 9.2 m/s^2', *CATCH)
+@mutant('fall: acceleration', 'The brick falls with 9.2 m/s^2', *CATCH, follows=('text: time',),
+        why='the catcher takes it for one fall after another, and says so of each')
 def weak_gravity(graph: Graph) -> None:
     @wrap(World, '_fall')
     def fall(original: Any, world: Any) -> None:
@@ -793,7 +797,7 @@ def creeping_brick(graph: Graph) -> None:
 
 
 @mutant('brick: rides', 'The brick stays where it has landed when the robot drives off',
-        *CARRY, follows=('carry', 'tip off', 'again'),
+        *CARRY, follows=('carry', 'tip off', 'again', 'slide: end'),
         why='what is left behind in the air is not carried, and nobody tilts it off')
 def brick_left_behind(graph: Graph) -> None:
     @wrap(World, '_ride')
