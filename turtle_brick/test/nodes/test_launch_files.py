@@ -70,7 +70,8 @@ def ended(launching):
     assert 'Traceback' not in launching.output
     assert 'escalating' not in launching.output
     started = launching.output.count('process started with pid')
-    assert launching.output.count('process has finished cleanly') == started
+    assert launching.output.count(
+        'process has finished cleanly') == started, launching.output
     return started
 
 

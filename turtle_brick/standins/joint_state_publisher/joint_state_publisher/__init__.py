@@ -29,7 +29,6 @@ from signal import SIGINT
 from signal import signal
 from signal import SIGTERM
 import sys
-from threading import Event
 from typing import Any
 from xml.etree import ElementTree
 
@@ -186,9 +185,10 @@ class Gui(JointStatePublisher):
 
 def main(node_type: type[JointStatePublisher] = JointStatePublisher) -> str | None:
     """Run a node until Ctrl-C or SIGTERM; return what is wrong with its arguments, if anything."""
-    ended = Event()
+    # Not an Event: a second signal inside its set() would wait for the first, for ever.
+    ended: list[int] = []
     for number in (SIGINT, SIGTERM):
-        signal(number, lambda *_: ended.set())
+        signal(number, lambda number, _: ended.append(number))
     try:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         node = node_type()
@@ -197,7 +197,7 @@ def main(node_type: type[JointStatePublisher] = JointStatePublisher) -> str | No
         return f'joint_state_publisher: {error}'
     executor = EventsExecutor()
     executor.add_node(node)
-    while not ended.is_set():
+    while not ended:
         executor.spin_once(timeout_sec=0.1)
     # Under launch, a terminal's Ctrl-C comes twice.
     for number in (SIGINT, SIGTERM):

@@ -45,7 +45,6 @@ from signal import SIG_IGN
 from signal import SIGINT
 from signal import signal
 from signal import SIGTERM
-from threading import Event
 from typing import Any
 
 from geometry_msgs.msg import Twist
@@ -284,9 +283,10 @@ def main(args: list[str] | None = None) -> str | None:
     :param args: The command line, with the program's name first; the process's own if None.
     :return: What is wrong with the arguments or parameters, if anything is.
     """
-    ended = Event()
+    # Not an Event: a second signal inside its set() would wait for the first, for ever.
+    ended: list[int] = []
     for number in (SIGINT, SIGTERM):
-        signal(number, lambda *_: ended.set())
+        signal(number, lambda number, _: ended.append(number))
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         node = TurtleSimNode()
@@ -297,7 +297,7 @@ def main(args: list[str] | None = None) -> str | None:
     executor.add_node(node)
     # Otherwise the garbage collector delays ticks by some tens of milliseconds.
     freeze()
-    while not ended.is_set():
+    while not ended:
         executor.spin_once(timeout_sec=0.1)
     # Under launch, a terminal's Ctrl-C comes twice.
     for number in (SIGINT, SIGTERM):
