@@ -15,10 +15,13 @@
 Machines that stand still: a virtual one may, for seconds, whenever its host is busy with others.
 
 What a test of the live graph says then, of rates or of a brick that is caught in time, it says of
-the machine. A process of its own watches for that. A live test that fails while the machine stood
-still has measured nothing: it is reported as skipped, with how long that was, and never run again.
+the machine. A process of its own watches for that, and Linux counts how long a test was ready to
+run while others had the processors. A live test that fails while the machine stood still, or that
+waited for much of its time, has measured nothing: it is reported as skipped, with how long that
+was, and never run again.
 """
 
+from pathlib import Path
 from time import monotonic
 
 import pytest
@@ -28,9 +31,21 @@ STALL = 0.05
 """How late (s) the watching process wakes up when the machine stands still: even beside two busy
 loops it is in time within a few milliseconds."""
 
+WAITING = 0.25
+"""The part of its time for which a test of a graph in its own process may wait for a processor: a
+catch is promised where each gets its turn within about 10 ms, and a graph acts every 4 ms."""
+
 PURE = 'core'
 """The directory of the tests that know no time but their own: no stall excuses them, and no
 linter."""
+
+
+def waited():
+    """Return how long (s) this thread was ready to run so far, and had no processor."""
+    try:
+        return int(Path('/proc/thread-self/schedstat').read_text().split()[1]) * 1e-9
+    except (OSError, IndexError):  # Linux may be built without it.
+        return 0.0
 
 
 class Steadiness:
@@ -39,22 +54,31 @@ class Steadiness:
     def __init__(self):
         """Begin to watch."""
         self.watch = StallWatch(STALL)
-        self.begin = 0.0
+        self.begin = self.waited = 0.0
 
     def pytest_runtest_setup(self, item):
         """Take note of when a test begins."""
-        self.begin = monotonic()
+        self.begin, self.waited = monotonic(), waited()
 
     @pytest.hookimpl(hookwrapper=True)
     def pytest_runtest_makereport(self, item, call):
         """Skip what has failed while the machine stood still."""
         report = (yield).get_result()
-        longest = self.watch.longest(self.begin) if report.failed else 0.0
-        if longest and item.path.parent.name != PURE and not item.get_closest_marker('linter'):
+        reason = self.reason() if report.failed else ''
+        if reason and item.path.parent.name != PURE and not item.get_closest_marker('linter'):
             path, line, _ = item.location
             report.outcome = 'skipped'
-            report.longrepr = (path, line, f'Skipped: {item.name} has failed, while the machine '
-                               f'stood still for {longest:.2f} s')
+            report.longrepr = (path, line, f'Skipped: {item.name} has failed, while {reason}')
+
+    def reason(self):
+        """Say what the machine has kept from the test, nothing if it has not."""
+        longest = self.watch.longest(self.begin)
+        if longest:
+            return f'the machine stood still for {longest:.2f} s'
+        lasted, missing = monotonic() - self.begin, waited() - self.waited
+        if missing > WAITING * lasted:
+            return f'it waited for a processor for {missing:.2f} of {lasted:.2f} s'
+        return ''
 
     def pytest_unconfigure(self):
         """Watch no more."""

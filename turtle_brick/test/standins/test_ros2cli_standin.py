@@ -292,6 +292,7 @@ def replays(arena: Node, files: Path, request: pytest.FixtureRequest) -> Iterato
 # lost messages; where the stand-in says what it is; the way to the last line of an error; what
 # differs between versions of argparse.
 MAY_DIFFER = (
+    (r'.*RTPS_TRANSPORT_SHM.*\n', ''),  # what DDS complains of on a busy machine
     (r'\$MORE\n?', ''),
     (r'waiting for service to become available\.\.\.\n(?=requester)', ''),
     (r'(Waiting for at least 1 matching subscription\(s\)\.\.\.\n)+(?=publisher)', ''),

@@ -26,7 +26,12 @@ from steadiness import STALL
 from turtle_brick.tools.judging.stalls import StallWatch
 
 CONFTEST = """
+from time import monotonic
+
+import steadiness
 from steadiness import Steadiness
+
+steadiness.waited = lambda: {waiting} * monotonic()
 
 class Spoiled(Steadiness):
     def __init__(self):
@@ -46,6 +51,21 @@ def test_it_fails():
 
 def test_it_passes():
     pass
+"""
+
+
+CROWDED = """
+import os, subprocess, sys, time
+from steadiness import waited
+os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+other = subprocess.Popen([sys.executable, '-c', 'while True: pass'])
+try:
+    begin, used, before = time.monotonic(), time.thread_time(), waited()
+    while time.monotonic() < begin + 1.0:
+        pass
+    print(waited() - before, time.monotonic() - begin - time.thread_time() + used)
+finally:
+    other.kill()
 """
 
 
@@ -73,13 +93,25 @@ def test_a_machine_that_stands_still_is_seen(watch):
     assert watch.stalls(monotonic() + 1.0) == []
 
 
-@pytest.mark.parametrize('directory, marks, stalls, outcome', [
-    ('nodes', '', '[(2.0, 2.1), (3.0, 3.4)]', '1 passed, 1 skipped'),
-    ('nodes', '', '[]', '1 failed, 1 passed'),
-    ('nodes', '@pytest.mark.linter', '[(3.0, 3.4)]', '1 failed, 1 passed'),
-    ('core', '', '[(3.0, 3.4)]', '1 failed, 1 passed')])
-def test_what_is_spoiled(tmp_path, directory, marks, stalls, outcome):
-    (tmp_path / 'conftest.py').write_text(CONFTEST.format(stalls=stalls))
+def test_waiting_for_a_processor_is_counted():
+    """Beside a busy loop on the same processor: what was not computing has waited."""
+    waited, lacking = map(float, subprocess.run(
+        [sys.executable, '-c', CROWDED], stdout=subprocess.PIPE, text=True, check=True,
+        cwd=Path(__file__).parents[1]).stdout.split())
+    if not Path('/proc/thread-self/schedstat').exists():
+        pytest.skip('this Linux does not count it')
+    assert lacking > 0.1
+    assert waited == pytest.approx(lacking, rel=0.3)
+
+
+@pytest.mark.parametrize('directory, marks, stalls, waiting, outcome', [
+    ('nodes', '', '[(2.0, 2.1), (3.0, 3.4)]', 0.0, '1 passed, 1 skipped'),
+    ('nodes', '', '[]', 0.3, '1 passed, 1 skipped'),
+    ('nodes', '', '[]', 0.2, '1 failed, 1 passed'),
+    ('nodes', '@pytest.mark.linter', '[(3.0, 3.4)]', 0.3, '1 failed, 1 passed'),
+    ('core', '', '[(3.0, 3.4)]', 0.3, '1 failed, 1 passed')])
+def test_what_is_spoiled(tmp_path, directory, marks, stalls, waiting, outcome):
+    (tmp_path / 'conftest.py').write_text(CONFTEST.format(stalls=stalls, waiting=waiting))
     place = tmp_path / directory
     place.mkdir()
     (place / 'test_them.py').write_text(TESTS.format(marks=marks))
@@ -89,5 +121,6 @@ def test_what_is_spoiled(tmp_path, directory, marks, stalls, outcome):
             [str(Path(__file__).parents[1]), *filter(None, sys.path)])},
         stdout=subprocess.PIPE, text=True, cwd=tmp_path)
     assert outcome in done.stdout
-    assert ('test_it_fails has failed, while the machine stood still for 0.40 s' in done.stdout
-            ) == ('skipped' in outcome)
+    said = 'while it waited for' if stalls == '[]' else 'while the machine stood still for 0.40 s'
+    assert ('test_it_fails has failed, while ' in done.stdout) == ('skipped' in outcome)
+    assert (said in done.stdout) == ('skipped' in outcome)
