@@ -87,6 +87,9 @@ from turtlesim.msg import Pose as TurtlePoseMessage
 FRAME_PATIENCE = 1.0
 """Time (s) for which a goal waits until its frame is known."""
 
+COMPANY_PERIOD = 2.0
+"""Time (s) after which other robots are looked for."""
+
 ODOM_PERIOD = 1.0
 """Least time (s) between two broadcasts of where odom is."""
 
@@ -130,10 +133,15 @@ class TurtleRobot(Node):
         self.cmd_vel_publisher = self.create_publisher(Twist, 'cmd_vel', 10)
         self.odom_publisher = self.create_publisher(Odometry, 'odom', 10)
         self.joint_publisher = self.create_publisher(JointState, 'joint_states', 10)
-        self.create_subscription(TurtlePoseMessage, 'turtle1/pose', self.on_pose, 10)
+        self.pose_subscription = self.create_subscription(
+            TurtlePoseMessage, 'turtle1/pose', self.on_pose, 10)
         self.create_subscription(PoseStamped, 'goal_pose', self.on_goal, 10)
         self.create_subscription(Tilt, 'tilt', self.on_tilt, 10)
         self.create_subscription(TFMessage, '/tf_static', self.on_static_transforms, 10)
+
+        self.turtles = 0
+        """How many say where the turtle is."""
+        self.create_timer(COMPANY_PERIOD, self.look_for_company)
 
         # turtlesim ticks by the wall clock, whatever /clock says, so what steers it does too.
         # Missed cycles are made up for: turtlesim's queue is then full and predictable again.
@@ -161,6 +169,15 @@ class TurtleRobot(Node):
             self.place_odom()
             self.get_logger().info(f'The turtle is at ({pose.x:.3f}, {pose.y:.3f}), '
                                    f'heading {pose.theta:.3f} rad: this is where odom is')
+
+    def look_for_company(self) -> None:
+        """Warn once if a second robot comes into this ROS domain."""
+        topic = self.pose_subscription.topic_name
+        before, self.turtles = self.turtles, self.count_publishers(topic)
+        if before <= 1 < self.turtles:
+            self.get_logger().warning(
+                f'{self.turtles} nodes publish {topic}: does a second robot run in this ROS '
+                'domain? Each obeys what the other is told')
 
     def place_odom(self) -> None:
         """Broadcast where the odom frame is."""

@@ -330,6 +330,18 @@ def test_poses_that_no_turtle_has(graph, capfd):
     assert 1 <= len(warnings(capfd)) <= 5
 
 
+def test_a_second_turtle_is_warned_of_once(bench, capfd):
+    """Whoever starts a second graph in this domain is told."""
+    robot, before = bench.robot, bench.robot.turtles
+    bench.graph.spin_until(lambda: robot.turtles == 1, 10.0, 'the robot knows of its turtle')
+    assert before <= 1 and not [line for line in warnings(capfd) if 'second robot' in line]
+    bench.witness.create_publisher(Pose, 'turtle1/pose', 10)
+    bench.graph.spin_until(lambda: robot.turtles == 2, 10.0, 'the robot knows of another turtle')
+    robot.look_for_company()
+    (warning,) = [line for line in warnings(capfd) if 'second robot' in line]
+    assert '2 nodes publish /turtle1/pose' in warning
+
+
 def test_odom_of_somebody_else_does_not_stay(bench, capfd):
     """The robot has the last word on where its odom frame is."""
     heard = bench.witness.record_transforms('odom', '/tf_static')
