@@ -662,7 +662,7 @@ def make_pypi_home(record: Record) -> None:
         check_compilers()
         check_python()
         say('turtle_brick: no ROS 2 Jazzy is at hand, so its wheels go into .ros '
-            '(once: a minute or two, 600 MB)')
+            '(once: two to four minutes, 650 MB)')
         try:
             remove_home()
             HOME.mkdir(exist_ok=True)

@@ -53,11 +53,12 @@ def declare_parameters(node: Node) -> Parameters:
         node.undeclare_parameter(entry.name)
     try:
         parameters = from_mapping(given, node.get_logger().warning)
-    except MissingParameterError as error:
-        raise MissingParameterError(
-            f'{error}; add --ros-args --params-file {default_path()}') from None
     except ParameterError as error:
-        raise _located(error) from None
+        located = _located(error)
+        if located is error and isinstance(error, MissingParameterError):
+            located = MissingParameterError(
+                f'{error}; add --ros-args --params-file {default_path()}')
+        raise located from None
     for entry in fields(Parameters):
         rule = meaning(entry)
         descriptor = ParameterDescriptor(

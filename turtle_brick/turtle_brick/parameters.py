@@ -40,6 +40,7 @@ import logging
 from numbers import Real
 from pathlib import Path
 import re
+import sys
 from typing import Any
 from urllib.parse import unquote
 
@@ -291,3 +292,17 @@ def to_change(path: Path, line: str = '') -> str:
     if source.read_bytes() != path.read_bytes():
         return f'{path}{line} (older than {source}: build again)'
     return f'{source}{line}'
+
+
+def main() -> int:
+    """Say what is wrong with config/turtle.yaml; return the exit status."""
+    try:
+        load()
+    except ParameterError as error:
+        print(f'turtle_brick: {error}', file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

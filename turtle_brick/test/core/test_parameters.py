@@ -329,3 +329,14 @@ def test_reading_the_file_takes_no_ros():
     shown = subprocess.run(
         [sys.executable, '-c', code], capture_output=True, text=True, check=True)
     assert shown.stdout.strip() == '[]'
+
+
+def test_the_file_is_checked_where_the_home_is_sourced(tmp_path, monkeypatch, capsys):
+    assert parameters.main() == 0
+    monkeypatch.setattr(parameters, 'default_path', lambda: tmp_path / 'config' / 'turtle.yaml')
+    (tmp_path / 'config').mkdir()
+    (tmp_path / 'config' / 'turtle.yaml').write_text('/**: {ros__parameters: [')
+    assert parameters.main() == 1
+    said, errors = capsys.readouterr()
+    assert said == '' and errors.startswith(f'turtle_brick: {tmp_path}')
+    assert 'this is not YAML' in errors

@@ -118,6 +118,18 @@ def test_missing_parameter_names_itself_and_the_file(context):
     node.destroy_node()
 
 
+def test_a_missing_parameter_is_one_of_the_file_that_is_given(context, tmp_path, monkeypatch):
+    path = tmp_path / 'turtle.yaml'
+    path.write_text(default_path().read_text().replace('    wheel_radius: 0.2', '    # none: 0.2'))
+    monkeypatch.setattr('sys.argv', ['arena', '--ros-args', '--params-file', str(path)])
+    node = node_with(context, {
+        name: value for name, value in DEFAULTS.items() if name != 'wheel_radius'})
+    with pytest.raises(MissingParameterError) as caught:
+        declare_parameters(node)
+    assert str(caught.value) == f'{path}: missing parameters: wheel_radius'
+    node.destroy_node()
+
+
 def test_a_refusal_names_the_parameter_file_that_has_the_value(context, tmp_path, monkeypatch):
     path = tmp_path / 'turtle.yaml'
     path.write_text(default_path().read_text().replace('wheel_radius: 0.2', 'wheel_radius: -1'))

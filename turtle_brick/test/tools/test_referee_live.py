@@ -269,6 +269,21 @@ def test_a_place_is_filled_in_wherever_it_fits():
 def test_a_command_that_ends_at_once_is_told(domain_id, monkeypatch, capfd):
     monkeypatch.setattr(referee.INTERRUPTS, 'take_over', lambda: None)
     begin = monotonic()
-    assert referee.main(['--', sys.executable, '-c', 'print("no graph")']) == 1
-    assert f'note: {sys.executable} has ended with status 0: no graph\n' in capfd.readouterr().out
+    assert referee.main(['--', sys.executable, '-c', 'print("no graph")']) == 2
+    said, errors = capfd.readouterr()
+    assert said == ''
+    assert f'{sys.executable} has ended with status 0: no graph\n' in errors
     assert monotonic() - begin < referee.STARTING / 2.0
+
+
+def test_what_is_wrong_with_where_one_listens_is_said(domain_id, impatient):
+    with Graph(domain_id, quiet=True) as graph:
+        observer = graph.add(Observer, parameters=False)
+        assert observer.doubts() == []
+        for _ in range(2):
+            node = graph.add(Node, parameters=False, node_name='twin')
+        node.create_publisher(Pose, '/judged/turtle1/pose', 10)
+        graph.spin_until(lambda: len(observer.doubts()) == 2, 10.0, 'both doubts')
+        assert observer.doubts() == [
+            'several nodes are called /twin: do two graphs run here?',
+            'a turtle is in the namespace /judged: say --namespace judged']

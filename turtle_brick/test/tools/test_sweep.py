@@ -389,6 +389,16 @@ def test_figures_show_missed_bricks_and_chains_too(tmp_path, drops):
     assert sweeping.most_telling([*drops, missed]) is missed
 
 
+@needs_matplotlib
+@pytest.mark.parametrize('height', ['0.5', '1.7'])
+def test_bricks_from_below_the_promise_are_drawn(tmp_path, capsys, height):
+    """Where no catch is promised at any distance."""
+    assert sweep.main(['--drops', '4', '--workers', '1', '--height', height,
+                       '--output', str(tmp_path / 'out')]) == 0
+    assert sorted(path.name for path in (tmp_path / 'out').iterdir()) == sorted(
+        [sweep.TABLE, *FIGURES])
+
+
 def test_without_matplotlib_the_table_is_made_all_the_same(tmp_path, capsys, monkeypatch):
     """The figures are missed with one sentence."""
     monkeypatch.setattr(sweep, 'find_spec', lambda name: None)

@@ -234,7 +234,7 @@ def margins(drops: Sequence[Drop], parameters: Parameters, path: Path) -> None:
     """
     heights = _extremes(drops)
     single = len(heights) == 1
-    promise = guaranteed_distance(heights[0], parameters) if single else 0.0
+    promise = max(guaranteed_distance(heights[0], parameters), 0.0) if single else 0.0
 
     def place(drop: Drop) -> float:
         if single:

@@ -162,6 +162,9 @@ def main(args: Sequence[str] | None = None) -> int:
                 keep_to_this_machine()
                 os.environ['ROS_DOMAIN_ID'] = str(reserved.enter_context(reserved_domain()))
             record = watch(profile, options, command, say)
+        if record.is_empty():
+            print(f'referee: {"; ".join(record.notes)}', file=sys.stderr)
+            return 2
         judgements = judge(record)
         telling.print_table(judgements)
         print()

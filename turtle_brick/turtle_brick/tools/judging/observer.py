@@ -19,6 +19,7 @@ It knows the graph by the names of a profile and reads every type from the graph
 implementation will do. It publishes nothing until it is asked to.
 """
 
+from collections import Counter
 from collections.abc import Callable
 from importlib import import_module
 from time import monotonic
@@ -176,6 +177,21 @@ class Observer(PollingNode):
                 reliability=(ReliabilityPolicy.RELIABLE if reliable
                              else ReliabilityPolicy.BEST_EFFORT)))
         self._heard_topics.add(topic)
+
+    def doubts(self) -> list[str]:
+        """Say what seems to be wrong with where one listens: a sentence for each."""
+        found = []
+        counts = Counter(self.get_fully_qualified_node_names())
+        twice = sorted(name for name, count in counts.items() if count > 1)
+        if twice:
+            found.append(f'several nodes are called {", ".join(twice)}: do two graphs run here?')
+        topic = '/' + self.record.profile.topics['pose'].lstrip('/')
+        there = sorted(name.removesuffix(topic) for name, _ in self.get_topic_names_and_types()
+                       if name.endswith(topic) and self.count_publishers(name))
+        if there and self.get_namespace().rstrip('/') not in there:
+            found.append(f'a turtle is in the namespace {there[0] or "/"}: say --namespace '
+                         f'{there[0].lstrip("/") or "/"}')
+        return found
 
     def note(self, sentence: str) -> None:
         """Keep what went wrong, once."""

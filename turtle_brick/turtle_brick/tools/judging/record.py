@@ -220,6 +220,10 @@ class Record:
         self.notes: list[str] = []
         """What went wrong in the referee's own programme."""
 
+    def is_empty(self) -> bool:
+        """Tell whether nothing of the exercise was heard."""
+        return not (self.frames or self.markers or any(self.topics.values()))
+
     def frame(self, name: str) -> Frame | None:
         """Return what was broadcast of one of the assignment's frames, None if nothing was."""
         return self.frames.get(self.profile.frames[name])

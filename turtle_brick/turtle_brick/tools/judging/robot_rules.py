@@ -639,5 +639,5 @@ def tilt_is_obeyed(record: Record) -> Finding:
             raise Broken('joint or frame of the platform are not heard')
         angle, leaning = positions[-1][1], inclination(platform)
         kept = kept and abs(angle - ask.what) <= ALIKE and abs(leaning - abs(angle)) <= ALIKE
-        words.append(f'{ask.what:g}: {angle:.3f}, in TF {leaning:.3f}')
+        words.append(f'{ask.what:g}: {angle:.3f}, in TF |{leaning:.3f}|')
     return Finding(kept, '; '.join(words))
