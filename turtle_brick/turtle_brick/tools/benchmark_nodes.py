@@ -56,6 +56,7 @@ from turtle_brick.spinning import init
 from turtle_brick.spinning import spare_collector
 from turtle_brick.spinning import spin
 from turtle_brick.tools.graph import Graph
+from turtle_brick.turtle_robot import COMPANY_PERIOD
 from turtle_brick.turtlesim_kinematics import QUEUE_DEPTH
 from turtle_brick.turtlesim_kinematics import TICK
 from turtle_brick_interfaces.msg import Tilt
@@ -122,6 +123,7 @@ class BareTurtleRobot(BareNode):
         odometry.header.frame_id, odometry.child_frame_id = ODOM, BASE_LINK
         self.repeat(odometry, 'odom')
         self.create_publisher(TFMessage, '/tf_static', LATCHED)
+        self.create_timer(COMPANY_PERIOD, lambda: None)
         self.create_timer(ROBOT_PERIOD, self.speak)
 
 
