@@ -185,6 +185,15 @@ def interrupted(process):
     return process.wait(TIMEOUT)
 
 
+def await_daemon(domain):
+    """Wait until the daemon, which the first of the real `ros2` commands starts, sees the graph."""
+    deadline, listed = monotonic() + TIMEOUT, ''
+    while find_spec('ros2cli.daemon') and '/tf\n' not in listed:
+        assert monotonic() < deadline, listed
+        listed = subprocess.run(['ros2', 'topic', 'list'], stdout=subprocess.PIPE, text=True,
+                                env={**os.environ, 'ROS_DOMAIN_ID': str(domain)}).stdout
+
+
 @pytest.fixture(scope='module')
 def arena(tmp_path_factory):
     """Start the graph; see in the end that Ctrl-C ends it quietly."""
@@ -192,6 +201,7 @@ def arena(tmp_path_factory):
         arena = Arena(domain, live, tmp_path_factory.mktemp('arena'))
         try:
             arena.process.wait_for_output('waiting for a fall', TIMEOUT)
+            await_daemon(domain)
             yield arena
             assert interrupted(arena.process) == 0, arena.process.output
             assert 'Traceback' not in arena.process.output
