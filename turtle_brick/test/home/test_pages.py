@@ -186,7 +186,7 @@ def interrupted(process):
 
 
 def await_daemon(domain):
-    """Wait until the daemon, which the first of the real `ros2` commands starts, sees the graph."""
+    """Wait until the daemon, which the first real `ros2` command starts, sees the graph."""
     deadline, listed = monotonic() + TIMEOUT, ''
     while find_spec('ros2cli.daemon') and '/tf\n' not in listed:
         assert monotonic() < deadline, listed
