@@ -47,7 +47,6 @@ from turtle_brick.executor import make_executor
 from turtle_brick.frames import BRICK
 from turtle_brick.frames import GuardedListener
 from turtle_brick.frames import latest
-from turtle_brick.frames import nanoseconds_of
 from turtle_brick.frames import PLATFORM
 from turtle_brick.frames import pose_of
 from turtle_brick.frames import recent
@@ -57,6 +56,7 @@ from turtle_brick.node_parameters import declare_parameters
 from turtle_brick.reaching import Decision
 from turtle_brick.spinning import init
 from turtle_brick.spinning import spin
+from turtle_brick.step_clock import nanoseconds_of
 from turtle_brick_interfaces.msg import Tilt as TiltMessage
 from visualization_msgs.msg import Marker
 

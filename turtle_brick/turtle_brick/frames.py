@@ -33,6 +33,7 @@ from turtle_brick.geometry import FARTHEST
 from turtle_brick.geometry import IDENTITY
 from turtle_brick.geometry import Pose
 from turtle_brick.step_clock import NANOSECONDS
+from turtle_brick.step_clock import nanoseconds_of
 from turtle_brick.throttling import Warner
 
 WORLD = 'world'
@@ -67,11 +68,6 @@ LENGTH_TOLERANCE = 0.01
 
 LATEST = Time()
 """The time that asks tf2 for the latest transform."""
-
-
-def nanoseconds_of(stamp: TimeMessage) -> int:
-    """Return the instant (ns) of a message's stamp."""
-    return stamp.sec * NANOSECONDS + stamp.nanosec
 
 
 def transform_message(parent: str, child: str, pose: Pose = Pose((0.0, 0.0, 0.0), IDENTITY),

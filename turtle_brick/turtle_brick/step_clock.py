@@ -80,3 +80,12 @@ def due_instant(timer: Any, now: int) -> int:
     :return: The instant (ns), at most `now`.
     """
     return now - max(timer.timer_period_ns - timer.time_until_next_call(), 0)
+
+
+def nanoseconds_of(stamp: Any) -> int:
+    """
+    Return the instant (ns) of a message's stamp.
+
+    :param stamp: a builtin_interfaces/Time
+    """
+    return stamp.sec * NANOSECONDS + stamp.nanosec

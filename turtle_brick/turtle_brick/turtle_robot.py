@@ -133,8 +133,7 @@ class TurtleRobot(Node):
         self.cmd_vel_publisher = self.create_publisher(Twist, 'cmd_vel', 10)
         self.odom_publisher = self.create_publisher(Odometry, 'odom', 10)
         self.joint_publisher = self.create_publisher(JointState, 'joint_states', 10)
-        self.pose_subscription = self.create_subscription(
-            TurtlePoseMessage, 'turtle1/pose', self.on_pose, 10)
+        self.create_subscription(TurtlePoseMessage, 'turtle1/pose', self.on_pose, 10)
         self.create_subscription(PoseStamped, 'goal_pose', self.on_goal, 10)
         self.create_subscription(Tilt, 'tilt', self.on_tilt, 10)
         self.create_subscription(TFMessage, '/tf_static', self.on_static_transforms, 10)
@@ -172,7 +171,7 @@ class TurtleRobot(Node):
 
     def look_for_company(self) -> None:
         """Warn once if a second robot comes into this ROS domain."""
-        topic = self.pose_subscription.topic_name
+        topic = self.resolve_topic_name('turtle1/pose')
         before, self.turtles = self.turtles, self.count_publishers(topic)
         if before <= 1 < self.turtles:
             self.get_logger().warning(

@@ -37,6 +37,7 @@ from turtle_brick.geometry import multiply
 from turtle_brick.geometry import Pose
 from turtle_brick.parameters import load
 from turtle_brick.physics import Phase
+from turtle_brick.step_clock import nanoseconds_of
 from turtle_brick.tools.graph import Graph
 from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker
@@ -149,7 +150,7 @@ def load_on_machine(request):
 
 def nanoseconds(transform):
     """Return a transform's stamp (ns)."""
-    return transform.header.stamp.sec * 1_000_000_000 + transform.header.stamp.nanosec
+    return nanoseconds_of(transform.header.stamp)
 
 
 def test_fall_by_its_stamps(bench, load_on_machine):

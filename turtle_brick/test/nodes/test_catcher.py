@@ -40,7 +40,6 @@ from turtle_brick.catching import CENTER
 from turtle_brick.catching import State
 from turtle_brick.frames import BRICK
 from turtle_brick.frames import latest
-from turtle_brick.frames import nanoseconds_of
 from turtle_brick.frames import PLATFORM
 from turtle_brick.frames import pose_of
 from turtle_brick.frames import recent
@@ -52,6 +51,7 @@ from turtle_brick.parameters import load
 from turtle_brick.physics import Phase
 from turtle_brick.reaching import guaranteed_distance
 from turtle_brick.reaching import resting_height
+from turtle_brick.step_clock import nanoseconds_of
 from turtle_brick.tools.demo import Match
 from turtle_brick.tools.demo import random_bricks
 from turtle_brick.tools.graph import Graph

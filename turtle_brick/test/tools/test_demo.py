@@ -28,6 +28,7 @@ from turtle_brick.frames import ODOM
 from turtle_brick.frames import transform_message
 from turtle_brick.tools import demo
 from turtle_brick.tools.domains import RANGE_VARIABLES
+from turtle_brick.tools.graph import executable
 from turtle_brick.tools.graph import Graph
 from turtlesim.msg import Pose
 
@@ -71,6 +72,17 @@ def test_a_domain_that_cannot_be_is_refused(no_graph, domain, monkeypatch, capsy
     sentence, = capsys.readouterr().err.splitlines()
     assert sentence.startswith(f"demo: ROS_DOMAIN_ID is '{domain[:30]}")
     assert len(sentence) < 120
+
+
+def test_a_program_that_is_not_installed_is_named(monkeypatch, capsys):
+    def start(*_, **__):
+        executable('no_such_package', 'no_such_program')
+
+    monkeypatch.setattr(demo, 'Graph', start)
+    monkeypatch.setattr(demo.INTERRUPTS, 'take_over', lambda: None)
+    assert demo.main(['--no-view']) == 1
+    assert capsys.readouterr().err == (
+        'demo: the package no_such_package is not installed here\n')
 
 
 # ---------------------------------------------------------------------------------- its domain

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Videos of the page: what is heard again, where the camera looks, and a short one for real."""
+"""Videos of the page: what is heard again, a picture, and a short one for real."""
 
 import shutil
 import subprocess

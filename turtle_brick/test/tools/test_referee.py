@@ -76,8 +76,7 @@ BEGIN = 1_800_000_000 * NANOSECONDS
 """When all of this is said to have happened (ns)."""
 
 PARAMETERS = load()
-NUMBERS = {name: getattr(PARAMETERS, name) for name in (
-    'platform_height', 'platform_radius', 'wheel_radius', 'max_velocity', 'gravity_accel')}
+NUMBERS = Profile.from_parameters(PARAMETERS).numbers
 LENGTH, WIDTH, HEIGHT = PARAMETERS.brick_size
 REST = PARAMETERS.platform_height + HEIGHT / 2.0
 """Height (m) of the center of a brick on the platform."""

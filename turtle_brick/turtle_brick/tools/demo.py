@@ -35,7 +35,6 @@ from math import pi
 from math import sin
 import os
 from random import Random
-import re
 import sys
 from threading import Thread
 from time import monotonic
@@ -475,9 +474,7 @@ def main(args: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 0
     except PackageNotFoundError as error:
-        name = re.search(r"'([\w-]+)'", str(error))
-        print(f'demo: the package {name[1] if name else error} is not installed here',
-              file=sys.stderr)
+        print(f'demo: {error.args[0]}', file=sys.stderr)
         return 1
     except (DomainError, ParameterError, TimeoutError, ValueError) as error:
         print(f'demo: {error}', file=sys.stderr)

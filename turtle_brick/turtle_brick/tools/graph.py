@@ -37,6 +37,7 @@ from xml.parsers.expat import ExpatError
 
 from ament_index_python.packages import get_package_prefix
 from ament_index_python.packages import get_package_share_path
+from ament_index_python.packages import PackageNotFoundError
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
@@ -70,8 +71,15 @@ AnyNode = TypeVar('AnyNode', bound=Node)
 
 
 def executable(package: str, name: str) -> str:
-    """Return the path of an installed executable, which `ros2 run` would start."""
-    return str(Path(get_package_prefix(package), 'lib', package, name))
+    """
+    Return the path of an installed executable, which `ros2 run` would start.
+
+    :raises PackageNotFoundError: there is no such package; its argument says so
+    """
+    try:
+        return str(Path(get_package_prefix(package), 'lib', package, name))
+    except PackageNotFoundError:
+        raise PackageNotFoundError(f'the package {package} is not installed here') from None
 
 
 def write_parameters(path: Path, parameters: dict[str, Any]) -> Path:
@@ -238,7 +246,7 @@ class Graph:
         :param arguments: its command line
         :param streams: where its output goes, as for subprocess.Popen; what it prints goes nowhere
             unless said otherwise
-        :raises LookupError: there is no such package
+        :raises PackageNotFoundError: there is no such package; its argument says so
         """
         environment = {}
         if self.domain_id is not None:

@@ -37,7 +37,6 @@ from turtle_brick.frames import BASE_LINK
 from turtle_brick.frames import BRICK
 from turtle_brick.frames import Intake
 from turtle_brick.frames import LATEST
-from turtle_brick.frames import nanoseconds_of
 from turtle_brick.frames import ODOM
 from turtle_brick.frames import OLDEST
 from turtle_brick.frames import pose_of
@@ -45,6 +44,7 @@ from turtle_brick.frames import WORLD
 from turtle_brick.geometry import Pose
 from turtle_brick.physics import Phase
 from turtle_brick.step_clock import NANOSECONDS
+from turtle_brick.step_clock import nanoseconds_of
 from turtle_brick.turtlesim_kinematics import ARENA_CENTER
 from turtle_brick.view.urdf_scene import LARGEST
 from turtle_brick.view.urdf_scene import ORIGIN

@@ -35,6 +35,7 @@ from turtle_brick.geometry import Pose
 from turtle_brick.geometry import Vector
 from turtle_brick.step_clock import NANO
 from turtle_brick.step_clock import NANOSECONDS
+from turtle_brick.step_clock import nanoseconds_of
 from turtle_brick.tools.judging.names import Profile
 
 GAP = 120_000_000
@@ -222,7 +223,7 @@ class Record:
 
     def is_empty(self) -> bool:
         """Tell whether nothing of the exercise was heard."""
-        return not (self.frames or self.markers or any(self.topics.values()))
+        return not (self.frames or self.markers or self.places or any(self.topics.values()))
 
     def frame(self, name: str) -> Frame | None:
         """Return what was broadcast of one of the assignment's frames, None if nothing was."""
@@ -343,11 +344,6 @@ class Record:
             return ''
         return (f'the machine was too busy: for {missing:.2f} s of {whole:.1f} s nobody was woken '
                 'in time')
-
-
-def nanoseconds_of(stamp: Any) -> int:
-    """Return the instant (ns) of a message's stamp."""
-    return stamp.sec * NANOSECONDS + stamp.nanosec
 
 
 def stamp_of(heard: Heard) -> int:
