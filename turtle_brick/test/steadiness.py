@@ -33,7 +33,8 @@ loops it is in time within a few milliseconds."""
 
 WAITING = 0.25
 """The part of its time for which a test of a graph in its own process may wait for a processor: a
-catch is promised where each gets its turn within about 10 ms, and a graph acts every 4 ms."""
+catch is promised where each gets its turn within about 10 ms, and a graph acts every 4 ms. A wait
+of less than STALL spoils nothing, however short the test."""
 
 PURE = 'core'
 """The directory of the tests that know no time but their own: no stall excuses them, and no
@@ -76,7 +77,7 @@ class Steadiness:
         if longest:
             return f'the machine stood still for {longest:.2f} s'
         lasted, missing = monotonic() - self.begin, waited() - self.waited
-        if missing > WAITING * lasted:
+        if missing > max(STALL, WAITING * lasted):
             return f'it waited for a processor for {missing:.2f} of {lasted:.2f} s'
         return ''
 

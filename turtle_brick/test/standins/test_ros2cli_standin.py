@@ -249,7 +249,7 @@ class Replays:
         self.files = files
         self._empty = empty
         self._outcomes: dict[str, Outcome] = {}
-        with ThreadPoolExecutor(4 if STAND_IN else 1) as pool:
+        with ThreadPoolExecutor(6 if STAND_IN else 1) as pool:
             for part in (FIRST, REPLAYED):
                 now = [name for name in part if name in wanted and name not in self._outcomes
                        and name not in ALONE]

@@ -15,6 +15,7 @@
 
 import os
 import sys
+from types import SimpleNamespace
 
 from geometry_msgs.msg import Twist
 from live_graph import graph
@@ -26,6 +27,8 @@ from tf2_msgs.msg import TFMessage
 from turtle_brick.frames import BASE_LINK
 from turtle_brick.frames import ODOM
 from turtle_brick.frames import transform_message
+from turtle_brick.parameters import load
+from turtle_brick.reaching import resting_height
 from turtle_brick.tools import demo
 from turtle_brick.tools.domains import RANGE_VARIABLES
 from turtle_brick.tools.graph import executable
@@ -83,6 +86,24 @@ def test_a_program_that_is_not_installed_is_named(monkeypatch, capsys):
     assert demo.main(['--no-view']) == 1
     assert capsys.readouterr().err == (
         'demo: the package no_such_package is not installed here\n')
+
+
+# ------------------------------------------------------------------------------- what is told
+
+@pytest.mark.parametrize('height, refusals, told', [
+    (-0.01, [5_000_000], 'Unreachable, said 0.005 s after the release: it starts below where it '
+     'would lie on the platform'),
+    (0.01, [], 'reachable, decided 0.005 s after the release: it falls for 0.045 s, '
+     'the robot needs 0.000 s'),  # sqrt(2 * 0.01 / 9.81)
+])
+def test_the_reason_of_a_verdict_is_told(height, refusals, told):
+    """The brick is let go above the robot, so far (m) above where it would lie."""
+    parameters, said = load(), []
+    watch = SimpleNamespace(
+        place=(7.0, 7.0, resting_height(parameters) + height), distance=0.0, released=0,
+        decided=5_000_000, refusals=refusals, landed=None, carried_to=None, floated=None)
+    demo.Teller(SimpleNamespace(parameters=parameters, say=said.append)).tell(watch)
+    assert said == ['it is let go', told]
 
 
 # ---------------------------------------------------------------------------------- its domain

@@ -31,7 +31,8 @@ from time import monotonic
 import steadiness
 from steadiness import Steadiness
 
-steadiness.waited = lambda: {waiting} * monotonic()
+steadiness.monotonic = lambda: {speed} * monotonic()
+steadiness.waited = lambda: {waiting} * steadiness.monotonic()
 
 class Spoiled(Steadiness):
     def __init__(self):
@@ -104,14 +105,17 @@ def test_waiting_for_a_processor_is_counted():
     assert waited == pytest.approx(lacking, rel=0.3)
 
 
-@pytest.mark.parametrize('directory, marks, stalls, waiting, outcome', [
-    ('nodes', '', '[(2.0, 2.1), (3.0, 3.4)]', 0.0, '1 passed, 1 skipped'),
-    ('nodes', '', '[]', 0.3, '1 passed, 1 skipped'),
-    ('nodes', '', '[]', 0.2, '1 failed, 1 passed'),
-    ('nodes', '@pytest.mark.linter', '[(3.0, 3.4)]', 0.3, '1 failed, 1 passed'),
-    ('core', '', '[(3.0, 3.4)]', 0.3, '1 failed, 1 passed')])
-def test_what_is_spoiled(tmp_path, directory, marks, stalls, waiting, outcome):
-    (tmp_path / 'conftest.py').write_text(CONFTEST.format(stalls=stalls, waiting=waiting))
+@pytest.mark.parametrize('directory, marks, stalls, waiting, speed, outcome', [
+    ('nodes', '', '[(2.0, 2.1), (3.0, 3.4)]', 0.0, 1e3, '1 passed, 1 skipped'),
+    ('nodes', '', '[]', 0.3, 1e3, '1 passed, 1 skipped'),
+    ('nodes', '', '[]', 0.2, 1e3, '1 failed, 1 passed'),
+    ('nodes', '', '[]', 0.3, 1e-3, '1 failed, 1 passed'),
+    ('nodes', '@pytest.mark.linter', '[(3.0, 3.4)]', 0.3, 1e3, '1 failed, 1 passed'),
+    ('core', '', '[(3.0, 3.4)]', 0.3, 1e3, '1 failed, 1 passed')])
+def test_what_is_spoiled(tmp_path, directory, marks, stalls, waiting, speed, outcome):
+    """Neither a wait that is a small part of the test's time, nor one that is short."""
+    (tmp_path / 'conftest.py').write_text(CONFTEST.format(
+        stalls=stalls, waiting=waiting, speed=speed))
     place = tmp_path / directory
     place.mkdir()
     (place / 'test_them.py').write_text(TESTS.format(marks=marks))

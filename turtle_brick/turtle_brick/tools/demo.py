@@ -318,8 +318,10 @@ class Teller:
         if watch.decided is not None and watch.released is not None:
             verdict = 'Unreachable, said' if watch.refusals else 'reachable, decided'
             time = max(watch.decided - watch.released, 0) * NANO
-            self._say('decided', f'{verdict} {time:.3f} s after the release: it falls for '
-                      f'{outcome.due:.3f} s, the robot needs {outcome.needed:.3f} s')
+            reason = f'it falls for {outcome.due:.3f} s, the robot needs {outcome.needed:.3f} s'
+            if watch.place[2] < resting_height(self._match.parameters):
+                reason = 'it starts below where it would lie on the platform'
+            self._say('decided', f'{verdict} {time:.3f} s after the release: {reason}')
         if watch.landed is not None:
             self._say('down', f'{"caught" if watch.caught else "on the ground"} at '
                       '({:.2f}, {:.2f}, {:.2f})'.format(*watch.landed)
