@@ -36,6 +36,9 @@ WAITING = 0.25
 catch is promised where each gets its turn within about 10 ms, and a graph acts every 4 ms. A wait
 of less than STALL spoils nothing, however short the test."""
 
+OWN_GRAPH = ('nodes', 'tools', 'view')
+"""The directories of the tests that spin a graph themselves; others ask what processes did."""
+
 PURE = 'core'
 """The directory of the tests that know no time but their own: no stall excuses them, and no
 linter."""
@@ -65,19 +68,24 @@ class Steadiness:
     def pytest_runtest_makereport(self, item, call):
         """Skip what has failed while the machine stood still."""
         report = (yield).get_result()
-        reason = self.reason() if report.failed else ''
-        if reason and item.path.parent.name != PURE and not item.get_closest_marker('linter'):
+        room = item.path.parent.name
+        if not report.failed or room == PURE or item.get_closest_marker('linter'):
+            return
+        reason = self.reason(room)
+        if reason:
             path, line, _ = item.location
+            what = call.excinfo.exconly().splitlines()[0]
             report.outcome = 'skipped'
-            report.longrepr = (path, line, f'Skipped: {item.name} has failed, while {reason}')
+            report.longrepr = (
+                path, line, f'Skipped: {item.name} has failed ({what:.160}), while {reason}')
 
-    def reason(self):
-        """Say what the machine has kept from the test, nothing if it has not."""
+    def reason(self, room):
+        """Say what the machine has kept from a test in a directory, nothing if it has not."""
         longest = self.watch.longest(self.begin)
         if longest:
             return f'the machine stood still for {longest:.2f} s'
         lasted, missing = monotonic() - self.begin, waited() - self.waited
-        if missing > max(STALL, WAITING * lasted):
+        if room in OWN_GRAPH and missing > max(STALL, WAITING * lasted):
             return f'it waited for a processor for {missing:.2f} of {lasted:.2f} s'
         return ''
 

@@ -110,6 +110,8 @@ def test_waiting_for_a_processor_is_counted():
     ('nodes', '', '[]', 0.3, 1e3, '1 passed, 1 skipped'),
     ('nodes', '', '[]', 0.2, 1e3, '1 failed, 1 passed'),
     ('nodes', '', '[]', 0.3, 1e-3, '1 failed, 1 passed'),
+    ('home', '', '[(3.0, 3.4)]', 0.3, 1e3, '1 passed, 1 skipped'),
+    ('home', '', '[]', 0.3, 1e3, '1 failed, 1 passed'),
     ('nodes', '@pytest.mark.linter', '[(3.0, 3.4)]', 0.3, 1e3, '1 failed, 1 passed'),
     ('core', '', '[(3.0, 3.4)]', 0.3, 1e3, '1 failed, 1 passed')])
 def test_what_is_spoiled(tmp_path, directory, marks, stalls, waiting, speed, outcome):
@@ -126,5 +128,6 @@ def test_what_is_spoiled(tmp_path, directory, marks, stalls, waiting, speed, out
         stdout=subprocess.PIPE, text=True, cwd=tmp_path)
     assert outcome in done.stdout
     said = 'while it waited for' if stalls == '[]' else 'while the machine stood still for 0.40 s'
-    assert ('test_it_fails has failed, while ' in done.stdout) == ('skipped' in outcome)
+    failed = 'test_it_fails has failed (AssertionError: assert False), while '
+    assert (failed in done.stdout) == ('skipped' in outcome)
     assert (said in done.stdout) == ('skipped' in outcome)
