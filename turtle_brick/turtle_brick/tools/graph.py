@@ -126,7 +126,12 @@ class Child:
 
 
 class Graph:
-    """Nodes in one process that see each other, and whoever else is in their ROS domain."""
+    """
+    Nodes in one process that see each other, and whoever else is in their ROS domain.
+
+    A Ctrl-C waits while modules are imported, nodes made, and callbacks run: these would swallow
+    it, and print a traceback.
+    """
 
     def __init__(self, domain_id: int | None = None, namespace: str = '',
                  params_file: Path | None = None,
@@ -152,9 +157,10 @@ class Graph:
         self.context = Context()
         self._log_level = ['--log-level', 'warn'] if quiet else []
         find_log_dir()
-        rclpy.init(args=['--ros-args', *self._log_level], context=self.context,
-                   domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)
-        self.executor = make_executor(self.context)
+        with INTERRUPTS.held():
+            rclpy.init(args=['--ros-args', *self._log_level], context=self.context,
+                       domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)
+            self.executor = make_executor(self.context)
         self.nodes: list[Node] = []
         self._children: list[Child] = []
 
@@ -180,10 +186,11 @@ class Graph:
         arguments = ['--ros-args', *ros_arguments]
         if parameters:
             arguments += ['--params-file', str(self.params_file)]
-        node = node_type(context=self.context, cli_args=arguments, use_global_arguments=False,
-                         namespace=self.namespace, **options)
-        self.nodes.append(node)
-        self.executor.add_node(node)
+        with INTERRUPTS.held():
+            node = node_type(context=self.context, cli_args=arguments, use_global_arguments=False,
+                             namespace=self.namespace, **options)
+            self.nodes.append(node)
+            self.executor.add_node(node)
         return node
 
     def remove(self, node: Node) -> None:
@@ -224,17 +231,20 @@ class Graph:
     def add_robot(self) -> 'TurtleRobot':
         """Add turtle_robot, connected to turtlesim as the launch files do it."""
         # Here and below: nodes are imported where they are needed, since a graph may do without.
-        from turtle_brick.turtle_robot import TurtleRobot
+        with INTERRUPTS.held():
+            from turtle_brick.turtle_robot import TurtleRobot
         return self.add(TurtleRobot, '-r', 'cmd_vel:=turtle1/cmd_vel')
 
     def add_arena(self) -> 'Arena':
         """Add the arena."""
-        from turtle_brick.arena import Arena
+        with INTERRUPTS.held():
+            from turtle_brick.arena import Arena
         return self.add(Arena)
 
     def add_catcher(self) -> 'CatcherNode':
         """Add the catcher."""
-        from turtle_brick.catcher import CatcherNode
+        with INTERRUPTS.held():
+            from turtle_brick.catcher import CatcherNode
         return self.add(CatcherNode)
 
     def add_process(self, package: str, name: str, *arguments: str, **streams: Any) -> None:
@@ -307,7 +317,6 @@ class Graph:
 
     def _work(self) -> None:
         """Do one piece of work, or wait for it for a while; a Ctrl-C comes afterwards."""
-        # In a callback it would be taken for the node's own error, and logged as such.
         with INTERRUPTS.held():
             self.executor.spin_once(timeout_sec=LONGEST_WAIT)
 
@@ -322,7 +331,8 @@ class Graph:
         # A file, since no command line takes a URDF as the value of a parameter.
         arguments = ['--params-file', str(self._parameter_file(parameters))]
         if find_spec(module.partition('.')[0]) is not None:
-            return self.add(getattr(importlib.import_module(module), node_type), *arguments,
-                            parameters=False)
+            with INTERRUPTS.held():
+                stand_in = getattr(importlib.import_module(module), node_type)
+            return self.add(stand_in, *arguments, parameters=False)
         self.add_process(package, executable, '--ros-args', *arguments)
         return None
