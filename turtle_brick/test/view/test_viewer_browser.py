@@ -245,9 +245,12 @@ def test_a_click_on_the_ground_sends_the_robot(browser, stage):
 
 
 def test_a_robot_that_is_followed_is_seen_in_the_middle_and_sent_by_clicks(browser, stage):
+    def has_arrived():
+        platform = stage.arena.world.platform  # None while its transforms are late
+        return platform and dist(platform.position[:2], GROUND[:2]) < 0.1
+
     platform = (*CENTER, load().platform_height)
-    stage.wait_for(lambda: dist(stage.arena.world.platform.position[:2], GROUND[:2]) < 0.1,
-                   'the robot has arrived')
+    stage.wait_for(has_arrived, 'the robot has arrived')
     box = ('document.getElementById([...document.querySelectorAll("label")]'
            '.find(one => one.innerText === "follow robot").htmlFor)')
     picture_with(browser, platform, lambda color: not is_blue(color))
