@@ -86,8 +86,7 @@ class Bench:
             lambda: self.bricks and self.place_client.service_is_ready()
             and self.drop_client.service_is_ready(), 20.0, 'the arena is up')
         if platform:
-            self.graph.spin_until(lambda: self.world.platform is not None, 5.0,
-                                  'the arena sees the platform')
+            self.await_platform(lambda pose: True, 'the arena sees the platform')
 
     @property
     def world(self):
@@ -114,6 +113,11 @@ class Bench:
     def until(self, phase, timeout=5.0):
         """Wait until the brick does something."""
         self.graph.spin_until(lambda: self.world.phase is phase, timeout, phase.value)
+
+    def await_platform(self, condition, what):
+        """Wait until the arena sees the platform in a pose, not while transforms are late."""
+        self.graph.spin_until(
+            lambda: self.world.platform and condition(self.world.platform), 5.0, what)
 
     def close(self):
         """End everything."""
@@ -253,7 +257,7 @@ def test_rides_with_a_platform_that_drives(bench_with_platform):
     platform, speed = bench.witness, 3.0
     platform.pose = (1.0, 5.0, 0.0, 0.0)
     assert bench.place(1.2, 5.1, 3.0).success
-    bench.graph.spin_until(lambda: bench.world.platform.position[0] == 1.0, 5.0, 'placed')
+    bench.await_platform(lambda pose: pose.position[0] == 1.0, 'placed')
     assert bench.drop().success
     bench.until(Phase.RIDING)
     platform.velocity = speed
@@ -348,8 +352,7 @@ def test_a_thousand_random_calls(bench_with_platform):
     assert 100 < refused < 900
     bench.witness.pose = (5.0, 5.0, 0.0, 0.0)
     assert bench.place(5.0, 5.0, 3.0).success
-    bench.graph.spin_until(
-        lambda: bench.world.platform.orientation == (0.0, 0.0, 0.0, 1.0), 5.0, 'level')
+    bench.await_platform(lambda pose: pose.orientation == (0.0, 0.0, 0.0, 1.0), 'level')
     assert bench.drop().success
     bench.until(Phase.RIDING)
 
