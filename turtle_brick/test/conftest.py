@@ -19,10 +19,12 @@ from importlib.util import find_spec
 import os
 from pathlib import Path
 import re
+import signal
 import tempfile
 
 import pytest
 from steadiness import Steadiness
+from turtle_brick.interrupts import Interrupts
 from turtle_brick.tools.domains import reserved_domain
 
 _session = contextlib.ExitStack()
@@ -77,6 +79,17 @@ def domain_id(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
     with reserved_domain() as domain:
         monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
         yield domain
+
+
+@pytest.fixture
+def interrupts() -> Iterator[Interrupts]:
+    """Return what has taken over this process's signals."""
+    before = {number: signal.getsignal(number) for number in Interrupts.NUMBERS}
+    interrupts = Interrupts()
+    interrupts.take_over()
+    yield interrupts
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

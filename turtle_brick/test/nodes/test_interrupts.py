@@ -19,17 +19,6 @@ import pytest
 from turtle_brick.interrupts import Interrupts
 
 
-@pytest.fixture
-def interrupts():
-    """Return what has taken over this process's signals."""
-    before = {number: signal.getsignal(number) for number in Interrupts.NUMBERS}
-    interrupts = Interrupts()
-    interrupts.take_over()
-    yield interrupts
-    for number, handler in before.items():
-        signal.signal(number, handler)
-
-
 @pytest.fixture(params=Interrupts.NUMBERS)
 def number(request):
     """Return each of the signals."""

@@ -17,11 +17,14 @@ The robot_state_publisher of this home against recordings of the real one.
 Where the real one is installed it is tested itself, as far as it can be from outside.
 """
 
+from collections.abc import Callable
+from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Sequence
 import contextlib
 from functools import partial
 from importlib.util import find_spec
+from itertools import repeat
 import json
 from math import cos
 from math import radians
@@ -216,6 +219,24 @@ def publisher(command: list[str], domain_id: int) -> Iterator[NodeProcess]:
         yield running
 
 
+def ask(live: LiveGraph, states: Iterable[JointState],
+        answer: Callable[[], list[TFMessage]]) -> list[TFMessage]:
+    """
+    Publish joint states, one after the other, until there is an answer.
+
+    :param live: The graph.
+    :param states: The joint states; they are best effort, so one may get lost.
+    :param answer: Finds what has come of them.
+    :return: What it has found.
+    """
+    sender = live.publisher('joint_states', JointState, qos_profile_sensor_data)
+    for state in states:
+        sender.publish(state)
+        with contextlib.suppress(TimeoutError):
+            return live.wait_for(answer, 0.2, 'transforms')
+    raise TimeoutError('the joint states had no effect that was heard')
+
+
 def listen(live: LiveGraph, row: dict[str, Any], shift: int) -> Recording:
     """
     Record /tf.
@@ -227,13 +248,9 @@ def listen(live: LiveGraph, row: dict[str, Any], shift: int) -> Recording:
         the joint state.
     """
     tf = live.record('/tf', TFMessage)
-    sender = live.publisher('joint_states', JointState, qos_profile_sensor_data)
-    for seconds in range(100, 0, -1):
-        sender.publish(joint_state(row, shift - seconds * SECOND))
-        with contextlib.suppress(TimeoutError):
-            live.wait_for(lambda: tf.messages, 0.2, 'transforms')
-            return tf
-    raise TimeoutError('100 joint states had no effect that was heard')
+    earlier = (joint_state(row, shift - seconds * SECOND) for seconds in range(100, 0, -1))
+    ask(live, earlier, lambda: tf.messages)
+    return tf
 
 
 def send(live: LiveGraph, state: JointState, tf: Recording) -> TFMessage:
@@ -241,23 +258,17 @@ def send(live: LiveGraph, state: JointState, tf: Recording) -> TFMessage:
     Publish a joint state until it has an effect.
 
     :param live: The graph.
-    :param state: The joint state; joint_states are best effort, so one may get lost.
+    :param state: The joint state.
     :param tf: The recording of /tf.
     :return: The first message on /tf with the stamp of the joint state.
     """
-    sender = live.publisher('joint_states', JointState, qos_profile_sensor_data)
-
     def answer() -> list[TFMessage]:
         """Find what has that stamp."""
         return [message for message in tf.messages
                 if message.transforms and message.transforms[0].header.stamp == state.header.stamp]
 
-    for _ in range(50):
-        # A second copy has no effect: its stamp is not later than the first one's.
-        sender.publish(state)
-        with contextlib.suppress(TimeoutError):
-            return live.wait_for(answer, 0.2, 'transforms')[0]
-    raise TimeoutError('a joint state had no effect that was heard')
+    # A second copy has no effect: its stamp is not later than the first one's.
+    return ask(live, repeat(state, 50), answer)[0]
 
 
 def test_late_listeners_get_description_and_fixed_links(

@@ -18,7 +18,6 @@ import signal
 
 import pytest
 from rclpy.node import Node
-from turtle_brick.interrupts import Interrupts
 from turtle_brick.tools import graph
 from turtle_brick.tools.graph import Graph
 
@@ -42,16 +41,11 @@ class Interrupted(Node):
 
 
 @pytest.fixture
-def live(domain_id, monkeypatch):
+def live(domain_id, interrupts, monkeypatch):
     """Return a graph in a process whose signals are handled as those of the tools."""
-    before = {number: signal.getsignal(number) for number in Interrupts.NUMBERS}
-    interrupts = Interrupts()
     monkeypatch.setattr(graph, 'INTERRUPTS', interrupts)
-    interrupts.take_over()
     with Graph(domain_id) as live:
         yield live
-    for number, handler in before.items():
-        signal.signal(number, handler)
 
 
 def test_ctrl_c_waits_until_a_node_is_made(live):
