@@ -58,8 +58,9 @@ def generate_launch_description():
                         '"',
                     ], on_stderr='warn'),
                     value_type=str),
-                # Its default of 20 Hz lets the platform's transform grow 50 ms old.
-                'publish_frequency': 1000.0,
+                # Else transforms are up to 50 ms late, and one joint state with a stamp from the
+                # future holds back all that follow.
+                'ignore_timestamp': True,
             }]),
         Node(
             package='joint_state_publisher_gui',

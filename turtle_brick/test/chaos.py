@@ -242,7 +242,7 @@ class Scene:
         self.mark()
         self._files = Path(self._stack.enter_context(TemporaryDirectory(prefix='chaos_')))
         description = {'robot_description': self.graph.robot_description(),
-                       'publish_frequency': 1000.0}
+                       'ignore_timestamp': True}
         (self._files / 'robot.yaml').write_text(
             yaml.safe_dump({'/**': {'ros__parameters': description}}), encoding='utf-8')
         self.names = [name for name in NODES if name != 'viewer' or can_view()]

@@ -30,6 +30,7 @@ from rclpy.qos import DurabilityPolicy
 from rclpy.qos import QoSProfile
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from tf2_ros import TransformBroadcaster
@@ -400,6 +401,26 @@ def test_hostile_transforms(arena, capfd):
             f'{node.get_name()} sees the robot')
     outcome = arena.show((6.5, 6.5, 8.0))
     assert outcome.watch.caught and outcome.faults == []
+
+
+@pytest.mark.parametrize('ahead', [-3600, 3600])
+def test_joint_states_from_another_time(arena, ahead):
+    """They hold back nothing: the platform is seen to tilt, and the brick slides off it."""
+    states = arena.witness.create_publisher(JointState, 'joint_states', 10)
+    stamps = set()
+    arena.witness.create_subscription(TFMessage, '/tf', lambda message: stamps.update(
+        nanoseconds_of(transform.header.stamp) for transform in message.transforms), 10)
+    arena.put(6.5, 6.5, 8.0)
+    arena.release()
+    arena.until_state(State.TILTING)
+    state = JointState(name=['stem_joint', 'wheel_joint', 'platform_joint'], position=[0.0] * 3)
+    stamp = arena.arena.get_clock().now().nanoseconds + ahead * 1_000_000_000
+    state.header.stamp = Time(nanoseconds=stamp).to_msg()
+    # They are best effort, and one may get lost.
+    arena.graph.spin_until(lambda: stamp in stamps or states.publish(state), 5.0,
+                           'a transform from another time')
+    arena.until_state(State.WAITING)
+    assert arena.arena.world.phase is Phase.FLOATING
 
 
 def test_in_a_namespace(domain_id):

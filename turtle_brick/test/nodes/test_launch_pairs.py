@@ -334,7 +334,7 @@ def test_twins_do_the_same(name, given, monkeypatch):
         }
         (published,) = (a[3] for a in python if a[0] == 'robot_state_publisher')
         (section,) = published.values()
-        assert section['publish_frequency'] == 1000.0
+        assert section['ignore_timestamp'] is True
         assert '<robot name="turtle"' in section['robot_description']
 
 

@@ -55,10 +55,6 @@ if TYPE_CHECKING:
     from turtle_brick.catcher import CatcherNode
     from turtle_brick.turtle_robot import TurtleRobot
 
-PUBLISH_FREQUENCY = 1000.0
-"""The rate of robot_state_publisher (Hz), as in the launch files: at its default of 20 Hz the
-platform and the wheel are up to 61 ms late in TF."""
-
 END_TIME = 15.0
 """How long (s) a child process may take to end when it is asked to."""
 
@@ -212,7 +208,7 @@ class Graph:
         return self._add_foreign(
             'robot_state_publisher', 'robot_state_publisher', 'robot_state_publisher.node',
             'RobotStatePublisher',
-            {'robot_description': self.robot_description(), 'publish_frequency': PUBLISH_FREQUENCY,
+            {'robot_description': self.robot_description(), 'ignore_timestamp': True,
              'use_sim_time': self._use_sim_time})
 
     def robot_description(self) -> str:

@@ -28,7 +28,6 @@ from turtle_brick.tools.benchmark_nodes import REMAP
 from turtle_brick.tools.graph import Child
 from turtle_brick.tools.graph import executable
 from turtle_brick.tools.graph import Graph
-from turtle_brick.tools.graph import PUBLISH_FREQUENCY
 from turtle_brick.tools.graph import write_parameters
 
 OURS = ('turtle_robot', 'arena', 'catcher')
@@ -139,7 +138,6 @@ def start_graph(processes: Processes, watch: Graph, kind: str, composed: bool) -
             params_file = processes.parameter_file(name, {'holonomic': True})
         elif name == 'robot_state_publisher':
             params_file = processes.parameter_file(name, {
-                'robot_description': watch.robot_description(),
-                'publish_frequency': PUBLISH_FREQUENCY})
+                'robot_description': watch.robot_description(), 'ignore_timestamp': True})
         processes.start(name, executable(package, program),
                         '--ros-args', '--params-file', params_file, *REMAP.get(name, ()))
