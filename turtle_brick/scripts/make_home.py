@@ -72,6 +72,14 @@ FOREIGN_PACKAGES = re.compile(r'/opt/python/cp\w+-cp\w+/lib/python3\.\d+t?/site-
 UNQUOTED_TARGET = re.compile(r'(add_custom_target\(\s*ament_cmake_python_\S+(?: ALL)?)')
 ASCII_LINES = re.compile(r'(file\(STRINGS "\$\{idl_output\}" idl_tuples)\)')
 
+# At its end a process has Fast DDS wait for ever until no callback runs:
+# DomainParticipant::set_listener(listener) loads seconds::max() and jumps to the wait. Built for
+# glibc 2.28, whose waits know no steady clock, it adds the time of day to that, which overflows,
+# and spins with the very lock held that the callback needs. One in 700 processes hung at its end
+# when its neighbors ended as well. An hour does not overflow.
+FOR_EVER = b'\x48\xba' + (2**63 - 1).to_bytes(8, 'little') + b'\xe9'
+AN_HOUR = b'\x48\xba' + (3600).to_bytes(8, 'little') + b'\xe9'
+
 # What a path may have besides letters and digits of any script. Most other characters mean
 # something to CMake, Ninja, colcon or search paths, and cannot be escaped.
 FIT = '/ ._-+~@=!%&()#'
@@ -405,6 +413,16 @@ def point_to_this_machine(text: str, include: str, packages: str) -> str:
     return ASCII_LINES.sub(r'\1 ENCODING UTF-8)', text)
 
 
+def with_patience(library: bytes) -> bytes:
+    """
+    Repair Fast DDS, which may hang when a process ends: see FOR_EVER.
+
+    :param library: The shared library libfastrtps.
+    :return: The library with a wait that ends; as it is if it is not built as expected.
+    """
+    return library.replace(FOR_EVER, AN_HOUR) if library.count(FOR_EVER) == 1 else library
+
+
 def local_setup(venv: Path, packages: Path) -> str:
     """
     Write the script that makes a shell use a virtual environment as its ROS prefix.
@@ -509,6 +527,8 @@ def make_venv() -> None:
         new = point_to_this_machine(text, sysconfig.get_path('include'), str(packages))
         if new != text:
             path.write_text(new)
+    for path in (VENV / 'lib').glob('libfastrtps.so*'):
+        path.write_bytes(with_patience(path.read_bytes()))
     (VENV / 'local_setup.bash').write_text(local_setup(VENV, packages))
     # The kernel takes no interpreter with a blank in its path, nor one that is very long.
     (packages / 'setuptools' / '_distutils' / 'distutils.cfg').write_text(

@@ -13,6 +13,7 @@
 # limitations under the License.
 """A shell that sources env.bash can import all, soon, and is otherwise what it was before."""
 
+import ctypes
 import os
 from pathlib import Path
 import shlex
@@ -83,6 +84,17 @@ def test_at_a_prompt_one_line_says_what_the_shell_has_now():
 @with_home
 def test_all_can_be_imported():
     assert sourced(IMPORTS) == (0, '', '')
+
+
+@with_wheels
+def test_fast_dds_waits_for_an_hour_and_not_for_ever():
+    """Whoever pins another Fast DDS: see FOR_EVER in make_home.py."""
+    library = ctypes.CDLL(f'{HOME}/venv/lib/libfastrtps.so.2.14')
+    function = library[
+        '_ZN8eprosima7fastdds3dds17DomainParticipant12set_listener'
+        'EPNS1_25DomainParticipantListenerE']
+    code = ctypes.string_at(ctypes.cast(function, ctypes.c_void_p).value, 10)
+    assert int.from_bytes(code[2:], 'little') == 3600
 
 
 @with_home

@@ -93,6 +93,16 @@ def test_exported_cmake_files_take_any_path(top):
         '  add_custom_target(\n    ${target} ALL\n')
 
 
+# ------------------------------------------------------------------------------------ Fast DDS
+
+def test_only_the_wait_that_is_known_is_changed(top):
+    make_home = load(top)
+    known = make_home.FOR_EVER
+    assert make_home.with_patience(b'a' + known + b'z') == b'a' + make_home.AN_HOUR + b'z'
+    for other in (b'az', known * 2, known[1:], known[:-1]):
+        assert make_home.with_patience(other) == other
+
+
 # --------------------------------------------------------------------------- what is out of date
 
 @pytest.mark.parametrize('change', [
