@@ -123,7 +123,7 @@ def test_what_is_spoiled(tmp_path, directory, marks, stalls, waiting, speed, out
     (place / 'test_them.py').write_text(TESTS.format(marks=marks))
     done = subprocess.run(
         [sys.executable, '-m', 'pytest', '-rs', '-p', 'no:cacheprovider', str(place)],
-        env={**os.environ, 'PYTHONPATH': os.pathsep.join(
+        env={**os.environ, 'PYTEST_DISABLE_PLUGIN_AUTOLOAD': '1', 'PYTHONPATH': os.pathsep.join(
             [str(Path(__file__).parents[1]), *filter(None, sys.path)])},
         stdout=subprocess.PIPE, text=True, cwd=tmp_path)
     assert outcome in done.stdout
