@@ -123,8 +123,9 @@ def test_what_is_spoiled(tmp_path, directory, marks, stalls, waiting, speed, out
     (place / 'test_them.py').write_text(TESTS.format(marks=marks))
     done = subprocess.run(
         [sys.executable, '-m', 'pytest', '-rs', '-p', 'no:cacheprovider', str(place)],
-        env={**os.environ, 'PYTEST_DISABLE_PLUGIN_AUTOLOAD': '1', 'PYTHONPATH': os.pathsep.join(
-            [str(Path(__file__).parents[1]), *filter(None, sys.path)])},
+        env={**os.environ, 'PYTEST_ADDOPTS': '', 'PYTEST_DISABLE_PLUGIN_AUTOLOAD': '1',
+             'PYTHONPATH': os.pathsep.join(
+                 [str(Path(__file__).parents[1]), *filter(None, sys.path)])},
         stdout=subprocess.PIPE, text=True, cwd=tmp_path)
     assert outcome in done.stdout
     said = 'while it waited for' if stalls == '[]' else 'while the machine stood still for 0.40 s'
