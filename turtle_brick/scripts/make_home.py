@@ -133,6 +133,9 @@ def step(what: str) -> Iterator[None]:
 
 INTERRUPTIONS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
+# How often (s) it looks for an interruption while a command runs.
+GLANCE = 0.2
+
 # Locks that every command inherits, so that a command which outlives a killed process still holds
 # them.
 locks: list[int] = []
@@ -156,7 +159,11 @@ def run(command: list[str], env: dict[str, str]) -> tuple[int, str]:
                 preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_SETMASK, before)) as process:
             try:
                 signal.pthread_sigmask(signal.SIG_SETMASK, before)
-                output, _ = process.communicate()
+                output = None
+                while output is None:
+                    # A signal that comes just before the wait begins is not seen until it ends.
+                    with contextlib.suppress(subprocess.TimeoutExpired):
+                        output, _ = process.communicate(timeout=GLANCE)
             except BaseException:
                 with contextlib.suppress(ProcessLookupError):
                     os.killpg(process.pid, signal.SIGKILL)
