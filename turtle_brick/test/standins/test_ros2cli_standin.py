@@ -376,7 +376,9 @@ def test_what_is_left_out_says_so(verb: str, files: Path, domain_id: int) -> Non
 def test_run_passes_signals_on(number: int, status: int, said: str, files: Path,
                                domain_id: int) -> None:
     """The child ends too, and its status is that of the command."""
+    before = signal.signal(number, signal.SIG_DFL)  # under nohup a child would ignore SIGHUP
     command = Command(['ros2', 'run', 'probe', 'wait'], domain_id)
+    signal.signal(number, before)
     command.wait_for(lambda: command.lines)
     os.kill(command.popen.pid, number)
     assert command.end() == (status, f'ready\n{said}', '')
