@@ -241,10 +241,8 @@ class Scene:
         self._sure_at = 0.0
         self.mark()
         self._files = Path(self._stack.enter_context(TemporaryDirectory(prefix='chaos_')))
-        description = {'robot_description': self.graph.robot_description(),
-                       'ignore_timestamp': True}
-        (self._files / 'robot.yaml').write_text(
-            yaml.safe_dump({'/**': {'ros__parameters': description}}), encoding='utf-8')
+        (self._files / 'robot.yaml').write_text(yaml.safe_dump(
+            {'/**': {'ros__parameters': self.graph.robot_parameters()}}), encoding='utf-8')
         self.names = [name for name in NODES if name != 'viewer' or can_view()]
         try:
             for name in self.names:

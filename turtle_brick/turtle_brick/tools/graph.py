@@ -208,8 +208,15 @@ class Graph:
         return self._add_foreign(
             'robot_state_publisher', 'robot_state_publisher', 'robot_state_publisher.node',
             'RobotStatePublisher',
-            {'robot_description': self.robot_description(), 'ignore_timestamp': True,
-             'use_sim_time': self._use_sim_time})
+            {**self.robot_parameters(), 'use_sim_time': self._use_sim_time})
+
+    def robot_parameters(self) -> dict[str, Any]:
+        """
+        Return robot_state_publisher's parameters, as in the launch files, for our robot.
+
+        :raises ValueError: xacro cannot make its description
+        """
+        return {'robot_description': self.robot_description(), 'ignore_timestamp': True}
 
     def robot_description(self) -> str:
         """

@@ -137,7 +137,6 @@ def start_graph(processes: Processes, watch: Graph, kind: str, composed: bool) -
         if name == 'turtlesim':
             params_file = processes.parameter_file(name, {'holonomic': True})
         elif name == 'robot_state_publisher':
-            params_file = processes.parameter_file(name, {
-                'robot_description': watch.robot_description(), 'ignore_timestamp': True})
+            params_file = processes.parameter_file(name, watch.robot_parameters())
         processes.start(name, executable(package, program),
                         '--ros-args', '--params-file', params_file, *REMAP.get(name, ()))
