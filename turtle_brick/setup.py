@@ -16,8 +16,7 @@
 from glob import glob
 from pathlib import Path
 
-from setuptools import find_packages
-from setuptools import setup
+from setuptools import find_packages, setup
 
 package_name = 'turtle_brick'
 
@@ -35,7 +34,7 @@ def shared(directory: str) -> tuple[str, list[str]]:
 setup(
     name=package_name,
     version='1.0.0',
-    packages=find_packages(include=[package_name, f'{package_name}.*']),
+    packages=find_packages(include=[f'{package_name}*', 'turtle_referee*']),
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),
@@ -54,9 +53,15 @@ setup(
     project_urls={'Source': Path(__file__).resolve().parent.as_uri()},
     entry_points={
         'console_scripts': [
-            f'{path.rpartition(".")[2]} = {package_name}.{path}:main'
-            for path in ('arena', 'catcher', 'turtle_robot', 'tools.benchmark', 'tools.demo',
-                         'tools.lesson', 'tools.referee', 'tools.sweep', 'view.viewer')
+            'arena = turtle_brick.arena:main',
+            'benchmark = turtle_brick.tools.benchmark:main',
+            'catcher = turtle_brick.catcher:main',
+            'demo = turtle_brick.tools.demo:main',
+            'lesson = turtle_brick.tools.lesson:main',
+            'referee = turtle_referee.referee:main',
+            'sweep = turtle_brick.tools.sweep:main',
+            'turtle_robot = turtle_brick.turtle_robot:main',
+            'viewer = turtle_brick.view.viewer:main',
         ],
     },
 )

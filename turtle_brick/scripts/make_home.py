@@ -30,8 +30,7 @@ that the home is ready; otherwise one sentence has said what is missing and how 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 import contextlib
 import fcntl
 import functools

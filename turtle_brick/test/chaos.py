@@ -28,17 +28,11 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 import contextlib
-from dataclasses import asdict
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 import json
-from math import cos
-from math import dist
-from math import pi
-from math import sin
+from math import cos, dist, pi, sin
 import os
 from pathlib import Path
 from random import Random
@@ -49,41 +43,33 @@ from tempfile import TemporaryDirectory
 from time import monotonic
 from typing import Any
 
-from chaos_messages import FORESIGHT
-from chaos_messages import Injector
+from chaos_messages import FORESIGHT, Injector
 from chaos_soak import soak
-from geometry_msgs.msg import PoseStamped
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import PoseStamped, Twist
 from live_graph import NodeProcess
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from steadiness import STALL
 from tf2_msgs.msg import TFMessage
-from tf2_ros import Buffer
-from tf2_ros import TransformException
-from tf2_ros import TransformListener
-from turtle_brick.catching import CENTER
-from turtle_brick.driving import within_arena
-from turtle_brick.frames import pose_of
-from turtle_brick.geometry import Pose
-from turtle_brick.geometry import rotate
-from turtle_brick.interrupts import INTERRUPTS
-from turtle_brick.parameters import default_path
-from turtle_brick.parameters import load
+from tf2_ros import Buffer, TransformException, TransformListener
+from turtle_brick.core.catch_logic import CENTER
+from turtle_brick.core.driving import within_arena
+from turtle_brick.core.geometry import Pose, rotate
+from turtle_brick.core.parameters import default_path, load
+from turtle_brick.core.reachability import guaranteed_distance
 from turtle_brick.physics import Phase
-from turtle_brick.reaching import guaranteed_distance
-from turtle_brick.tools.domains import reserved_domain
-from turtle_brick.tools.graph import executable
-from turtle_brick.tools.graph import Graph
-from turtle_brick.tools.judging.stalls import StallWatch
+from turtle_brick.ros.interrupts import INTERRUPTS
+from turtle_brick.ros.tf import pose_of
+from turtle_brick.tools.graph import executable, Graph
 from turtle_brick.view.display import phase_of
 from turtle_brick_interfaces.msg import Tilt
 from turtle_brick_interfaces.srv import Place
+from turtle_referee.domains import reserved_domain
+from turtle_referee.stalls import StallWatch
 from turtlesim.msg import Pose as TurtlePose
 from visualization_msgs.msg import Marker
 import yaml

@@ -21,28 +21,19 @@ field, and in some nothing is right.
 
 from collections import Counter
 from collections.abc import Callable
-from math import inf
-from math import nan
+from math import inf, nan
 from random import Random
 import re
-from time import monotonic
-from time import time_ns
-from typing import Any
-from typing import NamedTuple
+from time import monotonic, time_ns
+from typing import Any, NamedTuple
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import PoseStamped
-from geometry_msgs.msg import Quaternion
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import PoseStamped, Quaternion, Twist
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
-from rosidl_parser.definition import AbstractGenericString
-from rosidl_parser.definition import AbstractNestedType
-from rosidl_parser.definition import Array
-from rosidl_parser.definition import BasicType
+from rosidl_parser.definition import AbstractGenericString, AbstractNestedType, Array, BasicType
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -50,8 +41,7 @@ from tf2_msgs.msg import TFMessage
 from turtle_brick_interfaces.msg import Tilt
 from turtle_brick_interfaces.srv import Place
 from turtlesim.msg import Pose as TurtlePose
-from visualization_msgs.msg import Marker
-from visualization_msgs.msg import MarkerArray
+from visualization_msgs.msg import Marker, MarkerArray
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 

@@ -15,10 +15,7 @@
 
 from __future__ import annotations
 
-from math import cos
-from math import dist
-from math import pi
-from math import sin
+from math import cos, dist, pi, sin
 import os
 from pathlib import Path
 from random import Random
@@ -26,11 +23,11 @@ from statistics import linear_regression
 from time import monotonic
 from typing import Any
 
-from turtle_brick.geometry import Vector
-from turtle_brick.parameters import load
+from turtle_brick.core.geometry import Vector
+from turtle_brick.core.parameters import load
+from turtle_brick.core.reachability import guaranteed_distance
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.physics import Phase
-from turtle_brick.reaching import guaranteed_distance
-from turtle_brick.turtlesim_kinematics import ARENA_SIZE
 
 PARAMETERS = load()
 

@@ -24,8 +24,8 @@ import tempfile
 
 import pytest
 from steadiness import Steadiness
-from turtle_brick.interrupts import Interrupts
-from turtle_brick.tools.domains import reserved_domain
+from turtle_brick.ros.interrupts import Interrupts
+from turtle_referee.domains import reserved_domain
 
 _session = contextlib.ExitStack()
 

@@ -14,16 +14,11 @@
 
 """Markers with something wrong about each, and what is said of it."""
 
-from math import inf
-from math import nan
+from math import inf, nan
 
-from builtin_interfaces.msg import Duration
-from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point
-from geometry_msgs.msg import Quaternion
-from geometry_msgs.msg import Vector3
-from turtle_brick.view.display import LONGEST_TEXT
-from turtle_brick.view.display import MOST_POINTS
+from builtin_interfaces.msg import Duration, Time
+from geometry_msgs.msg import Point, Quaternion, Vector3
+from turtle_brick.view.display import LONGEST_TEXT, MOST_POINTS
 from turtle_brick.view.viewing import NANOSECONDS
 from visualization_msgs.msg import Marker
 

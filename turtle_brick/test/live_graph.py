@@ -25,10 +25,7 @@ The fixture `domain_id` (conftest.py) gives a test a ROS domain that nobody else
 from __future__ import annotations
 
 import codecs
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 import contextlib
 import os
 import re
@@ -36,8 +33,7 @@ import signal
 import subprocess
 import threading
 import time
-from typing import Any
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import rclpy
 from rclpy.context import Context
@@ -45,8 +41,8 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
-from turtle_brick.executor import make_executor
-from turtle_brick.spinning import SLEEP_TIME
+from turtle_brick.ros.executor import make_executor
+from turtle_brick.ros.node_main import SLEEP_TIME
 
 Result = TypeVar('Result')
 

@@ -19,7 +19,7 @@ import json
 from pathlib import Path
 import re
 
-from turtle_brick.parameters import Parameters
+from turtle_brick.core.parameters import Parameters
 
 DATA = Path(__file__).parent / 'data' / 'ros2'
 

@@ -25,7 +25,7 @@ from pathlib import Path
 from time import monotonic
 
 import pytest
-from turtle_brick.tools.judging.stalls import StallWatch
+from turtle_referee.stalls import StallWatch
 
 STALL = 0.05
 """How late (s) the watching process wakes up when the machine stands still: even beside two busy

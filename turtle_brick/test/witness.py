@@ -19,7 +19,7 @@ from time import monotonic
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
-from turtle_brick.tools.judging import record
+from turtle_referee import record
 
 
 class Witness(Node):

@@ -14,12 +14,10 @@
 
 """Worlds with a brick in every phase, for the tests of physics."""
 
-from math import cos
-from math import sin
+from math import cos, sin
 
-from turtle_brick.geometry import Pose
-from turtle_brick.physics import Phase
-from turtle_brick.physics import World
+from turtle_brick.core.geometry import Pose
+from turtle_brick.physics import Phase, World
 
 GRAVITY = 9.81
 RADIUS = 0.5

@@ -45,33 +45,19 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from rclpy.time import Time
 from std_srvs.srv import Trigger
-from tf2_ros import Buffer
-from tf2_ros import TransformBroadcaster
-from turtle_brick.colors import BRICK_COLORS
-from turtle_brick.colors import Color
-from turtle_brick.colors import WALL_COLOR
-from turtle_brick.executor import make_executor
-from turtle_brick.frames import BRICK
-from turtle_brick.frames import GuardedListener
-from turtle_brick.frames import LATCHED
-from turtle_brick.frames import PLATFORM
-from turtle_brick.frames import recent
-from turtle_brick.frames import transform_message
-from turtle_brick.frames import WORLD
-from turtle_brick.geometry import Pose
-from turtle_brick.geometry import Vector
-from turtle_brick.node_parameters import declare_parameters
-from turtle_brick.physics import Phase
-from turtle_brick.physics import STEP
-from turtle_brick.physics import World
-from turtle_brick.spinning import init
-from turtle_brick.spinning import spin
-from turtle_brick.step_clock import due_instant
-from turtle_brick.step_clock import StepClock
-from turtle_brick.turtlesim_kinematics import ARENA_SIZE
+from tf2_ros import Buffer, TransformBroadcaster
+from turtle_brick.core.colors import BRICK_COLORS, Color, WALL_COLOR
+from turtle_brick.core.geometry import Pose, Vector
+from turtle_brick.core.time_steps import due_instant, StepClock
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.physics import Phase, STEP, World
+from turtle_brick.ros.executor import make_executor
+from turtle_brick.ros.node_main import init, spin
+from turtle_brick.ros.node_parameters import declare_parameters
+from turtle_brick.ros.tf import (BRICK, GuardedListener, LATCHED, PLATFORM, recent,
+                                 transform_message, WORLD)
 from turtle_brick_interfaces.srv import Place
-from visualization_msgs.msg import Marker
-from visualization_msgs.msg import MarkerArray
+from visualization_msgs.msg import Marker, MarkerArray
 
 MARKER_PERIOD = 1.0
 """Time (s) after which the brick's marker is published again: rviz2 drops for good a marker that

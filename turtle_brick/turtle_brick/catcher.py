@@ -35,28 +35,17 @@ Parameters, read-only; it needs all of config/turtle.yaml and uses:
 
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import PoseStamped, TransformStamped
 from rclpy.node import Node
 from tf2_ros import Buffer
-from turtle_brick.catching import Catcher
-from turtle_brick.catching import Drive
-from turtle_brick.catching import PERIOD
-from turtle_brick.catching import Tilt
-from turtle_brick.executor import make_executor
-from turtle_brick.frames import BRICK
-from turtle_brick.frames import GuardedListener
-from turtle_brick.frames import latest
-from turtle_brick.frames import PLATFORM
-from turtle_brick.frames import pose_of
-from turtle_brick.frames import recent
-from turtle_brick.frames import WORLD
-from turtle_brick.geometry import Vector
-from turtle_brick.node_parameters import declare_parameters
-from turtle_brick.reaching import Decision
-from turtle_brick.spinning import init
-from turtle_brick.spinning import spin
-from turtle_brick.step_clock import nanoseconds_of
+from turtle_brick.core.catch_logic import Catcher, Drive, PERIOD, Tilt
+from turtle_brick.core.geometry import Vector
+from turtle_brick.core.reachability import Decision
+from turtle_brick.core.time_steps import nanoseconds_of
+from turtle_brick.ros.executor import make_executor
+from turtle_brick.ros.node_main import init, spin
+from turtle_brick.ros.node_parameters import declare_parameters
+from turtle_brick.ros.tf import BRICK, GuardedListener, latest, PLATFORM, pose_of, recent, WORLD
 from turtle_brick_interfaces.msg import Tilt as TiltMessage
 from visualization_msgs.msg import Marker
 

@@ -26,23 +26,14 @@ is flat on the ground, and where no platform was ever seen.
 from __future__ import annotations
 
 from enum import Enum
-from math import atan2
-from math import hypot
-from math import inf
-from math import isfinite
+from math import atan2, hypot, inf, isfinite
 from numbers import Real
 from typing import Any
 
-from turtle_brick.geometry import axes
-from turtle_brick.geometry import distance_to_rectangle
-from turtle_brick.geometry import from_yaw
-from turtle_brick.geometry import IDENTITY
-from turtle_brick.geometry import multiply
-from turtle_brick.geometry import Pose
-from turtle_brick.geometry import Quaternion
-from turtle_brick.geometry import Vector
-from turtle_brick.parameters import Parameters
-from turtle_brick.step_clock import NANO
+from turtle_brick.core.geometry import (axes, distance_to_rectangle, from_yaw, IDENTITY, multiply,
+                                        Pose, Quaternion, Vector)
+from turtle_brick.core.parameters import Parameters
+from turtle_brick.core.time_steps import NANO
 
 STEP = 4_000_000
 """Time (ns) of one step in the arena: 250 Hz."""

@@ -39,48 +39,28 @@ Parameters, read-only; it needs all of config/turtle.yaml and uses:
 """
 
 from math import isfinite
-from time import monotonic
-from time import monotonic_ns
+from time import monotonic, monotonic_ns
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
-from rclpy.clock import Clock
-from rclpy.clock import ClockType
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
-from tf2_ros import Buffer
-from tf2_ros import LookupException
-from tf2_ros import StaticTransformBroadcaster
-from tf2_ros import TransformBroadcaster
-from tf2_ros import TransformException
-from turtle_brick.driving import Driver
-from turtle_brick.driving import PERIOD
-from turtle_brick.driving import within_arena
-from turtle_brick.executor import make_executor
-from turtle_brick.frames import BASE_LINK
-from turtle_brick.frames import GuardedListener
-from turtle_brick.frames import LATEST
-from turtle_brick.frames import ODOM
-from turtle_brick.frames import pose_of
-from turtle_brick.frames import set_transform
-from turtle_brick.frames import transform_message
-from turtle_brick.frames import WORLD
-from turtle_brick.geometry import from_yaw
-from turtle_brick.geometry import Pose
-from turtle_brick.geometry import Pose2D
-from turtle_brick.geometry import Vector
-from turtle_brick.node_parameters import declare_parameters
-from turtle_brick.odometry import Odometer
-from turtle_brick.spinning import init
-from turtle_brick.spinning import spin
-from turtle_brick.step_clock import due_instant
-from turtle_brick.step_clock import NANOSECONDS
-from turtle_brick.step_clock import StepClock
-from turtle_brick.throttling import Warner
-from turtle_brick.turtlesim_kinematics import Pose as TurtlePose
+from tf2_ros import (Buffer, LookupException, StaticTransformBroadcaster, TransformBroadcaster,
+                     TransformException)
+from turtle_brick.core.driving import Driver, PERIOD, within_arena
+from turtle_brick.core.geometry import from_yaw, Pose, Pose2D, Vector
+from turtle_brick.core.odometry import Odometer
+from turtle_brick.core.time_steps import due_instant, NANOSECONDS, StepClock
+from turtle_brick.core.turtlesim_kinematics import Pose as TurtlePose
+from turtle_brick.ros.executor import make_executor
+from turtle_brick.ros.node_main import init, spin
+from turtle_brick.ros.node_parameters import declare_parameters
+from turtle_brick.ros.tf import (BASE_LINK, GuardedListener, LATEST, ODOM, pose_of, set_transform,
+                                 transform_message, WORLD)
+from turtle_brick.ros.throttling import Warner
 from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage
 

@@ -20,29 +20,15 @@ of time, with random phases.
 """
 
 from collections import deque
-from math import cos
-from math import exp
-from math import hypot
-from math import log
-from math import pi
-from math import sin
+from math import cos, exp, hypot, log, pi, sin
 from random import Random
 
-from hypothesis import assume
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from laws import law
 import pytest
-from turtle_brick.driving import CommandPath
-from turtle_brick.driving import Driver
-from turtle_brick.driving import PERIOD
-from turtle_brick.driving import STALE
-from turtle_brick.driving import travel_time
-from turtle_brick.driving import within_arena
-from turtle_brick.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.turtlesim_kinematics import Pose
-from turtle_brick.turtlesim_kinematics import TICK
-from turtle_brick.turtlesim_kinematics import Turtle
+from turtle_brick.core.driving import CommandPath, Driver, PERIOD, STALE, travel_time, within_arena
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, Pose, TICK, Turtle
 
 RADIUS = 0.5
 TRANSPORT = 0.0004

@@ -13,28 +13,13 @@
 # limitations under the License.
 """Vectors, rotations and poses against what defines them."""
 
-from math import atan2
-from math import cos
-from math import hypot
-from math import inf
-from math import pi
-from math import sin
-from math import sqrt
+from math import atan2, cos, hypot, inf, pi, sin, sqrt
 
-from hypothesis import given
-from hypothesis import settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
-from turtle_brick.geometry import axes
-from turtle_brick.geometry import distance_to_rectangle
-from turtle_brick.geometry import from_pitch
-from turtle_brick.geometry import from_yaw
-from turtle_brick.geometry import IDENTITY
-from turtle_brick.geometry import multiply
-from turtle_brick.geometry import Pose
-from turtle_brick.geometry import Pose2D
-from turtle_brick.geometry import rotate
-from turtle_brick.geometry import yaw_of
+from turtle_brick.core.geometry import (axes, distance_to_rectangle, from_pitch, from_yaw,
+                                        IDENTITY, multiply, Pose, Pose2D, rotate, yaw_of)
 
 law = settings(max_examples=300, derandomize=True, deadline=None)
 

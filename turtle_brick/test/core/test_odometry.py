@@ -14,20 +14,13 @@
 
 """The laws of rolling, and that odom is where the turtle was first seen."""
 
-from math import cos
-from math import hypot
-from math import isclose
-from math import pi
-from math import sin
+from math import cos, hypot, isclose, pi, sin
 
-from hypothesis import given
-from hypothesis import settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
-from turtle_brick.odometry import Odometer
-from turtle_brick.turtlesim_kinematics import Pose
-from turtle_brick.turtlesim_kinematics import TICK
-from turtle_brick.turtlesim_kinematics import Turtle
+from turtle_brick.core.odometry import Odometer
+from turtle_brick.core.turtlesim_kinematics import Pose, TICK, Turtle
 
 RADIUS = 0.2
 angles = st.floats(-pi, pi)

@@ -14,30 +14,20 @@
 """The parameters: one file, one set of rules, and a sentence for whatever breaks one."""
 
 from array import array
-from dataclasses import asdict
-from dataclasses import fields
-from dataclasses import FrozenInstanceError
-from dataclasses import replace
+from dataclasses import asdict, fields, FrozenInstanceError, replace
 from email.message import Message
 import math
 import pickle
 import subprocess
 import sys
 
-from hypothesis import assume
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 import pytest
-from turtle_brick import parameters
-from turtle_brick.chassis import Chassis
-from turtle_brick.chassis import least_room
-from turtle_brick.parameters import default_path
-from turtle_brick.parameters import from_mapping
-from turtle_brick.parameters import load
-from turtle_brick.parameters import meaning
-from turtle_brick.parameters import MissingParameterError
-from turtle_brick.parameters import ParameterError
-from turtle_brick.parameters import Parameters
+from turtle_brick.core import parameters
+from turtle_brick.core.dimensions import Chassis, least_room
+from turtle_brick.core.parameters import (default_path, from_mapping, load, meaning,
+                                          MissingParameterError, ParameterError, Parameters)
 import yaml
 
 DEFAULTS = asdict(load())
@@ -324,7 +314,7 @@ def test_file_that_is_absent_or_unreadable_is_refused(tmp_path):
 
 
 def test_reading_the_file_takes_no_ros():
-    code = ('import sys, turtle_brick.parameters as p; p.load(); '
+    code = ('import sys, turtle_brick.core.parameters as p; p.load(); '
             'print([m for m in sys.modules if m.split(".")[0] in ("rclpy", "rcl_interfaces")])')
     shown = subprocess.run(
         [sys.executable, '-c', code], capture_output=True, text=True, check=True)

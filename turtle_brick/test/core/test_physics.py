@@ -15,32 +15,12 @@
 """Every member of World, by examples and closed forms."""
 
 import inspect
-from math import inf
-from math import nan
-from math import pi
-from math import sin
+from math import inf, nan, pi, sin
 
 import pytest
-from turtle_brick.physics import Phase
-from turtle_brick.physics import World
-from worlds import advance
-from worlds import axes_of
-from worlds import brick_in
-from worlds import DT
-from worlds import gap
-from worlds import GRAVITY
-from worlds import HINGE
-from worlds import in_phase
-from worlds import LIFT
-from worlds import on_platform
-from worlds import PLACES
-from worlds import pose_of
-from worlds import RADIUS
-from worlds import riding
-from worlds import SIZE
-from worlds import THICKNESS
-from worlds import TOP
-from worlds import upright_of
+from turtle_brick.physics import Phase, World
+from worlds import (advance, axes_of, brick_in, DT, gap, GRAVITY, HINGE, in_phase, LIFT,
+                    on_platform, PLACES, pose_of, RADIUS, riding, SIZE, THICKNESS, TOP, upright_of)
 
 
 def words(text):

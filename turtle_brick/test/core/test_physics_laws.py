@@ -19,50 +19,17 @@ What a platform's axes are, how far a rectangle is from a point and where a bric
 computed here by hand, not by the modules under test.
 """
 
-from math import cos
-from math import floor
-from math import hypot
-from math import inf
-from math import isfinite
-from math import nan
-from math import pi
-from math import sin
-from math import sqrt
+from math import cos, floor, hypot, inf, isfinite, nan, pi, sin, sqrt
 
-from hypothesis import assume
-from hypothesis import example
-from hypothesis import given
-from hypothesis import settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
-from hypothesis.stateful import initialize
-from hypothesis.stateful import invariant
-from hypothesis.stateful import precondition
-from hypothesis.stateful import rule
-from hypothesis.stateful import RuleBasedStateMachine
+from hypothesis.stateful import initialize, invariant, precondition, rule, RuleBasedStateMachine
 from laws import law
 import pytest
-from turtle_brick.geometry import multiply
-from turtle_brick.geometry import rotate
-from turtle_brick.physics import CONTACT_TOLERANCE
-from turtle_brick.physics import LEVEL_TOLERANCE
-from turtle_brick.physics import Phase
-from turtle_brick.physics import World
-from worlds import advance
-from worlds import axes_of
-from worlds import brick_in
-from worlds import gap
-from worlds import HINGE
-from worlds import in_phase
-from worlds import LIFT
-from worlds import on_platform
-from worlds import PLACES
-from worlds import pose_of
-from worlds import RADIUS
-from worlds import riding
-from worlds import SIZE
-from worlds import THICKNESS
-from worlds import TOP
-from worlds import upright_of
+from turtle_brick.core.geometry import multiply, rotate
+from turtle_brick.physics import CONTACT_TOLERANCE, LEVEL_TOLERANCE, Phase, World
+from worlds import (advance, axes_of, brick_in, gap, HINGE, in_phase, LIFT, on_platform, PLACES,
+                    pose_of, RADIUS, riding, SIZE, THICKNESS, TOP, upright_of)
 
 VISIBLY_TILTED = 0.002
 """Angle (rad) from which a platform catches nothing: a millimetre at its rim."""

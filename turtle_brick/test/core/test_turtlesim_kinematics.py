@@ -21,14 +21,9 @@ recorded one in a single bit. What remains at the end explains the whole recordi
 """
 
 from bisect import bisect_right
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 import json
-from math import hypot
-from math import inf
-from math import isnan
-from math import nan
-from math import pi
+from math import hypot, inf, isnan, nan, pi
 from pathlib import Path
 import pickle
 from statistics import median
@@ -38,15 +33,9 @@ from typing import NamedTuple
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
-from turtle_brick.turtlesim_kinematics import ARENA_CENTER
-from turtle_brick.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.turtlesim_kinematics import COMMAND_TIMEOUT
-from turtle_brick.turtlesim_kinematics import float32
-from turtle_brick.turtlesim_kinematics import Pose
-from turtle_brick.turtlesim_kinematics import QUEUE_DEPTH
-from turtle_brick.turtlesim_kinematics import TICK
-from turtle_brick.turtlesim_kinematics import Turtle
-from turtle_brick.turtlesim_kinematics import TurtleSim
+from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, ARENA_SIZE, COMMAND_TIMEOUT,
+                                                    float32, Pose, QUEUE_DEPTH, TICK, Turtle,
+                                                    TurtleSim)
 
 RECORDINGS = sorted((Path(__file__).parents[1] / 'data' / 'turtlesim').glob('*.json'))
 

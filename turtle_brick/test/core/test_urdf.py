@@ -16,9 +16,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict
-from dataclasses import dataclass
-from dataclasses import fields
+from dataclasses import asdict, dataclass, fields
 from itertools import product
 import math
 import os
@@ -29,18 +27,13 @@ import sys
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
-from hypothesis import given
-from hypothesis import settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from turtle_brick.chassis import least_room
-from turtle_brick.parameters import default_path
-from turtle_brick.parameters import from_mapping
-from turtle_brick.parameters import load
-from turtle_brick.parameters import meaning
-from turtle_brick.parameters import ParameterError
-from turtle_brick.parameters import Parameters
+from turtle_brick.core.dimensions import least_room
+from turtle_brick.core.parameters import (default_path, from_mapping, load, meaning,
+                                          ParameterError, Parameters)
 from turtle_brick.tools.graph import Graph
 import xacro
 import yaml

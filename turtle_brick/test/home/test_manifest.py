@@ -77,4 +77,4 @@ def test_a_standin_imports_no_node():
     """Of the package, only what knows no ROS: the motion of a turtle, and the page."""
     for path in PACKAGE.glob('standins/**/*.py'):
         ours = set(re.findall(r'(?:from|import) (turtle_brick\.[\w.]+)', path.read_text()))
-        assert ours <= {'turtle_brick.turtlesim_kinematics', 'turtle_brick.view.web_view'}, path
+        assert ours <= {'turtle_brick.core.turtlesim_kinematics', 'turtle_brick.view.web_view'}, path

@@ -30,20 +30,16 @@ import shutil
 import signal
 import subprocess
 import sys
-from threading import Event
-from threading import Lock
+from threading import Event, Lock
 from time import monotonic
 from xml.etree import ElementTree
 
 import joint_state_publisher
-from live_graph import graph
-from live_graph import NodeProcess
+from live_graph import graph, NodeProcess
 import pytest
-from turtle_brick.parameters import default_path
-from turtle_brick.parameters import load
-from turtle_brick.parameters import Parameters
-from turtle_brick.tools.domains import reserved_domain
+from turtle_brick.core.parameters import default_path, load, Parameters
 from turtle_brick_interfaces.srv import Place
+from turtle_referee.domains import reserved_domain
 import xacro
 import yaml
 
@@ -420,7 +416,7 @@ def test_the_pictures_are_small():
 def test_one_more_number_takes_two_lines(tmp_path):
     """The page's two lines, put where it says, are all that node, xacro and recordings need."""
     for name in ('config/turtle.yaml', 'urdf/turtle.urdf.xacro', 'turtle_brick/__init__.py',
-                 'turtle_brick/chassis.py', 'turtle_brick/parameters.py'):
+                 'turtle_brick/core/dimensions.py', 'turtle_brick/core/parameters.py'):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         shutil.copy(PACKAGE / name, tmp_path / name)
     module = tmp_path / 'turtle_brick' / 'parameters.py'
@@ -432,7 +428,7 @@ def test_one_more_number_takes_two_lines(tmp_path):
     file.write_text(file.read_text() + line)
     code = """
 from recorded import records
-from turtle_brick.parameters import from_mapping, load, ParameterError
+from turtle_brick.core.parameters import from_mapping, load, ParameterError
 import xacro
 print(load('config/turtle.yaml').bounce)
 xacro.process_file('urdf/turtle.urdf.xacro')

@@ -14,11 +14,7 @@
 
 """The arena in a live graph: a fall by its stamps, its services, its markers."""
 
-from math import hypot
-from math import inf
-from math import nan
-from math import pi
-from math import sqrt
+from math import hypot, inf, nan, pi, sqrt
 from random import Random
 import subprocess
 import sys
@@ -29,21 +25,15 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 from tf2_ros import TransformBroadcaster
 from turtle_brick.arena import Arena
-from turtle_brick.frames import latest
-from turtle_brick.frames import transform_message
-from turtle_brick.geometry import from_pitch
-from turtle_brick.geometry import from_yaw
-from turtle_brick.geometry import multiply
-from turtle_brick.geometry import Pose
-from turtle_brick.parameters import load
+from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose
+from turtle_brick.core.parameters import load
+from turtle_brick.core.time_steps import nanoseconds_of
 from turtle_brick.physics import Phase
-from turtle_brick.step_clock import nanoseconds_of
+from turtle_brick.ros.tf import latest, transform_message
 from turtle_brick.tools.graph import Graph
 from turtle_brick_interfaces.srv import Place
-from visualization_msgs.msg import Marker
-from visualization_msgs.msg import MarkerArray
-from witness import rate
-from witness import Witness
+from visualization_msgs.msg import Marker, MarkerArray
+from witness import rate, Witness
 
 PARAMETERS = load()
 HALF_HEIGHT = PARAMETERS.brick_size[2] / 2.0

@@ -14,47 +14,28 @@
 
 """The whole graph, live: what is caught, what is called Unreachable, and what may go wrong."""
 
-from itertools import groupby
-from itertools import product
-from math import cos
-from math import dist
-from math import hypot
-from math import nan
-from math import sin
+from itertools import groupby, product
+from math import cos, dist, hypot, nan, sin
 from time import time_ns
 
 from geometry_msgs.msg import PoseStamped
 import pytest
 from rclpy.duration import Duration
-from rclpy.qos import DurabilityPolicy
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
-from tf2_ros import Buffer
-from tf2_ros import TransformBroadcaster
-from tf2_ros import TransformException
-from tf2_ros import TransformListener
+from tf2_ros import Buffer, TransformBroadcaster, TransformException, TransformListener
 from turtle_brick.arena import STEP
-from turtle_brick.catching import CENTER
-from turtle_brick.catching import State
-from turtle_brick.frames import BRICK
-from turtle_brick.frames import latest
-from turtle_brick.frames import PLATFORM
-from turtle_brick.frames import pose_of
-from turtle_brick.frames import recent
-from turtle_brick.frames import transform_message
-from turtle_brick.frames import WORLD
-from turtle_brick.geometry import IDENTITY
-from turtle_brick.geometry import Pose
-from turtle_brick.parameters import load
+from turtle_brick.core.catch_logic import CENTER, State
+from turtle_brick.core.geometry import IDENTITY, Pose
+from turtle_brick.core.parameters import load
+from turtle_brick.core.reachability import guaranteed_distance, resting_height
+from turtle_brick.core.time_steps import nanoseconds_of
 from turtle_brick.physics import Phase
-from turtle_brick.reaching import guaranteed_distance
-from turtle_brick.reaching import resting_height
-from turtle_brick.step_clock import nanoseconds_of
-from turtle_brick.tools.demo import Match
-from turtle_brick.tools.demo import random_bricks
+from turtle_brick.ros.tf import BRICK, latest, PLATFORM, pose_of, recent, transform_message, WORLD
+from turtle_brick.tools.demo import Match, random_bricks
 from turtle_brick.tools.graph import Graph
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker

@@ -19,17 +19,14 @@ import re
 import signal
 import sys
 
-from geometry_msgs.msg import PoseStamped
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import PoseStamped, Twist
 import joint_state_publisher
-from live_graph import graph
-from live_graph import process
+from live_graph import graph, process
 import pytest
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
-from turtle_brick.parameters import default_path
-from turtle_brick.tools.browser import Chromium
-from turtle_brick.tools.browser import find_chromium
+from turtle_brick.core.parameters import default_path
+from turtle_brick.tools.browser import Chromium, find_chromium
 from turtlesim.msg import Pose
 import witness
 
@@ -39,8 +36,7 @@ BUTTON = '[...document.querySelectorAll("button")].find(each => each.innerText =
 LAUNCH = """
 import sys
 
-from launch import LaunchDescription
-from launch import LaunchService
+from launch import LaunchDescription, LaunchService
 from launch.actions import IncludeLaunchDescription
 from launch.launch_description_sources import AnyLaunchDescriptionSource
 service = LaunchService(noninteractive=True)  # not only the terminal interrupts

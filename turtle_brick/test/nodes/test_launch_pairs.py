@@ -28,7 +28,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from turtle_brick.parameters import default_path
+from turtle_brick.core.parameters import default_path
 import yaml
 
 SHARE = default_path().parents[1]
@@ -262,11 +262,9 @@ def test_rviz_configuration_fits_its_launch_file(name):
 def evaluated(name: str, language: str, **given: str) -> list:
     """Load a launch file and evaluate everything in it for the values of its arguments."""
     from launch import LaunchContext
-    from launch.actions import DeclareLaunchArgument
-    from launch.actions import IncludeLaunchDescription
+    from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
     from launch.launch_description_sources import get_launch_description_from_any_launch_file
-    from launch.utilities import normalize_to_list_of_substitutions
-    from launch.utilities import perform_substitutions
+    from launch.utilities import normalize_to_list_of_substitutions, perform_substitutions
     from launch_ros.actions import Node
 
     context = LaunchContext()

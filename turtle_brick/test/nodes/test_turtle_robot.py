@@ -15,29 +15,23 @@
 """turtle_robot in a live graph with turtlesim: rates, frames, goals and what it must refuse."""
 
 from itertools import cycle
-from math import cos
-from math import hypot
-from math import nan
-from math import pi
-from math import sin
+from math import cos, hypot, nan, pi, sin
 
-from geometry_msgs.msg import PoseStamped
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 import pytest
 from rclpy.qos import DurabilityPolicy
 from sensor_msgs.msg import JointState
 from tf2_ros import StaticTransformBroadcaster
-from turtle_brick.frames import transform_message
-from turtle_brick.geometry import from_yaw
-from turtle_brick.geometry import Pose as Pose3D
-from turtle_brick.geometry import yaw_of
+from turtle_brick.core.geometry import from_yaw
+from turtle_brick.core.geometry import Pose as Pose3D
+from turtle_brick.core.geometry import yaw_of
+from turtle_brick.ros.tf import transform_message
 from turtle_brick.tools.graph import Graph
 from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose
 from turtlesim.srv import TeleportAbsolute
-from witness import measure
-from witness import Witness
+from witness import measure, Witness
 
 CENTER = 5.544444561004639
 

@@ -38,12 +38,10 @@ from types import SimpleNamespace
 from ament_index_python.packages import get_package_share_directory
 import launch
 from launch.actions import IncludeLaunchDescription
-from launch.launch_description_sources import AnyLaunchDescriptionSource
-from launch.launch_description_sources import get_launch_description_from_any_launch_file
+from launch.launch_description_sources import (AnyLaunchDescriptionSource,
+                                               get_launch_description_from_any_launch_file)
 import pytest
-from recorded import DATA
-from recorded import with_paths
-from recorded import write_files
+from recorded import DATA, with_paths, write_files
 import yaml
 
 # Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.

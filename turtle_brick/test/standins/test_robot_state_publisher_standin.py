@@ -17,38 +17,26 @@ The robot_state_publisher of this home against recordings of the real one.
 Where the real one is installed it is tested itself, as far as it can be from outside.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 import contextlib
 from functools import partial
 from importlib.util import find_spec
 from itertools import repeat
 import json
-from math import cos
-from math import radians
-from math import sin
+from math import cos, radians, sin
 from pathlib import Path
 import signal
 from typing import Any
 
-from ament_index_python.packages import get_package_prefix
-from ament_index_python.packages import PackageNotFoundError
+from ament_index_python.packages import get_package_prefix, PackageNotFoundError
 from hypothesis import given
 from hypothesis import strategies as st
-from live_graph import graph
-from live_graph import LiveGraph
-from live_graph import NodeProcess
-from live_graph import process
-from live_graph import Recording
+from live_graph import graph, LiveGraph, NodeProcess, process, Recording
 import numpy as np
 import pytest
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy
-from rclpy.qos import qos_profile_sensor_data
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, qos_profile_sensor_data, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
@@ -64,8 +52,7 @@ IS_STANDIN = find_spec('robot_state_publisher') is not None
 for_standin = pytest.mark.skipif(
     not IS_STANDIN, reason='the real robot_state_publisher cannot be imported')
 if IS_STANDIN:
-    from robot_state_publisher.description import DescriptionError
-    from robot_state_publisher.description import parse
+    from robot_state_publisher.description import DescriptionError, parse
     from robot_state_publisher.node import RobotStatePublisher
 
 

@@ -19,9 +19,7 @@ ros2cli is installed, and TURTLE_BRICK_ORACLE set, that is held to the same reco
 because of its daemon, which takes some minutes and shows that the comparison is right.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 import contextlib
 from importlib.util import find_spec
@@ -33,23 +31,18 @@ import subprocess
 import sys
 import threading
 import time
-from typing import Any
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ament_index_python.packages import get_package_share_directory
 from live_graph import GLANCE
 import pytest
-from rcl_interfaces.msg import IntegerRange
-from rcl_interfaces.msg import ParameterDescriptor
-from rcl_interfaces.msg import ParameterEvent
+from rcl_interfaces.msg import IntegerRange, ParameterDescriptor, ParameterEvent
 from rclpy.action import ActionServer
 from rclpy.node import Node
-from recorded import records
-from recorded import with_paths
-from recorded import write_files
+from recorded import records, with_paths, write_files
 from std_srvs.srv import Empty
-from turtle_brick.tools.domains import reserved_domain
 from turtle_brick.tools.graph import Graph
+from turtle_referee.domains import reserved_domain
 from turtlesim.action import RotateAbsolute
 from turtlesim.msg import Color
 from turtlesim.srv import SetPen

@@ -24,8 +24,7 @@ import json
 from math import sqrt
 from pathlib import Path
 from threading import Thread
-from time import monotonic
-from time import perf_counter
+from time import monotonic, perf_counter
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
@@ -38,20 +37,13 @@ import rclpy
 from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy
-from rclpy.qos import QoSProfile
-from rclpy.qos import ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
 from tf2_msgs.msg import TFMessage
 from tf2_msgs.srv import FrameGraph
 import tf2_ros
-from tf2_ros import Buffer
-from tf2_ros import ExtrapolationException
-from tf2_ros import LookupException
-from tf2_ros import StaticTransformBroadcaster
-from tf2_ros import TransformBroadcaster
-from tf2_ros import TransformException
-from tf2_ros import TransformListener
+from tf2_ros import (Buffer, ExtrapolationException, LookupException, StaticTransformBroadcaster,
+                     TransformBroadcaster, TransformException, TransformListener)
 
 DATA = Path(__file__).parents[1] / 'data' / 'tf2'
 RECORDED = json.loads((DATA / 'tf2_recorded.json').read_text())

@@ -18,39 +18,26 @@ Its motion is held to recordings in test_turtlesim_kinematics.py. Where the real
 installed it is tested itself, without a window, which shows that the tests are right.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterator
-from math import hypot
-from math import pi
+from collections.abc import Callable, Iterator
+from math import hypot, pi
 import os
 import signal
 from statistics import median
 from typing import NamedTuple
 
-from ament_index_python.packages import get_package_prefix
-from ament_index_python.packages import PackageNotFoundError
+from ament_index_python.packages import get_package_prefix, PackageNotFoundError
 from geometry_msgs.msg import Twist
-from live_graph import graph
-from live_graph import LiveGraph
-from live_graph import NodeProcess
-from live_graph import process
-from live_graph import Recording
+from live_graph import graph, LiveGraph, NodeProcess, process, Recording
 import pytest
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy
-from rclpy.qos import ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from std_srvs.srv import Empty
-from turtle_brick.tools.domains import reserved_domain
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TICK
 from turtle_brick.tools.graph import executable
-from turtle_brick.turtlesim_kinematics import ARENA_CENTER
-from turtle_brick.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.turtlesim_kinematics import TICK
+from turtle_referee.domains import reserved_domain
 from turtlesim.msg import Pose
-from turtlesim.srv import Kill
-from turtlesim.srv import Spawn
-from turtlesim.srv import TeleportAbsolute
-from turtlesim.srv import TeleportRelative
+from turtlesim.srv import Kill, Spawn, TeleportAbsolute, TeleportRelative
 from witness import rate
 
 

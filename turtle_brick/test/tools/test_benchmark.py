@@ -23,22 +23,15 @@ import signal
 import subprocess
 import sys
 from threading import Event
-from time import monotonic
-from time import process_time
+from time import monotonic, process_time
 
 from hypothesis import given
 from hypothesis import strategies as st
 import numpy
 import pytest
-from turtle_brick.tools import benchmark
-from turtle_brick.tools import benchmark_nodes
-from turtle_brick.tools import measuring
-from turtle_brick.tools import processes
-from turtle_brick.tools import report
+from turtle_brick.tools import benchmark, benchmark_nodes, measuring, processes, report
 from turtle_brick.tools.graph import Graph
-from turtle_brick.tools.measuring import BrickSample
-from turtle_brick.tools.measuring import Events
-from turtle_brick.tools.measuring import Place
+from turtle_brick.tools.measuring import BrickSample, Events, Place
 
 DEADLINE = 60.0
 STEP = 4_000_000

@@ -18,21 +18,17 @@ import sys
 from types import SimpleNamespace
 
 from geometry_msgs.msg import Twist
-from live_graph import graph
-from live_graph import process
+from live_graph import graph, process
 import pytest
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
-from turtle_brick.frames import BASE_LINK
-from turtle_brick.frames import ODOM
-from turtle_brick.frames import transform_message
-from turtle_brick.parameters import load
-from turtle_brick.reaching import resting_height
+from turtle_brick.core.parameters import load
+from turtle_brick.core.reachability import resting_height
+from turtle_brick.ros.tf import BASE_LINK, ODOM, transform_message
 from turtle_brick.tools import demo
-from turtle_brick.tools.domains import RANGE_VARIABLES
-from turtle_brick.tools.graph import executable
-from turtle_brick.tools.graph import Graph
+from turtle_brick.tools.graph import executable, Graph
+from turtle_referee.domains import RANGE_VARIABLES
 from turtlesim.msg import Pose
 
 DEMO = [sys.executable, '-m', 'turtle_brick.tools.demo', '--no-view']

@@ -15,17 +15,12 @@
 
 from dataclasses import replace
 from importlib.util import find_spec
-from math import e
-from math import pi
+from math import e, pi
 
 import pytest
-from turtle_brick.parameters import default_path
-from turtle_brick.parameters import load
-from turtle_brick.reaching import COMMAND_LATENCY
-from turtle_brick.reaching import fall_time
-from turtle_brick.reaching import guaranteed_distance
-from turtle_brick.reaching import GUARANTEED_LATENCY
-from turtle_brick.reaching import resting_height
+from turtle_brick.core.parameters import default_path, load
+from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guaranteed_distance,
+                                            GUARANTEED_LATENCY, resting_height)
 from turtle_brick.tools import lesson
 from turtle_brick.tools import lesson_laws as laws
 

@@ -18,15 +18,13 @@ import signal
 import sys
 import time
 
-from live_graph import graph
-from live_graph import LiveGraph
-from live_graph import process
+from live_graph import graph, LiveGraph, process
 import pytest
 from rclpy.context import Context
 from rclpy.node import Node
 from std_msgs.msg import Int64
 from std_srvs.srv import Trigger
-from turtle_brick.tools.domains import reserved_domain
+from turtle_referee.domains import reserved_domain
 
 
 class Counter(Node):

@@ -22,10 +22,10 @@ import sys
 import time
 
 import pytest
-from turtle_brick.parameters import load
-from turtle_brick.simulation import drops
+from turtle_brick.core.parameters import load
 from turtle_brick.tools import rviz_recording
 from turtle_brick.tools.rviz_recording import SCENES
+from turtle_brick.tools.simulation import drops
 
 PROGRAMS = ('Xvfb', 'ffmpeg')
 

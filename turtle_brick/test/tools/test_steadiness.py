@@ -23,7 +23,7 @@ from time import monotonic
 
 import pytest
 from steadiness import STALL
-from turtle_brick.tools.judging.stalls import StallWatch
+from turtle_referee.stalls import StallWatch
 
 CONFTEST = """
 from time import monotonic

@@ -17,9 +17,7 @@
 import csv
 from dataclasses import replace
 from importlib.util import find_spec
-from math import hypot
-from math import inf
-from math import sqrt
+from math import hypot, inf, sqrt
 import os
 from pathlib import Path
 import signal
@@ -29,14 +27,11 @@ from threading import Event
 from time import monotonic
 
 import pytest
-from turtle_brick.catching import CENTER
-from turtle_brick.parameters import default_path
-from turtle_brick.parameters import from_mapping
-from turtle_brick.parameters import load
-from turtle_brick.reaching import guaranteed_distance
-from turtle_brick.tools import sweep
-from turtle_brick.tools import sweeping
-from turtle_brick.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.core.catch_logic import CENTER
+from turtle_brick.core.parameters import default_path, from_mapping, load
+from turtle_brick.core.reachability import guaranteed_distance
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.tools import sweep, sweeping
 import yaml
 
 PNG = b'\x89PNG\r\n\x1a\n'

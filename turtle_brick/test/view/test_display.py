@@ -15,24 +15,12 @@
 
 from contextlib import nullcontext
 from itertools import chain
-from math import cos
-from math import dist
-from math import hypot
-from math import inf
-from math import nan
-from math import pi
-from math import sin
+from math import cos, dist, hypot, inf, nan, pi, sin
 
 from builtin_interfaces.msg import Duration
 from builtin_interfaces.msg import Time as TimeMessage
-from faulty_markers import changed
-from faulty_markers import FAULTS
-from faulty_markers import harmless
-from geometry_msgs.msg import Point
-from geometry_msgs.msg import PoseStamped
-from geometry_msgs.msg import Quaternion
-from geometry_msgs.msg import TransformStamped
-from geometry_msgs.msg import Vector3
+from faulty_markers import changed, FAULTS, harmless
+from geometry_msgs.msg import Point, PoseStamped, Quaternion, TransformStamped, Vector3
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -40,22 +28,13 @@ from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
-from turtle_brick.arena import brick_marker
-from turtle_brick.arena import walls
-from turtle_brick.colors import BRICK_COLORS
-from turtle_brick.frames import transform_message
-from turtle_brick.geometry import from_pitch
-from turtle_brick.geometry import from_yaw
-from turtle_brick.geometry import IDENTITY
-from turtle_brick.geometry import multiply
-from turtle_brick.geometry import Pose
-from turtle_brick.geometry import rotate
+from turtle_brick.arena import brick_marker, walls
+from turtle_brick.core.colors import BRICK_COLORS
+from turtle_brick.core.geometry import from_pitch, from_yaw, IDENTITY, multiply, Pose, rotate
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER
 from turtle_brick.physics import Phase
-from turtle_brick.turtlesim_kinematics import ARENA_CENTER
-from turtle_brick.view.display import Display
-from turtle_brick.view.display import LONGEST_WARNING
-from turtle_brick.view.display import MOST_MARKERS
-from turtle_brick.view.display import shape_of
+from turtle_brick.ros.tf import transform_message
+from turtle_brick.view.display import Display, LONGEST_WARNING, MOST_MARKERS, shape_of
 from turtle_brick.view.urdf_scene import LARGEST
 from turtle_brick.view.viewing import NANOSECONDS
 from turtle_brick_interfaces.msg import Tilt

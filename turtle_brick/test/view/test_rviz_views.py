@@ -13,20 +13,13 @@
 # limitations under the License.
 """The views of the rviz configurations start near the robot, and show what there is to see."""
 
-from math import cos
-from math import pi
-from math import sin
-from math import tan
+from math import cos, pi, sin, tan
 
 import pytest
-from turtle_brick.catching import CENTER
-from turtle_brick.geometry import Vector
-from turtle_brick.parameters import default_path
-from turtle_brick.parameters import load
-from turtle_brick.tools.rviz_recording import configuration
-from turtle_brick.tools.rviz_recording import SCENES
-from turtle_brick.tools.rviz_recording import SIZE
-from turtle_brick.tools.rviz_recording import TURTLESIM_SIZE
+from turtle_brick.core.catch_logic import CENTER
+from turtle_brick.core.geometry import Vector
+from turtle_brick.core.parameters import default_path, load
+from turtle_brick.tools.rviz_recording import configuration, SCENES, SIZE, TURTLESIM_SIZE
 import yaml
 
 CONFIG = default_path().parent

@@ -13,21 +13,14 @@
 # limitations under the License.
 """Robot descriptions as shapes: by closed forms, our own robot, and what is refused."""
 
-from math import cos
-from math import pi
-from math import sin
+from math import cos, pi, sin
 
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
-from turtle_brick.geometry import rotate
-from turtle_brick.parameters import default_path
-from turtle_brick.parameters import load
-from turtle_brick.view.urdf_scene import from_rpy
-from turtle_brick.view.urdf_scene import GRAY
-from turtle_brick.view.urdf_scene import LONGEST
-from turtle_brick.view.urdf_scene import parse_urdf
-from turtle_brick.view.urdf_scene import UrdfError
+from turtle_brick.core.geometry import rotate
+from turtle_brick.core.parameters import default_path, load
+from turtle_brick.view.urdf_scene import from_rpy, GRAY, LONGEST, parse_urdf, UrdfError
 import xacro
 
 ANGLES = st.floats(-10.0, 10.0)

@@ -14,8 +14,7 @@
 """The viewer in a live graph: what it hears, what commands do, how it starts and ends."""
 
 from html import unescape
-from math import inf
-from math import nan
+from math import inf, nan
 from pathlib import Path
 import re
 import signal
@@ -23,28 +22,19 @@ import socket
 from statistics import median
 import urllib.request
 
-from faulty_markers import changed
-from faulty_markers import FAULTS
-from faulty_markers import harmless
-from geometry_msgs.msg import PoseStamped
-from geometry_msgs.msg import TransformStamped
+from faulty_markers import changed, FAULTS, harmless
+from geometry_msgs.msg import PoseStamped, TransformStamped
 from live_graph import process
 import pytest
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from turtle_brick.physics import Phase
-from turtle_brick.tools.graph import executable
-from turtle_brick.tools.graph import Graph
+from turtle_brick.tools.graph import executable, Graph
 from turtle_brick.view import viewer
-from turtle_brick.view.commands import Drop
-from turtle_brick.view.commands import DropAtRandom
-from turtle_brick.view.commands import PlaceAt
-from turtle_brick.view.commands import SendTo
-from turtle_brick.view.commands import SetTilt
+from turtle_brick.view.commands import Drop, DropAtRandom, PlaceAt, SendTo, SetTilt
 from turtle_brick_interfaces.msg import Tilt
-from visualization_msgs.msg import Marker
-from visualization_msgs.msg import MarkerArray
+from visualization_msgs.msg import Marker, MarkerArray
 from witness import Witness
 
 needs_viser = pytest.mark.skipif(

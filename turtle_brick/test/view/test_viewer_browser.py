@@ -15,25 +15,21 @@
 
 from importlib.util import find_spec
 from io import BytesIO
-from math import dist
-from math import tan
+from math import dist, tan
 import re
-from threading import Event
-from threading import Thread
+from threading import Event, Thread
 from time import monotonic
 
 from geometry_msgs.msg import PoseStamped
 from live_graph import process
 import numpy
 import pytest
-from turtle_brick.catching import CENTER
-from turtle_brick.parameters import load
+from turtle_brick.core.catch_logic import CENTER
+from turtle_brick.core.parameters import load
 from turtle_brick.physics import Phase
-from turtle_brick.tools.browser import Chromium
-from turtle_brick.tools.browser import find_chromium
-from turtle_brick.tools.domains import reserved_domain
-from turtle_brick.tools.graph import executable
-from turtle_brick.tools.graph import Graph
+from turtle_brick.tools.browser import Chromium, find_chromium
+from turtle_brick.tools.graph import executable, Graph
+from turtle_referee.domains import reserved_domain
 from witness import Witness
 
 # Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.

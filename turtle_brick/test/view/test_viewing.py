@@ -18,13 +18,8 @@ from hypothesis import strategies as st
 import pytest
 from turtle_brick.physics import Phase
 from turtle_brick.view.urdf_scene import Shape
-from turtle_brick.view.viewing import Account
-from turtle_brick.view.viewing import common_instant
-from turtle_brick.view.viewing import History
-from turtle_brick.view.viewing import Mark
-from turtle_brick.view.viewing import Marks
-from turtle_brick.view.viewing import NANOSECONDS
-from turtle_brick.view.viewing import Rate
+from turtle_brick.view.viewing import (Account, common_instant, History, Mark, Marks, NANOSECONDS,
+                                       Rate)
 
 SHAPE = Shape('box', (1.0, 1.0, 1.0), (1.0, 0.0, 0.0, 1.0))
 

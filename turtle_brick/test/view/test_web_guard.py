@@ -13,13 +13,11 @@
 # limitations under the License.
 """Who may open the page and what a browser may send: foreign pages, bad messages are refused."""
 
-from contextlib import contextmanager
-from contextlib import ExitStack
+from contextlib import contextmanager, ExitStack
 import copy
 from importlib.util import find_spec
 from itertools import product
-from math import inf
-from math import nan
+from math import inf, nan
 import socket
 import struct
 from threading import Condition
@@ -27,28 +25,19 @@ from threading import Condition
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
-from turtle_brick.geometry import IDENTITY
-from turtle_brick.geometry import Pose
+from turtle_brick.core.geometry import IDENTITY, Pose
 from turtle_brick.view.urdf_scene import Shape
 
 # Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
 if find_spec('viser') is not None:
     import msgspec
-    from turtle_brick.view.web_guard import BRICK_BUTTONS
-    from turtle_brick.view.web_guard import Door
-    from turtle_brick.view.web_guard import is_admissible
-    from turtle_brick.view.web_guard import LARGEST_MESSAGE
-    from turtle_brick.view.web_guard import LoopEvent
-    from turtle_brick.view.web_guard import VIEW_BUTTONS
-    from turtle_brick.view.web_guard import VISITORS
+    from turtle_brick.view.commands import DropAtRandom, SendTo, SetTilt
+    from turtle_brick.view.web_guard import (BRICK_BUTTONS, Door, is_admissible, LARGEST_MESSAGE,
+                                             LoopEvent, VIEW_BUTTONS, VISITORS)
     from turtle_brick.view.web_scene import VIEWS
-    from turtle_brick.view.commands import DropAtRandom
-    from turtle_brick.view.commands import SendTo
-    from turtle_brick.view.commands import SetTilt
     from turtle_brick.view.web_view import WebView
     import viser
-    from websockets.exceptions import ConnectionClosed
-    from websockets.exceptions import InvalidStatus
+    from websockets.exceptions import ConnectionClosed, InvalidStatus
     from websockets.sync.client import connect
     import zstandard
 

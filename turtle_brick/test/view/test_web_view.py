@@ -15,9 +15,7 @@
 
 from importlib.util import find_spec
 from itertools import product
-from math import isclose
-from math import isnan
-from math import tan
+from math import isclose, isnan, tan
 import re
 import socket
 import struct
@@ -28,25 +26,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy
 import pytest
-from turtle_brick.catching import CENTER
-from turtle_brick.geometry import from_yaw
-from turtle_brick.geometry import IDENTITY
-from turtle_brick.geometry import Pose
-from turtle_brick.parameters import load
+from turtle_brick.core.catch_logic import CENTER
+from turtle_brick.core.geometry import from_yaw, IDENTITY, Pose
+from turtle_brick.core.parameters import load
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
 from turtle_brick.physics import Phase
-from turtle_brick.turtlesim_kinematics import ARENA_CENTER
-from turtle_brick.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.view.urdf_scene import Shape
 from turtle_brick.view.viewing import History
 
 # Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
 if find_spec('viser') is not None:
-    from turtle_brick.view.web_view import AddressError
-    from turtle_brick.view.web_view import free_port
-    from turtle_brick.view.web_scene import ABOVE
-    from turtle_brick.view.web_scene import ground_under
-    from turtle_brick.view.web_scene import NEAR
-    from turtle_brick.view.web_view import WebView
+    from turtle_brick.view.web_scene import ABOVE, ground_under, NEAR
+    from turtle_brick.view.web_view import AddressError, free_port, WebView
 
 pytestmark = pytest.mark.skipif(
     find_spec('viser') is None,

@@ -47,18 +47,12 @@ machine keeps from it: while it does, everything comes late, and the percentiles
 
 import argparse
 from collections import Counter
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from datetime import datetime
-from datetime import timezone
+from datetime import datetime, timezone
 from importlib.util import find_spec
 import json
-from math import cos
-from math import hypot
-from math import inf
-from math import pi
-from math import sin
+from math import cos, hypot, inf, pi, sin
 import os
 from pathlib import Path
 import platform
@@ -68,55 +62,34 @@ import subprocess
 import sys
 from tempfile import TemporaryDirectory
 from threading import Event
-from time import monotonic
-from time import process_time
-from time import time_ns
-from typing import Any
-from typing import NamedTuple
+from time import monotonic, process_time, time_ns
+from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 from ament_index_python.packages import get_package_share_path
 from rclpy.node import Node
 from rclpy.utilities import get_rmw_implementation_identifier
-from turtle_brick.catching import CENTER
-from turtle_brick.frames import BASE_LINK
-from turtle_brick.frames import BRICK
-from turtle_brick.geometry import Vector
-from turtle_brick.interrupts import INTERRUPTS
-from turtle_brick.parameters import load
-from turtle_brick.parameters import ParameterError
-from turtle_brick.parameters import Parameters
+from turtle_brick.core.catch_logic import CENTER
+from turtle_brick.core.geometry import Vector
+from turtle_brick.core.parameters import load, ParameterError, Parameters
+from turtle_brick.core.reachability import guaranteed_distance
 from turtle_brick.physics import STEP
-from turtle_brick.reaching import guaranteed_distance
-from turtle_brick.tools.domains import reserved_domain
+from turtle_brick.ros.interrupts import INTERRUPTS
+from turtle_brick.ros.tf import BASE_LINK, BRICK
 from turtle_brick.tools.graph import Graph
-from turtle_brick.tools.judging.drops import DropWatch
-from turtle_brick.tools.judging.hands import Hands
-from turtle_brick.tools.judging.names import Profile
-from turtle_brick.tools.judging.observer import Observer
-from turtle_brick.tools.judging.record import Record
-from turtle_brick.tools.measuring import BrickSample
-from turtle_brick.tools.measuring import busy_time
-from turtle_brick.tools.measuring import chain
-from turtle_brick.tools.measuring import Drift
-from turtle_brick.tools.measuring import drift
-from turtle_brick.tools.measuring import Events
-from turtle_brick.tools.measuring import intervals
-from turtle_brick.tools.measuring import peak_memory
+from turtle_brick.tools.measuring import (BrickSample, busy_time, chain, Drift, drift, Events,
+                                          intervals, peak_memory)
 from turtle_brick.tools.measuring import Place as RobotPlace
-from turtle_brick.tools.measuring import processor_model
-from turtle_brick.tools.measuring import processor_time
-from turtle_brick.tools.measuring import spread
-from turtle_brick.tools.measuring import stolen_time
-from turtle_brick.tools.processes import FOREIGN
-from turtle_brick.tools.processes import Processes
-from turtle_brick.tools.processes import start_graph
-from turtle_brick.tools.report import draw
-from turtle_brick.tools.report import plain
-from turtle_brick.tools.report import report
-from turtle_brick.tools.sweeping import make
-from turtle_brick.tools.sweeping import Plan
-from turtle_brick.tools.sweeping import version
+from turtle_brick.tools.measuring import processor_model, processor_time, spread, stolen_time
+from turtle_brick.tools.processes import FOREIGN, Processes, start_graph
+from turtle_brick.tools.report import draw, plain, report
+from turtle_brick.tools.sweeping import make, Plan, version
+from turtle_referee.domains import reserved_domain
+from turtle_referee.drops import DropWatch
+from turtle_referee.hands import Hands
+from turtle_referee.names import Profile
+from turtle_referee.observer import Observer
+from turtle_referee.record import Record
 
 START_TIME = 60.0
 """How long (s) processes may take to start and to find each other."""

@@ -29,41 +29,30 @@ from math import inf
 import sys
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from turtle_brick.arena import MARKER_PERIOD
 from turtle_brick.catcher import PERIOD as CATCHER_PERIOD
-from turtle_brick.driving import PERIOD as ROBOT_PERIOD
-from turtle_brick.executor import make_executor
-from turtle_brick.frames import BASE_LINK
-from turtle_brick.frames import BRICK
-from turtle_brick.frames import LATCHED
-from turtle_brick.frames import ODOM
-from turtle_brick.frames import transform_message
-from turtle_brick.frames import WORLD
-from turtle_brick.interrupts import INTERRUPTS
+from turtle_brick.core.driving import PERIOD as ROBOT_PERIOD
+from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK
 from turtle_brick.physics import STEP
-from turtle_brick.spinning import init
-from turtle_brick.spinning import spare_collector
-from turtle_brick.spinning import spin
+from turtle_brick.ros.executor import make_executor
+from turtle_brick.ros.interrupts import INTERRUPTS
+from turtle_brick.ros.node_main import init, spare_collector, spin
+from turtle_brick.ros.tf import BASE_LINK, BRICK, LATCHED, ODOM, transform_message, WORLD
 from turtle_brick.tools.graph import Graph
 from turtle_brick.turtle_robot import COMPANY_PERIOD
-from turtle_brick.turtlesim_kinematics import QUEUE_DEPTH
-from turtle_brick.turtlesim_kinematics import TICK
 from turtle_brick_interfaces.msg import Tilt
 from turtle_brick_interfaces.srv import Place
 from turtlesim.msg import Pose
-from visualization_msgs.msg import Marker
-from visualization_msgs.msg import MarkerArray
+from visualization_msgs.msg import Marker, MarkerArray
 
 TF = QoSProfile(depth=100)
 

@@ -22,60 +22,41 @@ carried to the center and tipped off, and what can be caught in time was not cal
 """
 
 import argparse
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Sequence
-from contextlib import contextmanager
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
-from math import cos
-from math import dist
-from math import inf
-from math import pi
-from math import sin
+from math import cos, dist, inf, pi, sin
 import os
 from random import Random
 import sys
 from threading import Thread
-from time import monotonic
-from time import time_ns
+from time import monotonic, time_ns
 from typing import Any
 import webbrowser
 
-from ament_index_python.packages import get_package_share_path
-from ament_index_python.packages import PackageNotFoundError
+from ament_index_python.packages import get_package_share_path, PackageNotFoundError
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
 from turtle_brick.arena import commands
-from turtle_brick.catching import CENTER
-from turtle_brick.driving import within_arena
-from turtle_brick.frames import BASE_LINK
-from turtle_brick.frames import BRICK
-from turtle_brick.geometry import Vector
-from turtle_brick.interrupts import INTERRUPTS
-from turtle_brick.parameters import load
-from turtle_brick.parameters import ParameterError
-from turtle_brick.parameters import Parameters
-from turtle_brick.reaching import COMMAND_LATENCY
-from turtle_brick.reaching import fall_time
-from turtle_brick.reaching import guaranteed_distance
-from turtle_brick.reaching import resting_height
-from turtle_brick.reaching import time_needed
-from turtle_brick.spinning import spare_collector
-from turtle_brick.step_clock import NANO
-from turtle_brick.tools.domains import DomainError
-from turtle_brick.tools.domains import DOMAINS
-from turtle_brick.tools.domains import is_empty
-from turtle_brick.tools.domains import keep_to_this_machine
-from turtle_brick.tools.domains import LAST_DOMAIN
-from turtle_brick.tools.domains import reserved_domain
+from turtle_brick.core.catch_logic import CENTER
+from turtle_brick.core.driving import within_arena
+from turtle_brick.core.geometry import Vector
+from turtle_brick.core.parameters import load, ParameterError, Parameters
+from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guaranteed_distance,
+                                            resting_height, time_needed)
+from turtle_brick.core.time_steps import NANO
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.ros.interrupts import INTERRUPTS
+from turtle_brick.ros.node_main import spare_collector
+from turtle_brick.ros.tf import BASE_LINK, BRICK
 from turtle_brick.tools.graph import Graph
-from turtle_brick.tools.judging.drops import DropWatch
-from turtle_brick.tools.judging.hands import Hands
-from turtle_brick.tools.judging.names import Profile
-from turtle_brick.tools.judging.observer import Observer
-from turtle_brick.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.view.polling import PollingNode
+from turtle_referee.domains import (DomainError, DOMAINS, is_empty, keep_to_this_machine,
+                                    LAST_DOMAIN, reserved_domain)
+from turtle_referee.drops import DropWatch
+from turtle_referee.hands import Hands
+from turtle_referee.names import Profile
+from turtle_referee.observer import Observer
 
 START_TIME = 30.0
 """How long (s) the graph may take to come up."""

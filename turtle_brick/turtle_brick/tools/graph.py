@@ -19,8 +19,7 @@ Where turtlesim and robot_state_publisher are stand-ins, they are composed too; 
 ones are installed, they run beside as child processes.
 """
 
-from collections.abc import Callable
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 import importlib
 from importlib.util import find_spec
@@ -30,23 +29,19 @@ import signal
 import subprocess
 from tempfile import TemporaryDirectory
 from time import monotonic
-from typing import Any
-from typing import TYPE_CHECKING
-from typing import TypeVar
+from typing import Any, TYPE_CHECKING, TypeVar
 from xml.parsers.expat import ExpatError
 
-from ament_index_python.packages import get_package_prefix
-from ament_index_python.packages import get_package_share_path
-from ament_index_python.packages import PackageNotFoundError
+from ament_index_python.packages import (get_package_prefix, get_package_share_path,
+                                         PackageNotFoundError)
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
-from turtle_brick.executor import make_executor
-from turtle_brick.interrupts import INTERRUPTS
-from turtle_brick.parameters import default_path
-from turtle_brick.parameters import to_change
-from turtle_brick.spinning import find_log_dir
+from turtle_brick.core.parameters import default_path, to_change
+from turtle_brick.ros.executor import make_executor
+from turtle_brick.ros.interrupts import INTERRUPTS
+from turtle_brick.ros.node_main import find_log_dir
 import xacro
 import yaml
 

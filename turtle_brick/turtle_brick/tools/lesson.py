@@ -23,27 +23,18 @@ lesson-<part>.png.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from importlib.util import find_spec
-from math import degrees
-from math import e
-from math import hypot
-from math import pi
+from math import degrees, e, hypot, pi
 from pathlib import Path
 import sys
 
-from turtle_brick.geometry import Pose2D
-from turtle_brick.parameters import load
-from turtle_brick.parameters import ParameterError
-from turtle_brick.parameters import Parameters
-from turtle_brick.reaching import fall_time
-from turtle_brick.reaching import guaranteed_distance
-from turtle_brick.reaching import resting_height
+from turtle_brick.core.geometry import Pose2D
+from turtle_brick.core.parameters import load, ParameterError, Parameters
+from turtle_brick.core.reachability import fall_time, guaranteed_distance, resting_height
+from turtle_brick.core.turtlesim_kinematics import TICK
 from turtle_brick.tools import lesson_laws as laws
 from turtle_brick.tools.measuring import percentile
-from turtle_brick.turtlesim_kinematics import TICK
 
 
 def tell_frames(parameters: Parameters) -> Iterator[str]:

@@ -17,34 +17,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos
-from math import degrees
-from math import pi
-from math import sin
+from math import cos, degrees, pi, sin
 from pathlib import Path
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
-from matplotlib.patches import Polygon
-from matplotlib.patches import Rectangle
-from turtle_brick.geometry import Pose2D
-from turtle_brick.parameters import Parameters
-from turtle_brick.reaching import guaranteed_distance
-from turtle_brick.reaching import GUARANTEED_LATENCY
-from turtle_brick.reaching import resting_height
+from matplotlib.patches import Circle, Polygon, Rectangle
+from turtle_brick.core.geometry import Pose2D
+from turtle_brick.core.parameters import Parameters
+from turtle_brick.core.reachability import guaranteed_distance, GUARANTEED_LATENCY, resting_height
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.tools import lesson_laws as laws
-from turtle_brick.tools.plots import CAUGHT
-from turtle_brick.tools.plots import FAINT
-from turtle_brick.tools.plots import farthest
-from turtle_brick.tools.plots import INK
-from turtle_brick.tools.plots import MISSED
-from turtle_brick.tools.plots import REFUSED
-from turtle_brick.tools.plots import ROBOT
-from turtle_brick.tools.plots import save
-from turtle_brick.tools.plots import STYLE
-from turtle_brick.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.tools.plots import (CAUGHT, FAINT, farthest, INK, MISSED, REFUSED, ROBOT, save,
+                                      STYLE)
 
 X_AXIS, Y_AXIS = '#d62728', '#2ca02c'
 """The colors that rviz2 gives to the axes x and y of a frame."""

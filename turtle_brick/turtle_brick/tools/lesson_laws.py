@@ -23,40 +23,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from math import cos
-from math import hypot
-from math import radians
-from math import sin
-from math import sqrt
+from math import cos, hypot, radians, sin, sqrt
 from typing import NamedTuple
 
-from turtle_brick.driving import Driver
-from turtle_brick.driving import PERIOD
-from turtle_brick.driving import TRANSPORT
-from turtle_brick.geometry import from_pitch
-from turtle_brick.geometry import IDENTITY
-from turtle_brick.geometry import Pose
-from turtle_brick.geometry import Pose2D
-from turtle_brick.geometry import Quaternion
-from turtle_brick.geometry import Vector
-from turtle_brick.odometry import Odometer
-from turtle_brick.parameters import Parameters
-from turtle_brick.physics import Phase
-from turtle_brick.physics import STEP
-from turtle_brick.physics import World
-from turtle_brick.reaching import COMMAND_LATENCY
-from turtle_brick.reaching import QUEUE_LATENCY
-from turtle_brick.reaching import resting_height
-from turtle_brick.simulation import Simulation
-from turtle_brick.step_clock import NANO
-from turtle_brick.tools.sweeping import Chain
-from turtle_brick.tools.sweeping import Drop
-from turtle_brick.tools.sweeping import JITTER
-from turtle_brick.tools.sweeping import make
-from turtle_brick.turtlesim_kinematics import ARENA_CENTER
-from turtle_brick.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.turtlesim_kinematics import TICK
-from turtle_brick.turtlesim_kinematics import Turtle
+from turtle_brick.core.driving import Driver, PERIOD, TRANSPORT
+from turtle_brick.core.geometry import from_pitch, IDENTITY, Pose, Pose2D, Quaternion, Vector
+from turtle_brick.core.odometry import Odometer
+from turtle_brick.core.parameters import Parameters
+from turtle_brick.core.reachability import COMMAND_LATENCY, QUEUE_LATENCY, resting_height
+from turtle_brick.core.time_steps import NANO
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TICK, Turtle
+from turtle_brick.physics import Phase, STEP, World
+from turtle_brick.tools.simulation import Simulation
+from turtle_brick.tools.sweeping import Chain, Drop, JITTER, make
 
 START = (3.0, 2.0, radians(30.0))
 """Where the robot of the first part starts (m, rad): neither at the origin nor along x."""

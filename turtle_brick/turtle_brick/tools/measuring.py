@@ -22,16 +22,13 @@ Instants are integer nanoseconds of the system's clock, unless a name says other
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil
-from math import floor
-from math import hypot
+from math import ceil, floor, hypot
 import os
 from pathlib import Path
 from time import monotonic
 from typing import NamedTuple
 
-from turtle_brick.step_clock import NANO
-
+from turtle_brick.core.time_steps import NANO
 
 MOVED = 1e-6
 """Distance (m) from which a robot counts as having moved."""

@@ -23,35 +23,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import groupby
-from math import degrees
-from math import hypot
+from math import degrees, hypot
 from pathlib import Path
-from typing import TYPE_CHECKING
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from matplotlib import rc_context
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PatchCollection
-from matplotlib.colors import LinearSegmentedColormap
-from matplotlib.colors import TwoSlopeNorm
+from matplotlib.colors import LinearSegmentedColormap, TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle
-from matplotlib.patches import Rectangle
-from turtle_brick.catching import CENTER
-from turtle_brick.catching import State
-from turtle_brick.parameters import Parameters
+from matplotlib.patches import Circle, Rectangle
+from turtle_brick.core.catch_logic import CENTER, State
+from turtle_brick.core.parameters import Parameters
+from turtle_brick.core.reachability import (fall_time, guaranteed_distance, GUARANTEED_LATENCY,
+                                            resting_height)
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.physics import Phase
-from turtle_brick.reaching import fall_time
-from turtle_brick.reaching import guaranteed_distance
-from turtle_brick.reaching import GUARANTEED_LATENCY
-from turtle_brick.reaching import resting_height
 from turtle_brick.tools.measuring import percentile
-from turtle_brick.turtlesim_kinematics import ARENA_SIZE
 
 if TYPE_CHECKING:
-    from turtle_brick.tools.sweeping import Drop
-    from turtle_brick.tools.sweeping import Trace
+    from turtle_brick.tools.sweeping import Drop, Trace
 
 INK = '#1f2933'
 FAINT = '#9aa5b1'

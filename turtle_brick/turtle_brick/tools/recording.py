@@ -23,8 +23,7 @@ It needs viser, and from the system Chromium and ffmpeg.
 """
 
 import argparse
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 import shutil
@@ -37,22 +36,16 @@ from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
-from turtle_brick.frames import BRICK
-from turtle_brick.geometry import Vector
-from turtle_brick.interrupts import INTERRUPTS
-from turtle_brick.parameters import load
-from turtle_brick.parameters import ParameterError
+from turtle_brick.core.geometry import Vector
+from turtle_brick.core.parameters import load, ParameterError
 from turtle_brick.physics import Phase
-from turtle_brick.tools.browser import BrowserError
-from turtle_brick.tools.browser import Chromium
-from turtle_brick.tools.browser import find_chromium
-from turtle_brick.tools.demo import Match
-from turtle_brick.tools.demo import two_bricks
+from turtle_brick.ros.interrupts import INTERRUPTS
+from turtle_brick.ros.tf import BRICK
+from turtle_brick.tools.browser import BrowserError, Chromium, find_chromium
+from turtle_brick.tools.demo import Match, two_bricks
 from turtle_brick.tools.graph import Graph
 from turtle_brick.view.display import Display
-from turtle_brick.view.viewer import Listener
-from turtle_brick.view.viewer import PERIOD
-from turtle_brick.view.viewer import VISER
+from turtle_brick.view.viewer import Listener, PERIOD, VISER
 from turtle_brick.view.viewing import NANOSECONDS
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker

@@ -21,11 +21,8 @@ from pathlib import Path
 from typing import Any
 
 from turtle_brick.arena import STEP
-from turtle_brick.tools.measuring import Drift
-from turtle_brick.tools.measuring import Spread
-from turtle_brick.tools.measuring import spread
-from turtle_brick.tools.processes import FOREIGN
-from turtle_brick.tools.processes import OURS
+from turtle_brick.tools.measuring import Drift, Spread, spread
+from turtle_brick.tools.processes import FOREIGN, OURS
 
 OTHERS = 0.05
 """Cores in use by other programs from which on the numbers are worth little."""

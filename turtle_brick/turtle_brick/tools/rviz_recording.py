@@ -23,10 +23,8 @@ with a nearer view. Below turtlesim the caption tells what the nodes say.
 
 import argparse
 from collections import deque
-from collections.abc import Iterator
-from collections.abc import Sequence
-from contextlib import contextmanager
-from contextlib import ExitStack
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, ExitStack
 from math import inf
 import os
 from pathlib import Path
@@ -35,24 +33,19 @@ import subprocess
 import sys
 from tempfile import TemporaryDirectory
 from time import monotonic
-from typing import Any
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from ament_index_python.packages import get_package_share_path
-from ament_index_python.packages import get_packages_with_prefixes
+from ament_index_python.packages import get_package_share_path, get_packages_with_prefixes
 from rclpy.node import Node
 from std_srvs.srv import Trigger
-from turtle_brick.frames import LATCHED
-from turtle_brick.geometry import Vector
-from turtle_brick.interrupts import INTERRUPTS
+from turtle_brick.core.geometry import Vector
 from turtle_brick.physics import Phase
-from turtle_brick.tools.domains import DomainError
-from turtle_brick.tools.domains import keep_to_this_machine
-from turtle_brick.tools.domains import reserved_domain
-from turtle_brick.tools.graph import Child
-from turtle_brick.tools.graph import Graph
+from turtle_brick.ros.interrupts import INTERRUPTS
+from turtle_brick.ros.tf import LATCHED
+from turtle_brick.tools.graph import Child, Graph
 from turtle_brick_interfaces.msg import Tilt
 from turtle_brick_interfaces.srv import Place
+from turtle_referee.domains import DomainError, keep_to_this_machine, reserved_domain
 from visualization_msgs.msg import Marker
 import yaml
 

@@ -16,7 +16,7 @@
 sweep: drop many bricks without ROS, over all cores, and see what is caught, refused or missed.
 
 Every drop begins with the robot at rest in the center of the arena, in a simulation of its own
-(`turtle_brick.simulation`); with --chain, several drops follow one another in one simulation.
+(`turtle_brick.tools.simulation`); with --chain, several drops follow one another in one simulation.
 The output is a table, drops.csv, with one row per drop, and figures: the map of the arena, the
 margins against the distance, and one drop in detail. The table depends on the options alone,
 not on the number of workers: the same options give the same file, byte for byte.
@@ -30,12 +30,8 @@ failed.
 
 import argparse
 from collections import deque
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Sequence
-from concurrent.futures import Future
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from importlib.util import find_spec
 from math import isfinite
@@ -46,26 +42,14 @@ from pathlib import Path
 import signal
 import sys
 from threading import Thread
-from time import monotonic
-from time import process_time
-from time import strftime
+from time import monotonic, process_time, strftime
 from types import FrameType
-from typing import Any
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from turtle_brick.parameters import load
-from turtle_brick.parameters import ParameterError
-from turtle_brick.parameters import Parameters
-from turtle_brick.simulation import Delays
-from turtle_brick.tools.sweeping import Chain
-from turtle_brick.tools.sweeping import Drop
-from turtle_brick.tools.sweeping import is_good
-from turtle_brick.tools.sweeping import make
-from turtle_brick.tools.sweeping import most_telling
-from turtle_brick.tools.sweeping import Plan
-from turtle_brick.tools.sweeping import summary
-from turtle_brick.tools.sweeping import Table
-from turtle_brick.tools.sweeping import trace
+from turtle_brick.core.parameters import load, ParameterError, Parameters
+from turtle_brick.tools.simulation import Delays
+from turtle_brick.tools.sweeping import (Chain, Drop, is_good, make, most_telling, Plan, summary,
+                                         Table, trace)
 
 TABLE = 'drops.csv'
 

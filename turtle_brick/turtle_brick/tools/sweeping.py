@@ -20,36 +20,22 @@ robot at rest in the center of the arena. `Watch` measures how well a catch was 
 repeats a drop and records it in detail.
 """
 
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 import csv
-from dataclasses import asdict
-from dataclasses import astuple
-from dataclasses import dataclass
-from dataclasses import fields
-from math import asin
-from math import hypot
-from math import inf
-from math import isfinite
+from dataclasses import asdict, astuple, dataclass, fields
+from math import asin, hypot, inf, isfinite
 from random import Random
-from typing import NamedTuple
-from typing import TextIO
+from typing import NamedTuple, TextIO
 from xml.etree import ElementTree
 
-from turtle_brick.catching import NANO
-from turtle_brick.catching import State
-from turtle_brick.driving import Driver
-from turtle_brick.driving import within_arena
-from turtle_brick.geometry import axes
-from turtle_brick.geometry import Vector
-from turtle_brick.parameters import default_path
-from turtle_brick.parameters import Parameters
+from turtle_brick.core.catch_logic import NANO, State
+from turtle_brick.core.driving import Driver, within_arena
+from turtle_brick.core.geometry import axes, Vector
+from turtle_brick.core.parameters import default_path, Parameters
+from turtle_brick.core.reachability import guaranteed_distance
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.physics import Phase
-from turtle_brick.reaching import guaranteed_distance
-from turtle_brick.simulation import Delays
-from turtle_brick.simulation import Simulation
-from turtle_brick.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.tools.simulation import Delays, Simulation
 
 START_UP = 0.3
 """How long (s) a simulation runs before its first drop, for its parts to exchange data."""

@@ -19,47 +19,24 @@ It belongs to no node, so that recorded messages can be drawn as well.
 """
 
 from collections.abc import Callable
-from math import dist
-from math import hypot
-from typing import Any
-from typing import TYPE_CHECKING
+from math import dist, hypot
+from typing import Any, TYPE_CHECKING
 
 from builtin_interfaces.msg import Time as TimeMessage
-from geometry_msgs.msg import PoseStamped
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import PoseStamped, TransformStamped
 from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
-from tf2_ros import Buffer
-from tf2_ros import TransformException
-from turtle_brick.colors import BRICK_COLORS
-from turtle_brick.frames import BASE_LINK
-from turtle_brick.frames import BRICK
-from turtle_brick.frames import Intake
-from turtle_brick.frames import LATEST
-from turtle_brick.frames import ODOM
-from turtle_brick.frames import OLDEST
-from turtle_brick.frames import pose_of
-from turtle_brick.frames import WORLD
-from turtle_brick.geometry import Pose
+from tf2_ros import Buffer, TransformException
+from turtle_brick.core.colors import BRICK_COLORS
+from turtle_brick.core.geometry import Pose
+from turtle_brick.core.time_steps import NANOSECONDS, nanoseconds_of
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER
 from turtle_brick.physics import Phase
-from turtle_brick.step_clock import NANOSECONDS
-from turtle_brick.step_clock import nanoseconds_of
-from turtle_brick.turtlesim_kinematics import ARENA_CENTER
-from turtle_brick.view.urdf_scene import LARGEST
-from turtle_brick.view.urdf_scene import ORIGIN
-from turtle_brick.view.urdf_scene import parse_urdf
-from turtle_brick.view.urdf_scene import Robot
-from turtle_brick.view.urdf_scene import Shape
-from turtle_brick.view.urdf_scene import undrawable
-from turtle_brick.view.urdf_scene import UrdfError
-from turtle_brick.view.viewing import Account
-from turtle_brick.view.viewing import common_instant
-from turtle_brick.view.viewing import History
-from turtle_brick.view.viewing import Key
-from turtle_brick.view.viewing import Mark
-from turtle_brick.view.viewing import Marks
-from turtle_brick.view.viewing import Rate
+from turtle_brick.ros.tf import BASE_LINK, BRICK, Intake, LATEST, ODOM, OLDEST, pose_of, WORLD
+from turtle_brick.view.urdf_scene import (LARGEST, ORIGIN, parse_urdf, Robot, Shape, undrawable,
+                                          UrdfError)
+from turtle_brick.view.viewing import Account, common_instant, History, Key, Mark, Marks, Rate
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
 

@@ -14,8 +14,7 @@
 
 """A node that fetches messages when it needs them."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks

@@ -21,17 +21,12 @@ cylinder, sphere; not meshes), their materials, and which link is the root.
 
 from collections.abc import Iterable
 from itertools import chain
-from math import cos
-from math import sin
+from math import cos, sin
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from turtle_brick.colors import Color
-from turtle_brick.geometry import IDENTITY
-from turtle_brick.geometry import multiply
-from turtle_brick.geometry import Pose
-from turtle_brick.geometry import Quaternion
-from turtle_brick.geometry import Vector
+from turtle_brick.core.colors import Color
+from turtle_brick.core.geometry import IDENTITY, multiply, Pose, Quaternion, Vector
 
 GRAY: Color = (0.7, 0.7, 0.7, 1.0)
 """Color of a visual without a material."""

@@ -52,44 +52,29 @@ import sys
 from time import time_ns
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.client import Client
-from rclpy.qos import DurabilityPolicy
-from rclpy.qos import QoSProfile
-from rclpy.qos import ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
-from turtle_brick.executor import make_executor
-from turtle_brick.frames import LATCHED
-from turtle_brick.frames import WORLD
-from turtle_brick.parameters import ParameterError
-from turtle_brick.spinning import init
-from turtle_brick.spinning import spin
-from turtle_brick.throttling import Warner
-from turtle_brick.view.commands import Command
-from turtle_brick.view.commands import Drop
-from turtle_brick.view.commands import DropAtRandom
-from turtle_brick.view.commands import PlaceAt
-from turtle_brick.view.commands import SendTo
-from turtle_brick.view.commands import SetTilt
-from turtle_brick.view.display import BRICK_MARKER
-from turtle_brick.view.display import CATCHER_MARKER
-from turtle_brick.view.display import Display
-from turtle_brick.view.display import MOST_MARKERS
-from turtle_brick.view.display import WALLS
+from turtle_brick.core.parameters import ParameterError
+from turtle_brick.ros.executor import make_executor
+from turtle_brick.ros.node_main import init, spin
+from turtle_brick.ros.tf import LATCHED, WORLD
+from turtle_brick.ros.throttling import Warner
+from turtle_brick.view.commands import Command, Drop, DropAtRandom, PlaceAt, SendTo, SetTilt
+from turtle_brick.view.display import BRICK_MARKER, CATCHER_MARKER, Display, MOST_MARKERS, WALLS
 from turtle_brick.view.polling import PollingNode
 from turtle_brick.view.viewing import NANOSECONDS
 from turtle_brick_interfaces.msg import Tilt
 from turtle_brick_interfaces.srv import Place
-from visualization_msgs.msg import Marker
-from visualization_msgs.msg import MarkerArray
+from visualization_msgs.msg import Marker, MarkerArray
 
 VISER = 'viser==1.1.1'
 """What pip has to install for the page, as in scripts/requirements.txt."""
@@ -183,8 +168,7 @@ class Viewer(Listener):
         :raises ParameterError: the page cannot be served where the parameters say
         """
         # Here, since it needs viser, without which main and Listener have to work.
-        from turtle_brick.view.web_view import AddressError
-        from turtle_brick.view.web_view import WebView
+        from turtle_brick.view.web_view import AddressError, WebView
         super().__init__('viewer', **node_options)
         host = self._parameter('host', '127.0.0.1', 'The interface on which the page is served')
         port = self._parameter('port', 8080, 'The port; if it is taken, the next free one')

@@ -23,9 +23,9 @@ from collections.abc import Iterable
 from math import hypot
 from typing import NamedTuple
 
-from turtle_brick.geometry import Pose
+from turtle_brick.core.geometry import Pose
+from turtle_brick.core.time_steps import NANOSECONDS
 from turtle_brick.physics import Phase
-from turtle_brick.step_clock import NANOSECONDS
 from turtle_brick.view.urdf_scene import Shape
 
 Key = tuple[str, str, int]

@@ -21,8 +21,7 @@ page itself can. So every request and every message is checked here first.
 """
 
 import asyncio
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from ipaddress import ip_address
 import logging
@@ -33,8 +32,7 @@ from typing import Any
 import msgspec
 from websockets.asyncio import server as websockets_server
 from websockets.asyncio.server import ServerConnection
-from websockets.http11 import Request
-from websockets.http11 import Response
+from websockets.http11 import Request, Response
 
 EVERYWHERE = ('0.0.0.0', '::', '')
 """Hosts that stand for all interfaces."""

@@ -14,32 +14,21 @@
 
 """The panel of the page: what can be read and done. No ROS."""
 
-from collections.abc import Callable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
-from math import ceil
-from math import inf
-from math import pi
+from math import ceil, inf, pi
 from time import monotonic
 from typing import Any
 
 import numpy
-from turtle_brick.colors import Color
-from turtle_brick.geometry import Vector
+from turtle_brick.core.colors import Color
+from turtle_brick.core.geometry import Vector
+from turtle_brick.core.time_steps import NANOSECONDS
 from turtle_brick.physics import Phase
-from turtle_brick.step_clock import NANOSECONDS
-from turtle_brick.view.commands import Command
-from turtle_brick.view.commands import Drop
-from turtle_brick.view.commands import DropAtRandom
-from turtle_brick.view.commands import PlaceAt
-from turtle_brick.view.commands import SendTo
-from turtle_brick.view.commands import SetTilt
+from turtle_brick.view.commands import Command, Drop, DropAtRandom, PlaceAt, SendTo, SetTilt
 from turtle_brick.view.viewing import History
 from turtle_brick.view.web_guard import BRICK_BUTTONS
-from turtle_brick.view.web_scene import look
-from turtle_brick.view.web_scene import Scene
-from turtle_brick.view.web_scene import VIEWS
+from turtle_brick.view.web_scene import look, Scene, VIEWS
 import viser
 
 GREEN = (46, 125, 70)

@@ -15,16 +15,12 @@
 """The scene of the page: shapes that move, the ground, and where it is seen from. No ROS."""
 
 from collections.abc import Sequence
-from typing import Any
-from typing import NamedTuple
-from typing import TypedDict
+from typing import Any, NamedTuple, TypedDict
 from urllib.parse import quote
 
 import numpy
-from turtle_brick.geometry import Pose
-from turtle_brick.geometry import Quaternion
-from turtle_brick.geometry import Vector
-from turtle_brick.turtlesim_kinematics import ARENA_CENTER
+from turtle_brick.core.geometry import Pose, Quaternion, Vector
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER
 from turtle_brick.view.urdf_scene import Shape
 from turtle_brick.view.web_guard import VIEW_BUTTONS
 import viser

@@ -27,9 +27,7 @@ from typing import ContextManager
 
 import rich
 from turtle_brick.view.commands import Command
-from turtle_brick.view.web_guard import Door
-from turtle_brick.view.web_guard import EVERYWHERE
-from turtle_brick.view.web_guard import LoopEvent
+from turtle_brick.view.web_guard import Door, EVERYWHERE, LoopEvent
 from turtle_brick.view.web_panel import Panel
 from turtle_brick.view.web_scene import Scene
 import viser

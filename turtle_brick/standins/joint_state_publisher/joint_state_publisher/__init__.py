@@ -24,10 +24,7 @@ The _gui is a page on 127.0.0.1 instead of a window.
 
 from math import pi
 from random import uniform
-from signal import SIG_IGN
-from signal import SIGINT
-from signal import signal
-from signal import SIGTERM
+from signal import SIG_IGN, SIGINT, signal, SIGTERM
 import sys
 from typing import Any
 from xml.etree import ElementTree
@@ -36,8 +33,7 @@ import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import JointState

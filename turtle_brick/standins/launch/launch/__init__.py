@@ -16,23 +16,15 @@
 import asyncio
 from contextlib import suppress
 from importlib.machinery import SourceFileLoader
-from importlib.util import module_from_spec
-from importlib.util import spec_from_loader
+from importlib.util import module_from_spec, spec_from_loader
 import os
 import signal
 import sys
 
-from launch import actions
-from launch import substitutions
-from launch.actions import Action
-from launch.actions import DeclareLaunchArgument
-from launch.substitutions import get_logger
-from launch.substitutions import launch_config
-from launch.substitutions import log_file
-from launch.substitutions import needs_real
-from launch.substitutions import outside
-from launch.substitutions import perform
-from launch.substitutions import Substitution
+from launch import actions, substitutions
+from launch.actions import Action, DeclareLaunchArgument
+from launch.substitutions import (get_logger, launch_config, log_file, needs_real, outside,
+                                  perform, Substitution)
 
 __all__ = ['Action', 'LaunchContext', 'LaunchDescription', 'LaunchService', 'Substitution']
 __getattr__ = outside(__name__)

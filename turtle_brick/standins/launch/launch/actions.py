@@ -24,14 +24,8 @@ import threading
 import traceback
 import tty
 
-from launch.substitutions import get_logger
-from launch.substitutions import Later
-from launch.substitutions import LaunchConfiguration
-from launch.substitutions import needs_real
-from launch.substitutions import normalize_to_list_of_substitutions
-from launch.substitutions import perform
-from launch.substitutions import read_typed
-from launch.substitutions import write
+from launch.substitutions import (get_logger, Later, LaunchConfiguration, needs_real,
+                                  normalize_to_list_of_substitutions, perform, read_typed, write)
 
 
 class Action(Later):

@@ -18,17 +18,10 @@ import shutil
 import sys
 from tempfile import NamedTemporaryFile
 
-from ament_index_python.packages import get_package_prefix
-from ament_index_python.packages import get_package_share_directory
-from launch.actions import action
-from launch.actions import ExecuteProcess
-from launch.substitutions import get_logger
-from launch.substitutions import outside
-from launch.substitutions import perform
-from launch.substitutions import read_typed
-from launch.substitutions import Substitution
-from launch.substitutions import substitution
-from launch.substitutions import SubstitutionFailure
+from ament_index_python.packages import get_package_prefix, get_package_share_directory
+from launch.actions import action, ExecuteProcess
+from launch.substitutions import (get_logger, outside, perform, read_typed, Substitution,
+                                  substitution, SubstitutionFailure)
 import yaml
 
 __getattr__ = outside(__name__)

@@ -25,12 +25,9 @@ import threading
 from types import SimpleNamespace
 import unittest
 
-from launch import LaunchDescription
-from launch import LaunchService
-from launch.actions import action
-from launch.actions import SetLaunchConfiguration
-from launch.substitutions import needs_real
-from launch.substitutions import outside
+from launch import LaunchDescription, LaunchService
+from launch.actions import action, SetLaunchConfiguration
+from launch.substitutions import needs_real, outside
 import pytest
 
 __getattr__ = outside(__name__)

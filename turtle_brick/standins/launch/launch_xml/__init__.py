@@ -19,18 +19,10 @@ import re
 import shlex
 from xml.etree import ElementTree
 
-from lark import Lark
-from lark import Transformer
-from launch import actions
-from launch import LaunchDescription
-from launch import substitutions
-from launch.substitutions import IfCondition
-from launch.substitutions import needs_real
-from launch.substitutions import perform
-from launch.substitutions import read_typed
-from launch.substitutions import Substitution
-from launch.substitutions import TextSubstitution
-from launch.substitutions import UnlessCondition
+from lark import Lark, Transformer
+from launch import actions, LaunchDescription, substitutions
+from launch.substitutions import (IfCondition, needs_real, perform, read_typed, Substitution,
+                                  TextSubstitution, UnlessCondition)
 import launch_ros
 
 PARSER = Lark(Path(__file__).with_name('grammar.lark').read_text(), start='template')

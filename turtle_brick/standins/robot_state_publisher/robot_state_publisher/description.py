@@ -13,9 +13,7 @@
 # limitations under the License.
 """The joints of a robot, as its URDF describes them; without ROS."""
 
-from math import cos
-from math import sin
-from math import sqrt
+from math import cos, sin, sqrt
 from typing import NamedTuple
 from xml.etree import ElementTree
 

@@ -32,12 +32,8 @@ ROS parameters:
 """
 
 from gc import freeze
-from signal import SIG_IGN
-from signal import SIGINT
-from signal import signal
-from signal import SIGTERM
-from typing import Any
-from typing import NamedTuple
+from signal import SIG_IGN, SIGINT, signal, SIGTERM
+from typing import Any, NamedTuple
 
 from geometry_msgs.msg import TransformStamped
 from rcl_interfaces.msg import SetParametersResult
@@ -46,13 +42,9 @@ from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy
-from rclpy.qos import qos_profile_sensor_data
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, qos_profile_sensor_data, QoSProfile
 from rclpy.signals import SignalHandlerOptions
-from robot_state_publisher.description import DescriptionError
-from robot_state_publisher.description import Joint
-from robot_state_publisher.description import parse
+from robot_state_publisher.description import DescriptionError, Joint, parse
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage

@@ -22,14 +22,10 @@ the registration of types) and velocities.
 
 from tf2_ros.buffer import Buffer
 from tf2_ros.buffer_core import BufferCore
-from tf2_ros.buffer_interface import BufferInterface
-from tf2_ros.buffer_interface import NotImplementedException
-from tf2_ros.exceptions import ConnectivityException
-from tf2_ros.exceptions import ExtrapolationException
-from tf2_ros.exceptions import InvalidArgumentException
-from tf2_ros.exceptions import LookupException
-from tf2_ros.exceptions import TimeoutException
-from tf2_ros.exceptions import TransformException
+from tf2_ros.buffer_interface import BufferInterface, NotImplementedException
+from tf2_ros.exceptions import (ConnectivityException, ExtrapolationException,
+                                InvalidArgumentException, LookupException, TimeoutException,
+                                TransformException)
 from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster
 from tf2_ros.transform_broadcaster import TransformBroadcaster
 from tf2_ros.transform_listener import TransformListener

@@ -18,17 +18,14 @@ from threading import RLock
 
 from builtin_interfaces.msg import Time as TimeMsg
 from geometry_msgs.msg import TransformStamped
-from rclpy.clock import Clock
-from rclpy.clock import JumpThreshold
-from rclpy.clock import TimeJump
+from rclpy.clock import Clock, JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.task import Future
 from rclpy.time import Time
 from tf2_msgs.srv import FrameGraph
-from tf2_ros.buffer_core import BufferCore
-from tf2_ros.buffer_core import nanoseconds_of
+from tf2_ros.buffer_core import BufferCore, nanoseconds_of
 from tf2_ros.buffer_interface import BufferInterface
 from tf2_ros.exceptions import TransformException
 

@@ -14,8 +14,7 @@
 """The tree of frames: transforms go in, transforms between any two frames come out."""
 
 from collections.abc import Callable
-from math import inf
-from math import isnan
+from math import inf, isnan
 from threading import Condition
 from typing import Any
 
@@ -25,16 +24,9 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
 from rclpy.logging import get_logger
 from rclpy.time import Time
-from tf2_ros.exceptions import ConnectivityException
-from tf2_ros.exceptions import ExtrapolationException
-from tf2_ros.exceptions import InvalidArgumentException
-from tf2_ros.exceptions import LookupException
-from tf2_ros.exceptions import TransformException
-from tf2_ros.transform_cache import canonical
-from tf2_ros.transform_cache import display_time
-from tf2_ros.transform_cache import NoDataError
-from tf2_ros.transform_cache import StaticCache
-from tf2_ros.transform_cache import TimeCache
+from tf2_ros.exceptions import (ConnectivityException, ExtrapolationException,
+                                InvalidArgumentException, LookupException, TransformException)
+from tf2_ros.transform_cache import canonical, display_time, NoDataError, StaticCache, TimeCache
 
 # A translation and a rotation: x, y, z, qx, qy, qz, qw.
 Transform = tuple[float, float, float, float, float, float, float]

@@ -19,9 +19,7 @@ q p q* + (x, y, z) in its parent. Times are integers in ns.
 """
 
 from bisect import bisect_right
-from math import acos
-from math import sin
-from math import sqrt
+from math import acos, sin, sqrt
 from typing import Any
 
 Rotation = tuple[float, float, float, float]

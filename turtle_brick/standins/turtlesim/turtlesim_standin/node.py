@@ -14,7 +14,7 @@
 """
 A node that stands in for turtlesim_node of turtlesim 1.8.2, for machines that lack it.
 
-Its motion is turtle_brick.turtlesim_kinematics, which is held to recordings of the real node.
+Its motion is turtle_brick.core.turtlesim_kinematics, which is held to recordings of the real node.
 
 Publishes, for each turtle, every 16 ms:
     <turtle>/pose (turtlesim/msg/Pose): where it is and how it has been told to move
@@ -41,21 +41,15 @@ parameters background_r, background_g and background_b; and the action rotate_ab
 """
 
 from gc import freeze
-from signal import SIG_IGN
-from signal import SIGINT
-from signal import signal
-from signal import SIGTERM
+from signal import SIG_IGN, SIGINT, signal, SIGTERM
 from typing import Any
 
 from geometry_msgs.msg import Twist
 from rcl_interfaces.msg import ParameterDescriptor
 import rclpy
-from rclpy.clock import Clock
-from rclpy.clock import ClockType
-from rclpy.event_handler import PublisherEventCallbacks
-from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.exceptions import InvalidTopicNameException
-from rclpy.exceptions import ParameterException
+from rclpy.clock import Clock, ClockType
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.exceptions import InvalidTopicNameException, ParameterException
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -63,16 +57,9 @@ from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_topic_name import validate_topic_name
 from std_srvs.srv import Empty
-from turtle_brick.turtlesim_kinematics import Pose
-from turtle_brick.turtlesim_kinematics import QUEUE_DEPTH
-from turtle_brick.turtlesim_kinematics import TICK
-from turtle_brick.turtlesim_kinematics import Turtle
-from turtle_brick.turtlesim_kinematics import TurtleSim
+from turtle_brick.core.turtlesim_kinematics import Pose, QUEUE_DEPTH, TICK, Turtle, TurtleSim
 from turtlesim.msg import Pose as PoseMsg
-from turtlesim.srv import Kill
-from turtlesim.srv import Spawn
-from turtlesim.srv import TeleportAbsolute
-from turtlesim.srv import TeleportRelative
+from turtlesim.srv import Kill, Spawn, TeleportAbsolute, TeleportRelative
 
 
 class TurtleTopics:

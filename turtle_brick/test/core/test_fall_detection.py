@@ -1,0 +1,293 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Falls: told from everything else that a brick may do, with their course."""
+
+from collections import deque
+from math import cos, inf, isfinite, isnan, sin, sqrt
+
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from laws import law
+import pytest
+from turtle_brick.core.catch_logic import Catcher
+from turtle_brick.core.fall_detection import Fall, FallDetector
+from turtle_brick.core.geometry import from_pitch, from_yaw, IDENTITY, multiply, Pose
+from turtle_brick.core.parameters import load
+from turtle_brick.core.reachability import resting_height
+from turtle_brick.physics import Phase, World
+
+PARAMETERS = load()
+GRAVITY = PARAMETERS.gravity_accel
+REST = resting_height(PARAMETERS)
+STEP = 4_000_000
+SECOND = 1_000_000_000
+
+
+gravities = st.floats(0.5, 30.0)
+heights = st.floats(0.5, 30.0)
+coordinates = st.floats(-10.0, 20.0)
+
+# The times between samples (ns): at 50 Hz or faster, however irregularly.
+intervals = st.one_of(
+    st.just([STEP]), st.just([20_000_000]),
+    st.lists(st.integers(1_000_000, 20_000_000), min_size=1, max_size=10))
+
+
+class Watch:
+    """A detector that is shown a brick at intervals that repeat."""
+
+    def __init__(self, spacing=(STEP,), gravity=GRAVITY, now=SECOND):
+        self.detector = FallDetector(gravity)
+        self.spacing = deque(spacing)
+        self.now = now
+        self.recognized = 0
+
+    def see(self, x, y, z):
+        """Show a position at the present instant, then go on to the next; tell if it's a fall."""
+        seen = self.detector.observe(self.now, x, y, z)
+        self.recognized += seen
+        self.now += self.spacing[0]
+        self.spacing.rotate(-1)
+        return seen
+
+    def hover(self, x, y, z, samples):
+        """Show a brick that stays; tell whether that looked like a fall."""
+        return sum(self.see(x, y, z) for _ in range(samples)) > 0
+
+    def fall(self, x, y, z, release, samples):
+        """Show a brick that was released at an instant (ns); return the recognized fall."""
+        for _ in range(samples):
+            time = max(self.now - release, 0) * 1e-9
+            if self.see(x, y, z - 0.5 * self.detector.gravity * time * time):
+                return self.detector.fall
+        return None
+
+
+@law(500)
+@given(x=coordinates, y=coordinates, height=heights, gravity=gravities, spacing=intervals,
+       hovering=st.integers(0, 5), part=st.floats(0.0, 1.0))
+def test_fall_is_known_by_its_third_sample_with_its_course(
+        x, y, height, gravity, spacing, hovering, part):
+    """Whenever it is released, and however it is sampled at 50 Hz or more."""
+    watch = Watch(spacing, gravity)
+    watch.hover(x, y, height, hovering)
+    release = watch.now - round(part * watch.spacing[-1]) if hovering else watch.now
+    # The first of these may be the release itself; three more are in the fall.
+    fall = watch.fall(x, y, height, release, 4)
+    assert fall is not None
+    assert fall.stamp <= watch.now
+    for drop in (0.3, 0.5, 5.0, 25.0):
+        contact = release + sqrt(2.0 * drop / gravity) * 1e9
+        if contact > fall.stamp:
+            estimate = fall.stamp + fall.time_to(height - drop, gravity) * 1e9
+            assert abs(estimate - contact) <= 1e6
+    assert fall.position[:2] == (x, y)
+    # It is one fall, down to the end.
+    recognized = watch.recognized
+    watch.fall(x, y, height, release, 100)
+    assert watch.recognized == recognized == 1
+
+
+@law(200)
+@given(height=heights, speed=st.floats(0.0, 20.0), gravity=gravities, spacing=intervals)
+def test_fall_is_known_when_it_is_first_seen_halfway(height, speed, gravity, spacing):
+    watch = Watch(spacing, gravity)
+    start = watch.now
+    for _ in range(3):
+        time = (watch.now - start) * 1e-9
+        watch.see(1.0, 2.0, height - speed * time - 0.5 * gravity * time * time)
+    assert watch.recognized == 1
+    time = (watch.detector.fall.stamp - start) * 1e-9
+    assert watch.detector.fall.speed == pytest.approx(speed + gravity * time, abs=1e-3)
+
+
+@law(300)
+@given(spacing=intervals, gravity=gravities, places=st.lists(
+    st.tuples(st.integers(2, 4), st.sampled_from((0.0, 1.0)), st.one_of(
+        st.floats(-1e-2, 1e-2), st.floats(-10.0, 10.0), st.floats(-1e-6, 1e-6))),
+    max_size=20))
+def test_being_placed_is_no_fall(spacing, gravity, places):
+    """Lower, higher or sideways, by any amount, in any succession."""
+    watch = Watch(spacing, gravity)
+    x, y, z = 5.0, 5.0, 20.0
+    for samples, sideways, amount in places:
+        x, z = x + sideways * amount, z + (1.0 - sideways) * amount
+        watch.hover(x, y, z, samples)
+    assert watch.recognized == 0
+
+
+@law(200)
+@given(gravity=gravities, every=st.integers(1, 5), place=st.tuples(
+    st.floats(-0.3, 0.3), st.floats(-0.3, 0.3)), programme=st.lists(st.tuples(
+        st.integers(1, 30), st.floats(-1.5, 1.5), st.floats(-0.04, 0.04),
+        st.floats(-0.04, 0.04), st.floats(-0.3, 0.3)), min_size=1, max_size=8))
+def test_riding_and_sliding_are_no_fall(gravity, every, place, programme):
+    """On a platform that is tilted at once by up to 86 degrees, drives and turns."""
+    world = World((5.0 + place[0], 5.0 + place[1], REST + 0.001), gravity,
+                  PARAMETERS.platform_radius, STEP * 1e-9)
+    world.size, world.thickness = PARAMETERS.brick_size, PARAMETERS.platform_thickness
+    hinge = PARAMETERS.platform_height - PARAMETERS.platform_thickness
+    world.platform = Pose((5.0, 5.0, hinge), from_yaw(0.0))
+    world.release()
+    while world.phase is Phase.FALLING:
+        world.step()
+    watch = Watch([every * STEP], gravity)
+    x = y = 5.0
+    yaw = step = 0
+    for steps, tilt, dx, dy, dyaw in programme:
+        for _ in range(steps):
+            x, y, yaw = x + dx, y + dy, yaw + dyaw
+            world.platform = Pose((x, y, hinge), multiply(from_yaw(yaw), from_pitch(tilt)))
+            world.step()
+            step += 1
+            if step % every == 0:
+                watch.see(*world.brick)
+    assert watch.recognized == 0
+
+
+@pytest.mark.parametrize('tilt', [0.1 * step for step in range(1, 16)] + [1.3, 1.45])
+@pytest.mark.parametrize('every', range(1, 6))
+def test_slide_on_a_still_platform_is_no_fall(tilt, every):
+    """The steeper the slope, the more it is like one: 1.5 rad is the steepest tilt_angle."""
+    gravity, path_x, path_z = GRAVITY * sin(tilt), cos(tilt), sin(tilt)
+    watch = Watch([every * STEP])
+    start = watch.now + STEP
+    while True:
+        time = max(watch.now - start, 0) * 1e-9
+        path = 0.5 * gravity * time * time
+        if path > 1.5:
+            break
+        watch.see(5.0 + path * path_x, 5.0, REST - path * path_z)
+    assert watch.recognized == 0
+
+
+@law(200)
+@given(spacing=intervals, factor=st.one_of(st.floats(0.0, 0.88), st.floats(1.12, 3.0)),
+       speed=st.floats(0.1, 10.0))
+def test_other_accelerations_are_no_fall(spacing, factor, speed):
+    watch = Watch(spacing)
+    start = watch.now
+    for _ in range(50):
+        time = (watch.now - start) * 1e-9
+        watch.see(1.0, 2.0, 50.0 - speed * time - 0.5 * factor * GRAVITY * time * time)
+    assert watch.recognized == 0
+
+
+@law(200)
+@given(spacing=intervals, samples=st.integers(0, 30), sideways=st.booleans(),
+       amount=st.builds(lambda size, sign: size * sign, st.floats(0.02, 10.0),
+                        st.sampled_from((1.0, -1.0))))
+def test_fall_that_is_interrupted_has_ended(spacing, samples, sideways, amount):
+    """The brick is placed elsewhere, then dropped again: a fall of its own."""
+    watch = Watch(spacing)
+    watch.hover(5.0, 5.0, 20.0, 2)
+    release = watch.now
+    assert watch.fall(5.0, 5.0, 20.0, release, 4)
+    watch.fall(5.0, 5.0, 20.0, release, samples)
+    time = (watch.now - release) * 1e-9
+    x, z = 5.0, 20.0 - 0.5 * GRAVITY * time * time
+    x, z = (x + amount, z) if sideways else (x, z + amount)
+    watch.see(x, 5.0, z)
+    assert watch.detector.fall is None
+    assert not watch.hover(x, 5.0, z, 3)
+    assert watch.fall(x, 5.0, z, watch.now, 4).stamp < watch.now
+    assert watch.recognized == 2
+
+
+@law(200)
+@given(spacing=intervals, samples=st.integers(0, 20),
+       amount=st.floats(1e-3, 10.0), gravity=gravities)
+def test_falling_brick_that_is_moved_sideways_falls_anew(spacing, samples, amount, gravity):
+    """And goes on falling: where it comes down is another place, decided again."""
+    watch = Watch(spacing, gravity)
+    release = watch.now
+    assert watch.fall(5.0, 5.0, 50.0, release, 4)
+    watch.fall(5.0, 5.0, 50.0, release, samples)
+    fall = watch.fall(5.0 + amount, 5.0, 50.0, release, 4)
+    assert fall is not None
+    assert fall.x == 5.0 + amount
+    contact = release * 1e-9 + sqrt(2.0 * 49.0 / gravity)
+    if fall.z > 1.0:
+        assert fall.stamp * 1e-9 + fall.time_to(1.0, gravity) == pytest.approx(contact, abs=1e-3)
+
+
+@law(200)
+@given(spacing=intervals, drop=st.floats(0.05, 10.0))
+def test_fall_has_ended_once_the_brick_lies(spacing, drop):
+    watch = Watch(spacing)
+    release = watch.now
+    landed = release + round(sqrt(2.0 * drop / GRAVITY) * 1e9)
+    while watch.now < landed:
+        watch.fall(5.0, 5.0, 2.0 + drop, release, 1)
+    since = watch.now
+    while watch.now - since < 100_000_000:
+        watch.hover(5.0, 5.0, 2.0, 1)
+    assert watch.detector.fall is None
+    assert watch.recognized <= 1
+
+
+def test_samples_that_come_twice_count_once():
+    watch = Watch()
+    release = watch.now
+    for _ in range(3):
+        time = (watch.now - release) * 1e-9
+        z = 5.0 - 0.5 * GRAVITY * time * time
+        for _ in range(3):
+            seen = watch.detector.observe(watch.now, 1.0, 1.0, z)
+            watch.recognized += seen
+        watch.now += STEP
+    assert watch.recognized == 1
+
+
+def test_time_that_jumps_back_begins_anew():
+    watch = Watch(now=10 * SECOND)
+    assert watch.fall(5.0, 5.0, 20.0, watch.now, 4)
+    watch.now = 2 * SECOND
+    assert not watch.see(5.0, 5.0, 19.0)
+    assert watch.detector.fall is None
+    assert watch.fall(5.0, 5.0, 19.0, watch.now, 4)
+
+
+@law(200)
+@given(z=heights, speed=st.floats(0.0, 20.0), gravity=gravities, time=st.floats(0.0, 3.0))
+def test_course_of_a_fall_is_the_closed_form(z, speed, gravity, time):
+    fall = Fall(SECOND, 1.0, 2.0, z, speed)
+    height = fall.height(SECOND + round(time * 1e9), gravity)
+    assert height == pytest.approx(z - speed * time - 0.5 * gravity * time ** 2, abs=1e-6)
+    assume(height < z)
+    assert fall.time_to(height, gravity) == pytest.approx(time, abs=1e-6)
+    assert fall.time_to(z, gravity) == pytest.approx(0.0, abs=1e-9)
+    # It was released where its speed was zero, and has been at every height below since.
+    released = z + speed ** 2 / (2.0 * gravity)
+    assert isnan(fall.time_to(released + 1e-6, gravity))
+    assume(released > z + 1e-6)
+    assert fall.time_to(released - 1e-6, gravity) == pytest.approx(
+        (sqrt(2.0 * gravity * 1e-6) - speed) / gravity, abs=1e-4)
+
+
+extremes = st.sampled_from((0.0, 5.0, 1e9, -1e9, 1e200, 1e308, -1e308, inf, -inf, float('nan')))
+
+
+@law(300)
+@given(positions=st.lists(st.tuples(extremes, extremes, extremes), min_size=3, max_size=20))
+def test_no_position_is_a_fall_that_cannot_be_reckoned_with(positions):
+    """Finite or not: nothing raises, and no verdict has a number that is none."""
+    detector, catcher = FallDetector(GRAVITY), Catcher(PARAMETERS)
+    for step, position in enumerate(positions):
+        detector.observe(step * STEP, *position)
+        catcher.see_brick(step * STEP, position)
+        catcher.update(step * STEP, Pose((5.0, 5.0, 1.56), IDENTITY))
+        for fall in (detector.fall, catcher.decision and catcher.decision.fall):
+            assert fall is None or all(map(isfinite, fall))

@@ -1,0 +1,172 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Reach: the verdict on a fall, held to closed forms and to the times that it is made of."""
+
+from collections import deque
+from dataclasses import replace
+from math import cos, hypot, inf, sin, sqrt
+from random import Random
+
+from hypothesis import given
+from hypothesis import strategies as st
+from laws import law, seconds
+import pytest
+from turtle_brick.core.driving import travel_time
+from turtle_brick.core.fall_detection import Fall
+from turtle_brick.core.parameters import load
+from turtle_brick.core.reachability import (COMMAND_LATENCY, LEVEL_LATENCY, QUEUE_LATENCY, reach,
+                                            resting_height, Robot)
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, TICK, Turtle
+
+PARAMETERS = load()
+GRAVITY = PARAMETERS.gravity_accel
+REST = resting_height(PARAMETERS)
+
+SECOND = 1_000_000_000
+
+
+gravities = st.floats(0.5, 30.0)
+
+
+@st.composite
+def settings_of_robot(draw):
+    """Draw parameters of another robot on another planet."""
+    return replace(PARAMETERS, max_velocity=draw(st.floats(0.1, 10.0)),
+                   gravity_accel=draw(gravities), platform_height=draw(st.floats(1.5, 5.0)))
+
+
+inside = st.floats(0.0, ARENA_SIZE)
+
+
+@law(500)
+@given(parameters=settings_of_robot(), x=inside, y=inside, robot_x=inside, robot_y=inside,
+       above=st.floats(0.0, 20.0), late=st.floats(0.0, 0.05))
+def test_reachable_is_what_the_robot_has_the_time_for(
+        parameters, x, y, robot_x, robot_y, above, late):
+    """
+    (distance - radius) / max_velocity and the latency are within the time until the contact.
+
+    And the promise: no refusal inside max_velocity * (t_fall - 0.13 s) + platform_radius.
+    """
+    fall = Fall(SECOND, x, y, resting_height(parameters) + above, 0.0)
+    decision = reach(fall, SECOND + seconds(late), Robot(robot_x, robot_y), parameters)
+    available = sqrt(2.0 * above / parameters.gravity_accel) - late
+    distance = hypot(x - robot_x, y - robot_y)
+    assert decision.available == pytest.approx(available, abs=1e-6)
+    assert decision.distance == pytest.approx(distance)
+    assert decision.contact == pytest.approx(SECOND + seconds(available + late), abs=1e3)
+    assert decision.margin == decision.available - decision.needed
+    way = distance - parameters.platform_radius
+    if way <= 0.0:
+        assert decision.needed == 0.0
+    else:
+        assert decision.needed == COMMAND_LATENCY + travel_time(
+            distance, parameters.platform_radius, parameters.max_velocity)
+        assert decision.needed >= COMMAND_LATENCY + way / parameters.max_velocity - 1e-12
+    assert decision.reachable == (decision.needed <= max(decision.available, 0.0))
+    assert decision.reachable == (decision.reason == '')
+    # A fall is known by its third sample, 8 ms later.
+    if way > 0.0 and way <= parameters.max_velocity * (available + late - 0.13) and late <= 0.01:
+        assert decision.reachable
+
+
+@law(300)
+@given(parameters=settings_of_robot(), distance=st.floats(0.0, 5.0), more=st.floats(0.0, 5.0),
+       above=st.floats(0.0, 20.0), higher=st.floats(0.0, 20.0), angle=st.floats(0.0, 1.5))
+def test_nearer_or_higher_is_no_harder_to_reach(
+        parameters, distance, more, above, higher, angle):
+    def decide(distance, above):
+        fall = Fall(SECOND, distance * cos(angle), distance * sin(angle),
+                    resting_height(parameters) + above, 0.0)
+        return reach(fall, SECOND, Robot(0.0, 0.0), parameters)
+
+    decision = decide(distance, above)
+    for easier in (decide(distance, above + higher), decide(distance / (1.0 + more), above)):
+        assert easier.margin >= decision.margin - 1e-9
+        assert easier.reachable or not decision.reachable
+
+
+def test_brick_below_the_platform_or_outside_the_arena_is_out_of_reach():
+    """However near, and however much time there is; at the very edge it is not."""
+    for x, y, z, word in ((5.0, 5.0, REST - 0.01, 'below'), (-0.01, 5.0, 9.0, 'outside'),
+                          (5.0, ARENA_SIZE + 0.01, 9.0, 'outside')):
+        decision = reach(Fall(SECOND, x, y, z, 0.0), SECOND, Robot(x, y), PARAMETERS)
+        assert not decision.reachable
+        assert word in decision.reason
+    for x, y, z in ((5.0, 5.0, REST), (0.0, 5.0, 9.0), (5.0, ARENA_SIZE, 9.0)):
+        assert reach(Fall(SECOND, x, y, z, 0.0), SECOND, Robot(x, y), PARAMETERS).reachable
+
+
+def test_brick_of_a_robot_that_is_not_known_is_out_of_reach():
+    decision = reach(Fall(SECOND, 5.0, 5.0, 9.0, 0.0), SECOND, None, PARAMETERS)
+    assert not decision.reachable
+    assert 'no robot' in decision.reason
+    assert decision.needed == inf
+
+
+def test_reason_says_what_is_missing():
+    decision = reach(Fall(SECOND, 9.0, 5.0, 2.0, 0.0), SECOND, Robot(5.0, 5.0), PARAMETERS)
+    assert not decision.reachable
+    assert '4.00 m' in decision.reason
+    assert f'{decision.needed:.3f} s' in decision.reason
+    assert f'{decision.available:.3f} s' in decision.reason
+    assert f'{-decision.margin:.3f} s too early' in decision.reason
+
+
+def test_tilted_platform_must_be_leveled_in_time():
+    def decide(time, level):
+        fall = Fall(SECOND, 5.0, 5.0, REST + 0.5 * GRAVITY * time ** 2, 0.0)
+        return reach(fall, SECOND, Robot(5.0, 5.0, (), level), PARAMETERS)
+
+    assert decide(LEVEL_LATENCY - 0.001, True).reachable
+    assert not decide(LEVEL_LATENCY - 0.001, False).reachable
+    assert decide(LEVEL_LATENCY + 0.001, False).reachable
+
+
+@law(200)
+@given(bound_for=st.lists(st.tuples(inside, inside), max_size=4), above=st.floats(0.0, 20.0))
+def test_robot_that_moves_counts_where_it_may_be_carried_farthest(bound_for, above):
+    robot = Robot(5.0, 5.0, tuple(bound_for))
+    fall = Fall(SECOND, 6.0, 7.0, REST + above, 0.0)
+    decision = reach(fall, SECOND, robot, PARAMETERS)
+    margins = [reach(fall, SECOND, Robot(x, y), PARAMETERS).margin
+               for x, y in [(5.0, 5.0), *bound_for]]
+    assert decision.margin == min(margins)
+    assert decision.distance == hypot(1.0, 2.0)
+
+
+def test_queue_latency_is_turtlesims():
+    """The longest time from publishing a changed command to the pose that shows it."""
+    random = Random(1)
+    longest = 0.0
+    for _ in range(300):
+        turtle = Turtle(5.5, 5.5, holonomic=True)
+        tick_at, publish_at = random.uniform(0.0, TICK), random.uniform(0.0, 0.01)
+        changed = None
+        inbox = deque()
+        while True:
+            if tick_at <= publish_at:
+                while inbox and inbox[0][0] <= tick_at:
+                    turtle.command(inbox.popleft()[1], 0.0, 0.0)
+                if turtle.tick(tick_at).linear_velocity:
+                    break
+                tick_at += TICK
+            else:
+                if changed is None and publish_at > 0.5:
+                    changed = publish_at
+                inbox.append((publish_at + 0.0004, 0.0 if changed is None else 1.0))
+                publish_at += 0.01
+        longest = max(longest, tick_at - changed)
+    assert QUEUE_LATENCY - 0.001 < longest <= QUEUE_LATENCY

@@ -1,0 +1,69 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Nobody is disturbed: a free domain is free, a reserved one is reserved, and ROS stays here."""
+
+import os
+
+from live_graph import graph, LiveGraph
+import pytest
+from turtle_referee.domains import (DomainError, is_empty, keep_to_this_machine, RANGE_VARIABLES,
+                                    reserved_domain)
+
+
+def test_reserved_domains_differ():
+    with reserved_domain() as first, reserved_domain() as second, reserved_domain() as third:
+        assert len({first, second, third}) == 3
+        assert all(1 <= domain <= 100 for domain in (first, second, third))
+
+
+def test_the_first_candidate_that_nobody_has_is_taken():
+    with reserved_domain() as first, reserved_domain() as second:
+        pass
+    with reserved_domain([first, second]) as taken:
+        assert taken == first
+        with reserved_domain([first, second]) as other:
+            assert other == second
+            with pytest.raises(DomainError, match='in use'), reserved_domain([first, second]):
+                pass
+
+
+def test_a_domain_with_a_node_in_it_is_not_reserved(domain_id):
+    with reserved_domain() as free:
+        pass
+    assert is_empty(free)
+    with graph(free):
+        assert not is_empty(free)
+        with pytest.raises(DomainError, match='in use'), reserved_domain([free]):
+            pass
+
+
+def test_a_domain_whose_first_participant_has_left_is_not_empty():
+    with reserved_domain() as free:
+        pass
+    first, second = LiveGraph(free), LiveGraph(free)
+    first.close()
+    assert not is_empty(free)
+    second.close()
+    assert is_empty(free)
+
+
+@pytest.mark.parametrize('variable', (None, *RANGE_VARIABLES))
+def test_the_user_has_the_last_word_on_how_far_ros_is_heard(monkeypatch, variable):
+    for name in RANGE_VARIABLES:
+        monkeypatch.delenv(name, raising=False)
+    if variable is not None:
+        monkeypatch.setenv(variable, 'as I said')
+    keep_to_this_machine()
+    assert {name: os.environ[name] for name in RANGE_VARIABLES if name in os.environ} == (
+        {variable: 'as I said'} if variable else {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'})

@@ -1,0 +1,610 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The referee's rules on records that are made up, and its words. No graph.
+
+test_referee_live.py has it watch graphs, mutants.py has it find faults in them.
+"""
+
+from io import StringIO
+import json
+from math import cos, inf, nan, pi, sin, sqrt
+import sys
+from types import SimpleNamespace
+from xml.etree import ElementTree
+
+from geometry_msgs.msg import PoseStamped
+from hypothesis import given, settings
+from hypothesis.strategies import booleans, floats, lists, sampled_from
+from nav_msgs.msg import Odometry
+import pytest
+from rich.console import Console
+from sensor_msgs.msg import JointState
+from turtle_brick.core.geometry import from_pitch, IDENTITY, multiply, Pose
+from turtle_brick.core.parameters import load
+from turtle_brick.core.time_steps import NANOSECONDS
+from turtle_brick.tools import referee
+from turtle_brick.tools.graph import Graph
+from turtle_referee import arena_rules, catcher_rules, robot_rules, telling
+from turtle_referee.drops import DropWatch, MOVED
+from turtle_referee.names import Profile, ProfileError
+from turtle_referee.record import Drive, Frame, Heard, MarkerHeard, Record, Sample
+from turtle_referee.referee import judge
+from turtle_referee.rules import BROKEN, Judgement, KEPT, OPEN, Plot, Series
+from visualization_msgs.msg import Marker
+
+BEGIN = 1_800_000_000 * NANOSECONDS
+"""When all of this is said to have happened (ns)."""
+
+PARAMETERS = load()
+NUMBERS = Profile.from_parameters(PARAMETERS).numbers
+LENGTH, WIDTH, HEIGHT = PARAMETERS.brick_size
+REST = PARAMETERS.platform_height + HEIGHT / 2.0
+"""Height (m) of the center of a brick on the platform."""
+
+HINGE = PARAMETERS.platform_height - PARAMETERS.platform_thickness
+PLACE = (5.5, 5.5, 8.0)
+
+KEPT_OR_BROKEN = {True: KEPT, False: BROKEN}
+
+
+def at(seconds):
+    """Return the instant (ns) that is some time (s) after the beginning."""
+    return BEGIN + round(seconds * NANOSECONDS)
+
+
+def new_record(**numbers):
+    """Return a record with the numbers of the robot and nothing heard."""
+    return Record(Profile(numbers={**NUMBERS, **numbers}))
+
+
+def say_frame(record, child, parent, track):
+    """Have a frame broadcast: (time in s, Pose) each."""
+    frame = record.frames.setdefault(child, Frame(False))
+    for number, (seconds, pose) in enumerate(track, len(frame.samples)):
+        frame.add(at(seconds), number, Sample(at(seconds), parent, pose))
+
+
+def upright(x, y, z):
+    """Return the pose of something that stands upright."""
+    return Pose((x, y, z), IDENTITY)
+
+
+def show(record, marker, seconds, topic='/marker'):
+    """Have a marker published."""
+    record.markers.append(MarkerHeard(at(seconds), topic, marker))
+
+
+def brick_marker():
+    """Return a marker of the brick."""
+    marker = Marker(type=Marker.CUBE)
+    marker.header.frame_id = 'brick'
+    marker.scale.x, marker.scale.y, marker.scale.z = LENGTH, WIDTH, HEIGHT
+    marker.color.a = 1.0
+    return marker
+
+
+def find(rules, name, record):
+    """Return what one rule finds."""
+    return next(rule for rule in rules.RULES.in_order if rule.name == name)(record)
+
+
+# ------------------------------------------------------------------------------------------ rates
+
+@settings(max_examples=10, deadline=None)
+@given(floats(50.0, 200.0), lists(floats(0.0, 0.5), min_size=10, max_size=10), booleans())
+def test_rates_go_by_stamps(rate, delays, driven):
+    """However late a stamped message is published, its stamp counts."""
+    record = new_record()
+    record.idle = [(at(0.0), at(3.0))]
+    if driven:
+        record.drives = [Drive(at(3.0), at(9.0), (0.0, 0.0), (1.0, 0.0))]
+    say_frame(record, 'base_link', 'odom', (
+        (number / rate, upright(0.0, 0.0, 0.0)) for number in range(int(9.0 * rate))))
+    for number in range(int(9.0 * rate)):
+        message = Odometry()
+        stamp = at(number / rate)
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, NANOSECONDS)
+        # In order, as DDS has it: whoever waits holds up those behind.
+        late = delays[number * 10 // int(9.0 * rate)] if number % 100 == 99 else 0.0
+        record.topics['odom'].append(Heard(stamp + round(late / rate * NANOSECONDS), message))
+    if abs(abs(rate - 100.0) - 2.0) < 0.2:
+        return
+    for name in ('rate: base_link', 'rate: odom'):
+        assert find(robot_rules, name, record).mark == KEPT_OR_BROKEN[abs(rate - 100.0) < 2.0]
+
+
+def test_who_is_not_driven_has_its_rate_at_rest():
+    record = new_record()
+    record.idle = [(at(0.0), at(3.0))]
+    say_frame(record, 'brick', 'world', (
+        (number / 250.0, upright(*PLACE)) for number in range(750)))
+    assert find(robot_rules, 'rate: brick', record).mark == KEPT
+
+
+def test_a_machine_without_time_breaks_no_rate():
+    record = new_record()
+    record.idle = [(at(0.0), at(3.0))]
+    say_frame(record, 'base_link', 'odom', (
+        (number / 80.0, upright(0.0, 0.0, 0.0)) for number in range(240)))
+    assert find(robot_rules, 'rate: base_link', record).mark == BROKEN
+    record.stalls = [(at(1.0), at(1.05))]
+    assert find(robot_rules, 'rate: base_link', record).mark == BROKEN
+    record.stalls = [(at(1.0), at(1.3))]
+    judgement = find(robot_rules, 'rate: base_link', record)
+    assert (judgement.mark, 'too busy' in judgement.measured) == (OPEN, True)
+
+
+def test_what_is_broken_also_while_the_machine_has_time_is_broken():
+    record = new_record()
+    say_frame(record, 'base_link', 'odom', [(0.0, upright(0.0, 0.0, 0.0))])
+    for begin, off in ((0.0, 0.2), (1.0, 0.0)):
+        record.drives.append(Drive(at(begin), at(begin + 0.9), (0.0, 0.0), (1.0, 0.0)))
+        record.topics['pose'].append(Heard(at(begin + 0.5), SimpleNamespace(x=1.0 - off, y=0.0)))
+    assert find(robot_rules, 'drive: goal', record).mark == BROKEN
+    record.stalls = [(at(0.2), at(0.4))]
+    assert find(robot_rules, 'drive: goal', record).mark == OPEN
+    record.stalls = [(at(1.2), at(1.4))]
+    assert find(robot_rules, 'drive: goal', record).mark == BROKEN
+
+
+# ---------------------------------------------------------------------------------- the robot
+
+@pytest.fixture(scope='module')
+def description(domain_of_module):
+    """Return the URDF of the robot."""
+    with Graph(domain_of_module) as graph:
+        return graph.robot_description()
+
+
+@pytest.fixture(scope='module')
+def domain_of_module():
+    """Reserve a ROS domain."""
+    from turtle_referee.domains import reserved_domain
+    with reserved_domain() as domain:
+        yield domain
+
+
+def drive(record, slip=1.0, crooked=0.0, count=8):
+    """Have the robot drive some legs of 1.5 m, and its joints say what they do."""
+    x = y = angle = 0.0
+    for leg in range(count):
+        heading, begin = leg * 2.0 * pi / count, leg * 1.0
+        goal = x + 1.5 * cos(heading), y + 1.5 * sin(heading)
+        record.drives.append(Drive(at(begin), at(begin + 0.99), (x, y), goal))
+        track = []
+        for step in range(100):
+            way = min(step * 0.03, 1.5)
+            seconds = begin + step * 0.01
+            track.append((seconds, upright(x + way * cos(heading), y + way * sin(heading), 0.0)))
+            joints = JointState(name=['stem_joint', 'wheel_joint'], position=[
+                heading + crooked, (angle + way * slip) / NUMBERS['wheel_radius']])
+            stamp = joints.header.stamp
+            stamp.sec, stamp.nanosec = divmod(at(seconds), NANOSECONDS)
+            record.topics['joint_states'].append(Heard(at(seconds), joints))
+        say_frame(record, 'base_link', 'odom', track)
+        (x, y), angle = goal, angle + 1.5 * slip
+
+
+@settings(max_examples=15, deadline=None)
+@given(slip=floats(0.9, 1.1))
+def test_wheels_roll(description, slip):
+    record = new_record()
+    record.topics['robot_description'] = [Heard(at(0.0), SimpleNamespace(data=description))]
+    drive(record, slip=slip)
+    if 0.022 < abs(slip - 1.0) < 0.028:
+        return
+    assert find(robot_rules, 'drive: rolling', record).mark == KEPT_OR_BROKEN[
+        abs(slip - 1.0) < 0.025]
+    assert find(robot_rules, 'drive: stem', record).mark == KEPT
+
+
+@pytest.mark.parametrize('degrees', (-20.0, -6.0, -4.0, 0.0, 4.0, 6.0, 90.0))
+def test_stems_point_along_the_motion(description, degrees):
+    record = new_record()
+    record.topics['robot_description'] = [Heard(at(0.0), SimpleNamespace(data=description))]
+    drive(record, crooked=degrees * pi / 180.0)
+    assert find(robot_rules, 'drive: stem', record).mark == KEPT_OR_BROKEN[abs(degrees) < 5.0]
+
+
+# --------------------------------------------------------------------------------- the brick
+
+def fall(record, gravity=9.81, step=0.004, floor=HEIGHT / 2.0, aside=0.0, place=PLACE):
+    """Have the brick hover for 0.5 s, fall onto a floor (m) and lie there; return its watch."""
+    record.drops = []
+    now, track = 0.0, []
+    end = 1.0 + sqrt(2.0 * (place[2] - floor) / gravity)
+    while now < end:
+        time = max(now - 0.5, 0.0)
+        z = max(place[2] - gravity * time * time / 2.0, floor)
+        track.append((now, upright(place[0] + aside * time, place[1], z)))
+        now += step
+    say_frame(record, 'brick', 'world', track)
+    watch = DropWatch(record, at(0.3), place, record.platform(at(0.3)))
+    watch.asked = at(0.45)
+    watch.look()
+    watch.end = at(end)
+    record.drops.append(watch)
+    show(record, brick_marker(), 0.0)
+    return watch
+
+
+@settings(max_examples=40, deadline=None)
+@given(configured=floats(1.0, 20.0), factor=floats(0.8, 1.2), step=floats(0.002, 0.02))
+def test_falls_have_their_acceleration(configured, factor, step):
+    record = new_record(gravity_accel=configured)
+    watch = fall(record, configured * factor, step)
+    if 0.018 < abs(factor - 1.0) < 0.022:
+        return
+    judgement = find(arena_rules, 'fall: acceleration', record)
+    assert judgement.mark == KEPT_OR_BROKEN[abs(factor - 1.0) < 0.02], judgement
+    assert find(arena_rules, 'fall: course', record).mark == KEPT
+    assert find(arena_rules, 'fall: ground', record).mark == KEPT
+    due = sqrt(2.0 * (PLACE[2] - HEIGHT / 2.0) / (configured * factor))
+    # It is seen to fall when it has gone down by MOVED.
+    unseen = sqrt(2.0 * MOVED / (configured * factor))
+    assert watch.fall_time == pytest.approx(due, abs=unseen + 2.0 * step)
+    assert not watch.caught
+
+
+def test_a_fall_that_the_machine_did_not_disturb_is_judged():
+    record = new_record()
+    fall(record, gravity=9.0)
+    record.stalls = [(at(0.1), at(0.3))]
+    assert find(arena_rules, 'fall: acceleration', record).mark == BROKEN
+    record.stalls = [(at(0.8), at(0.9))]
+    assert find(arena_rules, 'fall: acceleration', record).mark == OPEN
+
+
+@pytest.mark.parametrize('aside, kept', ((0.0, True), (0.002, True), (0.05, False)))
+def test_falls_go_straight_down(aside, kept):
+    record = new_record()
+    fall(record, aside=aside)
+    assert find(arena_rules, 'fall: course', record).mark == KEPT_OR_BROKEN[kept]
+
+
+@pytest.mark.parametrize('floor', (-0.1, 0.0, HEIGHT / 2.0, 0.3))
+def test_the_ground_is_at_0(floor):
+    record = new_record()
+    fall(record, floor=floor, place=(5.5, 5.5, 2.0))
+    assert find(arena_rules, 'fall: ground', record).mark == KEPT_OR_BROKEN[
+        floor == HEIGHT / 2.0]
+
+
+def tip(record, pull=1.0, angle=0.5, stop=None, drift=0.0):
+    """
+    Have a brick fall on the platform, which is then tilted at once, and slide off.
+
+    :param record: takes it down
+    :param pull: part of g sin(angle) with which it slides
+    :param angle: of the platform (rad)
+    :param stop: how far (m) down the slope it floats; where it has cleared the platform if None
+    :param drift: speed (m/s) with which it floats
+    :return: the watch
+    """
+    stop = stop if stop is not None else NUMBERS['platform_radius'] + LENGTH / 2.0
+    place = (5.5, 5.5, 4.0)
+    down = sqrt(2.0 * (4.0 - REST) / 9.81) + 0.5
+    ticks = [number * 0.004 for number in range(1250)]
+    tilted, level = 2.0, 4.0
+    slope = [from_pitch(angle if tilted <= now < level else 0.0) for now in ticks]
+    say_frame(record, 'platform', 'world', (
+        (now, Pose((5.5, 5.5, HINGE), turn)) for now, turn in zip(ticks, slope)))
+    track = []
+    gone = tilted + sqrt(2.0 * stop / (pull * 9.81 * sin(angle)))
+    for now, turn in zip(ticks, slope):
+        if now < down:
+            time = max(now - 0.5, 0.0)
+            track.append((now, upright(*place[:2], 4.0 - 9.81 * time * time / 2.0)))
+            continue
+        time = max(min(now, gone) - tilted, 0.0)
+        way = pull * 9.81 * sin(angle) * time * time / 2.0
+        there = Pose((5.5, 5.5, HINGE), from_pitch(angle) if now >= gone else turn).transform(
+            (way, 0.0, REST - HINGE))
+        x, y, z = there
+        track.append((now, Pose((x + drift * max(now - gone, 0.0), y, z), turn)))
+    say_frame(record, 'brick', 'world', track)
+    show(record, brick_marker(), 0.0)
+    watch = DropWatch(record, at(0.3), place, record.platform(at(0.3)))
+    watch.asked = at(0.45)
+    watch.look()
+    watch.end = at(5.0)
+    record.drops.append(watch)
+    return watch
+
+
+SLIDING = ('slide: law', 'slide: end', 'brick: floats', 'brick: rides', 'brick: angle', 'tip off',
+           'again', 'fall: platform', 'fall: acceleration')
+
+
+def marks(record, names=SLIDING):
+    """Return which of some rules find something broken."""
+    found = {one.name: one for one in judge(record)}
+    return {name for name in names if found[name].mark != KEPT}
+
+
+@settings(max_examples=8, deadline=None)
+@given(angle=floats(0.2, 1.2))
+def test_slides_follow_the_closed_form(angle):
+    record = new_record()
+    watch = tip(record, angle=angle)
+    assert watch.caught
+    due = sqrt(2.0 * (NUMBERS['platform_radius'] + LENGTH / 2.0) / (9.81 * sin(angle)))
+    assert watch.slide_time == pytest.approx(due, abs=0.05)
+    assert marks(record) == set()
+
+
+@pytest.mark.parametrize('fault, broken', (
+    ({'pull': 0.5}, {'slide: law'}),
+    ({'pull': 1.3}, {'slide: law'}),
+    ({'pull': 1e-6}, {'slide: law', 'slide: end', 'brick: floats', 'tip off', 'again'}),
+    ({'stop': NUMBERS['platform_radius']}, {'slide: end'}),
+    ({'stop': NUMBERS['platform_radius'] + LENGTH}, {'slide: end'}),
+    ({'drift': 0.004}, {'brick: floats'}),
+), ids=lambda value: ', '.join(sorted(value)) if isinstance(value, set) else str(value))
+def test_slides_are_judged(fault, broken):
+    record = new_record()
+    tip(record, **fault)
+    assert marks(record) == broken
+
+
+@settings(max_examples=10, deadline=None)
+@given(pitch=floats(-1.0, 1.0))
+def test_the_brick_has_the_angle_of_the_platform(pitch):
+    """Turn the brick on the platform by some angle: 0.02 rad are allowed."""
+    record = new_record()
+    tip(record)
+    frame = record.frames['brick']
+    frame.samples = [one._replace(pose=one.pose._replace(orientation=multiply(
+        one.pose.orientation, from_pitch(pitch)))) for one in frame.samples]
+    if abs(abs(pitch) - 0.02) > 0.002:
+        assert find(arena_rules, 'brick: angle', record).mark == KEPT_OR_BROKEN[
+            abs(pitch) < 0.02]
+
+
+# ------------------------------------------------------------------------------------- the text
+
+def refuse(record, text='Unreachable', lifetime=0.0, removed=None, kind=Marker.TEXT_VIEW_FACING,
+           repeated=(), action=Marker.DELETE):
+    """Have a brick fall beside everything, and a text be shown, some time long."""
+    watch = fall(record)
+    marker = Marker(type=kind, text=text)
+    marker.lifetime.sec, marker.lifetime.nanosec = divmod(round(lifetime * 1e9), NANOSECONDS)
+    for seconds in (0.6, *repeated):
+        show(record, marker, seconds, '/text')
+    if removed is not None:
+        show(record, Marker(action=action), removed, '/text')
+    watch.look()
+    watch.should = False
+    return watch
+
+
+@settings(max_examples=20, deadline=None)
+@given(length=floats(0.5, 6.0), removed=booleans(),
+       action=sampled_from((Marker.DELETE, Marker.DELETEALL)))
+def test_texts_last_3_seconds(length, removed, action):
+    """By their lifetime, or until they are removed."""
+    record = new_record()
+    if removed:
+        refuse(record, removed=0.6 + length, action=action)
+    else:
+        refuse(record, lifetime=length)
+    if abs(abs(length - 3.0) - 0.3) > 1e-3:
+        assert find(catcher_rules, 'text: time', record).mark == KEPT_OR_BROKEN[
+            abs(length - 3.0) < 0.3]
+
+
+def test_a_text_that_is_repeated_lasts_from_the_first_to_the_end_of_the_last():
+    record = new_record()
+    refuse(record, lifetime=1.0, repeated=(1.6, 2.6))
+    assert find(catcher_rules, 'text: time', record).mark == KEPT
+    record = new_record()
+    refuse(record, lifetime=3.0, repeated=(1.6, 2.6))
+    assert find(catcher_rules, 'text: time', record).mark == BROKEN
+
+
+@pytest.mark.parametrize('fault', ({'text': 'unreachable!'}, {'text': 'UNREACHABLE'},
+                                   {'kind': Marker.CUBE}), ids=str)
+def test_the_text_is_the_word(fault):
+    record = new_record()
+    refuse(record, lifetime=3.0)
+    assert find(catcher_rules, 'text: kind', record).mark == KEPT
+    record = new_record()
+    refuse(record, lifetime=3.0, **fault)
+    assert find(catcher_rules, 'text: kind', record).mark == BROKEN
+
+
+def test_silence_is_broken():
+    record = new_record()
+    fall(record).should = False
+    found = {one.name: one.mark for one in judge(record)}
+    assert {name for name in ('verdict: in time', 'verdict: out of reach', 'verdict: kept',
+                              'text: kind', 'text: time') if found[name] == BROKEN} == {
+        'verdict: in time', 'verdict: out of reach', 'verdict: kept', 'text: kind', 'text: time'}
+
+
+# ---------------------------------------------------------------------------------------- markers
+
+@pytest.mark.parametrize('latched, times, seen', (
+    (True, (0.0,), True), (False, (0.0,), False), (False, (1.0, 2.0, 3.0, 4.0), True),
+    (False, (0.0, 0.1), False)))
+def test_walls_last(latched, times, seen):
+    """Four walls in one message are no four messages."""
+    record = new_record()
+    record.idle = [(at(0.0), at(5.0))]
+    record.latched['/walls'] = latched
+    for seconds in times:
+        for x, y, length, width in ((5.5, 0.0, 11.1, 0.1), (5.5, 11.1, 11.1, 0.1),
+                                    (0.0, 5.5, 0.1, 11.1), (11.1, 5.5, 0.1, 11.1)):
+            marker = Marker(type=Marker.CUBE)
+            marker.header.frame_id = 'world'
+            marker.pose.position.x, marker.pose.position.y = x, y
+            marker.scale.x, marker.scale.y, marker.scale.z = length, width, 0.5
+            show(record, marker, seconds, '/walls')
+    assert find(arena_rules, 'walls: size', record).mark == KEPT
+    assert find(arena_rules, 'walls: to be seen', record).mark == KEPT_OR_BROKEN[seen]
+
+
+# -------------------------------------------------------------------------------- odd records
+
+def test_nothing_heard_is_judged():
+    found = judge(Record(Profile()))
+    assert KEPT not in {one.mark for one in found}
+    assert BROKEN in {one.mark for one in found}
+
+
+ODD = sampled_from((nan, inf, -inf, 0.0, 1e300, -1.0))
+
+
+@settings(max_examples=10, deadline=None)
+@given(values=lists(ODD, min_size=40, max_size=40))
+def test_whatever_is_heard_is_judged(values):
+    """Numbers that make no sense keep nobody from judging, and their frames keep no law."""
+    record = new_record()
+    value = iter(values * 10)
+
+    def odd():
+        return Pose((next(value), next(value), next(value)),
+                    (next(value), next(value), next(value), next(value)))
+
+    for child, parent in (('odom', 'world'), ('base_link', 'odom'), ('platform', 'base_link'),
+                          ('brick', 'world'), ('loop', 'loop')):
+        say_frame(record, child, parent, ((second * 0.1, odd()) for second in range(5)))
+    record.idle = [(at(0.0), at(1.0))]
+    record.drives = [Drive(at(0.0), at(1.0), (0.0, 0.0), (next(value), 1.0))]
+    pose = SimpleNamespace(x=next(value), y=next(value))
+    record.topics['pose'] = [Heard(at(0.1), pose), Heard(at(0.9), pose)]
+    record.topics['robot_description'] = [Heard(at(0.1), SimpleNamespace(data='<robot/>'))]
+    record.topics['goal_pose'] = [Heard(at(0.1), PoseStamped())]
+    marker = brick_marker()
+    marker.pose.position.x, marker.scale.x, marker.text = next(value), next(value), 'Unreachable'
+    show(record, marker, 0.1)
+    watch = DropWatch(record, at(0.0), PLACE, record.platform(at(0.1)))
+    watch.asked = at(0.0)
+    watch.look()
+    record.drops = [watch]
+    watch.end = at(1.0)
+    assert len(judge(record)) == len(judge(Record(Profile())))
+
+
+# --------------------------------------------------------------------------------- how it is told
+
+JUDGEMENTS = [
+    Judgement('a', 'words <b> & "more"', 'x [red]', KEPT, '1 < 2 & [bold]3[/bold]', Plot(
+        'Title <&>', 'x (m)', 'y & z', [Series('<points>', [0.0, 1.0, nan], [1.0, inf, 2.0])],
+        Series('line', [0.0, 1.0], [0.0, 1.0]))),
+    Judgement('b', 'ж', 'ö', BROKEN, '-' * 300, Plot(
+        'Empty', '', '', [], Series('', [], []))),
+    Judgement('c', '', '', OPEN, '')]
+
+
+def test_the_page_is_a_page():
+    page = telling.page(JUDGEMENTS, {'seconds': 1.0, 'file': '<tag>'})
+    doctype, text = page[:15], page[15:]
+    assert doctype == '<!DOCTYPE html>'
+    # Every tag but these is closed, so that what is no XML is a mistake.
+    for tag in ('meta charset="utf-8"', 'meta name="viewport" content="width=device-width"'):
+        text = text.replace(f'<{tag}>', f'<{tag}/>')
+    root = ElementTree.fromstring(text.replace('<br>', '<br/>'))
+    pytest.importorskip('matplotlib')
+    assert len(root.findall('.//{http://www.w3.org/2000/svg}svg')) == 2
+    assert len(root.findall('.//table/tr')) == 1 + len(JUDGEMENTS)
+
+
+def test_the_json_has_everything():
+    told = json.loads(telling.as_json(JUDGEMENTS, {'seconds': nan, 'notes': ['ö']}),
+                      parse_constant=pytest.fail)
+    assert [one['mark'] for one in told['requirements']] == [KEPT, BROKEN, OPEN]
+    assert told['requirements'][0]['plot']['points'][0]['y'] == [1.0, None, 2.0]
+    assert told['seconds'] is None and told['notes'] == ['ö']
+
+
+def test_the_table_shows_words_as_they_are():
+    told = StringIO()
+    telling.print_table(JUDGEMENTS, Console(file=told, width=120))
+    assert '[bold]3[/bold]' in told.getvalue() and 'x [red]' in told.getvalue()
+    assert telling.summary(JUDGEMENTS) == '1 ✔ kept, 1 ✗ broken, 1 – open'
+
+
+def test_what_is_not_kept_is_told_again():
+    broken, unknown = telling.not_kept(JUDGEMENTS)
+    assert broken.startswith(f'{BROKEN} {JUDGEMENTS[1].name}: {JUDGEMENTS[1].measured}')
+    assert broken.endswith(f'; expected: {JUDGEMENTS[1].expected}')
+    assert unknown == f'{OPEN} {JUDGEMENTS[2].name}: {JUDGEMENTS[2].measured}'
+
+
+# ---------------------------------------------------------------------------------- the profile
+
+@pytest.mark.parametrize('text, complaint', (
+    ('topics: {tlit: x}', 'unknown topics.tlit, there are: cmd_vel'),
+    ('names: {}', "unknown section 'names', there are: topics, services, frames, numbers"),
+    ('topics: {tilt: 3}', 'topics.tilt is 3, but must be a name'),
+    ('topics: {tilt: ""}', "topics.tilt is '', but must be a name"),
+    ('numbers: {platform_radius: -1}', 'numbers.platform_radius is -1, but must be a number'),
+    ('numbers: {platform_radius: yes}', 'numbers.platform_radius is True, but must be a number'),
+    ('numbers: {platform_radius: .nan}', 'platform_radius is nan, but must be a number above 0'),
+    ('numbers: {platform_radius: wide}', "platform_radius is 'wide', but must be a number"),
+    ('topics: tilt', "'tilt' is no mapping"),
+    ('- 1', '[1] is no mapping'),
+    ('{', 'while parsing'),
+    ('\x00', 'unacceptable character'),
+))
+def test_profiles_that_can_not_be_used(tmp_path, text, complaint):
+    path = tmp_path / 'profile.yaml'
+    path.write_text(text)
+    with pytest.raises(ProfileError) as caught:
+        Profile().load(path)
+    assert complaint in str(caught.value)
+    assert str(path) in str(caught.value) and '\n' not in str(caught.value)
+
+
+@pytest.mark.parametrize('option, complaint', (
+    ('topics.tilt', 'is not of the form SECTION.NAME:=VALUE'),
+    ('tilt:=x', 'is not of the form SECTION.NAME:=VALUE'),
+    ('topics.tilt:=', "topics.tilt is '', but must be a name"),
+    ('numbers.wheel_radius:=[', 'while parsing'),
+    ('numbers.wheel_radius:=big', "numbers.wheel_radius is 'big', but must be a number"),
+))
+def test_options_that_can_not_be_used(option, complaint):
+    with pytest.raises(ProfileError) as caught:
+        Profile().set_entry(option)
+    assert complaint in str(caught.value) and '\n' not in str(caught.value)
+
+
+def test_what_differs_is_taken_over(tmp_path):
+    path = tmp_path / 'profile.yaml'
+    path.write_text('topics: {tilt: tray}\nframes: {platform: tray}\nnumbers: {wheel_radius: 1}')
+    profile = Profile()
+    profile.load(path)
+    profile.set_entry('numbers.gravity_accel:=3')
+    profile.set_entry('services.place:=put')
+    assert (profile.topics['tilt'], profile.topics['odom']) == ('tray', 'odom')
+    assert (profile.frames['platform'], profile.services['place']) == ('tray', 'put')
+    assert profile.numbers == {'wheel_radius': 1.0, 'gravity_accel': 3.0}
+
+
+def test_numbers_come_from_a_parameter_file(tmp_path):
+    path = tmp_path / 'turtle.yaml'
+    path.write_text('turtle_robot:\n  ros__parameters: {wheel_radius: 0.3, other: x}\n'
+                    '/arena:\n  ros__parameters: {gravity_accel: 5}\n')
+    profile = Profile()
+    profile.load_parameters(path)
+    assert profile.numbers == {'wheel_radius': 0.3, 'gravity_accel': 5.0}
+
+
+@pytest.mark.parametrize('dashes', [['--'], []])
+def test_the_command_is_found_behind_dashes_that_ros2_run_may_have_taken(dashes):
+    options, command = referee.parse(['--reaction', '0.4', *dashes, sys.executable, '-c', 'pass'])
+    assert (options.reaction, command) == (0.4, [sys.executable, '-c', 'pass'])

@@ -1,0 +1,327 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Drive turtlesim's turtle to a goal at full speed, and stop there, through its slow command path.
+
+turtlesim keeps the last seven commands and takes the oldest of them every 16 ms. Commands at
+100 Hz keep this queue full: each is taken 60 to 70 ms after it was published, and some never are.
+A controller that steers by the last pose therefore overshoots by 0.07 s of motion and hunts about
+the goal. This one mirrors the queue (`CommandPath`), predicts where the turtle will be when the
+next command takes effect, and steers from there (`Driver`).
+
+No clock is read here: times are passed in, in seconds of one steady clock.
+"""
+
+from collections import deque
+from math import cos, hypot, inf, isfinite, log, sin
+
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, Pose, QUEUE_DEPTH, TICK
+
+PERIOD = 0.010
+"""Time (s) between two commands: cmd_vel is published at 100 Hz."""
+
+TRANSPORT = 0.0004
+"""Time (s) that a message takes from one node to another on one machine (0.2 to 0.6 ms)."""
+
+STALE = 0.25
+"""Age (s) at which the last pose no longer tells where the turtle is."""
+
+APPROACH = 0.5
+"""Part of the remaining way that a command covers in its one tick. At 1 the turtle would arrive in
+one step, and overshoot by a whole step if a tick took another command than predicted; at 0.5
+neighboring commands differ by little, so that it hardly matters which of them a tick takes."""
+
+ARRIVED = 0.0005
+"""Distance (m) from the goal at which the turtle stops."""
+
+DEPARTED = 0.003
+"""Distance (m) from the goal at which a turtle that has stopped moves again."""
+
+
+class TickClock:
+    """
+    Estimate when turtlesim ticks from the arrival of its poses: one pose is one tick.
+
+    Ticks keep to a grid of 16 ms; poses arrive some time after them, never before.
+    """
+
+    GAIN = 0.05
+    """Part of an arrival's deviation that the grid follows."""
+
+    EARLY = 0.6
+    """Part of a tick: a pose that comes earlier than that shows that the grid is late."""
+
+    PATIENCE = 3
+    """Number of poses in a row, each over half a tick late, that show that turtlesim lost time."""
+
+    def __init__(self) -> None:
+        """Know nothing before the first pose."""
+        self.last = inf
+        """When the last tick was (s); infinity before the first pose, which begins the grid."""
+        self._late = 0
+
+    def observe(self, now: float) -> float:
+        """
+        Note the arrival of a pose.
+
+        :param now: the time of arrival (s)
+        :return: The likely time of its tick (s): its arrival, or the grid's if it was delayed.
+        """
+        self.last += TICK
+        deviation = now - self.last
+        if deviation < -self.EARLY * TICK:
+            self.last = now
+            self._late = 0
+        elif deviation > TICK / 2.0:
+            self._late += 1
+            if self._late >= self.PATIENCE:
+                self._late = 0
+                self.last = now
+        else:
+            self._late = 0
+            self.last += self.GAIN * deviation
+            return now
+        return self.last
+
+    def forget(self) -> None:
+        """Begin a new grid with the next pose."""
+        self.last = inf
+        self._late = 0
+
+
+class CommandPath:
+    """
+    Mirror turtlesim's queue: which commands are on their way, and where they lead.
+
+    It follows from the times at which commands were published, from the ticks that the poses mark,
+    and, where these leave a doubt, from the speed that each pose reports: that of the command that
+    its tick has taken.
+    """
+
+    MEMORY = 64
+    """Number of commands remembered, several times those that can be on their way."""
+
+    def __init__(self) -> None:
+        """Start with an empty queue and no pose."""
+        self.pose: Pose | None = None
+        """The last one."""
+        self.pose_time = 0.0
+        """When it arrived (s)."""
+        self._ticks = TickClock()
+        self._sent: deque[tuple[float, float, float]] = deque(maxlen=self.MEMORY)
+        self._count = 0
+        """Number of commands published so far."""
+        self._taken = -1
+        """Index of the command taken last."""
+
+    def publish(self, now: float, linear_x: float, linear_y: float) -> None:
+        """
+        Note a command that is being published.
+
+        :param now: the present time (s)
+        :param linear_x: forward velocity, in the turtle's frame (m/s)
+        :param linear_y: leftward velocity, in the turtle's frame (m/s)
+        """
+        self._sent.append((now, linear_x, linear_y))
+        self._count += 1
+
+    def observe(self, now: float, pose: Pose) -> None:
+        """
+        Note a pose, and so a tick of turtlesim.
+
+        :param now: its time of arrival (s)
+        :param pose: the turtle's pose in the world, with the speed that it reports (m, rad, m/s);
+            ignored if it is not finite
+        """
+        if not all(map(isfinite, pose)):
+            return
+        if self.is_stale(now):
+            # A turtlesim that was away has taken none of the commands published meanwhile.
+            self._ticks.forget()
+            self._taken = self._count - 1
+        tick = self._ticks.observe(now)
+        self.pose = pose
+        self.pose_time = now
+        expected = self._head(self._taken, self._published_by(tick - 2.0 * TRANSPORT))
+        expected = self._recognize(expected, pose.linear_velocity)
+        self._taken = max(self._taken, min(expected, self._count - 1))
+
+    def is_stale(self, now: float) -> bool:
+        """Tell whether there is no pose, or only one that is too old to act on."""
+        return self.pose is None or now - self.pose_time > STALE
+
+    def predict(self, now: float) -> tuple[float, float]:
+        """
+        Return where the turtle will be when a command published now takes effect.
+
+        :param now: the present time (s)
+        :return: x and y in the world (m), after all ticks that earlier commands will govern.
+        :raises ValueError: there has been no pose yet
+        """
+        pose = self.pose
+        if pose is None:
+            raise ValueError('there has been no pose yet')
+        x, y = pose.x, pose.y
+        c, s = cos(pose.theta), sin(pose.theta)
+        sent = self._sent
+        first = self._count - len(sent)
+        taken = self._taken
+        linear_x = linear_y = 0.0
+        if taken >= first:
+            _, linear_x, linear_y = sent[taken - first]
+        tick = self._ticks.last - 2.0 * TRANSPORT
+        for _ in range(2 * QUEUE_DEPTH):
+            tick += TICK
+            if tick >= now:
+                latest = self._count + int((tick - now) / PERIOD)
+            else:
+                latest = self._published_by(tick)
+            head = self._head(taken, latest)
+            if head >= self._count:
+                break
+            if head > taken:
+                taken = head
+                _, linear_x, linear_y = sent[max(head - first, 0)]
+            x, y = within_arena(x + (c * linear_x - s * linear_y) * TICK,
+                                y + (s * linear_x + c * linear_y) * TICK)
+        return x, y
+
+    @staticmethod
+    def _head(taken: int, latest: int) -> int:
+        """Return the command that a tick takes: the oldest in the queue; `taken` if none is."""
+        if latest <= taken:
+            return taken
+        return max(latest - QUEUE_DEPTH + 1, taken + 1)
+
+    def _published_by(self, time: float) -> int:
+        """Return the index of the last command that was published by then."""
+        index = self._count - 1
+        for published, _, _ in reversed(self._sent):
+            if published <= time:
+                break
+            index -= 1
+        return index
+
+    def _recognize(self, expected: int, speed: float) -> int:
+        """Return the command nearest to the expected one that has the reported speed."""
+        first = self._count - len(self._sent)
+        lowest, highest = max(self._taken, first), self._count - 1
+        for offset in (0, 1, -1, 2, -2, 3, -3):
+            index = expected + offset
+            if lowest <= index <= highest:
+                _, linear_x, linear_y = self._sent[index - first]
+                # The pose is a float32: seven digits.
+                if abs(hypot(linear_x, linear_y) - speed) <= 1e-6 * (1.0 + speed):
+                    return index
+        return expected
+
+
+class Driver:
+    """Bring the turtle to a goal, straight and at full speed, and keep it there."""
+
+    def __init__(self, max_velocity: float) -> None:
+        """
+        Stand still until there is a goal.
+
+        :param max_velocity: the largest speed that is ever asked for (m/s)
+        """
+        self.max_velocity = max_velocity
+        self.goal: tuple[float, float] | None = None
+        """Where to drive, in the world (m)."""
+        self.arrived = False
+        """Whether the commands on their way stop the turtle at its goal, or have done so."""
+        self._path = CommandPath()
+
+    @property
+    def pose(self) -> Pose | None:
+        """Last pose of the turtle in the world, None before the first."""
+        return self._path.pose
+
+    def drive_to(self, x: float, y: float) -> None:
+        """
+        Drive to a goal from now on; a goal where the turtle stands already changes nothing.
+
+        :param x: the goal in the world (m), within the arena
+        :param y: the goal in the world (m), within the arena
+        :raises ValueError: the goal is not finite; the present one stays
+        """
+        if not (isfinite(x) and isfinite(y)):
+            raise ValueError(f'the goal ({x:g}, {y:g}) is not finite')
+        if self.goal != (x, y):
+            self.goal = (x, y)
+            self.arrived = False
+
+    def observe(self, now: float, pose: Pose) -> None:
+        """
+        Note a pose of the turtle.
+
+        :param now: its time of arrival (s, steady clock)
+        :param pose: the pose in the world (m, rad)
+        """
+        self._path.observe(now, pose)
+
+    def command(self, now: float) -> tuple[float, float]:
+        """
+        Return the command to publish now, and count on it; to be called 100 times per second.
+
+        :param now: the present time (s, steady clock)
+        :return: linear.x and linear.y (m/s) in the turtle's own frame; zero without a goal, at the
+            goal and without a recent pose.
+        """
+        velocity = self._steer(now)
+        self._path.publish(now, *velocity)
+        return velocity
+
+    def _steer(self, now: float) -> tuple[float, float]:
+        """Return the velocity in the turtle's frame (m/s) from where it will be to the goal."""
+        pose = self._path.pose
+        if self.goal is None or pose is None or self._path.is_stale(now):
+            return (0.0, 0.0)
+        x, y = self._path.predict(now)
+        dx, dy = self.goal[0] - x, self.goal[1] - y
+        distance = hypot(dx, dy)
+        self.arrived = distance < (DEPARTED if self.arrived else ARRIVED)
+        if self.arrived:
+            return (0.0, 0.0)
+        speed = min(self.max_velocity, APPROACH * distance / TICK)
+        ex, ey = speed * dx / distance, speed * dy / distance
+        c, s = cos(pose.theta), sin(pose.theta)
+        return (c * ex + s * ey, c * ey - s * ex)
+
+
+def within_arena(x: float, y: float) -> tuple[float, float]:
+    """Return the point of the arena nearest to (x, y), in the world (m)."""
+    return min(max(x, 0.0), ARENA_SIZE), min(max(y, 0.0), ARENA_SIZE)
+
+
+def travel_time(distance: float, radius: float, max_velocity: float) -> float:
+    """
+    Return how long the Driver moves until the goal is within a radius.
+
+    :param distance: from the turtle at rest to the goal (m)
+    :param radius: how near is near enough (m)
+    :param max_velocity: the turtle's speed (m/s)
+    :return: The time (s) from the first motion on: (distance - radius) / max_velocity as long as
+        the radius covers the last stretch, where each tick covers a fixed part of the way left.
+    """
+    if distance <= radius:
+        return 0.0
+    least = (distance - radius) / max_velocity
+    stretch = max_velocity * TICK / APPROACH
+    if radius >= stretch:
+        return least
+    cruise = max(distance - stretch, 0.0) / max_velocity
+    approach = TICK * log(min(distance, stretch) / radius) / -log(1.0 - APPROACH)
+    return max(least, cruise + approach)

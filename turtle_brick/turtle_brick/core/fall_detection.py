@@ -1,0 +1,151 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Recognize a falling brick from its positions.
+
+`FallDetector` tells a fall from other motions; `Fall` is its course.
+Instants are integer nanoseconds of one clock.
+"""
+
+from collections import deque
+from math import hypot, nan, sqrt
+from typing import NamedTuple
+
+from turtle_brick.core.geometry import Vector
+from turtle_brick.core.time_steps import NANO
+
+
+class Fall(NamedTuple):
+    """A fall: where and how fast the brick is at one instant of it."""
+
+    stamp: int
+    """The instant (ns)."""
+    x: float
+    """Position of the brick's center in the world (m), as y and z."""
+    y: float
+    z: float
+    speed: float
+    """Speed downward (m/s)."""
+
+    @property
+    def position(self) -> Vector:
+        """Position of the brick at `stamp` in the world (m)."""
+        return (self.x, self.y, self.z)
+
+    def height(self, stamp: int, gravity: float) -> float:
+        """Return how high (m) the brick is at an instant (ns) if nothing stops it."""
+        time = (stamp - self.stamp) * NANO
+        return self.z - self.speed * time - 0.5 * gravity * time * time
+
+    def speed_at(self, height: float, gravity: float) -> float:
+        """Return how fast (m/s) the brick is at a height (m); NaN if it was released below it."""
+        square = self.speed * self.speed + 2.0 * gravity * (self.z - height)
+        return sqrt(square) if square >= 0.0 else nan
+
+    def time_to(self, height: float, gravity: float) -> float:
+        """
+        Return the time (s) from `stamp` until the brick is down at a height (m).
+
+        It is negative where the brick has passed the height, NaN where it was released below it.
+        """
+        return (self.speed_at(height, gravity) - self.speed) / gravity
+
+
+class FallDetector:
+    """
+    Recognize free fall in a sequence of positions.
+
+    Three positions straight down, whose second difference is the acceleration due to gravity, are
+    a fall. At 250 Hz it is known after 8 ms.
+    """
+
+    TOLERANCE = 0.1
+    """Largest deviation of the acceleration from that due to gravity, as a part of it."""
+
+    STRAIGHT = 0.01
+    """Largest sideways part of a fall. A slide on a slope of more than 72 degrees has the right
+    acceleration, within TOLERANCE, but is not straight."""
+
+    SIDEWAYS = 1e-4
+    """Largest sideways motion (m) between two positions of a fall."""
+
+    DEVIATION = 0.01
+    """Distance (m) from the predicted course at which the fall is over."""
+
+    INTERRUPTION = 0.05
+    """Longest time (s) between two positions while the clock is set back."""
+
+    def __init__(self, gravity: float) -> None:
+        """
+        Know no position yet.
+
+        :param gravity: the acceleration due to gravity (m/s^2)
+        """
+        self.gravity = gravity
+        self.fall: Fall | None = None
+        """The present fall, until the brick leaves its course."""
+        self._samples: deque[tuple[int, float, float, float]] = deque(maxlen=3)
+
+    def observe(self, stamp: int, x: float, y: float, z: float) -> bool:
+        """
+        Note a position of the brick.
+
+        :param stamp: instant at which the brick was there (ns)
+        :param x: its position in the world (m)
+        :param y: its position in the world (m)
+        :param z: its position in the world (m)
+        :return: Whether a new fall is recognized.
+        """
+        samples = self._samples
+        descends = False
+        if samples:
+            stamp_before, x_before, y_before, z_before = samples[-1]
+            if stamp <= stamp_before:
+                if stamp < stamp_before:
+                    samples.clear()
+                    samples.append((stamp, x, y, z))
+                    self._resume(stamp, z, z_before)
+                return False
+            if abs(x - x_before) + abs(y - y_before) > self.SIDEWAYS:
+                samples.clear()
+                self.fall = None
+            descends = z < z_before
+        samples.append((stamp, x, y, z))
+        if self.fall is not None:
+            if abs(self.fall.height(stamp, self.gravity) - z) > self.DEVIATION:
+                self.fall = None
+                samples.clear()
+                samples.append((stamp, x, y, z))
+            return False
+        if not descends or len(samples) < 3:
+            return False
+        (t0, x0, y0, z0), (t1, _, _, z1), (t2, _, _, z2) = samples
+        if not z0 > z1 or hypot(x - x0, y - y0) > self.STRAIGHT * (z0 - z2):
+            return False
+        first, second = (t1 - t0) * NANO, (t2 - t1) * NANO
+        speed_before, speed_after = (z0 - z1) / first, (z1 - z2) / second
+        acceleration = (speed_after - speed_before) / (0.5 * (first + second))
+        if not abs(acceleration - self.gravity) <= self.TOLERANCE * self.gravity:
+            return False
+        self.fall = Fall(t2, x, y, z2, speed_after + 0.5 * self.gravity * second)
+        return True
+
+    def _resume(self, stamp: int, z: float, z_before: float) -> None:
+        """Continue a fall at a height (m) after the clock was set back to an instant (ns)."""
+        if self.fall is not None:
+            speed = self.fall.speed_at(z, self.gravity)
+            longest = self.INTERRUPTION * speed
+            self.fall = self.fall._replace(stamp=stamp, z=z, speed=speed) if (
+                0.0 <= z_before - z <= longest) else None

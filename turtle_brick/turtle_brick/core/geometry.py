@@ -1,0 +1,127 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Vectors, rotations and poses as plain tuples.
+
+Quaternions are unit quaternions (x, y, z, w), in the order of geometry_msgs/Quaternion; a pose
+maps a point p of its own frame to rotate(orientation, p) + position in the parent frame.
+"""
+
+from math import atan2, cos, hypot, sin
+from typing import NamedTuple
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+FARTHEST = 1e9
+"""Largest coordinate (m) that is accepted: squares and products of such numbers stay finite."""
+
+
+class Pose(NamedTuple):
+    """Position (m) and orientation (unit quaternion) of a frame in its parent frame."""
+
+    position: Vector
+    orientation: Quaternion
+
+    def transform(self, point: Vector) -> Vector:
+        """Return a point (m) of this frame in its parent frame."""
+        x, y, z = rotate(self.orientation, point)
+        return (x + self.position[0], y + self.position[1], z + self.position[2])
+
+    def compose(self, other: 'Pose') -> 'Pose':
+        """Return the pose `other`, given in this pose's frame, in this pose's parent frame."""
+        return Pose(self.transform(other.position),
+                    multiply(self.orientation, other.orientation))
+
+
+class Pose2D(NamedTuple):
+    """Position (m) and heading (rad) of a frame in the plane of its parent frame."""
+
+    x: float
+    y: float
+    yaw: float
+
+    def compose(self, other: 'Pose2D') -> 'Pose2D':
+        """Return the pose `other`, given in this pose's frame, in this pose's parent frame."""
+        c, s = cos(self.yaw), sin(self.yaw)
+        return Pose2D(self.x + c * other.x - s * other.y,
+                      self.y + s * other.x + c * other.y,
+                      self.yaw + other.yaw)
+
+    def inverse(self) -> 'Pose2D':
+        """Return the pose of the parent frame in this pose's frame."""
+        c, s = cos(self.yaw), sin(self.yaw)
+        return Pose2D(-c * self.x - s * self.y, s * self.x - c * self.y, -self.yaw)
+
+
+def from_yaw(yaw: float) -> Quaternion:
+    """Return the rotation by `yaw` (rad) about z."""
+    return (0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0))
+
+
+def from_pitch(pitch: float) -> Quaternion:
+    """Return the rotation by `pitch` (rad) about y; a positive one lowers the +x side."""
+    return (0.0, sin(pitch / 2.0), 0.0, cos(pitch / 2.0))
+
+
+def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
+    """Return the rotation by q and then by p (Hamilton product p q)."""
+    px, py, pz, pw = p
+    qx, qy, qz, qw = q
+    return (pw * qx + px * qw + py * qz - pz * qy,
+            pw * qy - px * qz + py * qw + pz * qx,
+            pw * qz + px * qy - py * qx + pz * qw,
+            pw * qw - px * qx - py * qy - pz * qz)
+
+
+def axes(q: Quaternion) -> tuple[Vector, Vector, Vector]:
+    """Return the unit vectors x, y, z of a frame with orientation q, in its parent frame."""
+    x, y, z, w = q
+    return ((1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)),
+            (2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)),
+            (2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)))
+
+
+def rotate(q: Quaternion, v: Vector) -> Vector:
+    """Return the vector v, given in a frame with orientation q, in that frame's parent."""
+    ex, ey, ez = axes(q)
+    return (v[0] * ex[0] + v[1] * ey[0] + v[2] * ez[0],
+            v[0] * ex[1] + v[1] * ey[1] + v[2] * ez[1],
+            v[0] * ex[2] + v[1] * ey[2] + v[2] * ez[2])
+
+
+def yaw_of(q: Quaternion) -> float:
+    """Return the heading (rad, in [-pi, pi]) of the x axis of a frame that stands upright."""
+    x, y, z, w = q
+    return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def distance_to_rectangle(x: float, y: float, yaw: float, length: float, width: float) -> float:
+    """
+    Return how far (m) the nearest point of a rectangle is from the origin of its plane.
+
+    :param x: center of the rectangle (m)
+    :param y: center of the rectangle (m)
+    :param yaw: heading of its length (rad)
+    :param length: size along that heading (m)
+    :param width: size across it (m)
+    :return: The distance (m), 0 if the rectangle covers the origin.
+    """
+    c, s = cos(yaw), sin(yaw)
+    along = abs(c * x + s * y) - length / 2.0
+    across = abs(-s * x + c * y) - width / 2.0
+    return hypot(max(along, 0.0), max(across, 0.0))

@@ -1,0 +1,262 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Decide whether the robot can be under a falling brick in time.
+
+`reach` decides, from the course of the fall and from what `Track` knows of the robot: where it is,
+and where the commands on their way may take it. The latencies of the command path are derived
+here. Instants are integer nanoseconds of one clock.
+"""
+
+from collections import deque
+from math import hypot, inf, isnan, sqrt
+from typing import NamedTuple
+
+from turtle_brick.core.driving import PERIOD, TRANSPORT, travel_time
+from turtle_brick.core.fall_detection import Fall
+from turtle_brick.core.geometry import Pose
+from turtle_brick.core.parameters import Parameters
+from turtle_brick.core.time_steps import NANO
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, QUEUE_DEPTH, TICK
+from turtle_brick.physics import is_level
+
+QUEUE_LATENCY = QUEUE_DEPTH * PERIOD + TICK - PERIOD + TRANSPORT
+"""The longest time (s) from publishing a command to the pose that shows it: six newer commands
+must follow it, and if a tick has just passed then, the next one takes it (0.0764 s)."""
+
+COMMAND_LATENCY = 3 * TRANSPORT + PERIOD + QUEUE_LATENCY + PERIOD + 0.010
+"""The longest time (s) from the decision to the platform's first motion as the arena sees it:
+the goal reaches the robot and waits for its next cycle, the command goes through turtlesim's
+queue, the pose waits for the robot's next cycle and becomes a transform, and that reaches the
+arena (0.010 s: 4 ms until its next step, the rest for the operating system)."""
+
+GUARANTEED_LATENCY = 0.13
+"""Promised time (s) from the release of a brick to the robot's motion: COMMAND_LATENCY and three
+positions of the brick."""
+
+LEVEL_LATENCY = 3 * TRANSPORT + PERIOD + 0.015
+"""The longest time (s) from publishing a tilt until the arena sees the platform so."""
+
+CARRY_ON = QUEUE_LATENCY + 2 * PERIOD + TICK
+"""Time (s) for which a moving robot may go on from where it is seen: the pose is up to a tick and
+a cycle old, and the commands on their way are obeyed in any case."""
+
+ROUNDING = 1e-9
+"""Distance (m) by which poses of a robot at rest may differ: tf2 interpolates them."""
+
+
+class Decision(NamedTuple):
+    """What `reach` finds about a fall; lengths in m, times in s."""
+
+    reachable: bool
+    fall: Fall
+    contact: int
+    """Instant (ns) at which the brick's bottom is at the height of the platform's top."""
+    available: float
+    """Time from the decision to the contact."""
+    needed: float
+    """Time from the decision until the platform can be under the brick."""
+    distance: float
+    reason: str
+    """Why the brick can't be caught; empty if it can."""
+
+    @property
+    def margin(self) -> float:
+        """Time (s) to spare."""
+        return self.available - self.needed
+
+
+class Robot(NamedTuple):
+    """Where the robot is, and where the commands on their way may take it, in the world (m)."""
+
+    x: float
+    y: float
+    bound_for: tuple[tuple[float, float], ...] = ()
+    """Points to which the commands on their way may take it."""
+    level: bool = True
+    """Whether its platform is level, and all others see it so."""
+    reserve: float = 0.0
+    """How far (m) it may move although no motion was seen yet."""
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether it stands still and no command on its way moves it."""
+        return not self.bound_for and not self.reserve
+
+
+def resting_height(parameters: Parameters) -> float:
+    """Return the height (m) of the center of a brick on the level platform."""
+    return parameters.platform_height + parameters.brick_size[2] / 2.0
+
+
+def fall_time(height: float, parameters: Parameters) -> float:
+    """
+    Return the time (s) of a fall from rest onto the level platform, sqrt(2 h / g).
+
+    :param height: of the brick's center when it is released (m)
+    :param parameters: the physical numbers
+    :return: The time; 0 from below the platform.
+    """
+    depth = max(height - resting_height(parameters), 0.0)
+    return sqrt(2.0 * depth / parameters.gravity_accel)
+
+
+def guaranteed_distance(height: float, parameters: Parameters) -> float:
+    """
+    Return the distance from a robot at rest within which a brick is promised to be caught.
+
+    :param height: of the brick's center when it is released (m)
+    :param parameters: the physical numbers
+    :return: The distance (m), inside the arena; negative where nothing is promised.
+    """
+    if height < resting_height(parameters):
+        return -inf
+    time = fall_time(height, parameters) - GUARANTEED_LATENCY
+    return parameters.max_velocity * time + parameters.platform_radius
+
+
+def time_needed(distance: float, parameters: Parameters) -> float:
+    """
+    Return the longest time (s) from the decision until the level platform is under a place.
+
+    :param distance: of the place from the robot (m)
+    :param parameters: the physical numbers
+    :return: COMMAND_LATENCY and the time to travel at max_velocity; 0 where it is there already.
+    """
+    if distance <= parameters.platform_radius:
+        return 0.0
+    return COMMAND_LATENCY + travel_time(
+        distance, parameters.platform_radius, parameters.max_velocity)
+
+
+def reach(fall: Fall, now: int, robot: Robot | None, parameters: Parameters) -> Decision:
+    """
+    Compute whether the robot can be under a falling brick when it comes down.
+
+    :param fall: the fall
+    :param now: the present instant (ns)
+    :param robot: the robot, None where it is not known
+    :param parameters: max_velocity, platform_height, platform_radius, gravity_accel, brick_size
+    :return: The decision. The brick is reachable if it comes down inside the arena and
+        `time_needed` is within the time until the contact. The distance of a moving robot is the
+        largest that the commands on their way may lead to.
+    """
+    height = resting_height(parameters)
+    time = fall.time_to(height, parameters.gravity_accel)
+    contact = fall.stamp + (0 if isnan(time) else round(time / NANO))
+    available = (contact - now) * NANO
+    if robot is None:
+        return Decision(False, fall, contact, available, inf, inf,
+                        'no robot is known that could come')
+    distance = hypot(fall.x - robot.x, fall.y - robot.y)
+    farthest = robot.reserve + max(
+        [distance] + [hypot(fall.x - x, fall.y - y) for x, y in robot.bound_for])
+    needed = time_needed(farthest, parameters)
+    if not robot.level:
+        needed = max(needed, LEVEL_LATENCY)
+    reason = ''
+    if isnan(time):
+        reason = (f'it falls from {fall.z:.4g} m, below the {height:.4g} m at which it would '
+                  'lie on the platform')
+    elif not (0.0 <= fall.x <= ARENA_SIZE and 0.0 <= fall.y <= ARENA_SIZE):
+        reason = f'({fall.x:.4g}, {fall.y:.4g}) is outside the arena'
+    elif time < 0.0:
+        reason = f'at {fall.z:.4g} m it has passed the platform already'
+    elif needed > max(available, 0.0):
+        reason = (f'the robot, {distance:.2f} m away, needs {needed:.3f} s and the brick is down '
+                  f'in {max(available, 0.0):.3f} s, {needed - available:.3f} s too early')
+    return Decision(not reason, fall, contact, available, needed, distance, reason)
+
+
+class Track:
+    """Where the robot was seen and sent, and hence where it may go."""
+
+    MEMORY = 0.07
+    """Time (s) at one position after which the robot is at rest: over four ticks of turtlesim."""
+
+    def __init__(self, max_velocity: float) -> None:
+        """
+        Know nothing yet.
+
+        :param max_velocity: the robot's greatest speed (m/s)
+        """
+        self.seen = -inf
+        """When the robot was seen last (ns)."""
+        self.level_seen = 0
+        """When its platform was seen level last (ns)."""
+        self._way = max_velocity * CARRY_ON
+        """How far (m) the commands on their way can take the robot."""
+        self._places: deque[tuple[int, float, float]] = deque()
+        self._orders: deque[tuple[int, tuple[float, float]]] = deque()
+
+    @property
+    def goal(self) -> tuple[float, float]:
+        """Where the robot was sent last, in the world (m)."""
+        return self._orders[-1][1]
+
+    def order(self, now: int, goal: tuple[float, float]) -> None:
+        """Note that the robot is sent to a point of the world (m) at an instant (ns)."""
+        self._orders.append((now, goal))
+
+    def restart(self, now: int) -> None:
+        """Go on at an instant (ns) before the last one, since the clock was set back."""
+        self._places.clear()
+        self._orders = deque((now, goal) for _, goal in self._orders)
+        self.seen = self.level_seen = now
+
+    def observe(self, now: int, platform: Pose | None, level: bool) -> Robot | None:
+        """
+        Note where the robot is.
+
+        :param now: the present instant (ns)
+        :param platform: pose of the platform's frame in the world, None if it is out of sight
+        :param level: whether it was ordered to be level, and all others see it so by now
+        :return: The robot, None if it is out of sight.
+        """
+        places = self._places
+        if platform is None:
+            places.clear()
+            return None
+        self.seen = now
+        if is_level(platform):
+            self.level_seen = now
+        x, y, _ = platform.position
+        places.append((now, x, y))
+        # One older position is kept, since there may be none newer.
+        while len(places) > 1 and (now - places[1][0]) * NANO > self.MEMORY:
+            places.popleft()
+        bound_for = []
+        for _, x_before, y_before in reversed(places):
+            moved = hypot(x - x_before, y - y_before)
+            if moved > ROUNDING:
+                # At full speed, however slow it seems: ticks and transforms come in bunches.
+                scale = self._way / moved
+                bound_for.append((x + scale * (x - x_before), y + scale * (y - y_before)))
+                break
+        orders = self._orders
+        while len(orders) > 1 and (now - orders[1][0]) * NANO > COMMAND_LATENCY:
+            orders.popleft()
+        for ordered, (goal_x, goal_y) in orders:
+            # A moving robot obeys the last order; for COMMAND_LATENCY after it, it may still obey
+            # the one before.
+            if bound_for or len(orders) > 1 or (now - ordered) * NANO < COMMAND_LATENCY:
+                distance = hypot(goal_x - x, goal_y - y)
+                if distance > 0.0:
+                    part = min(self._way / distance, 1.0)
+                    bound_for.append((x + part * (goal_x - x), y + part * (goal_y - y)))
+        # Seen for too short a time, it may be moving in any direction.
+        known = bool(bound_for) or (now - places[0][0]) * NANO >= self.MEMORY
+        return Robot(x, y, tuple(bound_for), level and is_level(platform),
+                     0.0 if known else self._way)

@@ -1,0 +1,206 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The rules for the catcher: its verdict, the text, the way to the center. No ROS."""
+
+from math import hypot, isnan, nan, sqrt
+
+from turtle_brick.core.catch_logic import CENTER
+from turtle_brick.core.time_steps import NANO
+from turtle_referee.arena_rules import caught, dropped
+from turtle_referee.arena_rules import TEXT as TEXT_TYPE
+from turtle_referee.drops import DropWatch, TEXT
+from turtle_referee.record import MarkerHeard, Record
+from turtle_referee.rules import Broken, Finding, number, Open, Plot, Rules, Series
+
+RULES = Rules()
+rule = RULES.rule
+
+AT_CENTER = 0.1
+"""How far (m) from the arena's center a brick may be tipped off."""
+
+LIFETIME = 3.0
+"""How long (s) the text is to be seen."""
+
+
+def completed(record: Record) -> list[DropWatch]:
+    """Return the bricks that were let go and have come down; Open or Broken if none has."""
+    found = [drop for drop in dropped(record) if drop.down is not None]
+    if not found:
+        raise Open('no brick has come down')
+    return found
+
+
+def name_of(drop: DropWatch) -> str:
+    """Return which drop it was."""
+    return '({:.2f}, {:.2f}, {:.2f})'.format(*drop.place)
+
+
+@rule('verdict: in time', 'When the node detects that the brick is falling it first computes '
+      'whether it can reach the brick on-time', 'before the brick is down', timely=True)
+def verdicts_come_in_time(record: Record) -> Finding:
+    """Check that goal or text come while the brick still falls."""
+    left, late = [], []
+    for drop in completed(record):
+        assert drop.down is not None
+        if drop.decided is None:
+            # Who has the brick come down on a platform below it need not say anything.
+            if not drop.caught:
+                late.append(f'none on {name_of(drop)}')
+            continue
+        left.append((drop.down - drop.decided) * NANO)
+        if left[-1] <= 0.0:
+            late.append(f'{-left[-1]:.3f} s late on {name_of(drop)}')
+    return Finding(not late, '; '.join(late[:3]) or (
+        f'{len(left)} verdicts, at least {min(left):.3f} s before' if left else 'none needed'))
+
+
+def times(record: Record, drop: DropWatch) -> tuple[float, float]:
+    """Return the time (s) that the way takes at the greatest speed, and that of the fall."""
+    radius, speed = number(record, 'platform_radius'), number(record, 'max_velocity')
+    way = max(drop.distance - radius, 0.0) / speed
+    depth = drop.place[2] - number(record, 'platform_height')
+    return way, sqrt(max(2.0 * depth / number(record, 'gravity_accel'), 0.0))
+
+
+def reach_plot(record: Record) -> Plot:
+    """Return what was caught and what was not, over the way and the time for it."""
+    series = []
+    for words, is_caught in (('caught', True), ('not caught', False)):
+        points = [times(record, drop) for drop in completed(record) if drop.caught is is_caught]
+        points = [point for point in points if not isnan(point[0])]
+        series.append(Series(words, [x for x, _ in points], [y for _, y in points]))
+    longest = max((value for one in series for value in (*one.x, *one.y)), default=1.0)
+    return Plot('Reach', 'time for the way at max_velocity (s)', 'time of the fall (s)', series,
+                Series('physically possible above', [0.0, longest], [0.0, longest]))
+
+
+@rule('verdict: out of reach', 'If the brick cannot be caught on time, the node publishes a Text '
+      'marker', '"Unreachable" for each brick that nobody could catch', timely=True)
+def hopeless_bricks_are_refused(record: Record) -> Finding:
+    """Check that what a robot at max_velocity could not reach is called Unreachable."""
+    hopeless = [drop for drop in completed(record) if drop.should is False]
+    if not hopeless:
+        raise Open('no brick was dropped out of reach')
+    silent = [name_of(drop) for drop in hopeless if not drop.refusals]
+    return Finding(not silent, f'{len(hopeless) - len(silent)} of {len(hopeless)}' + (
+        f', not {silent[0]}' if silent else ''), reach_plot(record))
+
+
+@rule('verdict: in reach', 'If the brick can be caught on time, the robot drives under the brick',
+      'each brick within reach is caught', timely=True)
+def bricks_in_reach_are_caught(record: Record) -> Finding:
+    """Check that what can be caught with some time to react is caught."""
+    easy = [drop for drop in completed(record) if drop.should]
+    if not easy:
+        raise Open('no brick was dropped within reach')
+    missed = [f'{name_of(drop)} {"refused" if drop.refusals else "missed"}'
+              for drop in easy if not drop.caught or drop.refusals]
+    return Finding(not missed, f'{len(easy) - len(missed)} of {len(easy)}' + (
+        f': {"; ".join(missed[:3])}' if missed else ''))
+
+
+@rule('verdict: kept', 'If the brick cannot be caught on time … If the brick can be caught on '
+      'time …', 'Unreachable is not caught, and all else is', timely=True)
+def verdicts_come_true(record: Record) -> Finding:
+    """Check that what was said is what happens, for every brick."""
+    wrong = [f'{name_of(drop)} {"refused, but caught" if drop.caught else "missed silently"}'
+             for drop in completed(record) if bool(drop.refusals) is drop.caught]
+    count = len(completed(record))
+    return Finding(not wrong, f'{count - len(wrong)} of {count}' + (
+        f': {"; ".join(wrong[:3])}' if wrong else ''))
+
+
+def texts(record: Record) -> list[MarkerHeard]:
+    """Return the markers that say it; Broken or Open if there are none."""
+    found = [heard for heard in record.markers if TEXT.lower() in heard.marker.text.lower()]
+    if not found:
+        if any(drop.should is False for drop in completed(record)):
+            raise Broken('nobody said Unreachable')
+        raise Open('no brick was out of reach')
+    return found
+
+
+@rule('text: kind', 'the node publishes a Text marker … that says "Unreachable"',
+      'TEXT_VIEW_FACING, "Unreachable"')
+def text_is_a_text(record: Record) -> Finding:
+    """Check that the marker is a text that faces the viewer, and says the word."""
+    said = {heard.marker.text for heard in texts(record)}
+    kinds = {heard.marker.type for heard in texts(record)}
+    return Finding(said == {TEXT} and kinds == {TEXT_TYPE},
+                   f'{", ".join(map(repr, sorted(said)))}, type {sorted(kinds)}')
+
+
+@rule('text: time', 'a Text marker that lasts for 3 seconds', '3 s ± 0.3 s for each fall, once',
+      timely=True)
+def text_lasts(record: Record) -> Finding:
+    """Check that the text is to be seen for three seconds, and not again."""
+    shown, words, kept = texts(record), [], True
+    for drop in completed(record):
+        if not drop.refusals:
+            continue
+        later = [one.begin for one in record.drops if one.begin > drop.begin]
+        own = [heard for heard in shown if drop.begin <= heard.published < min(
+            later, default=1 << 62)]
+        added = [heard for heard in own if heard.marker.action == 0]
+        last = added[-1].marker.lifetime
+        lifetime = last.sec + last.nanosec * NANO
+        end = added[-1].published * NANO + (lifetime or float('inf'))
+        kind = (added[-1].marker.ns, added[-1].marker.id)
+        for heard in record.markers:
+            removes = heard.marker.action == 3 or heard.marker.action == 2 and (
+                heard.marker.ns, heard.marker.id) == kind
+            if heard.topic == added[-1].topic and removes and (
+                    heard.published > added[0].published):
+                end = min(end, heard.published * NANO)
+        time = end - added[0].published * NANO
+        kept = kept and abs(time - LIFETIME) <= 0.3
+        words.append(f'{time:.2f}')
+    return Finding(kept and bool(words), f'{", ".join(words)} s')
+
+
+@rule('carry', 'When the brick is caught, the robot drives back to the arena center and tilts the '
+      'brick off', f'tilted within {AT_CENTER} m of the center', timely=True)
+def bricks_are_carried_to_the_center(record: Record) -> Finding:
+    """Check that the platform is tilted at the center, and not on the way."""
+    off = []
+    for drop in caught(record):
+        if drop.carried_to is None:
+            raise Broken(f'{name_of(drop)} was never tilted')
+        off.append(hypot(drop.carried_to[0] - CENTER[0], drop.carried_to[1] - CENTER[1]))
+    return Finding(max(off, default=nan) <= AT_CENTER,
+                   f'{len(off)} times, at most {max(off):.3f} m away')
+
+
+@rule('tip off', 'the robot drives back to the arena center and tilts the brick off',
+      'each caught brick leaves the platform', timely=True)
+def bricks_are_tipped_off(record: Record) -> Finding:
+    """Check that the tilt is large and long enough for each brick to leave."""
+    seen = caught(record)
+    stuck = [name_of(drop) for drop in seen if drop.floated is None]
+    times = [drop.slide_time for drop in seen if drop.floated is not None]
+    return Finding(not stuck, f'not {", ".join(stuck)}' if stuck else
+                   f'{len(times)} of {len(seen)}, within {max(times):.2f} s')
+
+
+@rule('again', 'the turtle to catch a falling brick', 'level again after each brick, ready for '
+      'the next', timely=True)
+def robot_is_ready_again(record: Record) -> Finding:
+    """Check that after each brick the platform is levelled, and the next one can come."""
+    seen = [drop for drop in caught(record) if drop.floated is not None]
+    if not seen:
+        raise Open('no brick was tipped off')
+    tilted = [name_of(drop) for drop in seen if drop.levelled is None]
+    return Finding(not tilted, f'still tilted after {tilted[0]}' if tilted
+                   else f'level after each of {len(seen)}')

@@ -1,0 +1,199 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What becomes of a brick that is dropped, seen from outside: from its transforms and the verdict.
+
+`DropWatch` is fed with what was heard and knows no implementation; the demo and the referee tell
+by it what happens. Instants are integer nanoseconds, lengths in m, times in s.
+"""
+
+from collections import deque
+from math import hypot
+
+from turtle_brick.core.geometry import Pose, Vector
+from turtle_brick.core.time_steps import NANO
+from turtle_referee.record import Ask, inclination, plateau, Record
+
+MOVED = 1e-5
+"""How far (m) below its place a brick falls."""
+
+STILL = 1e-3
+"""How far (m) what stands still may move."""
+
+STAY = 40_000_000
+"""Time (ns) after which a brick that does not go down any more has come down."""
+
+FLOATS = 150_000_000
+"""Time (ns) after which a brick that has slid and does not move any more floats."""
+
+SLID = 0.02
+"""How far (m) a brick slides at least before it may float."""
+
+TILTED = 0.05
+"""The inclination (rad) of a platform from which it is tilted."""
+
+LEVEL = 0.02
+"""The inclination (rad) of a platform up to which it is level."""
+
+BESIDE = 0.15
+"""How far (m) outside its radius a brick may be that is on the platform."""
+
+HISTORY = 400
+"""The most positions of the brick that are looked back at."""
+
+TEXT = 'Unreachable'
+
+
+class DropWatch:
+    """One drop, from shortly before it is asked for to the end."""
+
+    def __init__(self, record: Record, begin: int, place: Vector, platform: Pose | None) -> None:
+        """
+        Begin to watch.
+
+        :param record: what is heard
+        :param begin: now, the brick hovering (ns)
+        :param place: where the brick hovers
+        :param platform: the platform's pose in the world, None where it is not known
+        """
+        self._record = record
+        self._track: deque[tuple[int, Vector]] = deque(maxlen=HISTORY)
+        self._markers = len(record.markers)
+        self._goals = len(record.topics['goal_pose'])
+        self._place_on_platform: Vector | None = None
+        self._looked_at = begin
+        self.begin = begin
+        self.end = begin
+        self.place = place
+        self.robot = platform.position[:2] if platform is not None else None
+        """Where the robot was before the drop."""
+        self.asked: int | None = None
+        """When the drop was asked for."""
+        self.released: int | None = None
+        self.down: int | None = None
+        self.landed: Vector | None = None
+        self.caught = False
+        self.tilted: int | None = None
+        self.carried_to: tuple[float, float] | None = None
+        self.floated: int | None = None
+        self.levelled: int | None = None
+        self.refusals: list[int] = []
+        """When a marker said "Unreachable"."""
+        self.goal: int | None = None
+        """When a goal was published first after the release."""
+        self.ask: Ask | None = None
+        """How the service drop answered."""
+        self.should: bool | None = None
+        """Whether it can be caught; None where both may be right."""
+        self.left_alone: int | None = None
+        """When the robot was sent away from the floating brick."""
+
+    @property
+    def distance(self) -> float:
+        """Return the distance from robot to brick before the drop, seen from above."""
+        if self.robot is None:
+            return float('nan')
+        return hypot(self.place[0] - self.robot[0], self.place[1] - self.robot[1])
+
+    @property
+    def fall_time(self) -> float:
+        """Return the time from the release to the contact; NaN if there was none."""
+        if self.released is None or self.down is None:
+            return float('nan')
+        return (self.down - self.released) * NANO
+
+    @property
+    def slide_time(self) -> float:
+        """Return the time from the first tilt to the brick's leaving; NaN if it did not."""
+        if self.tilted is None or self.floated is None:
+            return float('nan')
+        return (self.floated - self.tilted) * NANO
+
+    @property
+    def decided(self) -> int | None:
+        """Return when it was known to everybody whether the brick can be caught, if it was."""
+        known = [instant for instant in (self.goal, *self.refusals) if instant is not None]
+        return min(known, default=None)
+
+    def look(self) -> None:
+        """Take note of what has been heard since the last time."""
+        record = self._record
+        self._look_for_verdicts()
+        for stamp, pose in record.brick_track(self._looked_at + 1, 1 << 62):
+            self._looked_at = stamp
+            self._track.append((stamp, pose.position))
+            self._follow(stamp, pose)
+
+    def _look_for_verdicts(self) -> None:
+        markers = self._record.markers
+        for heard in markers[self._markers:]:
+            if TEXT.lower() in heard.marker.text.lower() and heard.marker.action == 0:
+                self.refusals.append(heard.published)
+        self._markers = len(markers)
+        goals = self._record.topics['goal_pose']
+        if self.asked is not None and self.goal is None and self.down is None:
+            self.goal = next((heard.published for heard in goals[self._goals:]
+                              if heard.published >= self.asked), None)
+
+    def _follow(self, stamp: int, pose: Pose) -> None:
+        """Take note of a position of the brick."""
+        track = self._track
+        if self.released is None:
+            if self.asked is not None and pose.position[2] < self.place[2] - MOVED:
+                self.released = track[-2][0] if len(track) > 1 else stamp
+                self._track = deque(list(track)[-2:], maxlen=HISTORY)
+        elif self.down is None:
+            self.down = plateau(track, STILL / 10.0, STAY, lambda place: place[2:])
+            if self.down is not None:
+                self._land(stamp, pose)
+        elif self.caught and self.floated is None:
+            self._ride(stamp)
+        elif self.floated is not None and self.levelled is None:
+            platform = self._record.platform(stamp)
+            if platform is not None and inclination(platform) < LEVEL:
+                self.levelled = stamp
+
+    def _land(self, stamp: int, pose: Pose) -> None:
+        """Take note of where the brick has come down, seen at an instant (ns) shortly after."""
+        assert self.down is not None
+        record = self._record
+        numbers = record.profile.numbers
+        platform, brick = record.platform(self.down), record.brick(self.down)
+        self.landed = (brick or pose).position
+        # Where the machine stood still, nobody knows where the platform was meanwhile.
+        if platform is None or brick is None:
+            platform, brick = record.platform(stamp), pose
+        if platform is None:
+            self.caught = self.landed[2] > numbers.get('platform_height', 1.0) / 2.0
+        else:
+            x, y, z = platform.position
+            self.caught = (
+                hypot(brick.position[0] - x, brick.position[1] - y)
+                <= numbers.get('platform_radius', 0.5) + BESIDE and self.landed[2] > z / 2.0)
+
+    def _ride(self, stamp: int) -> None:
+        """Take note of what has become of a brick on the platform by an instant (ns)."""
+        platform, place = self._record.platform(stamp), self._record.on_platform(stamp)
+        if platform is None or place is None:
+            return
+        if self.tilted is None:
+            if inclination(platform) > TILTED:
+                self.tilted = stamp
+                self.carried_to = platform.position[:2]
+                self._place_on_platform = place
+            return
+        assert self._place_on_platform is not None
+        if hypot(*(a - b for a, b in zip(place, self._place_on_platform))) > SLID:
+            self.floated = plateau(self._track, STILL, FLOATS)

@@ -1,0 +1,205 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What a user does with a graph: send the robot somewhere, place and drop bricks, see what happens.
+
+It knows the graph through an `Observer` alone, and waits for nothing without an end.
+"""
+
+from collections.abc import Callable
+from math import hypot, sqrt
+from time import time_ns
+from typing import Any
+
+from turtle_brick.core.geometry import Vector
+from turtle_brick.core.time_steps import NANOSECONDS
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.tools.graph import Graph
+from turtle_referee.drops import DropWatch
+from turtle_referee.observer import answer, Observer
+from turtle_referee.record import Ask, Drive, plateau
+
+PATIENCE = 3.0
+"""How long (s) something may take that should be done at once."""
+
+LONGEST = 60.0
+"""How long (s) anything is waited for, whatever numbers say how long it takes."""
+
+REST = 0.3
+"""How long (s) a robot stands still that is at rest."""
+
+HOVERING = 0.5
+"""How long (s) a brick hovers before it is dropped."""
+
+AFTER = 0.6
+"""How long (s) a brick is watched that has come down beside the platform."""
+
+USUAL = {'platform_height': 1.0, 'platform_radius': 0.5, 'wheel_radius': 0.2,
+         'max_velocity': 1.0, 'gravity_accel': 9.81}
+"""Numbers with which waiting is reckoned where none are known."""
+
+
+class Hands:
+    """What a user does with a graph."""
+
+    def __init__(self, graph: Graph, observer: Observer) -> None:
+        """
+        Do nothing yet.
+
+        :param graph: spins the observer
+        :param observer: hears and asks
+        """
+        self.graph = graph
+        self.observer = observer
+        self.record = observer.record
+
+    def until(self, condition: Callable[[], Any], timeout: float) -> bool:
+        """Wait until a condition holds, for a time (s) at most; tell whether it does."""
+        try:
+            self.graph.spin_until(condition, min(LONGEST, timeout), '')
+        except TimeoutError:
+            return False
+        return True
+
+    def number(self, name: str) -> float:
+        """Return a number of the robot, a usual one where none is known."""
+        return self.record.profile.numbers.get(name, USUAL[name])
+
+    def sees_everything(self) -> bool:
+        """Tell whether the whole graph is there: robot, arena and catcher."""
+        record = self.record
+        topics = ('pose', 'cmd_vel', 'odom', 'joint_states', 'robot_description')
+        return bool(all(record.topics[name] for name in topics) and record.markers
+                    and record.brick(time_ns()) and record.platform(time_ns())
+                    and self.has('place') and self.has('drop') and self.observer.hears_goals()
+                    and self.observer.has_catcher())
+
+    def has(self, service: str) -> bool:
+        """Tell whether a service is there."""
+        try:
+            return self.observer.client(service).service_is_ready()
+        except LookupError:
+            return False
+
+    # ------------------------------------------------------------------------------- the robot
+
+    def robot(self) -> tuple[float, float] | None:
+        """Return where the robot is in the world (m), None where nobody says."""
+        if self.record.topics['pose']:
+            pose = self.record.topics['pose'][-1].message
+            return pose.x, pose.y
+        base = self.record.pose(self.record.profile.frames['base_link'], time_ns())
+        return base.position[:2] if base else None
+
+    def distance_to(self, place: tuple[float, float]) -> float:
+        """Return how far the robot is from a point of the world (m); NaN if that is unknown."""
+        x, y = self.robot() or (float('nan'), float('nan'))
+        return hypot(place[0] - x, place[1] - y)
+
+    def is_at_rest(self) -> bool:
+        """Tell whether the robot has stood still for a while."""
+        poses = self.record.heard('pose', time_ns() - round(REST * NANOSECONDS))
+        if len(poses) < 3:
+            return False
+        track = [(one.published, (one.message.x, one.message.y, 0.0)) for one in poses]
+        return plateau(track, 1e-3, 0) == track[0][0]
+
+    def go(self, goal: tuple[float, float]) -> Drive | None:
+        """Send the robot somewhere and wait until it rests; return the drive, if it is known."""
+        start = self.robot()
+        if start is None or not self.until(self.observer.hears_goals, PATIENCE):
+            return None
+        begin, way = time_ns(), self.distance_to(goal)
+        if not way < 2.0 * ARENA_SIZE:
+            way = 0.0  # A robot that is not in the arena is not waited for.
+        self.observer.send_goal(*goal)
+        # It has to set off first: what rests in the beginning has not arrived.
+        if way < 0.02 or self.until(lambda: self.distance_to(start) > 0.01, PATIENCE):
+            self.until(self.is_at_rest, way / self.number('max_velocity') * 2.0 + PATIENCE)
+        drive = Drive(begin, time_ns(), start, goal)
+        self.record.drives.append(drive)
+        return drive
+
+    # ------------------------------------------------------------------------------- the brick
+
+    def ask(self, service: str, request: Callable[[], Any], what: Any) -> Ask:
+        """
+        Call a service.
+
+        :param service: 'place' or 'drop'
+        :param request: makes the request
+        :param what: what is asked for, to be remembered
+        :return: The answer, or that there was none.
+        """
+        begin = time_ns()
+        try:
+            self.until(lambda: self.has(service), PATIENCE)
+            future = self.observer.client(service).call_async(request())
+        except LookupError as error:
+            return Ask(begin, time_ns(), what, False, False, str(error))
+        if not self.until(future.done, PATIENCE):
+            return Ask(begin, time_ns(), what, False, False, f'{service} does not answer')
+        return answer(begin, what, future.result())
+
+    def place(self, place: Vector, hovering: float = HOVERING) -> Ask:
+        """Place the brick (m), and let it hover for a time (s)."""
+        ask = self.ask('place', lambda: self.observer.request_place(place), place)
+        if ask.answered:
+            self.graph.spin_for(hovering)
+        ask = ask._replace(end=time_ns())
+        self.record.places.append(ask)
+        return ask
+
+    def drop(self, place: Vector,
+             told: Callable[[DropWatch], None] = lambda watch: None) -> DropWatch:
+        """
+        Drop the brick and wait until all is over.
+
+        :param place: where it hovers (m)
+        :param told: called whenever something has been heard
+        :return: What became of it. It is over when a brick that was caught has been tipped off and
+            the platform is level, or shortly after it has come down elsewhere.
+        """
+        now = time_ns()
+        watch = DropWatch(self.record, now, place, self.record.platform(now - 20_000_000))
+
+        def look() -> None:
+            watch.look()
+            told(watch)
+
+        self.observer.on_news = look
+        try:
+            watch.asked = time_ns()
+            watch.ask = self.ask('drop', self.observer.request_drop, 'drop')
+            if watch.ask.answered and self.until(lambda: watch.released, PATIENCE):
+                self._see_out(watch)
+        finally:
+            self.observer.on_news = lambda: None
+            watch.end = time_ns()
+            self.record.drops.append(watch)
+        return watch
+
+    def _see_out(self, watch: DropWatch) -> None:
+        """Wait until all is over with a brick that falls."""
+        fall = sqrt(2.0 * max(watch.place[2], 0.1) / self.number('gravity_accel'))
+        self.until(lambda: watch.down, fall * 1.5 + PATIENCE)
+        if watch.caught:
+            across = ARENA_SIZE / self.number('max_velocity')
+            self.until(lambda: watch.tilted, across * 1.5 + PATIENCE)
+            self.until(lambda: watch.floated, 2.0 * PATIENCE)
+            self.until(lambda: watch.levelled and self.is_at_rest(), PATIENCE)
+        else:
+            self.graph.spin_for(AFTER)
+            self.until(self.is_at_rest, PATIENCE)

@@ -1,0 +1,388 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What was heard of a graph, and when. No ROS: messages are looked at, and none is made.
+
+Instants are integer nanoseconds of the system's clock, lengths in m, angles in rad.
+"""
+
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Sequence
+from copy import copy
+from math import acos, hypot, isfinite
+from typing import Any, NamedTuple
+
+from turtle_brick.core.geometry import axes, IDENTITY, Pose, Vector
+from turtle_brick.core.time_steps import NANO, NANOSECONDS, nanoseconds_of
+from turtle_referee.names import Profile
+
+GAP = 120_000_000
+"""How far apart (ns) two transforms may be for the pose in between to be known."""
+
+AFTER = 50_000_000
+"""How long (ns) before its first and after its last transform a frame's pose is known."""
+
+BUSY = 0.01
+"""The part of a span of time for which a machine may be late, and still have time."""
+
+AHEAD = 5_000_000_000
+"""How far ahead (ns) of its publication a transform's stamp may be."""
+
+DEPTH = 30
+"""The most frames between a frame and the world."""
+
+
+class Heard(NamedTuple):
+    """A message, and when it was published."""
+
+    published: int
+    message: Any
+
+
+class Sample(NamedTuple):
+    """A transform."""
+
+    stamp: int
+    parent: str
+    pose: Pose
+
+
+class Frame:
+    """All that was broadcast of a frame."""
+
+    def __init__(self, static: bool) -> None:
+        """
+        Begin with nothing.
+
+        :param static: whether it was heard on /tf_static first
+        """
+        self.static = static
+        self.both = False
+        """Whether it was heard on /tf and on /tf_static."""
+        self.first: Sample | None = None
+        """The first that was heard: where a static frame is, whoever says otherwise later."""
+        self.samples: list[Sample] = []
+        """In the order of their stamps."""
+        self.published: list[int] = []
+        self.numbers: list[int] = []
+        """Of the messages, as their publishers count them, in the order of arrival."""
+
+    def add(self, published: int, number: int, sample: Sample) -> None:
+        """Take note of a transform."""
+        self.first = self.first or sample
+        self.published.append(published)
+        self.numbers.append(number)
+        if not self.samples or sample.stamp >= self.samples[-1].stamp:
+            self.samples.append(sample)
+        else:
+            place = bisect_left(self.samples, sample.stamp, key=lambda one: one.stamp)
+            self.samples.insert(place, sample)
+
+    @property
+    def parents(self) -> set[str]:
+        """Return the frames in which it was broadcast."""
+        return {sample.parent for sample in self.samples}
+
+    @property
+    def restarts(self) -> int:
+        """Return how often a publisher's count went back: for one publisher never."""
+        return sum(later < earlier for earlier, later in zip(self.numbers, self.numbers[1:]))
+
+    def heard(self, begin: int, end: int | None = None) -> list[tuple[int, Sample]]:
+        """Return what was published in a span of time (ns), each with when it was."""
+        first = bisect_left(self.published, begin)
+        last = len(self.published) if end is None else bisect_left(self.published, end)
+        return list(zip(self.published[first:last], self.samples[first:last]))
+
+    def between(self, begin: int, end: int) -> list[Sample]:
+        """Return the transforms with stamps in a span of time (ns)."""
+        first = bisect_left(self.samples, begin, key=lambda one: one.stamp)
+        last = bisect_left(self.samples, end, key=lambda one: one.stamp)
+        return self.samples[first:last]
+
+    def at(self, stamp: int) -> Sample | None:
+        """Return the transform at an instant (ns), interpolated; None where it is not known."""
+        if self.static:
+            return self.first
+        place = bisect_left(self.samples, stamp, key=lambda one: one.stamp)
+        before = self.samples[max(place - 1, 0)]
+        after = self.samples[min(place, len(self.samples) - 1)]
+        if after.stamp == stamp:
+            return after
+        if not before.stamp <= stamp <= after.stamp:
+            return before if abs(stamp - before.stamp) <= AFTER else None
+        if after.stamp - before.stamp > GAP:
+            return None
+        if before.parent != after.parent:
+            return before
+        part = (stamp - before.stamp) / (after.stamp - before.stamp)
+        return Sample(stamp, before.parent, blend(before.pose, after.pose, part))
+
+
+def blend(a: Pose, b: Pose, part: float) -> Pose:
+    """Return a pose between two that are close to each other; part is from 0 to 1."""
+    same = sum(p * q for p, q in zip(a.orientation, b.orientation)) >= 0.0
+    turn = [p + part * ((q if same else -q) - p) for p, q in zip(a.orientation, b.orientation)]
+    length = hypot(*turn) or 1.0
+    x, y, z = (p + part * (q - p) for p, q in zip(a.position, b.position))
+    return Pose((x, y, z), (turn[0] / length, turn[1] / length, turn[2] / length,
+                            turn[3] / length))
+
+
+def inclination(pose: Pose) -> float:
+    """Return the angle (rad) between a frame's z axis and the vertical."""
+    return acos(min(max(axes(pose.orientation)[2][2], -1.0), 1.0))
+
+
+class MarkerHeard(NamedTuple):
+    """A marker, and how it came."""
+
+    published: int
+    topic: str
+    marker: Any
+
+
+class Drive(NamedTuple):
+    """The robot was sent to a goal."""
+
+    begin: int
+    end: int
+    start: tuple[float, float]
+    goal: tuple[float, float]
+
+
+class Ask(NamedTuple):
+    """A service was called, or a topic published to."""
+
+    begin: int
+    end: int
+    what: Any
+    answered: bool = True
+    accepted: bool = True
+    """False where the answer says so in a field named success."""
+    words: str = ''
+
+    def check(self) -> None:
+        """Raise what it says: ValueError if it was refused, TimeoutError if nobody answered."""
+        if not self.answered:
+            raise TimeoutError(self.words)
+        if not self.accepted:
+            raise ValueError(self.words)
+
+
+class Record:
+    """All that was heard, and what was done."""
+
+    def __init__(self, profile: Profile) -> None:
+        """
+        Begin with nothing.
+
+        :param profile: what things are called
+        """
+        self.profile = profile
+        self.topics: dict[str, list[Heard]] = {name: [] for name in profile.topics}
+        self.frames: dict[str, Frame] = {}
+        self.markers: list[MarkerHeard] = []
+        self.namespace = '/'
+        """Of the referee, and of the graph that it judges."""
+        self.speakers: dict[str, set[str]] = {}
+        """Topics of the graph, and the full names of the nodes that publish them."""
+        self.latched: dict[str, bool] = {}
+        """Marker topics, and whether who comes late hears the last message."""
+        self.idle: list[tuple[int, int]] = []
+        self.drives: list[Drive] = []
+        self.tilts: list[Ask] = []
+        self.places: list[Ask] = []
+        self.drops: list[Any] = []
+        self.stalls: list[tuple[int, int]] = []
+        """From when to when the machine had no time."""
+        self.notes: list[str] = []
+        """What went wrong in the referee's own programme."""
+
+    def is_empty(self) -> bool:
+        """Tell whether nothing of the exercise was heard."""
+        return not (self.frames or self.markers or self.places or any(self.topics.values()))
+
+    def frame(self, name: str) -> Frame | None:
+        """Return what was broadcast of one of the assignment's frames, None if nothing was."""
+        return self.frames.get(self.profile.frames[name])
+
+    def add_transform(self, published: int, number: int, transform: Any, static: bool) -> None:
+        """Take note of a geometry_msgs/TransformStamped."""
+        place, turn = transform.transform.translation, transform.transform.rotation
+        stamp = nanoseconds_of(transform.header.stamp)
+        if stamp - published > AHEAD:
+            return  # Beside a moment to come, nobody could tell what is latest.
+        child = transform.child_frame_id.removeprefix('/')
+        frame = self.frames.setdefault(child, Frame(static))
+        frame.both = frame.both or frame.static is not static
+        frame.add(published, number, Sample(
+            stamp, transform.header.frame_id.removeprefix('/'),
+            Pose((place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w))))
+
+    def way_up(self, frame: str) -> list[str]:
+        """Return a frame and all above it, by the latest parents; a loop ends."""
+        way = [frame]
+        while way[-1] in self.frames and len(way) < DEPTH:
+            way.append(self.frames[way[-1]].samples[-1].parent)
+        return way
+
+    def pose(self, frame: str, stamp: int, root: str | None = None) -> Pose | None:
+        """
+        Return the pose of a frame at an instant.
+
+        :param frame: its name
+        :param stamp: the instant (ns)
+        :param root: in which frame; the world if None
+        :return: The pose, None where it is not known.
+        """
+        root = root or self.profile.frames['world']
+        pose = Pose((0.0, 0.0, 0.0), IDENTITY)
+        for _ in range(DEPTH):
+            if frame == root:
+                return pose
+            found = self.frames[frame].at(stamp) if frame in self.frames else None
+            if found is None:
+                return None
+            pose = found.pose.compose(pose)
+            frame = found.parent
+        return None
+
+    def platform(self, stamp: int) -> Pose | None:
+        """Return the platform's pose in the world at an instant (ns), None if unknown."""
+        return self.pose(self.profile.frames['platform'], stamp)
+
+    def brick(self, stamp: int) -> Pose | None:
+        """Return the brick's pose in the world at an instant (ns), None if unknown."""
+        return self.pose(self.profile.frames['brick'], stamp)
+
+    def on_platform(self, stamp: int) -> Vector | None:
+        """Return where the brick was in the platform's frame (m) at an instant (ns), if known."""
+        brick, platform = self.brick(stamp), self.platform(stamp)
+        if brick is None or platform is None:
+            return None
+        offset = [a - b for a, b in zip(brick.position, platform.position)]
+        u, v, w = (sum(a * b for a, b in zip(offset, axis)) for axis in axes(platform.orientation))
+        return u, v, w
+
+    def brick_track(self, begin: int, end: int) -> Iterator[tuple[int, Pose]]:
+        """Yield where the brick was in the world, at each of its own stamps (ns)."""
+        frame = self.frame('brick')
+        for sample in frame.between(begin, end) if frame else ():
+            pose = self.brick(sample.stamp)
+            if pose is not None:
+                yield sample.stamp, pose
+
+    def heard(self, topic: str, begin: int = 0, end: int | None = None) -> list[Heard]:
+        """Return the messages of a topic that were published in a span of time (ns)."""
+        messages = self.topics[topic]
+        first = bisect_left(messages, begin, key=lambda one: one.published)
+        last = len(messages) if end is None else bisect_left(
+            messages, end, key=lambda one: one.published)
+        return messages[first:last]
+
+    def joint(self, name: str, begin: int, end: int) -> list[tuple[int, float]]:
+        """Return the positions (rad) of a joint, each with its stamp (ns)."""
+        found = []
+        for heard in self.heard('joint_states', begin, end):
+            message = heard.message
+            if name in message.name:
+                index = list(message.name).index(name)
+                if index < len(message.position):
+                    found.append((stamp_of(heard), message.position[index]))
+        return found
+
+    def busy_spans(self) -> list[tuple[int, int]]:
+        """Return the spans of time (ns) in which something was asked for."""
+        return [*self.idle, *((drive.begin, drive.end) for drive in self.drives),
+                *((ask.begin, ask.end) for ask in self.tilts),
+                *((drop.begin, drop.end) for drop in self.drops)]
+
+    def while_calm(self) -> 'Record':
+        """Return a record of what was done while the machine had time."""
+        calm = copy(self)
+        calm.idle = [span for span in self.idle if not self.is_busy([span])]
+        for name in ('drives', 'tilts', 'places', 'drops'):
+            setattr(calm, name, [one for one in getattr(self, name)
+                                 if not self.is_busy([(one.begin, one.end)])])
+        return calm
+
+    def is_busy(self, spans: list[tuple[int, int]], allowed: float = BUSY) -> str:
+        """
+        Say how long the machine had no time in spans of time (ns).
+
+        :param spans: where to look
+        :param allowed: the part of them for which it may be late
+        :return: The words, empty if it had enough.
+        """
+        missing = sum(max(0, min(end, e) - max(begin, b))
+                      for begin, end in spans for b, e in self.stalls) * NANO
+        whole = sum(end - begin for begin, end in spans) * NANO
+        if missing <= allowed * whole:
+            return ''
+        return (f'the machine was too busy: for {missing:.2f} s of {whole:.1f} s nobody was woken '
+                'in time')
+
+
+def stamp_of(heard: Heard) -> int:
+    """Return the stamp (ns) of a message with a header; when it was published, if it has none."""
+    value = nanoseconds_of(heard.message.header.stamp)
+    return value if abs(value - heard.published) < 5 * NANOSECONDS else heard.published
+
+
+def rate(times: Sequence[float]) -> float:
+    """
+    Return the mean rate of what comes in even steps, from its first third to its last.
+
+    On a busy machine each may be late, but none is early. In each of the two thirds the one counts
+    that is the least late.
+
+    :param times: instants (s), in order
+    :return: The rate (Hz), 0 for less than six.
+    """
+    count = len(times)
+    if count < 6 or times[-1] <= times[0]:
+        return 0.0
+    period = (times[-1] - times[0]) / (count - 1)
+
+    def lateness(number: int) -> float:
+        return times[number] - period * number
+
+    first = min(range(count // 3), key=lateness)
+    last = min(range(count - count // 3, count), key=lateness)
+    return (last - first) / (times[last] - times[first])
+
+
+def plateau(track: Sequence[tuple[int, Vector]], tolerance: float, least: int,
+            parts: Callable[[Vector], tuple[float, ...]] = tuple) -> int | None:
+    """
+    Return since when something has not moved.
+
+    :param track: instants (ns) and places (m)
+    :param tolerance: how far (m) it may move
+    :param least: how long (ns) it has to stay
+    :param parts: the coordinates that count
+    :return: The first instant (ns) of the stay that lasts to the end, None if it is too short.
+    """
+    if not track:
+        return None
+    end, last = track[-1]
+    since = end
+    for stamp, place in reversed(track):
+        offset = hypot(*(a - b for a, b in zip(parts(place), parts(last))))
+        if not (isfinite(offset) and offset <= tolerance):
+            break
+        since = stamp
+    return since if end - since >= least else None

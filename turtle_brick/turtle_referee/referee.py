@@ -1,0 +1,182 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+referee: judge an implementation of the exercise, sentence by sentence, from outside.
+
+It watches a running graph through topics, services and TF alone, asks it for what a user would
+(goal_pose, tilt, place, drop), and says for each requirement of the assignment what was measured
+and what was expected: kept, broken, or open, where it can't be judged, and why. What stands behind
+"--" is started as the graph, and ended:
+
+    ros2 run turtle_brick referee -- ros2 launch turtle_brick turtle_arena.launch.py view:=none
+
+The status is 0 if nothing is broken, 1 if something is, 2 if nothing was judged.
+"""
+
+import argparse
+from collections.abc import Sequence
+from contextlib import ExitStack
+from math import isfinite
+import os
+from pathlib import Path
+import shutil
+import sys
+from tempfile import TemporaryFile
+from time import monotonic
+from typing import Any
+
+from turtle_brick.ros.interrupts import INTERRUPTS
+from turtle_brick.tools.graph import Graph
+from turtle_referee import arena_rules, catcher_rules, robot_rules, telling
+from turtle_referee.domains import keep_to_this_machine, reserved_domain
+from turtle_referee.names import Profile, ProfileError
+from turtle_referee.observer import Observer
+from turtle_referee.record import Record
+from turtle_referee.rules import BROKEN, Judgement
+from turtle_referee.trial import MEETING, Trial
+
+RULES = (*robot_rules.RULES.in_order, *arena_rules.RULES.in_order, *catcher_rules.RULES.in_order)
+
+REACTION = 0.3
+"""How long (s) an implementation may take from the release of a brick to the robot's motion."""
+
+
+STARTING = 60.0
+"""How long (s) a graph may take to start."""
+
+
+def judge(record: Record) -> list[Judgement]:
+    """Return what is found about each requirement."""
+    return [rule(record) for rule in RULES]
+
+
+def watch(profile: Profile, options: argparse.Namespace, command: Sequence[str],
+          say: Any) -> Record:
+    """
+    Let a graph show what it can.
+
+    :param profile: what it calls things
+    :param options: of the command line
+    :param command: what starts it; nothing if it runs already
+    :param say: told what is being done
+    :return: All that was heard.
+    """
+    # No node of ours is started, and so no parameter file of ours is needed.
+    with TemporaryFile() as said, Graph(
+            namespace=options.namespace, params_file=Path(os.devnull), quiet=True) as graph:
+        child = None
+        if command:
+            output = None if options.verbose else said
+            child = graph.add_command(command, stdout=output, stderr=output)
+        observer = graph.add(Observer, parameters=False, profile=profile)
+        trial = Trial(graph, observer, options.reaction, say, STARTING if command else MEETING,
+                      is_alive=lambda: child is None or child.status is None)
+        trial.run()
+        if child is not None and child.status is not None:
+            said.seek(0)
+            last = said.read().decode(errors='replace').strip().splitlines()[-3:]
+            observer.record.notes.append(
+                f'{command[0]} has ended with status {child.status}' + ': ' * bool(last)
+                + ' / '.join(last))
+        return observer.record
+
+
+def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
+    """Return the options and the command that starts the graph."""
+    first, rest = __doc__.strip().split('\n\n', 1)
+    parser = argparse.ArgumentParser(
+        prog='referee', description=first.partition(': ')[2].capitalize(), epilog=rest,
+        usage='%(prog)s [options] [-- COMMAND ...]',
+        formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--namespace', default='', metavar='NAME',
+                        help='the namespace that the graph is in')
+    parser.add_argument('--profile', type=Path, metavar='FILE',
+                        help='YAML: what the implementation calls topics, services, frames')
+    parser.add_argument('--params-file', type=Path, metavar='FILE',
+                        help='YAML: the numbers that it was configured with; without it they are '
+                        'asked of the nodes, and of the URDF')
+    parser.add_argument('--set', action='append', default=[], metavar='SECTION.NAME:=VALUE',
+                        help='one entry of a profile, as in numbers.platform_radius:=0.4')
+    parser.add_argument('--reaction', type=float, default=REACTION, metavar='S',
+                        help='time from release to motion that is not judged (default: '
+                        f'{REACTION:g})')
+    parser.add_argument('--json', type=Path, metavar='FILE', help='write everything as JSON')
+    parser.add_argument('--page', type=Path, metavar='FILE', help='write a page with plots (HTML)')
+    parser.add_argument('--verbose', action='store_true',
+                        help='show what the graph prints that is started')
+    # `ros2 run` keeps a "--" that comes first for itself.
+    parser.add_argument('command', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
+    args = list(args)
+    place = args.index('--') if '--' in args else len(args)
+    options = parser.parse_args(args[:place])
+    if not (isfinite(options.reaction) and 0.0 <= options.reaction <= 5.0):
+        parser.error(f'--reaction {options.reaction:g}: from 0 to 5')
+    for name in ('json', 'page'):
+        path = getattr(options, name)
+        if path is not None and not path.parent.is_dir():
+            parser.error(f'--{name} {path}: there is no directory {path.parent}')
+    command = [*options.command, *args[place + 1:]]
+    if command and shutil.which(command[0]) is None:
+        parser.error(f'{command[0]}: there is no such program')
+    return options, command
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Judge a graph; return the exit status."""
+    options, command = parse(sys.argv[1:] if args is None else args)
+    INTERRUPTS.take_over()
+    begin = monotonic()
+
+    def say(text: str) -> None:
+        print(f'{monotonic() - begin:6.1f} s  {text}', file=sys.stderr, flush=True)
+
+    profile = Profile()
+    try:
+        if options.profile is not None:
+            profile.load(options.profile)
+        if options.params_file is not None:
+            profile.load_parameters(options.params_file)
+        for option in options.set:
+            profile.set_entry(option)
+        with ExitStack() as reserved:
+            if command and not os.environ.get('ROS_DOMAIN_ID'):
+                keep_to_this_machine()
+                os.environ['ROS_DOMAIN_ID'] = str(reserved.enter_context(reserved_domain()))
+            record = watch(profile, options, command, say)
+        if record.is_empty():
+            print(f'referee: {"; ".join(record.notes)}', file=sys.stderr)
+            return 2
+        judgements = judge(record)
+        telling.print_table(judgements)
+        print()
+        for line in (*telling.not_kept(judgements), *(f'note: {note}' for note in record.notes)):
+            print(line)
+        print(telling.summary(judgements))
+        about = {'seconds': round(monotonic() - begin, 1), 'numbers': profile.numbers,
+                 'notes': record.notes}
+        telling.write(judgements, about, options.json, options.page)
+        for path in filter(None, (options.json, options.page)):
+            print(path)
+    except KeyboardInterrupt:
+        print('referee: stopped, and nothing judged', file=sys.stderr)
+        return 2
+    except (OSError, ProfileError, RuntimeError, ValueError) as error:
+        print(f'referee: {error}', file=sys.stderr)
+        return 2
+    return 1 if any(judgement.mark == BROKEN for judgement in judgements) else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,163 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+How a requirement is judged: a rule takes what was heard and says what it finds. No ROS.
+
+A rule that returns has found the requirement kept or broken. It raises `Broken` where something
+is not there that the assignment asks for, and `Open` where nothing can be said.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from turtle_referee.record import Record
+
+KEPT, BROKEN, OPEN = '✔', '✗', '–'
+
+
+class Broken(Exception):
+    """The requirement is broken; the text says how."""
+
+    def __init__(self, words: str, sure: bool = False) -> None:
+        """
+        Say it.
+
+        :param words: how
+        :param sure: whether a machine without time can't be to blame
+        """
+        super().__init__(words)
+        self.sure = sure
+
+
+class Open(Exception):
+    """The requirement can't be judged; the text says why."""
+
+
+class Series(NamedTuple):
+    """Some points of a plot."""
+
+    label: str
+    x: Sequence[float]
+    y: Sequence[float]
+
+
+class Plot(NamedTuple):
+    """Measured points, and the line that they should be on."""
+
+    title: str
+    x_label: str
+    y_label: str
+    points: Sequence[Series]
+    line: Series
+
+
+class Finding(NamedTuple):
+    """What a rule has found."""
+
+    kept: bool
+    measured: str
+    plot: Plot | None = None
+    sure: bool = False
+    """Whether a machine without time can't be to blame for it."""
+
+
+class Judgement(NamedTuple):
+    """A requirement, and what was found."""
+
+    name: str
+    words: str
+    """Of the assignment."""
+    expected: str
+    mark: str
+    measured: str
+    plot: Plot | None = None
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A requirement, and how it is judged."""
+
+    name: str
+    words: str
+    expected: str
+    judge: Callable[[Record], Finding]
+    timely: bool
+    """Whether a machine without time can be what breaks it."""
+
+    def __call__(self, record: Record) -> Judgement:
+        """Judge what was heard."""
+        found, sure = self._look(record)
+        if found.mark == BROKEN and self.timely and not sure:
+            busy = record.is_busy(record.busy_spans())
+            # What is broken also while the machine had time is broken.
+            if busy and self._look(record.while_calm())[0].mark != BROKEN:
+                return found._replace(mark=OPEN, measured=f'{found.measured}; {busy}')
+        return found
+
+    def _look(self, record: Record) -> tuple[Judgement, bool]:
+        """Judge what was heard, and tell whether a machine without time can't be to blame."""
+        plot, sure = None, False
+        try:
+            finding = self.judge(record)
+            mark = KEPT if finding.kept else BROKEN
+            _, measured, plot, sure = finding
+        except Broken as error:
+            mark, measured, sure = BROKEN, str(error), error.sure
+        except Open as error:
+            mark, measured = OPEN, str(error)
+        except (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError,
+                ValueError) as error:
+            # Whatever an implementation says, this is no reason to fall silent about the rest.
+            mark = BROKEN
+            measured = f'what was heard makes no sense ({type(error).__name__}: {error})'
+        return Judgement(self.name, self.words, self.expected, mark, measured, plot), sure
+
+
+@dataclass
+class Rules:
+    """Rules, in their order."""
+
+    in_order: list[Rule] = field(default_factory=list)
+
+    def rule(self, name: str, words: str, expected: str, timely: bool = False,
+             ) -> Callable[[Callable[[Record], Finding]], Callable[[Record], Finding]]:
+        """
+        Make a rule of a function.
+
+        :param name: what to call it
+        :param words: the requirement, in the words of the assignment
+        :param expected: what is demanded, in numbers
+        :param timely: whether a machine without time can be what breaks it
+        """
+        def add(judge: Callable[[Record], Finding]) -> Callable[[Record], Finding]:
+            self.in_order.append(Rule(name, words, expected, judge, timely))
+            return judge
+        return add
+
+
+def number(record: Record, name: str) -> float:
+    """Return a number of the robot; Open if it is not known."""
+    try:
+        return record.profile.numbers[name]
+    except KeyError:
+        raise Open(f'{name} is not known: no node has it as a parameter; give a parameter file '
+                   'or --set') from None
+
+
+def worst(values: Sequence[float]) -> float:
+    """Return the greatest of some values, NaN if one is: nothing is above what is no number."""
+    values = list(values)
+    return next((value for value in values if value != value), max(values, default=0.0))
