@@ -57,10 +57,9 @@ from turtle_brick.core.geometry import distance_to_rectangle, IDENTITY, Pose2D
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.physics import is_level, Phase, World
 from turtle_brick.ros.interrupts import INTERRUPTS
-from turtle_brick.tools import referee
 from turtle_brick.tools.graph import Graph
 from turtle_brick.turtle_robot import TurtleRobot
-from turtle_referee import trial
+from turtle_referee import referee, trial
 from turtle_referee.domains import reserved_domain
 from turtle_referee.names import Profile
 from turtle_referee.rules import BROKEN

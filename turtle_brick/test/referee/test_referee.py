@@ -35,9 +35,8 @@ from sensor_msgs.msg import JointState
 from turtle_brick.core.geometry import from_pitch, IDENTITY, multiply, Pose
 from turtle_brick.core.parameters import load
 from turtle_brick.core.time_steps import NANOSECONDS
-from turtle_brick.tools import referee
 from turtle_brick.tools.graph import Graph
-from turtle_referee import arena_rules, catcher_rules, robot_rules, telling
+from turtle_referee import arena_rules, catcher_rules, referee, robot_rules, telling
 from turtle_referee.drops import DropWatch, MOVED
 from turtle_referee.names import Profile, ProfileError
 from turtle_referee.record import Drive, Frame, Heard, MarkerHeard, Record, Sample

@@ -30,11 +30,10 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Empty, Trigger
 from tf2_msgs.msg import TFMessage
-from turtle_brick.tools import referee
 from turtle_brick.tools.graph import Graph
 from turtle_brick_interfaces.msg import Tilt
 from turtle_brick_interfaces.srv import Place
-from turtle_referee import hands, trial
+from turtle_referee import hands, referee, trial
 from turtle_referee.hands import Hands
 from turtle_referee.names import Profile
 from turtle_referee.observer import fill, Observer
