@@ -30,8 +30,8 @@ from math import atan2, hypot, inf, isfinite
 from numbers import Real
 from typing import Any
 
-from turtle_brick.core.geometry import (axes, distance_to_rectangle, from_yaw, IDENTITY, multiply,
-                                        Pose, Quaternion, Vector)
+from turtle_brick.core.geometry import (axes, distance_to_rectangle, from_yaw, IDENTITY, is_level,
+                                        multiply, Pose, Quaternion, Vector)
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.time_steps import NANO
 
@@ -40,9 +40,6 @@ STEP = 4_000_000
 
 CONTACT_TOLERANCE = 1e-9
 """How far (m) below a platform's top the brick's bottom may be and still count as above it."""
-
-LEVEL_TOLERANCE = 1e-3
-"""The largest angle (rad) of a platform that counts as level, so that a brick can land on it."""
 
 VERTICAL = 1e-9
 """Upward part of a platform's normal at and below which the platform is tilted by 90 degrees."""
@@ -321,10 +318,3 @@ def _check_above_ground(z: float, height: float) -> None:
         below = f', {height / 2.0:g} m below its center,' if height else ''
         raise ValueError(
             f'at z = {z:g} m the bottom of the brick{below} would be under the ground')
-
-
-def is_level(platform: Pose) -> bool:
-    """Tell whether a brick can land on a platform with this pose in the world."""
-    x, y, _, _ = platform.orientation
-    # sin^2 of half the angle between the platform's normal and the vertical.
-    return x * x + y * y < (LEVEL_TOLERANCE / 2.0) ** 2

@@ -26,8 +26,8 @@ from hypothesis import strategies as st
 from hypothesis.stateful import initialize, invariant, precondition, rule, RuleBasedStateMachine
 from laws import law
 import pytest
-from turtle_brick.core.geometry import multiply, rotate
-from turtle_brick.physics import CONTACT_TOLERANCE, LEVEL_TOLERANCE, Phase, World
+from turtle_brick.core.geometry import LEVEL_TOLERANCE, multiply, rotate
+from turtle_brick.physics import CONTACT_TOLERANCE, Phase, World
 from worlds import (advance, axes_of, brick_in, gap, HINGE, in_phase, LIFT, on_platform, PLACES,
                     pose_of, RADIUS, riding, SIZE, THICKNESS, TOP, upright_of)
 

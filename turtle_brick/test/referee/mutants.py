@@ -53,9 +53,9 @@ from turtle_brick.core import catch_logic as catching
 from turtle_brick.core import driving
 from turtle_brick.core import reachability as reaching
 from turtle_brick.core.driving import Driver
-from turtle_brick.core.geometry import distance_to_rectangle, IDENTITY, Pose2D
+from turtle_brick.core.geometry import distance_to_rectangle, IDENTITY, is_level, Pose2D
 from turtle_brick.core.odometry import Odometer
-from turtle_brick.physics import is_level, Phase, World
+from turtle_brick.physics import Phase, World
 from turtle_brick.ros.interrupts import INTERRUPTS
 from turtle_brick.tools.graph import Graph
 from turtle_brick.turtle_robot import TurtleRobot

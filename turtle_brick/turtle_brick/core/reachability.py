@@ -26,11 +26,10 @@ from typing import NamedTuple
 
 from turtle_brick.core.driving import PERIOD, TRANSPORT, travel_time
 from turtle_brick.core.fall_detection import Fall
-from turtle_brick.core.geometry import Pose
+from turtle_brick.core.geometry import is_level, Pose
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, QUEUE_DEPTH, TICK
-from turtle_brick.physics import is_level
 
 QUEUE_LATENCY = QUEUE_DEPTH * PERIOD + TICK - PERIOD + TRANSPORT
 """The longest time (s) from publishing a command to the pose that shows it: six newer commands
