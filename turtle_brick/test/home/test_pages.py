@@ -61,7 +61,6 @@ NOT_RUN = {
     'python3 turtle_brick/scripts/referee': 'it takes a minute; see test_referee.py',
     'python3 -m pytest': 'this is one of its tests',
     'bash turtle_brick/scripts/record_rviz': 'it takes rviz2; see test_rviz_recording.py',
-    'bash turtle_brick/scripts/record ': 'it takes Chromium and minutes; see test_recording.py',
     'ffmpeg ': 'it replaces a picture of the page',
     'ros2 run turtle_brick referee': 'it takes a minute; see test_referee.py',
     'ros2 run turtle_brick benchmark': 'it takes minutes; see test_benchmark.py',

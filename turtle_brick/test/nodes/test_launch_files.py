@@ -19,6 +19,7 @@ import re
 import signal
 import sys
 
+from browser import Chromium, find_chromium
 from geometry_msgs.msg import PoseStamped, Twist
 import joint_state_publisher
 from live_graph import graph, process
@@ -26,7 +27,6 @@ import pytest
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from turtle_brick.core.parameters import default_path
-from turtle_brick.tools.browser import Chromium, find_chromium
 from turtlesim.msg import Pose
 import witness
 

@@ -20,6 +20,7 @@ import re
 from threading import Event, Thread
 from time import monotonic
 
+from browser import Chromium, find_chromium
 from geometry_msgs.msg import PoseStamped
 from live_graph import process
 import numpy
@@ -27,7 +28,6 @@ import pytest
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.parameters import load
 from turtle_brick.physics import Phase
-from turtle_brick.tools.browser import Chromium, find_chromium
 from turtle_brick.tools.graph import executable, Graph
 from turtle_referee.domains import reserved_domain
 from witness import Witness

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-A headless Chromium, to take pictures of the viewer's page and to click on it. No ROS.
+A headless Chromium, to look at pages and to click on them. No ROS.
 
 It is controlled through its DevTools protocol. It needs Chromium, from the system, and websockets,
 which comes with viser.
