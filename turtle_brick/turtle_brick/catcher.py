@@ -38,7 +38,7 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped, TransformStamped
 from rclpy.node import Node
 from tf2_ros import Buffer
-from turtle_brick.core.catch_logic import Catcher, Drive, PERIOD, Tilt
+from turtle_brick.core.catch_logic import Catcher, DriveOrder, PERIOD, TiltOrder
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.time_steps import nanoseconds_of
@@ -46,7 +46,7 @@ from turtle_brick.ros.executor import make_executor
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.ros.tf import BRICK, GuardedListener, latest, PLATFORM, pose_of, recent, WORLD
-from turtle_brick_interfaces.msg import Tilt as TiltMessage
+from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
 
 TEXT_HEIGHT = 0.6
@@ -79,7 +79,7 @@ class CatcherNode(Node):
         self.tf_listener = GuardedListener(self.tf_buffer, self, self.on_transform)
 
         self.goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', 10)
-        self.tilt_publisher = self.create_publisher(TiltMessage, 'tilt', 10)
+        self.tilt_publisher = self.create_publisher(Tilt, 'tilt', 10)
         self.marker_publisher = self.create_publisher(Marker, 'catcher_marker', 10)
         self.create_timer(PERIOD, self.update)
 
@@ -103,10 +103,10 @@ class CatcherNode(Node):
         state = self.catcher.state
         platform = recent(self.tf_buffer, PLATFORM, now) if self.is_heard() else None
         for action in self.catcher.update(now, platform):
-            if isinstance(action, Drive):
+            if isinstance(action, DriveOrder):
                 self.drive_to(action.x, action.y)
-            elif isinstance(action, Tilt):
-                self.tilt_publisher.publish(TiltMessage(angle=action.angle))
+            elif isinstance(action, TiltOrder):
+                self.tilt_publisher.publish(Tilt(angle=action.angle))
             else:
                 self.explain(action)
                 if not action.reachable:

@@ -54,7 +54,7 @@ from turtle_brick.core.driving import Driver, PERIOD, within_arena
 from turtle_brick.core.geometry import from_yaw, Pose, Pose2D, Vector
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.time_steps import due_instant, NANOSECONDS, StepClock
-from turtle_brick.core.turtlesim_kinematics import Pose as TurtlePose
+from turtle_brick.core.turtlesim_kinematics import TurtlePose
 from turtle_brick.ros.executor import make_executor
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.node_parameters import declare_parameters

@@ -29,8 +29,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from laws import law, seconds
 import pytest
-from turtle_brick.core.catch_logic import (ARRIVED, Catcher, CENTER, Drive, LAST_WORD, Observation,
-                                           PATIENCE, RAMP, State, Tilt, transition)
+from turtle_brick.core.catch_logic import (AT_GOAL, Catcher, CENTER, DriveOrder, LAST_WORD,
+                                           Observation, PATIENCE, RAMP, State, TiltOrder,
+                                           transition)
 from turtle_brick.core.geometry import from_pitch, Pose
 from turtle_brick.core.parameters import load
 from turtle_brick.core.reachability import Decision, resting_height
@@ -142,9 +143,9 @@ class Stage:
         actions = self.catcher.update(self.now, self.platform() if self.visible else None)
         for action in actions:
             self.actions.append((self.now, action))
-            if isinstance(action, Drive):
+            if isinstance(action, DriveOrder):
                 self.goal = (action.x, action.y)
-            elif isinstance(action, Tilt):
+            elif isinstance(action, TiltOrder):
                 self.angle = action.angle
         if self.catcher.state is not before:
             self.states.append(self.catcher.state)
@@ -182,13 +183,13 @@ def test_catches_carries_and_tips_off_any_number_of_bricks(every):
         stage.reach_state(State.CARRYING)
         assert stage.world.phase is Phase.RIDING
         stage.reach_state(State.TILTING)
-        assert hypot(stage.robot[0] - CENTER[0], stage.robot[1] - CENTER[1]) <= ARRIVED
+        assert hypot(stage.robot[0] - CENTER[0], stage.robot[1] - CENTER[1]) <= AT_GOAL
         assert stage.world.phase is Phase.RIDING
         stage.reach_state(State.WAITING)
         assert stage.world.phase is Phase.FLOATING
         assert stage.angle == 0.0
         assert stage.states == COURSE
-        assert stage.told(Drive) == [Drive(x, y), Drive(*CENTER)]
+        assert stage.told(DriveOrder) == [DriveOrder(x, y), DriveOrder(*CENTER)]
         assert stage.refusals() == []
 
 
@@ -236,7 +237,7 @@ def test_decides_once_per_fall():
             decisions += 1
     assert decisions == 1
     assert decision.reachable
-    assert stage.told(Drive)[0] == Drive(6.0, 6.0)
+    assert stage.told(DriveOrder)[0] == DriveOrder(6.0, 6.0)
     # It is known 8 ms after the release, and when it will be down.
     assert (stage.now - decision.contact) * 1e-9 == pytest.approx(0.0, abs=0.005)
     assert decision.available == pytest.approx(sqrt(2.0 * (12.0 - REST) / GRAVITY) - 0.012,
@@ -281,7 +282,7 @@ def test_brick_that_is_dropped_onto_the_robot_from_just_above_is_carried_off(abo
     stage.reach_state(State.WAITING)
     assert stage.refusals() == []
     assert stage.world.phase is Phase.FLOATING
-    assert stage.told(Drive)[-1] == Drive(*CENTER)
+    assert stage.told(DriveOrder)[-1] == DriveOrder(*CENTER)
 
 
 @pytest.mark.parametrize('stage_of_death', COURSE[:3])
@@ -419,9 +420,9 @@ def test_order_that_is_lost_is_given_again(lost):
 
     def decide_deaf():
         nonlocal lost
-        drives, goal = len(stage.told(Drive)), stage.goal
+        drives, goal = len(stage.told(DriveOrder)), stage.goal
         decide()
-        if len(stage.told(Drive)) > drives and lost:
+        if len(stage.told(DriveOrder)) > drives and lost:
             lost, stage.goal = lost - 1, goal
 
     stage.decide = decide_deaf
@@ -479,7 +480,7 @@ def test_brick_that_is_dropped_anew_at_any_stage(state):
     stage.world.release()
     stage.reach_state(State.CARRYING)
     assert stage.world.phase is Phase.RIDING
-    assert stage.told(Drive)[-2:] == [Drive(4.0, 4.0), Drive(*CENTER)]
+    assert stage.told(DriveOrder)[-2:] == [DriveOrder(4.0, 4.0), DriveOrder(*CENTER)]
     stage.reach_state(State.WAITING)
     assert stage.states[-4:] == COURSE[1:]
     assert stage.refusals() == []
@@ -527,7 +528,7 @@ def test_robot_that_somebody_else_sends_away_while_it_carries():
     stage.goal = (9.0, 9.0)
     stage.reach_state(State.WAITING)
     assert stage.states == COURSE
-    assert stage.told(Drive) == [Drive(7.0, 6.0), Drive(*CENTER), Drive(*CENTER)]
+    assert stage.told(DriveOrder) == [DriveOrder(7.0, 6.0), DriveOrder(*CENTER), DriveOrder(*CENTER)]
     assert stage.world.phase is Phase.FLOATING
 
 
@@ -559,7 +560,7 @@ def test_platform_that_somebody_tilted_is_leveled_for_the_catch():
     stage.run(0.1)
     stage.drop(6.0, 6.0, 9.0)
     stage.reach_state(State.CARRYING)
-    assert stage.told(Tilt)[0] == Tilt(0.0)
+    assert stage.told(TiltOrder)[0] == TiltOrder(0.0)
     assert stage.world.phase is Phase.RIDING
 
 
@@ -574,9 +575,9 @@ def test_never_orders_the_robot_out_of_the_arena(angle, time, speed):
     assert stage.catcher.state is State.APPROACHING
     stage.world.brick = (5.0, 5.0, 1.0)
     stage.reach_state(State.WAITING, 3.0)
-    stop = stage.told(Drive)[-1]
-    assert len(stage.told(Drive)) == 2
-    for drive in stage.told(Drive):
+    stop = stage.told(DriveOrder)[-1]
+    assert len(stage.told(DriveOrder)) == 2
+    for drive in stage.told(DriveOrder):
         assert 0.0 <= drive.x <= ARENA_SIZE
         assert 0.0 <= drive.y <= ARENA_SIZE
     assert hypot(stop.x - stage.robot[0], stop.y - stage.robot[1]) <= 0.15 * speed

@@ -28,7 +28,7 @@ from hypothesis import strategies as st
 from laws import law
 import pytest
 from turtle_brick.core.driving import CommandPath, Driver, PERIOD, STALE, travel_time, within_arena
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, Pose, TICK, Turtle
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, TICK, Turtle, TurtlePose
 
 RADIUS = 0.5
 TRANSPORT = 0.0004
@@ -342,7 +342,7 @@ def test_stands_while_the_pose_is_stale_and_goes_on_with_a_new_turtlesim(
 def test_pose_becomes_stale_after_so_long():
     path = CommandPath()
     assert path.is_stale(0.0)
-    path.observe(1.0, Pose(5.0, 5.0, 0.0, 0.0, 0.0))
+    path.observe(1.0, TurtlePose(5.0, 5.0, 0.0, 0.0, 0.0))
     assert not path.is_stale(1.0 + STALE)
     assert path.is_stale(1.001 + STALE)
 

@@ -20,7 +20,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
 from turtle_brick.core.odometry import Odometer
-from turtle_brick.core.turtlesim_kinematics import Pose, TICK, Turtle
+from turtle_brick.core.turtlesim_kinematics import TICK, Turtle, TurtlePose
 
 RADIUS = 0.2
 angles = st.floats(-pi, pi)
@@ -107,7 +107,7 @@ def test_odom_stays_and_composes(poses):
     """The first pose is odom for ever; odom after base_link-in-odom is the pose in the world."""
     odometer = Odometer(RADIUS)
     for number, (x, y, theta) in enumerate(poses):
-        odometer.observe(number * TICK, Pose(x, y, theta, 0.0, 0.0))
+        odometer.observe(number * TICK, TurtlePose(x, y, theta, 0.0, 0.0))
     assert odometer.origin == poses[0]
     world = odometer.origin.compose(odometer.pose)
     x, y, theta = poses[-1]

@@ -27,7 +27,7 @@ from turtle_brick.core.driving import travel_time
 from turtle_brick.core.fall_detection import Fall
 from turtle_brick.core.parameters import load
 from turtle_brick.core.reachability import (COMMAND_LATENCY, LEVEL_LATENCY, QUEUE_LATENCY, reach,
-                                            resting_height, Robot)
+                                            resting_height, RobotMotion)
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, TICK, Turtle
 
 PARAMETERS = load()
@@ -61,7 +61,7 @@ def test_reachable_is_what_the_robot_has_the_time_for(
     And the promise: no refusal inside max_velocity * (t_fall - 0.13 s) + platform_radius.
     """
     fall = Fall(SECOND, x, y, resting_height(parameters) + above, 0.0)
-    decision = reach(fall, SECOND + seconds(late), Robot(robot_x, robot_y), parameters)
+    decision = reach(fall, SECOND + seconds(late), RobotMotion(robot_x, robot_y), parameters)
     available = sqrt(2.0 * above / parameters.gravity_accel) - late
     distance = hypot(x - robot_x, y - robot_y)
     assert decision.available == pytest.approx(available, abs=1e-6)
@@ -90,7 +90,7 @@ def test_nearer_or_higher_is_no_harder_to_reach(
     def decide(distance, above):
         fall = Fall(SECOND, distance * cos(angle), distance * sin(angle),
                     resting_height(parameters) + above, 0.0)
-        return reach(fall, SECOND, Robot(0.0, 0.0), parameters)
+        return reach(fall, SECOND, RobotMotion(0.0, 0.0), parameters)
 
     decision = decide(distance, above)
     for easier in (decide(distance, above + higher), decide(distance / (1.0 + more), above)):
@@ -102,11 +102,11 @@ def test_brick_below_the_platform_or_outside_the_arena_is_out_of_reach():
     """However near, and however much time there is; at the very edge it is not."""
     for x, y, z, word in ((5.0, 5.0, REST - 0.01, 'below'), (-0.01, 5.0, 9.0, 'outside'),
                           (5.0, ARENA_SIZE + 0.01, 9.0, 'outside')):
-        decision = reach(Fall(SECOND, x, y, z, 0.0), SECOND, Robot(x, y), PARAMETERS)
+        decision = reach(Fall(SECOND, x, y, z, 0.0), SECOND, RobotMotion(x, y), PARAMETERS)
         assert not decision.reachable
         assert word in decision.reason
     for x, y, z in ((5.0, 5.0, REST), (0.0, 5.0, 9.0), (5.0, ARENA_SIZE, 9.0)):
-        assert reach(Fall(SECOND, x, y, z, 0.0), SECOND, Robot(x, y), PARAMETERS).reachable
+        assert reach(Fall(SECOND, x, y, z, 0.0), SECOND, RobotMotion(x, y), PARAMETERS).reachable
 
 
 def test_brick_of_a_robot_that_is_not_known_is_out_of_reach():
@@ -117,7 +117,7 @@ def test_brick_of_a_robot_that_is_not_known_is_out_of_reach():
 
 
 def test_reason_says_what_is_missing():
-    decision = reach(Fall(SECOND, 9.0, 5.0, 2.0, 0.0), SECOND, Robot(5.0, 5.0), PARAMETERS)
+    decision = reach(Fall(SECOND, 9.0, 5.0, 2.0, 0.0), SECOND, RobotMotion(5.0, 5.0), PARAMETERS)
     assert not decision.reachable
     assert '4.00 m' in decision.reason
     assert f'{decision.needed:.3f} s' in decision.reason
@@ -128,7 +128,7 @@ def test_reason_says_what_is_missing():
 def test_tilted_platform_must_be_leveled_in_time():
     def decide(time, level):
         fall = Fall(SECOND, 5.0, 5.0, REST + 0.5 * GRAVITY * time ** 2, 0.0)
-        return reach(fall, SECOND, Robot(5.0, 5.0, (), level), PARAMETERS)
+        return reach(fall, SECOND, RobotMotion(5.0, 5.0, (), level), PARAMETERS)
 
     assert decide(LEVEL_LATENCY - 0.001, True).reachable
     assert not decide(LEVEL_LATENCY - 0.001, False).reachable
@@ -138,10 +138,10 @@ def test_tilted_platform_must_be_leveled_in_time():
 @law(200)
 @given(bound_for=st.lists(st.tuples(inside, inside), max_size=4), above=st.floats(0.0, 20.0))
 def test_robot_that_moves_counts_where_it_may_be_carried_farthest(bound_for, above):
-    robot = Robot(5.0, 5.0, tuple(bound_for))
+    robot = RobotMotion(5.0, 5.0, tuple(bound_for))
     fall = Fall(SECOND, 6.0, 7.0, REST + above, 0.0)
     decision = reach(fall, SECOND, robot, PARAMETERS)
-    margins = [reach(fall, SECOND, Robot(x, y), PARAMETERS).margin
+    margins = [reach(fall, SECOND, RobotMotion(x, y), PARAMETERS).margin
                for x, y in [(5.0, 5.0), *bound_for]]
     assert decision.margin == min(margins)
     assert decision.distance == hypot(1.0, 2.0)

@@ -34,7 +34,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, ARENA_SIZE, COMMAND_TIMEOUT,
-                                                    float32, Pose, QUEUE_DEPTH, TICK, Turtle,
+                                                    float32, QUEUE_DEPTH, TICK, Turtle, TurtlePose,
                                                     TurtleSim)
 
 RECORDINGS = sorted((Path(__file__).parents[1] / 'data' / 'turtlesim').glob('*.json'))
@@ -114,7 +114,7 @@ def bits(values: Sequence[float]) -> bytes:
 
 
 def following(state: Explanation, time: float, commands: list[list],
-              calls: list[Call]) -> Iterator[tuple[Explanation, Pose]]:
+              calls: list[Call]) -> Iterator[tuple[Explanation, TurtlePose]]:
     """
     Follow every order of arrivals in which a tick can have happened.
 
@@ -346,8 +346,8 @@ def test_numbers_without_a_float32_end_no_simulation(value: float) -> None:
         sim = TurtleSim(holonomic=True)
         sim.tick(0.0)
         act(sim.turtles['turtle1'])
-        assert isinstance(sim.tick(TICK)['turtle1'], Pose)
-        assert isinstance(sim.tick(2 * TICK)['turtle1'], Pose)
+        assert isinstance(sim.tick(TICK)['turtle1'], TurtlePose)
+        assert isinstance(sim.tick(2 * TICK)['turtle1'], TurtlePose)
         sim.reset()
         assert sim.tick(3 * TICK)['turtle1'][:2] == (ARENA_CENTER, ARENA_CENTER)
     turtle = Turtle()

@@ -28,8 +28,8 @@ from turtle_brick.core.driving import within_arena
 from turtle_brick.core.fall_detection import FallDetector
 from turtle_brick.core.geometry import axes, FARTHEST, Pose, Vector
 from turtle_brick.core.parameters import Parameters
-from turtle_brick.core.reachability import (Decision, LEVEL_LATENCY, reach, resting_height, Robot,
-                                            ROUNDING, Track)
+from turtle_brick.core.reachability import (Decision, LEVEL_LATENCY, reach, resting_height,
+                                            RobotMotion, ROUNDING, Track)
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER
 
@@ -68,7 +68,7 @@ OUT_OF_SIGHT = 1.0
 """Time (s) for which the robot may be out of sight, as on a busy machine, before a catch is given
 up."""
 
-ARRIVED = 0.02
+AT_GOAL = 0.02
 """Distance (m) from its goal at which a robot at rest has arrived."""
 
 ON_PLATFORM = 0.01
@@ -142,20 +142,20 @@ def transition(state: State, seen: Observation) -> State:
     return state
 
 
-class Drive(NamedTuple):
+class DriveOrder(NamedTuple):
     """Drive to a point of the world (m)."""
 
     x: float
     y: float
 
 
-class Tilt(NamedTuple):
+class TiltOrder(NamedTuple):
     """Set the platform's angle (rad)."""
 
     angle: float
 
 
-Action = Decision | Drive | Tilt
+Action = Decision | DriveOrder | TiltOrder
 """What the node is to publish or log."""
 
 
@@ -314,7 +314,7 @@ class Catcher:
             decision=None if decision is None else decision.reachable,
             falling=self._is_falling(),
             on_platform=self._is_on_platform(robot),
-            at_center=resting is not None and _distance(resting, CENTER) <= ARRIVED,
+            at_center=resting is not None and _distance(resting, CENTER) <= AT_GOAL,
             off_platform=self._is_off_platform(platform),
             out_of_patience=(now - self._since) * NANO > PATIENCE,
             level=self._ramp.angle == 0.0,
@@ -325,18 +325,18 @@ class Catcher:
             self._ramp.begin(now)
             if fall is not None:
                 self._ramp.level(now)
-                actions += [self._drive(now, (fall.x, fall.y)), Tilt(0.0)]
+                actions += [self._drive(now, (fall.x, fall.y)), TiltOrder(0.0)]
             else:
                 actions += self._enter(state, now, robot)
             self.state = state
         elif resting is not None and state in (State.APPROACHING, State.CARRYING):
             goal = self._track.goal
-            if _distance(resting, goal) > ARRIVED:
+            if _distance(resting, goal) > AT_GOAL:
                 # The order was lost, or somebody else has sent the robot elsewhere.
                 actions.append(self._drive(now, goal))
         if self._ramp.move(
                 now, self.parameters.tilt_angle if self.state is State.TILTING else 0.0):
-            actions.append(Tilt(self._ramp.angle))
+            actions.append(TiltOrder(self._ramp.angle))
         return actions
 
     def _start_afresh(self, now: int) -> None:
@@ -345,7 +345,7 @@ class Catcher:
         self._ramp.restart(now)
         self._brick.seen = self._brick.moved = self._since = self._carrying_since = now
 
-    def _decide(self, now: int, robot: Robot | None) -> Decision | None:
+    def _decide(self, now: int, robot: RobotMotion | None) -> Decision | None:
         """Return the decision about a new fall, None if there is none or it has to wait."""
         fall = self._detector.fall
         if fall is None:
@@ -355,19 +355,19 @@ class Catcher:
             return None
         decision = reach(fall, now, robot, self.parameters)
         # A robot that is not seen, or not for long enough, may turn out to be near and at rest.
-        hoped_for = Robot(fall.x, fall.y) if robot is None else robot._replace(reserve=0.0)
+        hoped_for = RobotMotion(fall.x, fall.y) if robot is None else robot._replace(reserve=0.0)
         if (not decision.reachable and decision.available > LAST_WORD
                 and reach(fall, now, hoped_for, self.parameters).reachable):
             return None
         self._undecided = False
         return decision
 
-    def _drive(self, now: int, goal: tuple[float, float]) -> Drive:
+    def _drive(self, now: int, goal: tuple[float, float]) -> DriveOrder:
         """Send the robot to a point of the world (m) at an instant (ns)."""
         self._track.order(now, goal)
-        return Drive(*goal)
+        return DriveOrder(*goal)
 
-    def _enter(self, state: State, now: int, robot: Robot | None) -> list[Action]:
+    def _enter(self, state: State, now: int, robot: RobotMotion | None) -> list[Action]:
         """Return what to do on entering a state other than APPROACHING."""
         if state is State.CARRYING:
             self._carrying_since = now
@@ -396,7 +396,7 @@ class Catcher:
         return (self._detector.fall is None
                 and abs(self._brick.position[2] - resting_height(self.parameters)) <= ON_PLATFORM)
 
-    def _is_on_platform(self, robot: Robot | None) -> bool:
+    def _is_on_platform(self, robot: RobotMotion | None) -> bool:
         """Tell whether the brick lies on the level platform."""
         if robot is None or not self._is_at_rest_height():
             return False
@@ -406,7 +406,7 @@ class Catcher:
         near = self.parameters.platform_radius + self.parameters.max_velocity * 0.1
         return _distance(robot, self._brick.position) <= near
 
-    def _is_lying(self, robot: Robot | None) -> bool:
+    def _is_lying(self, robot: RobotMotion | None) -> bool:
         """Tell whether the brick has lain on the level platform of a robot at rest for LYING."""
         if (self._hovers or self._brick.still < LYING
                 or robot is None or not self._is_at_rest_height()):
@@ -428,6 +428,6 @@ class Catcher:
         return still >= (SETTLED if beside else LAG)
 
 
-def _distance(robot: Robot, place: tuple[float, ...]) -> float:
+def _distance(robot: RobotMotion, place: tuple[float, ...]) -> float:
     """Return the horizontal distance (m) of the robot from a place in the world."""
     return hypot(robot.x - place[0], robot.y - place[1])

@@ -27,7 +27,7 @@ No clock is read here: times are passed in, in seconds of one steady clock.
 from collections import deque
 from math import cos, hypot, inf, isfinite, log, sin
 
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, Pose, QUEUE_DEPTH, TICK
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, QUEUE_DEPTH, TICK, TurtlePose
 
 PERIOD = 0.010
 """Time (s) between two commands: cmd_vel is published at 100 Hz."""
@@ -43,10 +43,10 @@ APPROACH = 0.5
 one step, and overshoot by a whole step if a tick took another command than predicted; at 0.5
 neighboring commands differ by little, so that it hardly matters which of them a tick takes."""
 
-ARRIVED = 0.0005
+STOP_DISTANCE = 0.0005
 """Distance (m) from the goal at which the turtle stops."""
 
-DEPARTED = 0.003
+START_DISTANCE = 0.003
 """Distance (m) from the goal at which a turtle that has stopped moves again."""
 
 
@@ -63,7 +63,7 @@ class TickClock:
     EARLY = 0.6
     """Part of a tick: a pose that comes earlier than that shows that the grid is late."""
 
-    PATIENCE = 3
+    LATE_POSES = 3
     """Number of poses in a row, each over half a tick late, that show that turtlesim lost time."""
 
     def __init__(self) -> None:
@@ -86,7 +86,7 @@ class TickClock:
             self._late = 0
         elif deviation > TICK / 2.0:
             self._late += 1
-            if self._late >= self.PATIENCE:
+            if self._late >= self.LATE_POSES:
                 self._late = 0
                 self.last = now
         else:
@@ -115,7 +115,7 @@ class CommandPath:
 
     def __init__(self) -> None:
         """Start with an empty queue and no pose."""
-        self.pose: Pose | None = None
+        self.pose: TurtlePose | None = None
         """The last one."""
         self.pose_time = 0.0
         """When it arrived (s)."""
@@ -137,7 +137,7 @@ class CommandPath:
         self._sent.append((now, linear_x, linear_y))
         self._count += 1
 
-    def observe(self, now: float, pose: Pose) -> None:
+    def observe(self, now: float, pose: TurtlePose) -> None:
         """
         Note a pose, and so a tick of turtlesim.
 
@@ -245,7 +245,7 @@ class Driver:
         self._path = CommandPath()
 
     @property
-    def pose(self) -> Pose | None:
+    def pose(self) -> TurtlePose | None:
         """Last pose of the turtle in the world, None before the first."""
         return self._path.pose
 
@@ -263,7 +263,7 @@ class Driver:
             self.goal = (x, y)
             self.arrived = False
 
-    def observe(self, now: float, pose: Pose) -> None:
+    def observe(self, now: float, pose: TurtlePose) -> None:
         """
         Note a pose of the turtle.
 
@@ -292,7 +292,7 @@ class Driver:
         x, y = self._path.predict(now)
         dx, dy = self.goal[0] - x, self.goal[1] - y
         distance = hypot(dx, dy)
-        self.arrived = distance < (DEPARTED if self.arrived else ARRIVED)
+        self.arrived = distance < (START_DISTANCE if self.arrived else STOP_DISTANCE)
         if self.arrived:
             return (0.0, 0.0)
         speed = min(self.max_velocity, APPROACH * distance / TICK)

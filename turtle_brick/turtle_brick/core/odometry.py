@@ -22,7 +22,7 @@ stops it, and not when it is teleported.
 from math import atan2, hypot, pi
 
 from turtle_brick.core.geometry import Pose2D
-from turtle_brick.core.turtlesim_kinematics import Pose, TICK
+from turtle_brick.core.turtlesim_kinematics import TICK, TurtlePose
 
 RESOLUTION = 1e-5
 """Motion (m) below which a float32 coordinate does not tell a direction."""
@@ -46,11 +46,11 @@ class Odometer:
         """How far the wheel has rolled forward (rad), whole turns included."""
         self.stem_angle = 0.0
         """Direction of the last motion relative to base_link (rad), in [-pi, pi)."""
-        self._last: Pose | None = None
+        self._last: TurtlePose | None = None
         self._last_time = 0.0
         self._world_to_odom = Pose2D(0.0, 0.0, 0.0)
 
-    def observe(self, now: float, pose: Pose) -> None:
+    def observe(self, now: float, pose: TurtlePose) -> None:
         """
         Note a pose of the turtle.
 
@@ -67,7 +67,7 @@ class Odometer:
         self.pose = self._world_to_odom.compose(here)
         self._last, self._last_time = pose, now
 
-    def _roll(self, last: Pose, now: float, pose: Pose) -> None:
+    def _roll(self, last: TurtlePose, now: float, pose: TurtlePose) -> None:
         """Turn wheel and stem by the motion since the last pose, unless it was a jump."""
         dx, dy = pose.x - last.x, pose.y - last.y
         path = hypot(dx, dy)

@@ -77,7 +77,7 @@ class Decision(NamedTuple):
         return self.available - self.needed
 
 
-class Robot(NamedTuple):
+class RobotMotion(NamedTuple):
     """Where the robot is, and where the commands on their way may take it, in the world (m)."""
 
     x: float
@@ -140,7 +140,7 @@ def time_needed(distance: float, parameters: Parameters) -> float:
         distance, parameters.platform_radius, parameters.max_velocity)
 
 
-def reach(fall: Fall, now: int, robot: Robot | None, parameters: Parameters) -> Decision:
+def reach(fall: Fall, now: int, robot: RobotMotion | None, parameters: Parameters) -> Decision:
     """
     Compute whether the robot can be under a falling brick when it comes down.
 
@@ -215,7 +215,7 @@ class Track:
         self._orders = deque((now, goal) for _, goal in self._orders)
         self.seen = self.level_seen = now
 
-    def observe(self, now: int, platform: Pose | None, level: bool) -> Robot | None:
+    def observe(self, now: int, platform: Pose | None, level: bool) -> RobotMotion | None:
         """
         Note where the robot is.
 
@@ -257,5 +257,5 @@ class Track:
                     bound_for.append((x + part * (goal_x - x), y + part * (goal_y - y)))
         # Seen for too short a time, it may be moving in any direction.
         known = bool(bound_for) or (now - places[0][0]) * NANO >= self.MEMORY
-        return Robot(x, y, tuple(bound_for), level and is_level(platform),
+        return RobotMotion(x, y, tuple(bound_for), level and is_level(platform),
                      0.0 if known else self._way)

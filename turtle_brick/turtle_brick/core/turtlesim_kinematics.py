@@ -66,7 +66,7 @@ _PI = 3.14159265
 _TWO_PI = 2.0 * _PI
 
 
-class Pose(NamedTuple):
+class TurtlePose(NamedTuple):
     """What turtlesim publishes about a turtle; every number is a float32."""
 
     x: float
@@ -167,7 +167,7 @@ class Turtle:
                 self._linear_y = linear_y
             self._commanded_at = now
 
-    def update(self, now: float) -> Pose:
+    def update(self, now: float) -> TurtlePose:
         """
         Move by one time step: the second half of a tick.
 
@@ -201,7 +201,7 @@ class Turtle:
         self.pose = self._rounded_pose()
         return self.pose
 
-    def tick(self, now: float) -> Pose:
+    def tick(self, now: float) -> TurtlePose:
         """
         Do what one 16 ms tick of turtlesim does to a turtle.
 
@@ -226,10 +226,10 @@ class Turtle:
                 self._theta = theta
         self._teleports.clear()
 
-    def _rounded_pose(self) -> Pose:
+    def _rounded_pose(self) -> TurtlePose:
         """Return where the turtle is, rounded to what a message can carry."""
         speed = math.sqrt(self._linear_x * self._linear_x + self._linear_y * self._linear_y)
-        return Pose(*map(float32, (
+        return TurtlePose(*map(float32, (
             self._x, ARENA_SIZE - self._y_down, self._theta, speed, self._angular)))
 
 
@@ -301,7 +301,7 @@ class TurtleSim:
         self._names = 0
         self.spawn(ARENA_CENTER, ARENA_CENTER, 0.0, now=now)
 
-    def tick(self, now: float) -> dict[str, Pose]:
+    def tick(self, now: float) -> dict[str, TurtlePose]:
         """
         Do what one 16 ms tick of turtlesim does.
 

@@ -31,15 +31,13 @@ from typing import NamedTuple
 
 from turtle_brick.core import catch_logic as catching
 from turtle_brick.core import driving
-from turtle_brick.core.catch_logic import Catcher, Drive, State, Tilt
+from turtle_brick.core.catch_logic import Catcher, DriveOrder, State, TiltOrder
 from turtle_brick.core.driving import Driver, within_arena
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose, Vector
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.time_steps import NANO
-from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER
-from turtle_brick.core.turtlesim_kinematics import Pose as TurtlePose
-from turtle_brick.core.turtlesim_kinematics import TICK, Turtle
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, TICK, Turtle, TurtlePose
 from turtle_brick.physics import Phase, STEP, World
 
 ROBOT_PERIOD = round(driving.PERIOD / NANO)
@@ -115,7 +113,7 @@ class Simulation:
         # What is on its way: (time of arrival, content), in order.
         self._to_turtle: deque[tuple[int, float, float]] = deque()
         self._to_driver: deque[tuple[int, TurtlePose]] = deque()
-        self._orders: deque[tuple[int, Drive | Tilt]] = deque()
+        self._orders: deque[tuple[int, DriveOrder | TiltOrder]] = deque()
         self._transforms: deque[tuple[int, Pose]] = deque()
         self._transport = round(delays.transport / NANO)
         self._transform_delay = round(delays.transforms / NANO)
@@ -130,7 +128,7 @@ class Simulation:
 
     def drive_to(self, x: float, y: float) -> None:
         """Send the robot to a point of the world (m), as goal_pose does."""
-        self._orders.append((self.now + self._transport, Drive(x, y)))
+        self._orders.append((self.now + self._transport, DriveOrder(x, y)))
 
     def run(self, until: Callable[[], bool], limit: float = inf) -> bool:
         """
@@ -223,7 +221,7 @@ class Simulation:
             driver.observe(arrival * NANO, pose)
         while self._orders and self._orders[0][0] <= now:
             _, order = self._orders.popleft()
-            if isinstance(order, Tilt):
+            if isinstance(order, TiltOrder):
                 self._tilt = order.angle
             else:
                 driver.drive_to(*within_arena(order.x, order.y))

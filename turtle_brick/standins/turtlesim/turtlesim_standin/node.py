@@ -57,8 +57,8 @@ from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_topic_name import validate_topic_name
 from std_srvs.srv import Empty
-from turtle_brick.core.turtlesim_kinematics import Pose, QUEUE_DEPTH, TICK, Turtle, TurtleSim
-from turtlesim.msg import Pose as PoseMsg
+from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK, Turtle, TurtlePose, TurtleSim
+from turtlesim.msg import Pose
 from turtlesim.srv import Kill, Spawn, TeleportAbsolute, TeleportRelative
 
 
@@ -75,14 +75,14 @@ class TurtleTopics:
         """
         self._node = node
         self._turtle = turtle
-        self._message = PoseMsg()
-        self._pose: Pose | None = None
+        self._message = Pose()
+        self._pose: TurtlePose | None = None
         # As in turtlesim. A tick takes one command, so the commands that wait here wait there.
         qos = QoSProfile(depth=QUEUE_DEPTH)
         # Without event callbacks, since these go with their turtle while the node lives on, which
         # an EventsExecutor may not survive (https://github.com/ros2/rclpy/issues/1644).
         self._publisher = node.create_publisher(
-            PoseMsg, f'{name}/pose', qos,
+            Pose, f'{name}/pose', qos,
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
         self._subscription = node.create_subscription(
             Twist, f'{name}/cmd_vel', self._command, qos,
@@ -94,7 +94,7 @@ class TurtleTopics:
                 TeleportRelative, f'{name}/teleport_relative', self._teleport_relative),
         ]
 
-    def publish(self, pose: Pose) -> None:
+    def publish(self, pose: TurtlePose) -> None:
         """
         Publish a pose.
 
