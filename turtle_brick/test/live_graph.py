@@ -24,13 +24,9 @@ The fixture `domain_id` (conftest.py) gives a test a ROS domain that nobody else
 
 from __future__ import annotations
 
-import codecs
 from collections.abc import Callable, Iterator, Mapping, Sequence
 import contextlib
-import os
-import re
 import signal
-import subprocess
 import threading
 import time
 from typing import Any, TypeVar
@@ -43,6 +39,7 @@ from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from turtle_brick.ros.executor import make_executor
 from turtle_brick.ros.node_main import SLEEP_TIME
+from turtle_referee.processes import Process
 
 Result = TypeVar('Result')
 
@@ -270,8 +267,8 @@ def graph(domain_id: int, *node_factories: Callable[..., Node]) -> Iterator[Live
 
 # ------------------------------------------------------------------------- nodes in processes
 
-class NodeProcess:
-    """A process, with what it prints."""
+class NodeProcess(Process):
+    """A process in a ROS domain, with what it prints."""
 
     def __init__(self, command: Sequence[str], domain_id: int,
                  environment: Mapping[str, str] = {}) -> None:
@@ -282,106 +279,8 @@ class NodeProcess:
         :param domain_id: the ROS domain it is in
         :param environment: further variables, besides those of this process
         """
-        self.command = list(command)
-        self._printed = threading.Condition()
-        self._text = ''
-        self._popen = subprocess.Popen(
-            self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, start_new_session=True,
-            env={**os.environ, **environment, 'ROS_DOMAIN_ID': str(domain_id),
-                 'PYTHONUNBUFFERED': '1', 'PYTHONFAULTHANDLER': '1'})
-        self._reader = threading.Thread(target=self._read, name='output', daemon=True)
-        self._reader.start()
-
-    def _read(self) -> None:
-        decoder = codecs.getincrementaldecoder('utf-8')('replace')
-        while True:
-            chunk = os.read(self._popen.stdout.fileno(), 65536)
-            with self._printed:
-                self._text += decoder.decode(chunk, final=not chunk)
-                self._printed.notify_all()
-            if not chunk:
-                return
-
-    @property
-    def output(self) -> str:
-        """Return what it has printed so far, standard error included."""
-        with self._printed:
-            return self._text
-
-    @property
-    def pid(self) -> int:
-        """Return the number of the process."""
-        return self._popen.pid
-
-    @property
-    def running(self) -> bool:
-        """Return whether it has not ended yet."""
-        return self._popen.poll() is None
-
-    def send(self, number: int) -> None:
-        """Send it a signal, and wait for nothing."""
-        self._popen.send_signal(number)
-
-    def wait_for_output(self, pattern: str, timeout: float) -> re.Match:
-        """
-        Wait until it has printed something.
-
-        :param pattern: a regular expression, searched in all of its output
-        :param timeout: how long (s) at most
-        :return: The match.
-        :raises TimeoutError: It did not print that in time, or ended without.
-        """
-        deadline = time.monotonic() + timeout
-        with self._printed:
-            while True:
-                ended = not self._reader.is_alive()
-                found = re.search(pattern, self._text)
-                if found:
-                    return found
-                left = deadline - time.monotonic()
-                if left <= 0.0 or ended:
-                    raise TimeoutError(
-                        f'{self.command} {"ended" if ended else f"ran {timeout:g} s"} without '
-                        f'printing {pattern!r}; it printed:\n{self._text}')
-                self._printed.wait(min(left, GLANCE))
-
-    def wait(self, timeout: float) -> int:
-        """
-        Wait until it ends by itself.
-
-        :param timeout: how long (s) at most
-        :return: Its status.
-        :raises TimeoutError: It did not end in time.
-        """
-        try:
-            status = self._popen.wait(timeout)
-        except subprocess.TimeoutExpired:
-            raise TimeoutError(f'{self.command} did not end within {timeout:g} s; it printed:\n'
-                               f'{self.output}') from None
-        self._reader.join(timeout)
-        return status
-
-    def stop(self, number: int = signal.SIGINT, timeout: float = 10.0) -> int:
-        """
-        Ask it to end.
-
-        :param number: the signal that asks
-        :param timeout: how long (s) it may take
-        :return: Its status.
-        :raises TimeoutError: It did not end in time.
-        """
-        if self.running:
-            self.send(number)
-        return self.wait(timeout)
-
-    def kill(self) -> None:
-        """End it and what it has started, at once."""
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self._popen.pid, signal.SIGKILL)
-        self._popen.wait()
-        self._reader.join(1.0)
-        self._popen.stdout.close()
+        super().__init__(command, {**environment, 'ROS_DOMAIN_ID': str(domain_id),
+                                   'PYTHONFAULTHANDLER': '1'})
 
 
 @contextlib.contextmanager

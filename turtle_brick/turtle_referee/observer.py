@@ -13,14 +13,14 @@
 # limitations under the License.
 
 """
-A node that hears all that a graph says, and asks it for what a user would.
+Nodes that keep what a graph says: a `Listener` what it is told to hear, an `Observer` everything.
 
-It knows the graph by the names of a profile and reads every type from the graph, so that any
-implementation will do. It publishes nothing until it is asked to.
+An observer knows the graph by the names of a profile and reads every type from the graph, so that
+any implementation will do. It also asks for what a user would, and says nothing until then.
 """
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from time import monotonic, time_ns
 from typing import Any
@@ -28,14 +28,17 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped
 from rcl_interfaces.srv import GetParameters
 from rclpy.client import Client
+from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from tf2_msgs.msg import TFMessage
-from turtle_brick.core.geometry import Vector
-from turtle_brick.view.polling import PollingNode
 from turtle_referee.names import NUMBERS, Profile
 from turtle_referee.record import Ask, Heard, MarkerHeard, Record
+
+DEPTH = 2000
+"""How many messages may wait to be heard: a reader that falls behind loses none."""
 
 FETCH_PERIOD = 0.02
 """Time (s) after which what has come is fetched."""
@@ -69,7 +72,7 @@ def load_type(name: str) -> Any:
         raise LookupError(f'the interface {name} is not installed here') from None
 
 
-def fill(message: Any, place: Vector) -> bool:
+def fill(message: Any, place: Sequence[float]) -> bool:
     """
     Write a place (m) into a request: into the first fields x, y and z that it has at any depth.
 
@@ -89,7 +92,60 @@ def fill(message: Any, place: Vector) -> bool:
     return False
 
 
-class Observer(PollingNode):
+Keep = Callable[[Any, Any], None]
+"""Called with a message, and with its source_timestamp and so on (rclpy's MessageInfo)."""
+
+
+class Listener(Node):
+    """
+    Keep what is heard, each message with when it was published.
+
+    No executor spins it. What has come waits in the middleware until it is fetched, which takes a
+    third of the processor time, and is told when it was published; an EventsExecutor of rclpy
+    7.1 can't tell that.
+    """
+
+    def __init__(self, name: str = 'listener', **node_options: Any) -> None:
+        """
+        Hear nothing yet.
+
+        :param name: of the node
+        :param node_options: passed on to rclpy.node.Node
+        """
+        super().__init__(name, **{
+            'start_parameter_services': False, 'enable_rosout': False, **node_options})
+        self._kept: list[tuple[Subscription, Keep]] = []
+
+    def hear(self, message_type: Any, topic: str, qos: QoSProfile | int = DEPTH) -> list[Heard]:
+        """
+        Hear a topic from now on.
+
+        :param message_type: the type of its messages
+        :param topic: its name
+        :param qos: how to subscribe, or a depth
+        :return: A list to which `fetch` adds what has come.
+        """
+        messages: list[Heard] = []
+        self.listen(message_type, topic, lambda message, info: messages.append(
+            Heard(info['source_timestamp'], message)), qos)
+        return messages
+
+    def listen(self, message_type: Any, topic: str, keep: Keep,
+               qos: QoSProfile | int = DEPTH) -> None:
+        """Have `fetch` call a function with each message of a topic, and what DDS says of it."""
+        self._kept.append((self.create_subscription(message_type, topic, keep, qos), keep))
+
+    def fetch(self) -> None:
+        """Keep all that has come since the last time, topic by topic."""
+        for subscription, keep in self._kept:
+            # As rclpy.wait_for_message does.
+            with subscription.handle:
+                while (taken := subscription.handle.take_message(
+                        subscription.msg_type, subscription.raw)) is not None:
+                    keep(*taken)
+
+
+class Observer(Node):
     """Hear a graph, and ask it for what a user would."""
 
     def __init__(self, profile: Profile | None = None, name: str = 'referee',
@@ -101,7 +157,8 @@ class Observer(PollingNode):
         :param name: of the node
         :param node_options: passed on to rclpy.node.Node
         """
-        super().__init__(name, **node_options)
+        super().__init__(name, **{'start_parameter_services': False, **node_options})
+        self.listener = Listener(f'{name}_ears', **node_options)
         self.record = Record(profile or Profile())
         self.record.namespace = self.get_namespace()
         self.on_news: Callable[[], None] = lambda: None
@@ -111,9 +168,7 @@ class Observer(PollingNode):
         self._services_asked: dict[str, Client] = {}
         self._looked_at = 0.0
         for topic, static in (('/tf', False), ('/tf_static', True)):
-            qos = QoSProfile(depth=2000, durability=(
-                DurabilityPolicy.TRANSIENT_LOCAL if static else DurabilityPolicy.VOLATILE))
-            self.poll(TFMessage, topic, self._transform_keeper(static), qos)
+            self.listener.listen(TFMessage, topic, self._transform_keeper(static), how_to_hear(static))
         self.create_timer(FETCH_PERIOD, self.update)
 
     def update(self) -> None:
@@ -121,8 +176,18 @@ class Observer(PollingNode):
         if monotonic() - self._looked_at > LOOK_PERIOD:
             self._looked_at = monotonic()
             self.look_around()
-        self.fetch()
+        self.listener.fetch()
         self.on_news()
+
+    def destroy_node(self) -> None:
+        """Hear nothing any more."""
+        self.listener.destroy_node()
+        super().destroy_node()
+
+    def others(self) -> list[str]:
+        """Return the full names of the graph's nodes, without its own two."""
+        own = (self.get_fully_qualified_name(), self.listener.get_fully_qualified_name())
+        return [name for name in self.get_fully_qualified_node_names() if name not in own]
 
     def look_around(self) -> None:
         """Listen to all topics of the graph that matter."""
@@ -138,38 +203,27 @@ class Observer(PollingNode):
         for name, topic in record.profile.topics.items():
             full = self.resolve_topic_name(topic)
             types = there.get(full, [])
-            wanted = TYPES.get(name, types)
-            usable = [kind for kind in types if kind in wanted]
+            usable = [kind for kind in types if kind in TYPES.get(name, types)]
             if usable and full not in self._heard_topics:
-                latched = name == 'robot_description'
-                self._listen(full, usable[0], self._keeper(name), latched)
+                self._join(full, usable[0], self._keeper(name))
         for topic, types in there.items():
             for kind in MARKER_TYPES:
                 if kind in types and topic not in self._heard_topics:
-                    infos = self.get_publishers_info_by_topic(topic)
-                    latched = all(info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
-                                  for info in infos)
-                    record.latched[topic] = latched
-                    self._listen(topic, kind, self._marker_keeper(topic), latched)
+                    record.latched[topic] = self._join(topic, kind, self._marker_keeper(topic))
 
-    def _listen(self, topic: str, kind: str, hear: Callable[[Any, dict[str, int]], None],
-                latched: bool) -> None:
-        """Record a topic from now on."""
+    def _join(self, topic: str, kind: str, keep: Keep) -> bool:
+        """Keep a topic from now on, if its type is installed; tell whether it is latched."""
+        self._heard_topics.add(topic)
+        # Whoever speaks without repeating what gets lost, or what was said before, can't be asked
+        # to repeat it.
+        speakers = [info.qos_profile for info in self.get_publishers_info_by_topic(topic)]
+        latched = all(qos.durability == DurabilityPolicy.TRANSIENT_LOCAL for qos in speakers)
+        reliable = all(qos.reliability == ReliabilityPolicy.RELIABLE for qos in speakers)
         try:
-            message_type = load_type(kind)
+            self.listener.listen(load_type(kind), topic, keep, how_to_hear(latched, reliable))
         except LookupError as error:
             self.note(str(error))
-        else:
-            # Whoever speaks without repeating what gets lost can't be asked to repeat it.
-            reliable = all(info.qos_profile.reliability == ReliabilityPolicy.RELIABLE
-                           for info in self.get_publishers_info_by_topic(topic))
-            self.poll(message_type, topic, hear, QoSProfile(
-                depth=2000,
-                durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched
-                            else DurabilityPolicy.VOLATILE),
-                reliability=(ReliabilityPolicy.RELIABLE if reliable
-                             else ReliabilityPolicy.BEST_EFFORT)))
-        self._heard_topics.add(topic)
+        return latched
 
     def doubts(self) -> list[str]:
         """Say what seems to be wrong with where one listens: a sentence for each."""
@@ -191,18 +245,18 @@ class Observer(PollingNode):
         if sentence not in self.record.notes:
             self.record.notes.append(sentence)
 
-    def _keeper(self, name: str) -> Callable[[Any, dict[str, int]], None]:
+    def _keeper(self, name: str) -> Keep:
         messages = self.record.topics[name]
         return lambda message, info: messages.append(Heard(info['source_timestamp'], message))
 
-    def _marker_keeper(self, topic: str) -> Callable[[Any, dict[str, int]], None]:
-        def keep(message: Any, info: dict[str, int]) -> None:
+    def _marker_keeper(self, topic: str) -> Keep:
+        def keep(message: Any, info: Any) -> None:
             for marker in getattr(message, 'markers', [message]):
                 self.record.markers.append(MarkerHeard(info['source_timestamp'], topic, marker))
         return keep
 
-    def _transform_keeper(self, static: bool) -> Callable[[Any, dict[str, int]], None]:
-        def keep(message: TFMessage, info: dict[str, int]) -> None:
+    def _transform_keeper(self, static: bool) -> Keep:
+        def keep(message: TFMessage, info: Any) -> None:
             for transform in message.transforms:
                 self.record.add_transform(
                     info['source_timestamp'], info['publication_sequence_number'] or 0,
@@ -276,7 +330,7 @@ class Observer(PollingNode):
             self._services_asked[name] = self.create_client(load_type(kinds[0]), full)
         return self._services_asked[name]
 
-    def request_place(self, place: Vector) -> Any:
+    def request_place(self, place: Sequence[float]) -> Any:
         """Return a request to put the brick somewhere (m); LookupError if it has no place."""
         request = self.client('place').srv_type.Request()
         if not fill(request, place):
@@ -306,6 +360,14 @@ class Observer(PollingNode):
             self._services_asked[node] = self.create_client(
                 GetParameters, f'{node}/get_parameters')
         return self._services_asked[node]
+
+
+def how_to_hear(latched: bool, reliable: bool = True) -> QoSProfile:
+    """Return how to subscribe to what is repeated to who comes late, or to what gets lost."""
+    return QoSProfile(
+        depth=DEPTH,
+        durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE),
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT)
 
 
 def full_name(info: TopicEndpointInfo) -> str:

@@ -142,8 +142,7 @@ class Trial(Hands):
         """Ask the nodes for the numbers that were not given, and the URDF for the rest."""
         numbers = self.record.profile.numbers
         if set(NUMBERS) - set(numbers):
-            nodes = [node for node in self.observer.get_fully_qualified_node_names()
-                     if node != self.observer.get_fully_qualified_name()]
+            nodes = self.observer.others()
             # Some may have no such service, or not answer.
             self.until(lambda: all(map(self.observer.has_parameters, nodes)), PATIENCE)
             asked = [self.observer.ask_parameters(node) for node in nodes

@@ -177,7 +177,8 @@ def test_nonsense_is_judged(domain_id, impatient, number):
         graph.add(Nonsense, parameters=False, number=number)
         found = judge(graph)
     # The frames have names and parents, whatever their numbers.
-    assert kept(found) <= {'frames: world', 'frames: brick', 'frames: broadcasters', 'text: kind',
+    assert kept(found) <= {'frames: world', 'frames: brick', 'frames: broadcasters',
+                           'frames: robot', 'text: kind',
                            'walls: to be seen', 'brick marker: to be seen', 'odom: twist',
                            'drop'}
 

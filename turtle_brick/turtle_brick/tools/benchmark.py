@@ -267,7 +267,7 @@ class Benchmark:
         """Return the spreads of all intervals over a window, and the drift of the physics."""
         begin = time_ns()
         hands.graph.spin_for(self.options.seconds)
-        hands.observer.fetch()
+        hands.observer.listener.fetch()
         record = hands.record
         instants = {name: [heard.published for heard in record.heard(name, begin)]
                     for name in ('cmd_vel', 'odom', 'joint_states')}

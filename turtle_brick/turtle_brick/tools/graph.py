@@ -261,7 +261,8 @@ class Graph:
             environment['ROS_DOMAIN_ID'] = str(self.domain_id)
         ros_arguments = [*self._log_level]
         if self.namespace:
-            ros_arguments += ['-r', f'__ns:={self.namespace}']
+            # Real nodes refuse a namespace without the slash.
+            ros_arguments += ['-r', f'__ns:=/{self.namespace.lstrip("/")}']
         if ros_arguments:
             arguments = (*arguments, '--ros-args', *ros_arguments)
         self.add_command([executable(package, name), *arguments], environment,
