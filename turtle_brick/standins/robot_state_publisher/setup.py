@@ -11,27 +11,8 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Install the node that stands in for robot_state_publisher."""
+"""Install what stands in for robot_state_publisher; setup.cfg says what that is."""
 
 from setuptools import setup
 
-package_name = 'robot_state_publisher'
-
-setup(
-    name=package_name,
-    version='1.0.0',
-    packages=[package_name],
-    data_files=[
-        ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
-        (f'share/{package_name}', ['package.xml']),
-    ],
-    install_requires=['setuptools'],
-    zip_safe=True,
-    maintainer='the turtle_brick developers',
-    maintainer_email='maintainers@turtle-brick.example',
-    description='Stands in for robot_state_publisher where it is absent',
-    license='Apache-2.0',
-    entry_points={
-        'console_scripts': [f'{package_name} = {package_name}.node:main'],
-    },
-)
+setup()

@@ -41,50 +41,29 @@ class Mimic(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """A joint between two links."""
+    """A joint between two links: its origin (m) and unit axis are in the parent and its own."""
 
     name: str
-    """Its name."""
     kind: str
-    """Its type, a word of URDF."""
     parent: str
-    """The link that holds it."""
     child: str
-    """The link that it moves."""
     translation: Vector
-    """Its origin in the parent, m."""
     rotation: Quaternion
-    """Its orientation in the parent, a unit quaternion (x, y, z, w)."""
     axis: Vector
-    """The unit axis, in its own frame, about or along which it moves."""
     mimic: Mimic | None
-    """Which joint it follows; None if it moves by itself."""
 
     @property
     def moves(self) -> bool:
-        """
-        Tell whether the child moves.
-
-        :return: Whether it does.
-        """
+        """Tell whether the child moves."""
         return self.kind in _ROTATING or self.kind in _SLIDING
 
     @property
     def is_fixed(self) -> bool:
-        """
-        Tell whether the child rests.
-
-        :return: Whether it does; a floating joint neither rests nor moves.
-        """
+        """Tell whether the child rests; a floating joint neither rests nor moves."""
         return self.kind in _RESTING
 
     def pose(self, position: float) -> tuple[Vector, Quaternion]:
-        """
-        Return the pose of the child.
-
-        :param position: The joint's position, rad or m.
-        :return: The child's origin (m) and orientation in the parent.
-        """
+        """Return the child's origin (m) and orientation in the parent at a position (rad or m)."""
         if self.kind in _ROTATING:
             x, y, z = self.axis
             s = sin(0.5 * position)
@@ -99,13 +78,7 @@ class Joint(NamedTuple):
 
 
 def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
-    """
-    Combine two rotations.
-
-    :param p: The rotation that is applied second.
-    :param q: The rotation that is applied first.
-    :return: The Hamilton product p q.
-    """
+    """Return the Hamilton product p q, the rotation q followed by p."""
     px, py, pz, pw = p
     qx, qy, qz, qw = q
     return (pw * qx + px * qw + py * qz - pz * qy,
@@ -115,46 +88,25 @@ def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
 
 
 def rotate(rotation: Quaternion, vector: Vector) -> Vector:
-    """
-    Turn a vector.
-
-    :param rotation: A unit quaternion.
-    :param vector: The vector.
-    :return: The turned vector.
-    """
+    """Turn a vector by a unit quaternion."""
     x, y, z, w = rotation
     return multiply(multiply(rotation, (*vector, 0.0)), (-x, -y, -z, w))[:3]
 
 
 def signed(rotation: Quaternion) -> Quaternion:
     """
-    Choose the sign of a quaternion as robot_state_publisher does, by way of a rotation matrix.
+    Choose the sign of a unit quaternion as robot_state_publisher does, by way of a matrix.
 
-    :param rotation: A unit quaternion.
     :return: The same rotation, with a positive w if that exceeds 1/2, or else with a positive
         largest component of x, y and z.
     """
     x, y, z, w = rotation
-    if 4.0 * w * w - 1.0 > 1e-12:
-        sign = w
-    elif x * x > y * y and x * x > z * z:
-        sign = x
-    elif y * y > z * z:
-        sign = y
-    else:
-        sign = z
+    sign = w if 4.0 * w * w - 1.0 > 1e-12 else max(z, y, x, key=abs)
     return rotation if sign >= 0.0 else (-x, -y, -z, -w)
 
 
 def _from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """
-    Make a rotation from URDF's angles.
-
-    :param roll: The first angle, about x, rad.
-    :param pitch: The second one, about the fixed y, rad.
-    :param yaw: The third one, about the fixed z, rad.
-    :return: The unit quaternion.
-    """
+    """Return the rotation by URDF's angles (rad), first about x, last about the fixed z."""
     about_x = (sin(0.5 * roll), 0.0, 0.0, cos(0.5 * roll))
     about_y = (0.0, sin(0.5 * pitch), 0.0, cos(0.5 * pitch))
     about_z = (0.0, 0.0, sin(0.5 * yaw), cos(0.5 * yaw))
@@ -162,14 +114,6 @@ def _from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def _number(text: str, where: str) -> float:
-    """
-    Read a number.
-
-    :param text: The number.
-    :param where: What it belongs to, for an error.
-    :return: The number.
-    :raises DescriptionError: It is none.
-    """
     try:
         return float(text)
     except ValueError:
@@ -178,16 +122,6 @@ def _number(text: str, where: str) -> float:
 
 def _vector(element: ElementTree.Element | None, attribute: str, default: Vector, where: str
             ) -> Vector:
-    """
-    Read three numbers.
-
-    :param element: The element that has them, if there is one.
-    :param attribute: The name of its attribute.
-    :param default: What counts if there is none.
-    :param where: What it belongs to, for an error.
-    :return: The numbers.
-    :raises DescriptionError: They are not three numbers.
-    """
     text = None if element is None else element.get(attribute)
     if text is None:
         return default
@@ -198,16 +132,6 @@ def _vector(element: ElementTree.Element | None, attribute: str, default: Vector
 
 
 def _link_of(joint: ElementTree.Element, role: str, links: list[str], where: str) -> str:
-    """
-    Read which link a joint connects.
-
-    :param joint: The joint's element.
-    :param role: Which one, parent or child.
-    :param links: The names of all links.
-    :param where: What it belongs to, for an error.
-    :return: The link's name.
-    :raises DescriptionError: There is no such link.
-    """
     element = joint.find(role)
     name = None if element is None else element.get('link')
     if name is None:
@@ -217,15 +141,17 @@ def _link_of(joint: ElementTree.Element, role: str, links: list[str], where: str
     return name
 
 
-def _joint(element: ElementTree.Element, links: list[str]) -> Joint:
-    """
-    Read a joint.
+def _mimic(element: ElementTree.Element | None, where: str) -> Mimic | None:
+    if element is None:
+        return None
+    if not element.get('joint'):
+        raise DescriptionError(f'the mimic of {where} names no joint')
+    return Mimic(element.get('joint'),
+                 _number(element.get('multiplier', '1'), f'the mimic of {where}'),
+                 _number(element.get('offset', '0'), f'the mimic of {where}'))
 
-    :param element: Its element.
-    :param links: The names of all links.
-    :return: The joint.
-    :raises DescriptionError: It lacks something or makes no sense.
-    """
+
+def _joint(element: ElementTree.Element, links: list[str]) -> Joint:
     name = element.get('name')
     if not name:
         raise DescriptionError('a joint has no name')
@@ -240,28 +166,18 @@ def _joint(element: ElementTree.Element, links: list[str]) -> Joint:
     if not length > 0.0 and kind in (*_ROTATING, *_SLIDING):
         raise DescriptionError(f'the axis of {where} has no length')
     origin = element.find('origin')
-    follows = element.find('mimic')
-    mimic = None
-    if follows is not None:
-        other = follows.get('joint')
-        if not other:
-            raise DescriptionError(f'the mimic of {where} names no joint')
-        mimic = Mimic(other, _number(follows.get('multiplier', '1'), f'the mimic of {where}'),
-                      _number(follows.get('offset', '0'), f'the mimic of {where}'))
     return Joint(
         name, kind,
         _link_of(element, 'parent', links, where), _link_of(element, 'child', links, where),
         _vector(origin, 'xyz', (0.0, 0.0, 0.0), where),
         _from_roll_pitch_yaw(*_vector(origin, 'rpy', (0.0, 0.0, 0.0), where)),
-        tuple(value / (length or 1.0) for value in axis), mimic)
+        tuple(value / (length or 1.0) for value in axis), _mimic(element.find('mimic'), where))
 
 
 def parse(urdf: str) -> dict[str, Joint]:
     """
-    Read a robot's description.
+    Return the joints of a robot's description by name, in the order of their names.
 
-    :param urdf: The description, XML.
-    :return: The robot's joints by name, in the order of their names.
     :raises DescriptionError: It is not XML or describes no tree of links.
     """
     try:

@@ -32,7 +32,7 @@ ROS parameters:
 """
 
 from gc import freeze
-from signal import SIG_IGN, SIGINT, signal, SIGTERM
+from signal import alarm, SIG_IGN, SIGINT, signal, SIGTERM
 from typing import Any, NamedTuple
 
 from geometry_msgs.msg import TransformStamped
@@ -72,12 +72,7 @@ class RobotStatePublisher(Node):
     """Publishes the poses of a robot's links; the module's docstring lists its interface."""
 
     def __init__(self, **node_arguments: Any) -> None:
-        """
-        Publish the fixed links and subscribe to joint states.
-
-        :param node_arguments: Further arguments of rclpy's Node, such as a namespace.
-        :raises ValueError: A parameter is inadmissible.
-        """
+        """Publish the fixed links and subscribe to joint states."""
         super().__init__('robot_state_publisher', **node_arguments)
         description = self.declare_parameter('robot_description', '').value
         self._frequency = self.declare_parameter('publish_frequency', 20.0).value
@@ -108,11 +103,7 @@ class RobotStatePublisher(Node):
         self.add_post_set_parameters_callback(self._apply_parameters)
 
     def joint_states_callback(self, state: JointState) -> None:
-        """
-        Publish the moving links, unless the last message was too recent.
-
-        :param state: The joints' positions.
-        """
+        """Publish the moving links, unless the last message was too recent."""
         names = tuple(state.name)
         positions = state.position
         if len(names) != len(positions):
@@ -148,13 +139,7 @@ class RobotStatePublisher(Node):
         self._tf_publisher.publish(TFMessage(transforms=transforms))
 
     def _is_due(self, names: tuple[str, ...], state: JointState) -> bool:
-        """
-        Tell whether a message is due after the last one; if so, record it.
-
-        :param names: The names of its joints.
-        :param state: The message.
-        :return: Whether to publish.
-        """
+        """Tell whether a message is due after the last one; if so, record it."""
         now = self.get_clock().now().nanoseconds
         published = self._published
         if now < self._last_call:
@@ -173,13 +158,7 @@ class RobotStatePublisher(Node):
         return True
 
     def _plan(self, names: tuple[str, ...]) -> list[Step]:
-        """
-        Return the steps that publish the links of some joints.
-
-        :param names: The names of joints, in the order of their positions.
-        :return: A step for each of the robot's joints among them, and for each that mimics one of
-            them, in the order of the joints' names.
-        """
+        """Return the steps that publish the links of some joints."""
         sources: dict[str, tuple[int, float, float]] = {}
         for index, name in enumerate(names):
             sources.setdefault(name, (index, 1.0, 0.0))
@@ -199,24 +178,14 @@ class RobotStatePublisher(Node):
         return plan
 
     def _transform(self, joint: Joint) -> TransformStamped:
-        """
-        Make the transform of a joint, to be filled in.
-
-        :param joint: The joint.
-        :return: A transform from its parent to its child.
-        """
+        """Make the transform of a joint, to be filled in."""
         stamped = TransformStamped()
         stamped.header.frame_id = self._prefix + joint.parent
         stamped.child_frame_id = self._prefix + joint.child
         return stamped
 
     def _set_up(self, description: str) -> None:
-        """
-        Read the robot's description; publish it and the fixed links.
-
-        :param description: The description.
-        :raises DescriptionError: It describes no robot.
-        """
+        """Read the robot's description; publish it and the fixed links."""
         self._joints = parse(description)
         self._plans.clear()
         self._description_publisher.publish(String(data=description))
@@ -234,12 +203,7 @@ class RobotStatePublisher(Node):
         self._static_publisher.publish(TFMessage(transforms=list(self._static.values())))
 
     def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
-        """
-        Refuse inadmissible values.
-
-        :param parameters: The parameters to set.
-        :return: Whether they can be set, and if not, why.
-        """
+        """Refuse inadmissible values."""
         for parameter in parameters:
             if parameter.name == 'robot_description':
                 if not parameter.value:
@@ -258,11 +222,7 @@ class RobotStatePublisher(Node):
         return SetParametersResult(successful=True)
 
     def _apply_parameters(self, parameters: list[Parameter]) -> None:
-        """
-        Apply new values.
-
-        :param parameters: Parameters that have been set.
-        """
+        """Apply new values."""
         values = {parameter.name: parameter.value for parameter in parameters}
         self._frequency = values.get('publish_frequency', self._frequency)
         self._ignore_stamp = values.get('ignore_timestamp', self._ignore_stamp)
@@ -274,12 +234,7 @@ class RobotStatePublisher(Node):
 
 
 def main(args: list[str] | None = None) -> str | None:
-    """
-    Run the node until Ctrl-C or SIGTERM.
-
-    :param args: The command line, with the program's name first; the process's own if None.
-    :return: What is wrong with the arguments or parameters, if anything is.
-    """
+    """Run the node until Ctrl-C or SIGTERM."""
     # Not an Event: a second signal inside its set() would wait for the first, for ever.
     ended: list[int] = []
     for number in (SIGINT, SIGTERM):
@@ -299,6 +254,7 @@ def main(args: list[str] | None = None) -> str | None:
     # Under launch, a terminal's Ctrl-C comes twice.
     for number in (SIGINT, SIGTERM):
         signal(number, SIG_IGN)
+    alarm(5)  # which ends a process that DDS keeps from ending
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()

@@ -17,31 +17,19 @@ A stand-in for the Python module tf2_ros of ROS 2 Jazzy, in pure Python.
 It has the part that nodes use: buffer, listener, broadcasters and exceptions, with the names,
 signatures, QoS and behaviour of tf2_ros_py 0.36.4; its buffer is held to recordings of the real
 one. Left out are the buffer's action client and server, transform() of message types (with it
-the registration of types) and velocities.
+the registration of types and BufferInterface) and velocities.
 """
 
 from tf2_ros.buffer import Buffer
-from tf2_ros.buffer_core import BufferCore
-from tf2_ros.buffer_interface import BufferInterface, NotImplementedException
-from tf2_ros.exceptions import (ConnectivityException, ExtrapolationException,
-                                InvalidArgumentException, LookupException, TimeoutException,
-                                TransformException)
+from tf2_ros.buffer_core import (BufferCore, ConnectivityException, ExtrapolationException,
+                                 InvalidArgumentException, LookupException, TimeoutException,
+                                 TransformException)
 from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster
 from tf2_ros.transform_broadcaster import TransformBroadcaster
 from tf2_ros.transform_listener import TransformListener
 
 __all__ = [
-    'Buffer',
-    'BufferCore',
-    'BufferInterface',
-    'ConnectivityException',
-    'ExtrapolationException',
-    'InvalidArgumentException',
-    'LookupException',
-    'NotImplementedException',
-    'StaticTransformBroadcaster',
-    'TimeoutException',
-    'TransformBroadcaster',
-    'TransformException',
-    'TransformListener',
+    'Buffer', 'BufferCore', 'ConnectivityException', 'ExtrapolationException',
+    'InvalidArgumentException', 'LookupException', 'StaticTransformBroadcaster',
+    'TimeoutException', 'TransformBroadcaster', 'TransformException', 'TransformListener',
 ]

@@ -13,10 +13,10 @@
 # limitations under the License.
 """The tree of frames: transforms go in, transforms between any two frames come out."""
 
-from collections.abc import Callable
+from collections.abc import Iterator
+from itertools import chain
 from math import inf, isnan
-from threading import Condition
-from typing import Any
+from threading import RLock
 
 from builtin_interfaces.msg import Duration as DurationMsg
 from builtin_interfaces.msg import Time as TimeMsg
@@ -24,31 +24,47 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
 from rclpy.logging import get_logger
 from rclpy.time import Time
-from tf2_ros.exceptions import (ConnectivityException, ExtrapolationException,
-                                InvalidArgumentException, LookupException, TransformException)
 from tf2_ros.transform_cache import canonical, display_time, NoDataError, StaticCache, TimeCache
 
+AnyTime = Time | TimeMsg
 # A translation and a rotation: x, y, z, qx, qy, qz, qw.
 Transform = tuple[float, float, float, float, float, float, float]
 
 _NANOSECONDS = 1_000_000_000
-_DEFAULT_CACHE_TIME = 10 * _NANOSECONDS
 # A longer way to the root is taken for a loop.
 _MAX_DEPTH = 1000
 _IDENTITY: Transform = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
+class TransformException(Exception):
+    """Any of the below."""
+
+
+class ConnectivityException(TransformException):
+    """Two frames are not part of one tree."""
+
+
+class LookupException(TransformException):
+    """A frame does not exist, or the frames form a loop."""
+
+
+class ExtrapolationException(TransformException):
+    """The time is outside what the buffer holds."""
+
+
+class InvalidArgumentException(TransformException):
+    """The name of a frame is empty or begins with a slash."""
+
+
+class TimeoutException(TransformException):
+    """A transform did not come in time."""
+
+
 class Frame:
     """A frame that a transform has named."""
 
-    __slots__ = ('name', 'cache', 'authority')
-
     def __init__(self, name: str) -> None:
-        """
-        Make a frame that has no parent yet.
-
-        :param name: Its name.
-        """
+        """Make a frame that has no parent yet."""
         self.name = name
         self.cache: StaticCache | TimeCache | None = None
         """The transforms to its parent; None if it has only been named as a parent."""
@@ -56,33 +72,17 @@ class Frame:
         """Who sent the last transform."""
 
 
-def nanoseconds_of(time: Time | TimeMsg | Duration | DurationMsg) -> int:
-    """
-    Read a time or a duration.
-
-    :param time: One of rclpy or a message.
-    :return: The same in ns.
-    :raises TypeError: It is neither.
-    """
-    try:
+def nanoseconds_of(time: AnyTime | Duration | DurationMsg) -> int:
+    """Return a time or a duration, one of rclpy or a message, in ns."""
+    if hasattr(time, 'nanoseconds'):
         return time.nanoseconds
-    except AttributeError:
-        pass
-    try:
+    if hasattr(time, 'nanosec'):
         return time.sec * _NANOSECONDS + time.nanosec
-    except AttributeError:
-        raise TypeError('time must have sec and nanosec, or nanoseconds, '
-                        f'but {time!r} has not') from None
+    raise TypeError(f'time must have sec and nanosec, or nanoseconds, but {time!r} has not')
 
 
 def compose(outer: Transform, inner: Transform) -> Transform:
-    """
-    Apply one transform after another.
-
-    :param outer: The transform that is applied second.
-    :param inner: The transform that is applied first.
-    :return: Both as one.
-    """
+    """Return one transform for two, of which the inner is applied first."""
     x, y, z, qx, qy, qz, qw = outer
     ix, iy, iz, px, py, pz, pw = inner
     # The vector v rotated by (q, w) is v + 2 w (q x v) + 2 q x (q x v).
@@ -99,12 +99,7 @@ def compose(outer: Transform, inner: Transform) -> Transform:
 
 
 def invert(transform: Transform) -> Transform:
-    """
-    Turn a transform round.
-
-    :param transform: A transform.
-    :return: Its inverse.
-    """
+    """Return the inverse of a transform."""
     x, y, z, qx, qy, qz, qw = transform
     inverse = (0.0, 0.0, 0.0, -qx, -qy, -qz, qw)
     return compose(inverse, (-x, -y, -z, 0.0, 0.0, 0.0, 1.0))
@@ -114,112 +109,74 @@ class BufferCore:
     """
     A tree of frames with the transforms of the recent past, safe to use from several threads.
 
-    It answers as the real tf2 does, also to times that it cannot serve and to bad input.
+    It answers as the real tf2 does, also to times that it cannot serve and to bad input. A time of
+    zero means the latest one at which there is a transform.
     """
 
     def __init__(self, cache_time: Duration | None = None) -> None:
-        """
-        Make an empty buffer.
-
-        :param cache_time: How far each frame's transforms go back; 10 s if None.
-        """
-        self._cache_time = (
-            _DEFAULT_CACHE_TIME if cache_time is None else nanoseconds_of(cache_time))
+        """Make an empty buffer in which each frame's transforms go back so far; 10 s if None."""
+        self._cache_time = 10 * _NANOSECONDS if cache_time is None else nanoseconds_of(cache_time)
         self._frames: dict[str, Frame] = {}
-        self._changed = Condition()
-        self._waiting = 0
+        self._lock = RLock()
 
     def set_transform(self, transform: TransformStamped, authority: str) -> None:
-        """
-        Add a transform; one that cannot be used is ignored with a message in the log.
-
-        :param transform: The pose of a child frame in a frame at a time.
-        :param authority: Who says so.
-        """
-        self._set_transform(transform, authority, TimeCache)
+        """Add a transform; one that cannot be used is ignored with a message in the log."""
+        self._insert(transform, authority, TimeCache)
 
     def set_transform_static(self, transform: TransformStamped, authority: str) -> None:
-        """
-        Add a transform that holds at all times.
-
-        :param transform: The pose of a child frame in a frame.
-        :param authority: Who says so.
-        """
-        self._set_transform(transform, authority, StaticCache)
+        """Add a transform that holds at all times."""
+        self._insert(transform, authority, StaticCache)
 
     def clear(self) -> None:
         """Forget all transforms but the static ones; the frames stay known."""
-        with self._changed:
+        with self._lock:
             for frame in self._frames.values():
                 if frame.cache is not None:
                     frame.cache.clear()
 
-    def can_transform_core(self, target_frame: str, source_frame: str,
-                           time: Time | TimeMsg) -> tuple[bool, str]:
-        """
-        Tell whether there is a transform.
-
-        :param target_frame: The frame to transform into.
-        :param source_frame: The frame to transform from.
-        :param time: The time; zero for the latest common one.
-        :return: Whether there is, and if not, why.
-        """
+    def can_transform_core(self, target_frame: str, source_frame: str, time: AnyTime
+                           ) -> tuple[bool, str]:
+        """Tell whether there is a transform, and if not, why."""
         nanoseconds = nanoseconds_of(time)
-        with self._changed:
-            return self._can_transform(target_frame, source_frame, nanoseconds)
+        with self._lock:
+            if target_frame == source_frame:
+                return True, ''
+            reason = self._missing(target_frame=target_frame, source_frame=source_frame)
+            if reason:
+                return False, reason
+            try:
+                self._between(self._frames[target_frame], self._frames[source_frame], nanoseconds)
+            except TransformException as error:
+                return False, str(error)
+            return True, ''
 
-    def can_transform_full_core(self, target_frame: str, target_time: Time | TimeMsg,
-                                source_frame: str, source_time: Time | TimeMsg,
-                                fixed_frame: str) -> tuple[bool, str]:
-        """
-        Tell whether there is a transform between two times.
+    def can_transform_full_core(self, target_frame: str, target_time: AnyTime, source_frame: str,
+                                source_time: AnyTime, fixed_frame: str) -> tuple[bool, str]:
+        """Tell whether there is a transform between two times, and if not, why."""
+        with self._lock:
+            reason = self._missing(target_frame=target_frame, source_frame=source_frame,
+                                   fixed_frame=fixed_frame)
+            if reason:
+                return False, reason
+            possible, reason = self.can_transform_core(target_frame, fixed_frame, target_time)
+            if possible:
+                possible, reason = self.can_transform_core(fixed_frame, source_frame, source_time)
+            return possible, reason
 
-        :param target_frame: The frame to transform into.
-        :param target_time: The time at which that is taken; zero for the latest.
-        :param source_frame: The frame to transform from.
-        :param source_time: The time at which that is taken; zero for the latest.
-        :param fixed_frame: A frame that does not move in between.
-        :return: Whether there is, and if not, why.
-        """
-        target_nanoseconds = nanoseconds_of(target_time)
-        source_nanoseconds = nanoseconds_of(source_time)
-        with self._changed:
-            return self._can_transform_full(target_frame, target_nanoseconds, source_frame,
-                                            source_nanoseconds, fixed_frame)
-
-    def lookup_transform_core(self, target_frame: str, source_frame: str,
-                              time: Time | TimeMsg) -> TransformStamped:
-        """
-        Get a transform.
-
-        :param target_frame: The frame to transform into.
-        :param source_frame: The frame to transform from.
-        :param time: The time; zero for the latest common one.
-        :return: The pose of the source frame in the target frame.
-        :raises TransformException: There is none.
-        """
+    def lookup_transform_core(self, target_frame: str, source_frame: str, time: AnyTime
+                              ) -> TransformStamped:
+        """Return the pose of the source frame in the target frame, or raise why there is none."""
         nanoseconds = nanoseconds_of(time)
-        with self._changed:
-            nanoseconds, transform = self._lookup(target_frame, source_frame, nanoseconds)
-        return self._message(target_frame, source_frame, nanoseconds, transform)
+        with self._lock:
+            found = self._lookup(target_frame, source_frame, nanoseconds)
+        return self._message(target_frame, source_frame, *found)
 
-    def lookup_transform_full_core(self, target_frame: str, target_time: Time | TimeMsg,
-                                   source_frame: str, source_time: Time | TimeMsg,
-                                   fixed_frame: str) -> TransformStamped:
-        """
-        Get a transform between two times.
-
-        :param target_frame: The frame to transform into.
-        :param target_time: The time at which that is taken; zero for the latest.
-        :param source_frame: The frame to transform from.
-        :param source_time: The time at which that is taken; zero for the latest.
-        :param fixed_frame: A frame that does not move in between.
-        :return: The pose that the source frame had, in the target frame at its time.
-        :raises TransformException: There is none.
-        """
-        target_nanoseconds = nanoseconds_of(target_time)
-        source_nanoseconds = nanoseconds_of(source_time)
-        with self._changed:
+    def lookup_transform_full_core(self, target_frame: str, target_time: AnyTime,
+                                   source_frame: str, source_time: AnyTime, fixed_frame: str
+                                   ) -> TransformStamped:
+        """Return the pose that the source frame had, in the target frame at another time."""
+        target_nanoseconds, source_nanoseconds = map(nanoseconds_of, (target_time, source_time))
+        with self._lock:
             for role, name in (('target', target_frame), ('source', source_frame),
                                ('fixed', fixed_frame)):
                 self._known(f'lookupTransform argument {role}_frame', name)
@@ -228,46 +185,29 @@ class BufferCore:
         return self._message(target_frame, source_frame, nanoseconds, compose(second, first))
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
-        """
-        Get the latest time at which there is a transform.
-
-        :param target_frame: The frame to transform into.
-        :param source_frame: The frame to transform from.
-        :return: The time; zero if only static transforms lie between the frames.
-        :raises TransformException: There is none.
-        """
-        with self._changed:
+        """Return the latest time with a transform; zero if there are only static ones between."""
+        with self._lock:
             target = self._known('get_latest_common_time', target_frame)
             source = self._known('get_latest_common_time', source_frame)
             if target is source:
-                nanoseconds = source.cache.latest_time if source.cache else 0
-            else:
-                try:
-                    nanoseconds = self._latest_common_time(target, source)
-                except TransformException as error:
-                    raise TransformException(str(error)) from None
-        return Time(nanoseconds=nanoseconds)
+                return Time(nanoseconds=source.cache.latest_time if source.cache else 0)
+            return Time(nanoseconds=self._latest_common_time(target, source))
 
     def all_frames_as_string(self) -> str:
-        """
-        List the frames.
-
-        :return: A line for each frame that has a parent.
-        """
-        with self._changed:
-            return self._all_frames_as_string()
+        """Return a line for each frame that has a parent."""
+        text = ''
+        with self._lock:
+            for frame in self._frames.values():
+                if frame.cache is not None:
+                    _, parent = frame.cache.latest()
+                    name = 'NO_PARENT' if parent is None else parent.name
+                    text += f'Frame {frame.name} exists with parent {name}.\n'
+        return text
 
     def all_frames_as_yaml(self) -> str:
-        """
-        Describe the frames.
-
-        :return: A YAML map from each frame that has a parent to the parent, the sender of its last
-            transform, and the transforms' rate and times.
-        """
-        with self._changed:
-            if not self._frames:
-                return '[]'
-            text = ''
+        """Return a YAML map of the frames: parent, last sender, rate and times."""
+        text = ''
+        with self._lock:
             for frame in self._frames.values():
                 cache = frame.cache
                 if cache is None or cache.length == 0:
@@ -281,384 +221,186 @@ class BufferCore:
                          f'  most_recent_transform: {display_time(cache.latest_time)}\n'
                          f'  oldest_transform: {display_time(cache.oldest_time)}\n'
                          f'  buffer_length: {covered * 1e-9:.3f}\n')
-            return text
+            return text if self._frames else '[]'
 
-    def _wait_for(self, condition: Callable[[], bool], timeout: float) -> None:
-        """
-        Wait until a condition is met, asking after every transform that comes in.
+    # ------------------------------------------------------------------------------ what comes in
 
-        :param condition: What to wait for.
-        :param timeout: For how long at most, in s.
-        """
-        with self._changed:
-            self._waiting += 1
-            try:
-                self._changed.wait_for(condition, timeout)
-            finally:
-                self._waiting -= 1
-
-    def _set_transform(self, transform: TransformStamped, authority: str, cache_type: type
-                       ) -> None:
-        """
-        Add a transform, unless it cannot be used.
-
-        :param transform: The pose of a child frame in a frame.
-        :param authority: Who says so.
-        :param cache_type: The class of the child frame's cache.
-        """
-        header = transform.header
-        stamp = header.stamp
-        parent_name = header.frame_id
-        child_name = transform.child_frame_id
-        if parent_name[:1] == '/':
-            parent_name = parent_name[1:]
-        if child_name[:1] == '/':
-            child_name = child_name[1:]
-        translation = transform.transform.translation
-        rotation = transform.transform.rotation
+    def _insert(self, transform: TransformStamped, authority: str,
+                cache_type: type[StaticCache] | type[TimeCache]) -> None:
+        parent_name = transform.header.frame_id.removeprefix('/')
+        child_name = transform.child_frame_id.removeprefix('/')
+        translation, rotation = transform.transform.translation, transform.transform.rotation
         x, y, z = translation.x, translation.y, translation.z
         qx, qy, qz, qw = rotation.x, rotation.y, rotation.z, rotation.w
-        # As in tf2, a quaternion of any other length is made a unit one. A NaN fails here.
-        if not (0.0 < qx * qx + qy * qy + qz * qz + qw * qw < inf
-                and parent_name and child_name and parent_name != child_name
+        square = qx * qx + qy * qy + qz * qz + qw * qw
+        # Any other length is made a unit one, as in tf2. A NaN fails here.
+        if not (0.0 < square < inf and parent_name and child_name and parent_name != child_name
                 and x == x and y == y and z == z):
-            self._refuse(parent_name, child_name, authority, (x, y, z), (qx, qy, qz, qw))
+            _refuse(parent_name, child_name, authority, (x, y, z), (qx, qy, qz, qw))
             return
+        stamp = transform.header.stamp
         time = stamp.sec * _NANOSECONDS + stamp.nanosec
-        with self._changed:
-            frames = self._frames
-            child = frames.get(child_name)
-            if child is None:
-                child = frames[child_name] = Frame(child_name)
-            parent = frames.get(parent_name)
-            if parent is None:
-                parent = frames[parent_name] = Frame(parent_name)
+        with self._lock:
+            child = self._frame(child_name)
+            parent = self._frame(parent_name)
             if type(child.cache) is not cache_type:
                 child.cache = (
                     StaticCache() if cache_type is StaticCache else TimeCache(self._cache_time))
             inserted = child.cache.insert(time, (parent, x, y, z, *canonical(qx, qy, qz, qw)))
             if inserted:
                 child.authority = authority
-                if self._waiting:
-                    self._changed.notify_all()
         if not inserted:
             get_logger('tf2').warning(
                 f'TF_OLD_DATA ignoring data from the past for frame {child_name} at time '
                 f'{display_time(time)} according to authority {authority}\nPossible reasons are '
                 'listed at http://wiki.ros.org/tf/Errors%20explained')
 
-    @staticmethod
-    def _refuse(parent: str, child: str, authority: str, translation: tuple[float, ...],
-                rotation: tuple[float, ...]) -> None:
-        """
-        Say in the log why a transform is ignored.
+    def _frame(self, name: str) -> Frame:
+        if name not in self._frames:
+            self._frames[name] = Frame(name)
+        return self._frames[name]
 
-        :param parent: The name of the frame.
-        :param child: The name of the child frame.
-        :param authority: Who sent it.
-        :param translation: The child's position.
-        :param rotation: The child's orientation.
-        """
-        logger = get_logger('tf2')
-        if child == parent:
-            logger.error(f'TF_SELF_TRANSFORM: Ignoring transform from authority "{authority}" '
-                         f'with frame_id and child_frame_id "{child}" because they are the same')
-        if not child:
-            logger.error('TF_NO_CHILD_FRAME_ID: Ignoring transform from authority '
-                         f'"{authority}" because child_frame_id not set')
-        if not parent:
-            logger.error(f'TF_NO_FRAME_ID: Ignoring transform with child_frame_id "{child}" '
-                         f'from authority "{authority}" because frame_id not set')
-        if any(map(isnan, translation + rotation)):
-            logger.error(f'TF_NAN_INPUT: Ignoring transform for child_frame_id "{child}" from '
-                         f'authority "{authority}" because of a nan value in the transform '
-                         f'{translation} {rotation}')
-        if not 0.0 < sum(q * q for q in rotation) < inf:
-            logger.error('TF_DENORMALIZED_QUATERNION: Ignoring transform for child_frame_id '
-                         f'"{child}" from authority "{authority}" because of an invalid '
-                         f'quaternion in the transform {rotation}')
+    # ----------------------------------------------------------------------------- what comes out
 
-    def _known(self, what: str, name: str) -> Frame:
-        """
-        Find a frame.
-
-        :param what: What the name was given to.
-        :param name: The frame's name.
-        :return: The frame.
-        :raises InvalidArgumentException: No frame can be named so.
-        :raises LookupException: No frame is named so.
-        """
-        frame = self._frames.get(name)
-        if frame is None:
-            if not name:
-                raise InvalidArgumentException(
-                    f'Invalid argument "" passed to {what} - in tf2 frame_ids cannot be empty')
-            if name.startswith('/'):
-                raise InvalidArgumentException(
-                    f'Invalid argument "{name}" passed to {what} - in tf2 frame_ids cannot start '
-                    "with a '/'")
-            raise LookupException(f'"{name}" passed to {what} does not exist. ')
-        return frame
-
-    def _why_unknown(self, what: str, name: str) -> str:
-        """
-        Say why a frame cannot be found.
-
-        :param what: What the name was given to.
-        :param name: The frame's name.
-        :return: The reason; empty if it can be found.
-        """
+    def _problem(self, name: str) -> str:
+        """Return why there is no frame of a name; nothing if there is one."""
         if name in self._frames:
             return ''
         if not name:
-            reason = 'in tf2 frame_ids cannot be empty'
-        elif name.startswith('/'):
-            reason = "in tf2 frame_ids cannot start with a '/'"
-        else:
-            reason = 'frame does not exist'
-        return f'Invalid frame ID "{name}" passed to canTransform argument {what} - {reason}'
+            return 'in tf2 frame_ids cannot be empty'
+        return "in tf2 frame_ids cannot start with a '/'" if name[0] == '/' else (
+            'frame does not exist')
 
-    def _can_transform(self, target_name: str, source_name: str, time: int) -> tuple[bool, str]:
-        """
-        Tell whether there is a transform.
+    def _missing(self, **frames: str) -> str:
+        """Return the reason for the first frame that is not there, as canTransform says it."""
+        for argument, name in frames.items():
+            if problem := self._problem(name):
+                return (f'Invalid frame ID "{name}" passed to canTransform argument {argument} - '
+                        f'{problem}')
+        return ''
 
-        :param target_name: The frame to transform into.
-        :param source_name: The frame to transform from.
-        :param time: The time in ns; zero for the latest common one.
-        :return: Whether there is, and if not, why.
-        """
-        if target_name == source_name:
-            return True, ''
-        reason = (self._why_unknown('target_frame', target_name)
-                  or self._why_unknown('source_frame', source_name))
-        if reason:
-            return False, reason
-        try:
-            self._walk(self._frames[target_name], self._frames[source_name], time)
-        except TransformException as error:
-            return False, str(error)
-        return True, ''
-
-    def _can_transform_full(self, target_name: str, target_time: int, source_name: str,
-                            source_time: int, fixed_name: str) -> tuple[bool, str]:
-        """
-        Tell whether there is a transform between two times.
-
-        :param target_name: The frame to transform into.
-        :param target_time: The time in ns at which that is taken; zero for the latest.
-        :param source_name: The frame to transform from.
-        :param source_time: The time in ns at which that is taken; zero for the latest.
-        :param fixed_name: A frame that does not move in between.
-        :return: Whether there is, and if not, why.
-        """
-        reason = (self._why_unknown('target_frame', target_name)
-                  or self._why_unknown('source_frame', source_name)
-                  or self._why_unknown('fixed_frame', fixed_name))
-        if reason:
-            return False, reason
-        possible, reason = self._can_transform(target_name, fixed_name, target_time)
-        if possible:
-            possible, reason = self._can_transform(fixed_name, source_name, source_time)
-        return possible, reason
+    def _known(self, what: str, name: str) -> Frame:
+        """Return a frame, or raise that there is none, as lookupTransform says it."""
+        problem = self._problem(name)
+        if problem == 'frame does not exist':
+            raise LookupException(f'"{name}" passed to {what} does not exist. ')
+        if problem:
+            raise InvalidArgumentException(
+                f'Invalid argument "{name}" passed to {what} - {problem}')
+        return self._frames[name]
 
     def _lookup(self, target_name: str, source_name: str, time: int) -> tuple[int, Transform]:
-        """
-        Get a transform.
-
-        :param target_name: The frame to transform into.
-        :param source_name: The frame to transform from.
-        :param time: The time in ns; zero for the latest common one.
-        :return: The time in ns, and the pose of the source frame in the target frame then.
-        :raises TransformException: There is none.
-        """
+        """Return a time (ns) and the pose of the source in the target frame then."""
         if target_name == source_name:
             # tf2 has it so for frames that it does not know, too.
             frame = self._frames.get(target_name)
             if time == 0 and frame is not None and frame.cache is not None:
                 time = frame.cache.latest_time
             return time, _IDENTITY
-        target = self._known('lookupTransform argument target_frame', target_name)
-        source = self._known('lookupTransform argument source_frame', source_name)
-        return self._walk(target, source, time)
+        return self._between(self._known('lookupTransform argument target_frame', target_name),
+                             self._known('lookupTransform argument source_frame', source_name),
+                             time)
 
-    def _walk(self, target: Frame, source: Frame, time: int) -> tuple[int, Transform]:
-        """
-        Gather the transforms from a frame to the root, and from another one to meet them.
-
-        :param target: The frame to transform into.
-        :param source: Another frame, to transform from.
-        :param time: The time in ns; zero for the latest common one.
-        :return: The time in ns, and the pose of the source frame in the target frame then.
-        :raises TransformException: There is none.
-        """
+    def _between(self, target: Frame, source: Frame, time: int) -> tuple[int, Transform]:
+        """Return a time (ns) and the pose of the source in another frame then."""
         if time == 0:
             time = self._latest_common_time(target, source)
-
-        frame = source
-        of_source = None
-        gap = None
-        for _ in range(_MAX_DEPTH + 1):
-            if frame is target:
-                return time, of_source
-            if frame.cache is None:
-                break
-            try:
-                entry = frame.cache.get(time)
-            except NoDataError as error:
-                # The two frames may still meet below this one.
-                gap = error
-                break
-            step = entry[1:]
-            of_source = step if of_source is None else compose(step, of_source)
-            frame = entry[0]
-        else:
-            raise self._loop()
-
-        top = frame
-        frame = target
-        of_target = None
-        for _ in range(_MAX_DEPTH + 1):
-            if frame is source:
-                return time, invert(of_target)
-            if frame is top:
-                return time, compose(invert(of_target), of_source)
-            if frame.cache is None:
-                break
-            try:
-                entry = frame.cache.get(time)
-            except NoDataError as error:
-                raise self._extrapolation(target, source, error) from None
-            step = entry[1:]
-            of_target = step if of_target is None else compose(step, of_target)
-            frame = entry[0]
-        else:
-            raise self._loop()
+        top, of_source, source_gap = self._climb(source, target, target, time)
+        if top is target:
+            return time, of_source
+        # If the way from the source has a gap, the two frames may still meet below that.
+        end, of_target, gap = self._climb(target, source, top, time)
+        if end is source:
+            return time, invert(of_target)
+        if end is top:
+            return time, compose(invert(of_target), of_source)
+        gap = gap or source_gap
         if gap is not None:
-            raise self._extrapolation(target, source, gap)
+            raise ExtrapolationException(f'{gap}, when looking up transform from frame '
+                                         f'[{source.name}] to frame [{target.name}]')
         raise self._unconnected(target, source)
+
+    def _climb(self, frame: Frame, goal: Frame, other: Frame, time: int
+               ) -> tuple[Frame, Transform, NoDataError | None]:
+        """Return how far a frame's ancestors lead at a time, its pose there, and what is next."""
+        pose = _IDENTITY
+        for _ in range(_MAX_DEPTH + 1):
+            if frame is goal or frame is other or frame.cache is None:
+                return frame, pose, None
+            try:
+                entry = frame.cache.get(time)
+            except NoDataError as gap:
+                return frame, pose, gap
+            pose = entry[1:] if pose is _IDENTITY else compose(entry[1:], pose)
+            frame = entry[0]
+        raise self._loop()
 
     def _latest_common_time(self, target: Frame, source: Frame) -> int:
-        """
-        Get the latest time at which every frame between two has a transform.
-
-        :param target: The frame to transform into.
-        :param source: Another frame, to transform from.
-        :return: The time in ns; zero if only static transforms lie between the frames.
-        :raises TransformException: The frames are not connected.
-        """
-        # The latest time on the way from the source to each frame above it; static transforms
-        # do not limit it.
-        times: list[tuple[Frame, int]] = []
-        common = 0
-        frame = source
-        for _ in range(_MAX_DEPTH + 1):
-            if frame.cache is None:
-                break
-            latest, parent = frame.cache.latest()
-            if parent is None:
-                break
-            if latest and (latest < common or not common):
-                common = latest
-            if parent is target:
-                return common
-            times.append((parent, common))
-            frame = parent
-        else:
-            raise self._loop()
-
-        common = 0
-        frame = target
-        for _ in range(_MAX_DEPTH + 1):
-            if frame.cache is None:
-                break
-            latest, parent = frame.cache.latest()
-            if parent is None:
-                break
-            if latest and (latest < common or not common):
-                common = latest
-            if parent is source:
-                return common
-            for ancestor, from_source in times:
-                if ancestor is parent:
-                    if from_source and common:
-                        return min(from_source, common)
-                    return from_source or common
-            frame = parent
-        else:
-            raise self._loop()
+        """Return the latest time (ns) at which every frame between two has a transform."""
+        from_source = {source: 0}
+        for ancestor, latest in self._ancestors(source):
+            if ancestor is target:
+                return latest
+            from_source[ancestor] = latest
+        for ancestor, latest in chain([(target, 0)], self._ancestors(target)):
+            if ancestor in from_source:
+                return min(filter(None, (from_source[ancestor], latest)), default=0)
         raise self._unconnected(target, source)
 
+    def _ancestors(self, frame: Frame) -> Iterator[tuple[Frame, int]]:
+        """Yield each, and the latest time (ns) up to there; static transforms do not limit it."""
+        common = 0
+        for _ in range(_MAX_DEPTH + 1):
+            latest, parent = (0, None) if frame.cache is None else frame.cache.latest()
+            if parent is None:
+                return
+            if latest and (latest < common or not common):
+                common = latest
+            yield parent, common
+            frame = parent
+        raise self._loop()
+
     def _loop(self) -> LookupException:
-        """
-        Make the exception for frames that are their own ancestors.
-
-        :return: The exception.
-        """
         return LookupException('The tf tree is invalid because it contains a loop.\n'
-                               f'{self._all_frames_as_string()}\n')
-
-    @staticmethod
-    def _extrapolation(target: Frame, source: Frame, gap: NoDataError) -> ExtrapolationException:
-        """
-        Make the exception for a time that a frame's cache does not cover.
-
-        :param target: The frame to transform into.
-        :param source: The frame to transform from.
-        :param gap: What the cache said.
-        :return: The exception.
-        """
-        return ExtrapolationException(f'{gap}, when looking up transform from frame '
-                                      f'[{source.name}] to frame [{target.name}]')
+                               f'{self.all_frames_as_string()}\n')
 
     @staticmethod
     def _unconnected(target: Frame, source: Frame) -> ConnectivityException:
-        """
-        Make the exception for frames that have no common ancestor.
-
-        :param target: The frame to transform into.
-        :param source: The frame to transform from.
-        :return: The exception.
-        """
         return ConnectivityException(
             f"Could not find a connection between '{target.name}' and '{source.name}' because "
             'they are not part of the same tree.Tf has two or more unconnected trees.')
 
-    def _all_frames_as_string(self) -> str:
-        """
-        List the frames; the caller holds the lock.
-
-        :return: A line for each frame that has a parent.
-        """
-        text = ''
-        for frame in self._frames.values():
-            if frame.cache is not None:
-                parent: Any = frame.cache.latest()[1]
-                name = 'NO_PARENT' if parent is None else parent.name
-                text += f'Frame {frame.name} exists with parent {name}.\n'
-        return text
-
     @staticmethod
     def _message(target_name: str, source_name: str, time: int, transform: Transform
                  ) -> TransformStamped:
-        """
-        Write a transform as a message.
-
-        :param target_name: The frame to transform into.
-        :param source_name: The frame to transform from.
-        :param time: The time in ns.
-        :param transform: The pose of the source frame in the target frame.
-        :return: The message.
-        """
-        x, y, z, qx, qy, qz, qw = transform
-        message = TransformStamped()
-        header = message.header
-        header.frame_id = target_name
-        header.stamp.sec, header.stamp.nanosec = divmod(time, _NANOSECONDS)
-        message.child_frame_id = source_name
-        translation = message.transform.translation
-        translation.x = x
-        translation.y = y
-        translation.z = z
-        rotation = message.transform.rotation
-        rotation.x, rotation.y, rotation.z, rotation.w = canonical(qx, qy, qz, qw)
+        x, y, z, *rotation = transform
+        message = TransformStamped(child_frame_id=source_name)
+        message.header.frame_id = target_name
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(time, _NANOSECONDS)
+        t, r = message.transform.translation, message.transform.rotation
+        t.x, t.y, t.z = x, y, z
+        r.x, r.y, r.z, r.w = canonical(*rotation)
         return message
+
+
+def _refuse(parent: str, child: str, authority: str, translation: tuple[float, ...],
+            rotation: tuple[float, ...]) -> None:
+    """Say in the log why a transform cannot be used."""
+    if child == parent:
+        reason = (f'TF_SELF_TRANSFORM: Ignoring transform from authority "{authority}" with '
+                  f'frame_id and child_frame_id "{child}" because they are the same')
+    elif not child:
+        reason = (f'TF_NO_CHILD_FRAME_ID: Ignoring transform from authority "{authority}" because '
+                  'child_frame_id not set')
+    elif not parent:
+        reason = (f'TF_NO_FRAME_ID: Ignoring transform with child_frame_id "{child}" from '
+                  f'authority "{authority}" because frame_id not set')
+    elif any(map(isnan, (*translation, *rotation))):
+        reason = (f'TF_NAN_INPUT: Ignoring transform for child_frame_id "{child}" from authority '
+                  f'"{authority}" because of a nan value in the transform {translation} '
+                  f'{rotation}')
+    else:
+        reason = (f'TF_DENORMALIZED_QUATERNION: Ignoring transform for child_frame_id "{child}" '
+                  f'from authority "{authority}" because of an invalid quaternion in the '
+                  f'transform {rotation}')
+    get_logger('tf2').error(reason)

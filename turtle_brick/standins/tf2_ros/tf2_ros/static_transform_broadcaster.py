@@ -31,26 +31,15 @@ class StaticTransformBroadcaster:
     """
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
-        """
-        Open the topic.
-
-        :param node: The node that publishes.
-        :param qos: The publisher's QoS or its depth; reliable and transient local with depth 1 if
-            None.
-        """
+        """Open the topic, reliable and transient local with depth 1 unless told otherwise."""
         if qos is None:
             qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.pub_tf = node.create_publisher(TFMessage, '/tf_static', qos)
         self.net_message = TFMessage()
         self._child_frame_ids: set[str] = set()
 
-    def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]
-                      ) -> None:
-        """
-        Publish transforms, together with those sent before.
-
-        :param transform: A transform, or several.
-        """
+    def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
+        """Publish a transform, or several, together with those sent before."""
         for item in as_list(transform):
             if item.child_frame_id not in self._child_frame_ids:
                 self._child_frame_ids.add(item.child_frame_id)

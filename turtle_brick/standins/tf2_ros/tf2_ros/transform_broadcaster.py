@@ -21,14 +21,8 @@ from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
 
 
-def as_list(transform: TransformStamped | Iterable[TransformStamped]
-            ) -> list[TransformStamped]:
-    """
-    Read what sendTransform() takes.
-
-    :param transform: A transform, or several.
-    :return: Them as a list.
-    """
+def as_list(transform: TransformStamped | Iterable[TransformStamped]) -> list[TransformStamped]:
+    """Return what sendTransform() takes, a transform or several, as a list."""
     if isinstance(transform, list):
         return transform
     return list(transform) if hasattr(transform, '__iter__') else [transform]
@@ -38,21 +32,11 @@ class TransformBroadcaster:
     """A publisher of transforms on /tf."""
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
-        """
-        Open the topic.
-
-        :param node: The node that publishes.
-        :param qos: The publisher's QoS or its depth; reliable with depth 100 if None.
-        """
+        """Open the topic, reliable with depth 100 unless told otherwise."""
         if qos is None:
             qos = QoSProfile(depth=100)
         self.pub_tf = node.create_publisher(TFMessage, '/tf', qos)
 
-    def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]
-                      ) -> None:
-        """
-        Publish transforms, in one message.
-
-        :param transform: A transform, or several.
-        """
+    def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
+        """Publish a transform, or several, in one message."""
         self.pub_tf.publish(TFMessage(transforms=as_list(transform)))

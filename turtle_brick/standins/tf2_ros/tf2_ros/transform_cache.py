@@ -34,12 +34,7 @@ class NoDataError(Exception):
 
 
 def display_time(time: int) -> str:
-    """
-    Write a time as tf2 does.
-
-    :param time: The time in ns.
-    :return: The time in s with six decimals.
-    """
+    """Write a time in s as tf2 does."""
     seconds, nanoseconds = divmod(time, 1_000_000_000)
     return f'{seconds + 1e-9 * nanoseconds:.6f}'
 
@@ -48,10 +43,6 @@ def canonical(x: float, y: float, z: float, w: float) -> Rotation:
     """
     Choose the length and the sign of a quaternion as tf2 does, by way of a rotation matrix.
 
-    :param x: The quaternion, not zero.
-    :param y: The quaternion.
-    :param z: The quaternion.
-    :param w: The quaternion.
     :return: The unit quaternion of the same rotation with a positive w, if that exceeds 1/2, or
         else with a positive largest component of x, y and z.
     """
@@ -70,15 +61,7 @@ def canonical(x: float, y: float, z: float, w: float) -> Rotation:
 
 
 def interpolate(one: Entry, two: Entry, ratio: float) -> Entry:
-    """
-    Interpolate between two transforms to the same parent.
-
-    :param one: The earlier transform.
-    :param two: The later transform.
-    :param ratio: Where between them, from 0 to 1.
-    :return: The translation on the straight line and the rotation on the shortest arc between
-        them.
-    """
+    """Return the transform between two, on a straight line and by the shortest rotation."""
     parent, x1, y1, z1, qx1, qy1, qz1, qw1 = one
     _, x2, y2, z2, qx2, qy2, qz2, qw2 = two
     rest = 1.0 - ratio
@@ -89,9 +72,8 @@ def interpolate(one: Entry, two: Entry, ratio: float) -> Entry:
     half_angle = acos(min(1.0, abs(cosine)))
     if half_angle == 0.0:
         return (parent, x, y, z, qx1, qy1, qz1, qw1)
-    scale = 1.0 / sin(half_angle)
-    a = sin(rest * half_angle) * scale
-    b = sin(ratio * half_angle) * scale
+    a = sin(rest * half_angle) / sin(half_angle)
+    b = sin(ratio * half_angle) / sin(half_angle)
     if cosine < 0.0:
         b = -b
     return (parent, x, y, z,
@@ -101,38 +83,20 @@ def interpolate(one: Entry, two: Entry, ratio: float) -> Entry:
 class StaticCache:
     """The one transform of a frame that does not move."""
 
-    __slots__ = ('_entry',)
-
-    latest_time = 0
-    oldest_time = 0
+    latest_time = oldest_time = 0
     length = 1
 
     def insert(self, _time: int, entry: Entry) -> bool:
-        """
-        Set the transform.
-
-        :param _time: When it was published; it holds at any time.
-        :param entry: The transform.
-        :return: True.
-        """
+        """Set the transform."""
         self._entry = entry
         return True
 
     def get(self, _time: int) -> Entry:
-        """
-        Get the transform.
-
-        :param _time: Any time.
-        :return: The transform.
-        """
+        """Return the transform, which holds at any time."""
         return self._entry
 
     def latest(self) -> tuple[int, Any]:
-        """
-        Get the latest time and the parent.
-
-        :return: Zero, which limits no common time, and the parent.
-        """
+        """Return zero, a time that limits no common time, and the parent."""
         return 0, self._entry[0]
 
     def clear(self) -> None:
@@ -142,14 +106,8 @@ class StaticCache:
 class TimeCache:
     """The transforms of a moving frame, as far back as the cache's length."""
 
-    __slots__ = ('_max_age', '_times', '_entries', '_start')
-
     def __init__(self, max_age: int) -> None:
-        """
-        Make an empty cache.
-
-        :param max_age: How far to look back from the latest transform, in ns.
-        """
+        """Make an empty cache that goes so far back from its latest transform."""
         self._max_age = max_age
         # Both in the order of time, and valid from start on: what has expired before it is
         # removed many at a time, which costs a list nothing in the long run.
@@ -159,63 +117,41 @@ class TimeCache:
 
     @property
     def length(self) -> int:
-        """
-        Count the transforms.
-
-        :return: Their number.
-        """
+        """Return the number of transforms."""
         return len(self._times) - self._start
 
     @property
     def latest_time(self) -> int:
-        """
-        Get the time of the latest transform.
-
-        :return: The time in ns; zero if there is no transform.
-        """
+        """Return the time of the latest transform; zero if there is none."""
         return self._times[-1] if self._times else 0
 
     @property
     def oldest_time(self) -> int:
-        """
-        Get the time of the oldest transform.
-
-        :return: The time in ns; zero if there is no transform.
-        """
+        """Return the time of the oldest transform; zero if there is none."""
         return self._times[self._start] if self._times else 0
 
-    def insert(self, time: int, entry: Entry) -> bool:
-        """
-        Add a transform, unless it is there already.
+    def latest(self) -> tuple[int, Any]:
+        """Return the latest time and the parent then; zero and None if there is none."""
+        return (self._times[-1], self._entries[-1][0]) if self._times else (0, None)
 
-        :param time: Its time in ns.
-        :param entry: The transform.
-        :return: Whether it was recent enough.
-        """
+    def clear(self) -> None:
+        """Forget everything."""
+        self._times.clear()
+        self._entries.clear()
+        self._start = 0
+
+    def insert(self, time: int, entry: Entry) -> bool:
+        """Add a transform, unless it is there already; return whether it is recent enough."""
         times = self._times
-        if not times:
-            times.append(time)
-            self._entries.append(entry)
-            return True
-        oldest_allowed = times[-1] - self._max_age
-        # As in tf2, what the previous transform made too old goes before a new one is added.
-        start = self._start
-        while times[start] < oldest_allowed:
-            start += 1
-        if start >= _COMPACTION:
-            del times[:start]
-            del self._entries[:start]
-            start = 0
-        self._start = start
-        if time > times[-1]:
-            times.append(time)
-            self._entries.append(entry)
-            return True
-        if time < oldest_allowed:
-            return False
-        index = bisect_right(times, time, start)
+        if times:
+            oldest_allowed = times[-1] - self._max_age
+            # As in tf2, what the previous transform made too old goes before a new one is added.
+            self._expire(oldest_allowed)
+            if time < oldest_allowed:
+                return False
+        index = bisect_right(times, time, self._start)
         same = index
-        while same > start and times[same - 1] == time:
+        while same > self._start and times[same - 1] == time:
             same -= 1
             if self._entries[same] == entry:
                 return True
@@ -223,27 +159,30 @@ class TimeCache:
         self._entries.insert(index, entry)
         return True
 
+    def _expire(self, oldest_allowed: int) -> None:
+        start = self._start
+        while self._times[start] < oldest_allowed:
+            start += 1
+        if start >= _COMPACTION:
+            del self._times[:start], self._entries[:start]
+            start = 0
+        self._start = start
+
     def get(self, time: int) -> Entry:
         """
-        Get the transform at a time, interpolated where it lies between two.
+        Return the transform at a time, interpolated where it lies between two.
 
-        :param time: The time in ns.
-        :return: The transform.
         :raises NoDataError: The time is not covered by the cache.
         """
         times = self._times
         if not times:
             raise NoDataError('')
-        latest = times[-1]
+        oldest, latest = times[self._start], times[-1]
         if time == latest:
             return self._entries[-1]
-        start = self._start
-        oldest = times[start]
-        if len(times) - start == 1:
+        if self.length == 1:
             raise NoDataError(f'Lookup would require extrapolation at time {display_time(time)}, '
                               f'but only time {display_time(oldest)} is in the buffer')
-        if time == oldest:
-            return self._entries[start]
         if time > latest:
             raise NoDataError(
                 'Lookup would require extrapolation into the future.  Requested time '
@@ -252,24 +191,11 @@ class TimeCache:
             raise NoDataError(
                 'Lookup would require extrapolation into the past.  Requested time '
                 f'{display_time(time)} but the earliest data is at time {display_time(oldest)}')
-        index = bisect_right(times, time, start)
-        one = self._entries[index - 1]
-        two = self._entries[index]
+        if time == oldest:
+            return self._entries[self._start]
+        index = bisect_right(times, time, self._start)
+        one, two = self._entries[index - 1:index + 1]
         if one[0] is not two[0]:
             return one
         earlier = times[index - 1]
         return interpolate(one, two, (time - earlier) / (times[index] - earlier))
-
-    def latest(self) -> tuple[int, Any]:
-        """
-        Get the latest time and the parent at that time.
-
-        :return: The time in ns and the parent; zero and None if there is no transform.
-        """
-        return (self._times[-1], self._entries[-1][0]) if self._times else (0, None)
-
-    def clear(self) -> None:
-        """Forget everything."""
-        self._times.clear()
-        self._entries.clear()
-        self._start = 0

@@ -33,13 +33,9 @@ class TransformListener:
                  static_qos: QoSProfile | int | None = None,
                  static_only: bool = False) -> None:
         """
-        Subscribe.
+        Subscribe, reliably with depth 100 unless told otherwise.
 
-        :param buffer: The buffer to fill.
-        :param node: The node that subscribes.
         :param spin_thread: Whether to spin the node in a thread of its own.
-        :param qos: QoS or depth for /tf; reliable with depth 100 if None.
-        :param static_qos: The same for /tf_static; transient local as well if None.
         :param static_only: Whether to leave out /tf.
         """
         if qos is None:
@@ -73,26 +69,16 @@ class TransformListener:
         self.node.destroy_subscription(self.tf_static_sub)
 
     def callback(self, data: TFMessage) -> None:
-        """
-        Take a message of /tf.
-
-        :param data: Transforms of moving frames.
-        """
-        set_transform = self.buffer.set_transform
+        """Take transforms of moving frames."""
         for transform in data.transforms:
-            set_transform(transform, _AUTHORITY)
+            self.buffer.set_transform(transform, _AUTHORITY)
 
     def static_callback(self, data: TFMessage) -> None:
-        """
-        Take a message of /tf_static.
-
-        :param data: Transforms of frames that do not move.
-        """
+        """Take transforms of frames that do not move."""
         for transform in data.transforms:
             self.buffer.set_transform_static(transform, _AUTHORITY)
 
     def _spin(self) -> None:
-        """Spin the node until the executor is shut down."""
         self.executor.add_node(self.node)
         try:
             self.executor.spin()

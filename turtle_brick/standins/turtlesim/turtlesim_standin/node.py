@@ -41,7 +41,7 @@ parameters background_r, background_g and background_b; and the action rotate_ab
 """
 
 from gc import freeze
-from signal import SIG_IGN, SIGINT, signal, SIGTERM
+from signal import alarm, SIG_IGN, SIGINT, signal, SIGTERM
 from typing import Any
 
 from geometry_msgs.msg import Twist
@@ -66,13 +66,7 @@ class TurtleTopics:
     """The topics and services of one turtle."""
 
     def __init__(self, node: Node, name: str, turtle: Turtle) -> None:
-        """
-        Open them.
-
-        :param node: The node that they belong to.
-        :param name: The turtle's name, with which theirs begin.
-        :param turtle: The turtle that they read and move.
-        """
+        """Open those of the turtle with a name."""
         self._node = node
         self._turtle = turtle
         self._message = Pose()
@@ -95,11 +89,7 @@ class TurtleTopics:
         ]
 
     def publish(self, pose: TurtlePose) -> None:
-        """
-        Publish a pose.
-
-        :param pose: The pose.
-        """
+        """Publish a pose."""
         message = self._message
         # A resting turtle has the very same pose again.
         if pose is not self._pose:
@@ -116,34 +106,18 @@ class TurtleTopics:
             self._node.destroy_service(service)
 
     def _command(self, twist: Twist) -> None:
-        """
-        Queue a velocity command.
-
-        :param twist: The command.
-        """
+        """Queue a velocity command."""
         self._turtle.command(twist.linear.x, twist.linear.y, twist.angular.z)
 
     def _teleport_absolute(self, request: TeleportAbsolute.Request,
                            response: TeleportAbsolute.Response) -> TeleportAbsolute.Response:
-        """
-        Have the turtle jump to a pose at the next tick.
-
-        :param request: The pose.
-        :param response: Nothing.
-        :return: The response.
-        """
+        """Have the turtle jump to a pose at the next tick."""
         self._turtle.teleport_absolute(request.x, request.y, request.theta)
         return response
 
     def _teleport_relative(self, request: TeleportRelative.Request,
                            response: TeleportRelative.Response) -> TeleportRelative.Response:
-        """
-        Have the turtle turn and jump ahead at the next tick.
-
-        :param request: How far.
-        :param response: Nothing.
-        :return: The response.
-        """
+        """Have the turtle turn and jump ahead at the next tick."""
         self._turtle.teleport_relative(request.linear, request.angular)
         return response
 
@@ -152,11 +126,7 @@ class TurtleSimNode(Node):
     """Turtlesim without its window; the module's documentation lists its interface."""
 
     def __init__(self, **node_arguments: Any) -> None:
-        """
-        Start with turtle1 in the arena's center.
-
-        :param node_arguments: Further arguments of rclpy's Node, such as a namespace.
-        """
+        """Start with turtle1 in the arena's center."""
         super().__init__('turtlesim', **node_arguments)
         self.declare_parameter('holonomic', False, ParameterDescriptor(
             description='If true, then turtles will be holonomic'))
@@ -173,11 +143,7 @@ class TurtleSimNode(Node):
         self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _now(self) -> float:
-        """
-        Read the node's clock.
-
-        :return: The time in s.
-        """
+        """Read the node's clock."""
         return self.get_clock().now().nanoseconds * 1e-9
 
     def _tick(self) -> None:
@@ -190,34 +156,20 @@ class TurtleSimNode(Node):
             self._topics[name].publish(pose)
 
     def _parameters_changed(self, parameters: list[Parameter]) -> None:
-        """
-        Apply parameters that have been set.
-
-        :param parameters: Some of the node's parameters.
-        """
+        """Apply parameters that have been set."""
         for parameter in parameters:
             if parameter.name == 'holonomic':
                 self._sim.holonomic = parameter.value
 
     def _open(self, name: str) -> None:
-        """
-        Announce a new turtle and open its topics.
-
-        :param name: Its name.
-        """
+        """Announce a new turtle and open its topics."""
         turtle = self._sim.turtles[name]
         self._topics[name] = TurtleTopics(self, name, turtle)
         self.get_logger().info('Spawning turtle [%s] at x=[%f], y=[%f], theta=[%f]'
                                % (name, *turtle.pose[:3]))
 
     def _spawn(self, request: Spawn.Request, response: Spawn.Response) -> Spawn.Response:
-        """
-        Add a turtle.
-
-        :param request: Its pose and its name.
-        :param response: The name that it got.
-        :return: The response.
-        """
+        """Add a turtle."""
         try:
             validate_topic_name(f'{request.name or "turtle"}/pose')
         except InvalidTopicNameException as error:
@@ -232,13 +184,7 @@ class TurtleSimNode(Node):
         return response
 
     def _kill(self, request: Kill.Request, response: Kill.Response) -> Kill.Response:
-        """
-        Remove a turtle.
-
-        :param request: Its name.
-        :param response: Nothing.
-        :return: The response.
-        """
+        """Remove a turtle."""
         if self._sim.kill(request.name):
             self._topics.pop(request.name).close()
         else:
@@ -247,13 +193,7 @@ class TurtleSimNode(Node):
         return response
 
     def _reset(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
-        """
-        Begin again with turtle1 in the arena's center.
-
-        :param request: Nothing.
-        :param response: Nothing.
-        :return: The response.
-        """
+        """Begin again with turtle1 in the arena's center."""
         self.get_logger().info('Resetting turtlesim.')
         self._sim.reset(self._now())
         for topics in self._topics.values():
@@ -264,12 +204,7 @@ class TurtleSimNode(Node):
 
 
 def main(args: list[str] | None = None) -> str | None:
-    """
-    Run the node until Ctrl-C or SIGTERM.
-
-    :param args: The command line, with the program's name first; the process's own if None.
-    :return: What is wrong with the arguments or parameters, if anything is.
-    """
+    """Run the node until Ctrl-C or SIGTERM."""
     # Not an Event: a second signal inside its set() would wait for the first, for ever.
     ended: list[int] = []
     for number in (SIGINT, SIGTERM):
@@ -289,6 +224,7 @@ def main(args: list[str] | None = None) -> str | None:
     # Under launch, a terminal's Ctrl-C comes twice.
     for number in (SIGINT, SIGTERM):
         signal(number, SIG_IGN)
+    alarm(5)  # which ends a process that DDS keeps from ending
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()
