@@ -17,6 +17,7 @@
 from math import cos, sin
 
 from turtle_brick.core.geometry import Pose
+from turtle_brick.core.platform import Platform
 from turtle_brick.physics import Phase, World
 
 GRAVITY = 9.81
@@ -50,9 +51,9 @@ def quaternion_of(yaw, tilt):
     return (-sin(a) * sin(b), cos(a) * sin(b), sin(a) * cos(b), cos(a) * cos(b))
 
 
-def pose_of(x=0.0, y=0.0, yaw=0.0, tilt=0.0):
-    """Return the pose of a platform's frame, at the hinge."""
-    return Pose((x, y, HINGE), quaternion_of(yaw, tilt))
+def platform_at(x=0.0, y=0.0, yaw=0.0, tilt=0.0):
+    """Return a platform; its frame is at the hinge."""
+    return Platform(Pose((x, y, HINGE), quaternion_of(yaw, tilt)))
 
 
 def on_platform(place, x, y, yaw, tilt):
@@ -86,7 +87,7 @@ def brick_in(brick, gravity=GRAVITY, dt=DT, radius=RADIUS, platform=None):
 def riding(place=(0.0, 0.0), x=0.0, y=0.0, yaw=0.0, **keywords):
     """Return a world whose brick has come to rest on a level platform, with heading 0."""
     above = on_platform(place, x, y, yaw, 0.0)
-    world = brick_in((above[0], above[1], above[2] + 0.02), platform=pose_of(x, y, yaw),
+    world = brick_in((above[0], above[1], above[2] + 0.02), platform=platform_at(x, y, yaw),
                      **keywords)
     world.release()
     while world.phase is Phase.FALLING:
@@ -100,11 +101,11 @@ def in_phase(phase):
     if phase in (Phase.RIDING, Phase.FLOATING):
         world = riding()
         if phase is Phase.FLOATING:
-            world.platform = pose_of(tilt=0.7)
+            world.platform = platform_at(tilt=0.7)
             advance(world, Phase.RIDING)
-            world.platform = pose_of()
+            world.platform = platform_at()
     else:
-        world = brick_in((5.0, 5.0, 2.0), platform=pose_of())
+        world = brick_in((5.0, 5.0, 2.0), platform=platform_at())
         if phase is not Phase.HOVERING:
             world.release()
             world.step()

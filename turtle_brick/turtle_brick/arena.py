@@ -48,6 +48,7 @@ from std_srvs.srv import Trigger
 from tf2_ros import Buffer, TransformBroadcaster
 from turtle_brick.core.colors import BRICK_COLORS, Color, WALL_COLOR
 from turtle_brick.core.geometry import Pose, Vector
+from turtle_brick.core.platform import Platform
 from turtle_brick.core.time_steps import due_instant, StepClock
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.physics import Phase, STEP, World
@@ -148,7 +149,8 @@ class Arena(Node):
 
     def step(self, instant: int) -> TransformStamped:
         """Take the step that belongs to an instant (ns); return where the brick is then."""
-        self.world.platform = recent(self.tf_buffer, PLATFORM, instant)
+        pose = recent(self.tf_buffer, PLATFORM, instant)
+        self.world.platform = Platform(pose) if pose else None
         self.world.step()
         stamp = Time(nanoseconds=instant).to_msg()
         if self.world.on_platform is not None:

@@ -40,6 +40,7 @@ from rclpy.node import Node
 from tf2_ros import Buffer
 from turtle_brick.core.catch_logic import Catcher, DriveOrder, PERIOD, TiltOrder
 from turtle_brick.core.geometry import Vector
+from turtle_brick.core.platform import Platform
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.time_steps import nanoseconds_of
 from turtle_brick.ros.executor import make_executor
@@ -101,7 +102,8 @@ class CatcherNode(Node):
         """Let the catcher decide, and publish what it orders."""
         now = self.get_clock().now().nanoseconds
         state = self.catcher.state
-        platform = recent(self.tf_buffer, PLATFORM, now) if self.is_heard() else None
+        pose = recent(self.tf_buffer, PLATFORM, now) if self.is_heard() else None
+        platform = Platform(pose) if pose else None
         for action in self.catcher.update(now, platform):
             if isinstance(action, DriveOrder):
                 self.drive_to(action.x, action.y)

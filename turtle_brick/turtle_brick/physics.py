@@ -26,13 +26,14 @@ is flat on the ground, and where no platform was ever seen.
 from __future__ import annotations
 
 from enum import Enum
-from math import atan2, hypot, inf, isfinite
+from math import hypot, inf, isfinite
 from numbers import Real
 from typing import Any
 
-from turtle_brick.core.geometry import (axes, distance_to_rectangle, from_yaw, IDENTITY, is_level,
-                                        multiply, Pose, Quaternion, Vector)
+from turtle_brick.core.geometry import (distance_to_rectangle, from_yaw, multiply, Pose,
+                                        Quaternion, Vector)
 from turtle_brick.core.parameters import Parameters
+from turtle_brick.core.platform import Platform
 from turtle_brick.core.time_steps import NANO
 
 STEP = 4_000_000
@@ -74,13 +75,9 @@ class World:
         self._dt = _number('dt', dt, positive=True)
         self._size: Vector = (0.0, 0.0, 0.0)
         self._thickness = 0.0
-        self._platform: Pose | None = None
-        self._inclination: Quaternion | None = None
-        """Orientation of the platform when it was seen last."""
-        self._axes = axes(IDENTITY)
-        """Its unit vectors x, y, z in the world."""
-        self._hinge_yaw = 0.0
-        """The turn about z that leads to its hinge (rad)."""
+        self._platform: Platform | None = None
+        self._last_platform: Platform | None = None
+        """As it was seen last."""
         self._release_height = 0.0
         self._steps_fallen = 0
         self._place: tuple[float, float] = (0.0, 0.0)
@@ -157,19 +154,14 @@ class World:
         self._thickness = _number('thickness', thickness)
 
     @property
-    def platform(self) -> Pose | None:
-        """Pose of the platform's frame, the center of its base, in the world; None if unknown."""
+    def platform(self) -> Platform | None:
+        """Where the platform is in the world; None if it is not known."""
         return self._platform
 
     @platform.setter
-    def platform(self, pose: Pose | None) -> None:
-        self._platform = pose
-        if pose is not None:
-            self._inclination = pose.orientation
-            self._axes = axes(pose.orientation)
-            # The heading of the hinge, since that of x is undefined at a tilt of 90 degrees.
-            hinge_x, hinge_y, _ = self._axes[1]
-            self._hinge_yaw = atan2(-hinge_x, hinge_y)
+    def platform(self, platform: Platform | None) -> None:
+        self._platform = platform
+        self._last_platform = platform or self._last_platform
 
     @property
     def phase(self) -> Phase:
@@ -184,9 +176,10 @@ class World:
         Its inclination is the platform's at all times; its heading is its own, and turns with the
         platform while the brick is on it.
         """
-        if self._inclination is None or self._phase is Phase.GROUNDED:
+        platform = self._last_platform
+        if platform is None or self._phase is Phase.GROUNDED:
             return from_yaw(self._yaw)
-        return multiply(self._inclination, from_yaw(self._yaw - self._hinge_yaw))
+        return multiply(platform.pose.orientation, from_yaw(self._yaw - platform.hinge_yaw))
 
     @property
     def on_platform(self) -> Pose | None:
@@ -198,7 +191,7 @@ class World:
         if self._phase is not Phase.RIDING or self._platform is None:
             return None
         u, v = self._place
-        return Pose((u, v, self._thickness + self._size[2] / 2.0), from_yaw(self._relative_yaw))
+        return Pose((u, v, self._height_on_platform), from_yaw(self._relative_yaw))
 
     @property
     def fall_time(self) -> float:
@@ -234,39 +227,30 @@ class World:
         time = self._steps_fallen * self._dt
         z = self._release_height - 0.5 * self._gravity * time * time
         half_height = self._size[2] / 2.0
-        if self._platform is not None and is_level(self._platform):
-            top_x, top_y, top_z = self._top(self._platform)
+        platform = self._platform
+        if platform is not None and platform.is_level:
+            top_x, top_y, top_z = platform.point(0.0, 0.0, self._thickness)
             rest = top_z + half_height
             if (previous >= rest - CONTACT_TOLERANCE and z < rest
                     and hypot(x - top_x, y - top_y) <= self._radius):
-                self._land(self._platform)
+                self._land(platform, (x, y, top_z))
                 return
         if z <= half_height:
             z = half_height
             self._phase = Phase.GROUNDED
         self._brick = (x, y, z)
 
-    def _top(self, platform: Pose) -> Vector:
-        """Return the center of a platform's top in the world (m)."""
-        px, py, pz = platform.position
-        nx, ny, nz = self._axes[2]
-        d = self._thickness
-        return (px + d * nx, py + d * ny, pz + d * nz)
-
-    def _land(self, platform: Pose) -> None:
+    def _land(self, platform: Platform, contact: Vector) -> None:
         """Come to rest on the platform: from here on the place on it is what counts."""
-        ex, ey, _ = self._axes
-        top_x, top_y, _ = self._top(platform)
-        dx, dy = self._brick[0] - top_x, self._brick[1] - top_y
-        self._place = (dx * ex[0] + dy * ex[1], dx * ey[0] + dy * ey[1])
+        self._place = platform.place_of(contact)
         self._speed = (0.0, 0.0)
-        self._relative_yaw = self._yaw - self._hinge_yaw
+        self._relative_yaw = self._yaw - platform.hinge_yaw
         self._phase = Phase.RIDING
         self._carry(platform)
 
-    def _ride(self, platform: Pose) -> None:
+    def _ride(self, platform: Platform) -> None:
         """Slide along the platform for one timestep and go where it goes."""
-        ex, ey, normal = self._axes
+        ex, ey, normal = platform.axes
         u, v = self._place
         speed_u, speed_v = self._speed
         # Gravity along the platform's x and y, g sin(angle) in all.
@@ -280,16 +264,15 @@ class World:
         if normal[2] <= VERTICAL or self._is_clear():
             self._phase = Phase.FLOATING
 
-    def _carry(self, platform: Pose) -> None:
+    def _carry(self, platform: Platform) -> None:
         """Set the brick's location and heading in the world from its place on the platform."""
-        ex, ey, normal = self._axes
-        top = self._top(platform)
-        u, v = self._place
-        lift = self._size[2] / 2.0
-        self._brick = (top[0] + u * ex[0] + v * ey[0] + lift * normal[0],
-                       top[1] + u * ex[1] + v * ey[1] + lift * normal[1],
-                       top[2] + u * ex[2] + v * ey[2] + lift * normal[2])
-        self._yaw = self._hinge_yaw + self._relative_yaw
+        self._brick = platform.point(*self._place, self._height_on_platform)
+        self._yaw = platform.hinge_yaw + self._relative_yaw
+
+    @property
+    def _height_on_platform(self) -> float:
+        """Height (m) of a riding brick's center in the platform's frame."""
+        return self._thickness + self._size[2] / 2.0
 
     def _is_clear(self) -> bool:
         """Tell whether no point of the brick's bottom is within the platform's radius."""

@@ -34,6 +34,7 @@ from turtle_brick.core.catch_logic import (AT_GOAL, Catcher, CENTER, DriveOrder,
                                            transition)
 from turtle_brick.core.geometry import from_pitch, Pose
 from turtle_brick.core.parameters import load
+from turtle_brick.core.platform import Platform
 from turtle_brick.core.reachability import Decision, resting_height
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.physics import Phase, STEP, World
@@ -104,10 +105,10 @@ class Stage:
         self.run(0.3)
 
     def platform(self):
-        """Return the pose of the platform's frame, as it is seen."""
+        """Return the platform as it is seen."""
         x, y = (value + self.random.uniform(-self.noise, self.noise) for value in self.robot)
         hinge = self.parameters.platform_height - self.parameters.platform_thickness
-        return Pose((x, y, hinge), from_pitch(self.angle))
+        return Platform(Pose((x, y, hinge), from_pitch(self.angle)))
 
     def run(self, time, until=lambda: False):
         """Let time (s) pass until a condition holds; return whether it came to."""

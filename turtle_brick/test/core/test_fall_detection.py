@@ -25,6 +25,7 @@ from turtle_brick.core.catch_logic import Catcher
 from turtle_brick.core.fall_detection import Fall, FallDetector
 from turtle_brick.core.geometry import from_pitch, from_yaw, IDENTITY, multiply, Pose
 from turtle_brick.core.parameters import load
+from turtle_brick.core.platform import Platform
 from turtle_brick.core.reachability import resting_height
 from turtle_brick.physics import Phase, World
 
@@ -139,7 +140,7 @@ def test_riding_and_sliding_are_no_fall(gravity, every, place, programme):
                   PARAMETERS.platform_radius, STEP * 1e-9)
     world.size, world.thickness = PARAMETERS.brick_size, PARAMETERS.platform_thickness
     hinge = PARAMETERS.platform_height - PARAMETERS.platform_thickness
-    world.platform = Pose((5.0, 5.0, hinge), from_yaw(0.0))
+    world.platform = Platform(Pose((5.0, 5.0, hinge), from_yaw(0.0)))
     world.release()
     while world.phase is Phase.FALLING:
         world.step()
@@ -149,7 +150,8 @@ def test_riding_and_sliding_are_no_fall(gravity, every, place, programme):
     for steps, tilt, dx, dy, dyaw in programme:
         for _ in range(steps):
             x, y, yaw = x + dx, y + dy, yaw + dyaw
-            world.platform = Pose((x, y, hinge), multiply(from_yaw(yaw), from_pitch(tilt)))
+            world.platform = Platform(
+                Pose((x, y, hinge), multiply(from_yaw(yaw), from_pitch(tilt))))
             world.step()
             step += 1
             if step % every == 0:
@@ -288,6 +290,6 @@ def test_no_position_is_a_fall_that_cannot_be_reckoned_with(positions):
     for step, position in enumerate(positions):
         detector.observe(step * STEP, *position)
         catcher.see_brick(step * STEP, position)
-        catcher.update(step * STEP, Pose((5.0, 5.0, 1.56), IDENTITY))
+        catcher.update(step * STEP, Platform(Pose((5.0, 5.0, 1.56), IDENTITY)))
         for fall in (detector.fall, catcher.decision and catcher.decision.fall):
             assert fall is None or all(map(isfinite, fall))

@@ -18,9 +18,12 @@ import inspect
 from math import inf, nan, pi, sin
 
 import pytest
+from turtle_brick.core.geometry import IDENTITY, Pose
+from turtle_brick.core.platform import Platform
 from turtle_brick.physics import Phase, World
 from worlds import (advance, axes_of, brick_in, DT, gap, GRAVITY, HINGE, in_phase, LIFT,
-                    on_platform, PLACES, pose_of, RADIUS, riding, SIZE, THICKNESS, TOP, upright_of)
+                    on_platform, PLACES, platform_at, RADIUS, riding, SIZE, THICKNESS, TOP,
+                    upright_of)
 
 
 def words(text):
@@ -147,7 +150,7 @@ def test_brick_is_a_tuple_of_floats_of_its_own():
 
 def test_brick_on_a_platform_is_a_tuple_of_floats():
     world = riding((0.1, 0.1))
-    world.platform = pose_of(tilt=0.3)
+    world.platform = platform_at(tilt=0.3)
     world.step()
     assert type(world.brick) is tuple
     assert all(type(value) is float for value in world.brick)
@@ -242,18 +245,18 @@ def test_fall_time_is_that_of_the_present_fall_or_the_last():
 def test_floating_brick_falls_from_where_it_floats():
     world = in_phase(Phase.FLOATING)
     x, y, z = world.brick
-    world.platform = pose_of(x=9.0)
+    world.platform = platform_at(x=9.0)
     world.release()
     world.step()
     assert gap(world.brick, (x, y, z - 0.5 * GRAVITY * DT ** 2)) <= 1e-12
 
 
 def test_edge_of_the_platform_carries():
-    world = brick_in((RADIUS, 0.0, 5.0), platform=pose_of())
+    world = brick_in((RADIUS, 0.0, 5.0), platform=platform_at())
     world.release()
     advance(world, Phase.FALLING)
     assert world.phase is Phase.RIDING
-    world = brick_in((RADIUS + 1e-9, 0.0, 5.0), platform=pose_of())
+    world = brick_in((RADIUS + 1e-9, 0.0, 5.0), platform=platform_at())
     world.release()
     advance(world, Phase.FALLING)
     assert world.phase is Phase.GROUNDED
@@ -262,7 +265,7 @@ def test_edge_of_the_platform_carries():
 def test_brick_released_on_the_platform_stays_there():
     """Its bottom is at the top, above it by no more than rounding, or below it by as much."""
     for error in (0.0, 1e-10, -1e-10):
-        world = brick_in((0.1, 0.2, TOP + LIFT + error), platform=pose_of())
+        world = brick_in((0.1, 0.2, TOP + LIFT + error), platform=platform_at())
         world.release()
         world.step()
         assert world.phase is Phase.RIDING
@@ -271,7 +274,7 @@ def test_brick_released_on_the_platform_stays_there():
 
 def test_point_brick_and_sheet_platform_unless_told_otherwise():
     world = World((0.1, 0.0, 2.0), 9.81, 0.5, 0.004)
-    world.platform = pose_of()._replace(position=(0.0, 0.0, 1.0))
+    world.platform = Platform(Pose((0.0, 0.0, 1.0), IDENTITY))
     world.release()
     advance(world, Phase.FALLING)
     assert world.phase is Phase.RIDING
@@ -288,7 +291,7 @@ def test_brick_waits_where_it_is_while_no_platform_is_known():
     assert world.brick == before
     assert world.phase is Phase.RIDING
     assert upright_of(world.orientation) == (0.0, 0.0, 1.0)
-    world.platform = pose_of(4.0, 5.0, 0.3)
+    world.platform = platform_at(4.0, 5.0, 0.3)
     world.step()
     assert gap(world.brick, on_platform((0.1, 0.2), 4.0, 5.0, 0.3, 0.0)) <= 1e-12
 
@@ -311,7 +314,7 @@ def test_slide_on_a_platform_that_is_being_tilted(tilt, rate):
         # Far from the edge, so that it never gets there.
         world = riding(dt=dt, radius=10.0)
         for step in range(1, steps + 1):
-            world.platform = pose_of(tilt=sign * rate * step * dt)
+            world.platform = platform_at(tilt=sign * rate * step * dt)
             world.step()
         ex, _, _ = axes_of(0.0, tilt)
         path = sum((a - b) * e for a, b, e in zip(world.brick, (0.0, 0.0, HINGE), ex))
@@ -325,7 +328,7 @@ def test_slide_on_a_platform_that_is_being_tilted(tilt, rate):
 @pytest.mark.parametrize('yaw', (0.0, 1.0, -2.5))
 def test_platform_tilted_by_90_degrees_lets_go(angle, yaw):
     world = riding((0.1, -0.05), yaw=yaw)
-    world.platform = pose_of(yaw=yaw, tilt=angle)
+    world.platform = platform_at(yaw=yaw, tilt=angle)
     world.step()
     assert world.phase is Phase.FLOATING
     before = world.brick
@@ -336,6 +339,6 @@ def test_platform_tilted_by_90_degrees_lets_go(angle, yaw):
 @pytest.mark.parametrize('angle', (pi / 2.0 - 1e-3, -pi / 2.0 + 1e-3))
 def test_platform_tilted_by_less_does_not(angle):
     world = riding()
-    world.platform = pose_of(tilt=angle)
+    world.platform = platform_at(tilt=angle)
     world.step()
     assert world.phase is Phase.RIDING

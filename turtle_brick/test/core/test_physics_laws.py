@@ -26,10 +26,11 @@ from hypothesis import strategies as st
 from hypothesis.stateful import initialize, invariant, precondition, rule, RuleBasedStateMachine
 from laws import law
 import pytest
-from turtle_brick.core.geometry import LEVEL_TOLERANCE, multiply, rotate
+from turtle_brick.core.geometry import multiply, rotate
+from turtle_brick.core.platform import LEVEL_TOLERANCE
 from turtle_brick.physics import CONTACT_TOLERANCE, Phase, World
 from worlds import (advance, axes_of, brick_in, gap, HINGE, in_phase, LIFT, on_platform, PLACES,
-                    pose_of, RADIUS, riding, SIZE, THICKNESS, TOP, upright_of)
+                    platform_at, RADIUS, riding, SIZE, THICKNESS, TOP, upright_of)
 
 VISIBLY_TILTED = 0.002
 """Angle (rad) from which a platform catches nothing: a millimetre at its rim."""
@@ -102,7 +103,7 @@ def test_brick_lands_if_its_center_is_within_the_radius(
     u, v = place
     assume(abs(hypot(u, v) - radius) > 1e-9)
     rest = TOP + LIFT
-    world = brick_in((x + u, y + v, rest + height), gravity, dt, radius, pose_of(x, y, yaw))
+    world = brick_in((x + u, y + v, rest + height), gravity, dt, radius, platform_at(x, y, yaw))
     world.release()
     *falling, last = advance(world, Phase.FALLING)
     assert [location[:2] for location in falling] == [(x + u, y + v)] * len(falling)
@@ -120,7 +121,7 @@ def test_brick_lands_if_its_center_is_within_the_radius(
 @law(200)
 @given(place=discs(RADIUS), depth=st.one_of(st.floats(2e-9, 1e-3), st.floats(2e-9, TOP)))
 def test_brick_released_under_the_top_falls_through(place, depth):
-    world = brick_in((*place, TOP + LIFT - depth), platform=pose_of())
+    world = brick_in((*place, TOP + LIFT - depth), platform=platform_at())
     world.release()
     advance(world, Phase.FALLING)
     assert world.phase is Phase.GROUNDED
@@ -131,12 +132,13 @@ def test_brick_released_under_the_top_falls_through(place, depth):
        dt=time_steps)
 def test_brick_that_has_passed_is_never_caught(place, depth, tilt, dt):
     """A platform that arrives, or is leveled, above the bottom of the brick comes too late."""
-    elsewhere = pose_of(x=5.0) if abs(tilt) < 2.0 * LEVEL_TOLERANCE else pose_of(tilt=tilt)
+    elsewhere = (platform_at(x=5.0) if abs(tilt) < 2.0 * LEVEL_TOLERANCE
+                 else platform_at(tilt=tilt))
     world = brick_in((*place, TOP + LIFT + 1.0), dt=dt, platform=elsewhere)
     world.release()
     while world.brick[2] - LIFT > TOP - depth and world.phase is Phase.FALLING:
         world.step()
-    world.platform = pose_of()
+    world.platform = platform_at()
     advance(world, Phase.FALLING)
     assert world.phase is Phase.GROUNDED
     assert gap(world.brick, (*place, LIFT)) <= 1e-12
@@ -149,7 +151,7 @@ def test_platform_that_arrives_in_the_last_step_is_in_time(place, dt, gravity):
     world.release()
     for _ in range(floor(sqrt(2.0 / gravity) / dt - 1e-6)):
         world.step()
-    world.platform = pose_of()
+    world.platform = platform_at()
     advance(world, Phase.FALLING)
     assert world.phase is Phase.RIDING
     assert gap(world.brick, (*place, TOP + LIFT)) <= 1e-12
@@ -158,11 +160,11 @@ def test_platform_that_arrives_in_the_last_step_is_in_time(place, dt, gravity):
 @law(200)
 @given(place=discs(RADIUS), dt=time_steps, gravity=gravities)
 def test_platform_that_leaves_before_the_last_step_catches_nothing(place, dt, gravity):
-    world = brick_in((*place, TOP + LIFT + 1.0), gravity, dt, platform=pose_of())
+    world = brick_in((*place, TOP + LIFT + 1.0), gravity, dt, platform=platform_at())
     world.release()
     for _ in range(floor(sqrt(2.0 / gravity) / dt - 1e-6)):
         world.step()
-    world.platform = pose_of(x=3.0)
+    world.platform = platform_at(x=3.0)
     advance(world, Phase.FALLING)
     assert world.phase is Phase.GROUNDED
 
@@ -172,7 +174,7 @@ def test_platform_that_leaves_before_the_last_step_catches_nothing(place, dt, gr
     st.floats(VISIBLY_TILTED, 2.0 * pi - VISIBLY_TILTED),
     st.sampled_from((pi / 2.0, pi, VISIBLY_TILTED))))
 def test_brick_falls_past_a_tilted_platform(place, yaw, dt, tilt):
-    world = brick_in((*place, TOP + 2.0), dt=dt, platform=pose_of(yaw=yaw, tilt=tilt))
+    world = brick_in((*place, TOP + 2.0), dt=dt, platform=platform_at(yaw=yaw, tilt=tilt))
     world.release()
     advance(world, Phase.FALLING)
     assert world.phase is Phase.GROUNDED
@@ -186,7 +188,7 @@ def test_brick_on_the_ground_never_follows(motions, lost):
     world = in_phase(Phase.GROUNDED)
     before = world.brick
     for motion in motions:
-        world.platform = pose_of(*motion)
+        world.platform = platform_at(*motion)
         world.step()
         world.drop()
         assert world.brick == before
@@ -203,7 +205,7 @@ def test_brick_on_the_ground_never_follows(motions, lost):
 def test_brick_rides_exactly_while_the_platform_drives_and_turns(place, yaw, dt, motions):
     world = riding(place, x=2.0, y=3.0, yaw=yaw, dt=dt)
     for x, y, heading in motions:
-        world.platform = pose_of(x, y, heading)
+        world.platform = platform_at(x, y, heading)
         world.step()
         assert gap(world.brick, on_platform(place, x, y, heading, 0.0)) <= 1e-12
         forward = (cos(heading - yaw), sin(heading - yaw), 0.0)
@@ -255,7 +257,7 @@ def test_slide_is_that_of_a_free_body_on_a_smooth_incline(place, x, y, yaw, tilt
     force.
     """
     world = riding(place, x, y, yaw, gravity=gravity, dt=dt)
-    world.platform = pose_of(x, y, yaw, tilt)
+    world.platform = platform_at(x, y, yaw, tilt)
     ex, _, normal = axes_of(yaw, tilt)
     start = on_platform(place, x, y, yaw, tilt)
     steps = 0
@@ -289,7 +291,7 @@ def test_slide_is_that_of_a_free_body_on_a_smooth_incline(place, x, y, yaw, tilt
 def test_slide_turns_height_into_speed(place, x, y, yaw, tilt, gravity, dt):
     """v^2 = 2 g sin(angle) path; the central difference of a parabola is its slope."""
     world = riding(place, x, y, yaw, gravity=gravity, dt=dt)
-    world.platform = pose_of(x, y, yaw, tilt)
+    world.platform = platform_at(x, y, yaw, tilt)
     start = on_platform(place, x, y, yaw, tilt)
     locations = [start] + advance(world, Phase.RIDING)[1:]
     for before, here, after in zip(locations, locations[1:], locations[2:]):
@@ -312,7 +314,7 @@ def test_slide_on_a_platform_that_moves_in_every_way(place, yaw, gravity, dt, pr
     world = riding(place, yaw=yaw, gravity=gravity, dt=dt)
     position, velocity = place, (0.0, 0.0)
     for tilt, steps, x, y, heading in programme:
-        world.platform = pose_of(x, y, heading, tilt)
+        world.platform = platform_at(x, y, heading, tilt)
         for _ in range(steps):
             if world.phase is not Phase.RIDING:
                 break
@@ -330,13 +332,13 @@ def test_slide_on_a_platform_that_moves_in_every_way(place, yaw, gravity, dt, pr
        gravity=st.floats(5.0, 30.0))
 def test_leveled_in_mid_slide_it_slides_on_at_its_speed(place, yaw, tilt, gravity):
     world = riding(place, yaw=yaw, gravity=gravity, dt=0.01)
-    world.platform = pose_of(yaw=yaw, tilt=tilt)
+    world.platform = platform_at(yaw=yaw, tilt=tilt)
     for _ in range(10):
         world.step()
     assume(world.phase is Phase.RIDING)
     speed = gravity * sin(tilt) * 0.1
     path = 0.5 * gravity * sin(tilt) * 0.01
-    world.platform = pose_of(yaw=yaw)
+    world.platform = platform_at(yaw=yaw)
     step = 0
     while world.phase is Phase.RIDING:
         world.step()
@@ -352,11 +354,11 @@ def test_leveled_in_mid_slide_it_slides_on_at_its_speed(place, yaw, tilt, gravit
                         min_size=1, max_size=10))
 def test_brick_floats_in_the_world_once_it_has_cleared(place, yaw, tilt, dt, motions):
     world = riding(place, yaw=yaw, dt=dt)
-    world.platform = pose_of(yaw=yaw, tilt=tilt)
+    world.platform = platform_at(yaw=yaw, tilt=tilt)
     *_, last = advance(world, Phase.RIDING)
     assert world.phase is Phase.FLOATING
     for motion in motions:
-        world.platform = pose_of(*motion)
+        world.platform = platform_at(*motion)
         world.step()
         assert world.brick == last
     world.platform = None
@@ -372,7 +374,7 @@ def test_brick_floats_in_the_world_once_it_has_cleared(place, yaw, tilt, dt, mot
 def test_inclination_is_the_platforms_at_all_times(phase, motions):
     world = in_phase(phase)
     for x, y, yaw, tilt in motions:
-        world.platform = pose_of(x, y, yaw, tilt)
+        world.platform = platform_at(x, y, yaw, tilt)
         assert gap(upright_of(world.orientation), axes_of(yaw, tilt)[2]) <= 1e-12
         world.step()
         if world.phase is Phase.GROUNDED:
@@ -391,7 +393,7 @@ def test_inclination_is_the_platforms_at_all_times(phase, motions):
 @given(yaw=headings, tilt=st.floats(-2.0 * pi, 2.0 * pi))
 def test_brick_in_the_air_keeps_its_heading(yaw, tilt):
     """It is inclined about the platform's hinge, also over, and turned by nothing else."""
-    world = brick_in((0.0, 0.0, 9.0), platform=pose_of(yaw=yaw, tilt=tilt))
+    world = brick_in((0.0, 0.0, 9.0), platform=platform_at(yaw=yaw, tilt=tilt))
     hinge = (-sin(yaw), cos(yaw), 0.0)
     # The rotation by the tilt about the hinge, from a heading of 0.
     half = sin(tilt / 2.0)
@@ -404,13 +406,13 @@ def test_brick_in_the_air_keeps_its_heading(yaw, tilt):
 @given(place=discs(RADIUS), yaw=headings, tilt=tilts)
 def test_neither_landing_nor_clearing_turns_the_brick(place, yaw, tilt):
     x, y, z = on_platform(place, 0.0, 0.0, yaw, 0.0)
-    world = brick_in((x, y, z + 0.1), platform=pose_of(yaw=yaw))
+    world = brick_in((x, y, z + 0.1), platform=platform_at(yaw=yaw))
     world.release()
     before = world.orientation
     advance(world, Phase.FALLING)
     assert world.phase is Phase.RIDING
     assert gap(world.orientation, before) <= 1e-12
-    world.platform = pose_of(yaw=yaw, tilt=tilt)
+    world.platform = platform_at(yaw=yaw, tilt=tilt)
     before = world.orientation
     advance(world, Phase.RIDING)
     assert world.phase is Phase.FLOATING
@@ -491,7 +493,7 @@ class AnyOrder(RuleBasedStateMachine):
         self.motion = motion
         self.upright = axes_of(*motion[2:])[2]
         self.settled = False  # The brick follows with the next step.
-        self.world.platform = pose_of(*motion)
+        self.world.platform = platform_at(*motion)
 
     @rule()
     def lose_platform(self):
@@ -577,7 +579,7 @@ class AnyOrder(RuleBasedStateMachine):
         place = self.world.on_platform
         assert (place is None) == (self.motion is None or self.world.phase is not Phase.RIDING)
         if place is not None and self.settled:
-            platform = self.world.platform
+            platform = self.world.platform.pose
             offset = rotate(platform.orientation, place.position)
             assert gap(self.world.brick, tuple(map(sum, zip(platform.position, offset)))) <= 1e-9
             turned = multiply(platform.orientation, place.orientation)

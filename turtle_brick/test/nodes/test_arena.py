@@ -107,7 +107,7 @@ class Bench:
     def await_platform(self, condition, what):
         """Wait until the arena sees the platform in a pose, not while transforms are late."""
         self.graph.spin_until(
-            lambda: self.world.platform and condition(self.world.platform), 5.0, what)
+            lambda: self.world.platform and condition(self.world.platform.pose), 5.0, what)
 
     def close(self):
         """End everything."""

@@ -53,7 +53,7 @@ from turtle_brick.core import catch_logic as catching
 from turtle_brick.core import driving
 from turtle_brick.core import reachability as reaching
 from turtle_brick.core.driving import Driver
-from turtle_brick.core.geometry import distance_to_rectangle, IDENTITY, is_level, Pose2D
+from turtle_brick.core.geometry import distance_to_rectangle, IDENTITY, Pose2D
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.physics import Phase, World
 from turtle_brick.ros.interrupts import INTERRUPTS
@@ -777,7 +777,7 @@ def above_the_platform(graph: Graph) -> None:
 def creeping_brick(graph: Graph) -> None:
     @wrap(World, '_ride')
     def ride(original: Any, world: Any, platform: Any) -> None:
-        if is_level(platform):
+        if platform.is_level:
             u, v = world._place
             world._place = (u + 0.06 * world._dt, v)
         original(world, platform)
@@ -830,7 +830,7 @@ def tagging_along(graph: Graph) -> None:
         platform = world.platform
         if world.phase is Phase.FLOATING and platform and last[0]:
             x, y, z = (a + b - c for a, b, c in zip(
-                world.brick, platform.position, last[0].position))
+                world.brick, platform.pose.position, last[0].pose.position))
             world._brick = (x, y, z)
         last[0] = platform
 

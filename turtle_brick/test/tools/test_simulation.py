@@ -227,7 +227,7 @@ def test_latency_that_is_reckoned_with_is_enough_and_not_too_much(delays):
         simulation.world.release()
 
         def covered():
-            position = simulation.world.platform.position
+            position = simulation.world.platform.pose.position
             return hypot(position[0] - x, position[1] - y) <= PARAMETERS.platform_radius
 
         assert simulation.run(covered, 5.0)

@@ -243,7 +243,7 @@ def test_a_click_on_the_ground_sends_the_robot(browser, stage):
 def test_a_robot_that_is_followed_is_seen_in_the_middle_and_sent_by_clicks(browser, stage):
     def has_arrived():
         platform = stage.arena.world.platform  # None while its transforms are late
-        return platform and dist(platform.position[:2], GROUND[:2]) < 0.1
+        return platform and dist(platform.pose.position[:2], GROUND[:2]) < 0.1
 
     platform = (*CENTER, load().platform_height)
     stage.wait_for(has_arrived, 'the robot has arrived')

@@ -26,8 +26,9 @@ from typing import NamedTuple
 
 from turtle_brick.core.driving import within_arena
 from turtle_brick.core.fall_detection import FallDetector
-from turtle_brick.core.geometry import axes, FARTHEST, Pose, Vector
+from turtle_brick.core.geometry import FARTHEST, Vector
 from turtle_brick.core.parameters import Parameters
+from turtle_brick.core.platform import Platform
 from turtle_brick.core.reachability import (Decision, LEVEL_LATENCY, reach, resting_height,
                                             RobotMotion, ROUNDING, Track)
 from turtle_brick.core.time_steps import NANO
@@ -285,12 +286,12 @@ class Catcher:
             return True
         return False
 
-    def update(self, now: int, platform: Pose | None) -> list[Action]:
+    def update(self, now: int, platform: Platform | None) -> list[Action]:
         """
         Decide what to do now; to be called 50 times per second or more.
 
         :param now: the present instant (ns), before the last one if the clock was set back
-        :param platform: pose of the platform's frame in the world, None if it is not known
+        :param platform: the platform, None if it is not known
         :return: What to publish, in order.
         """
         if now < self._now:
@@ -414,17 +415,14 @@ class Catcher:
         near = self.parameters.platform_radius + ON_PLATFORM
         return robot.at_rest and robot.level and _distance(robot, self._brick.position) <= near
 
-    def _is_off_platform(self, platform: Pose | None) -> bool:
+    def _is_off_platform(self, platform: Platform | None) -> bool:
         """Tell whether the brick has left the tilted platform: it does not move any more."""
         brick = self._brick
         if platform is None:
             return True
         # Up to when it was seen last: out of sight it may move.
         still = (brick.seen - max(brick.moved, self._track.level_seen)) * NANO
-        ex, ey, _ = axes(platform.orientation)
-        offset = [a - b for a, b in zip(brick.position, platform.position)]
-        place = [sum(a * b for a, b in zip(offset, axis)) for axis in (ex, ey)]
-        beside = hypot(*place) > self.parameters.platform_radius
+        beside = hypot(*platform.place_of(brick.position)) > self.parameters.platform_radius
         return still >= (SETTLED if beside else LAG)
 
 

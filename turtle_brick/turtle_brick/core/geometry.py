@@ -30,9 +30,6 @@ IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 FARTHEST = 1e9
 """Largest coordinate (m) that is accepted: squares and products of such numbers stay finite."""
 
-LEVEL_TOLERANCE = 1e-3
-"""The largest angle (rad) of a platform that counts as level, so that a brick can land on it."""
-
 
 class Pose(NamedTuple):
     """Position (m) and orientation (unit quaternion) of a frame in its parent frame."""
@@ -128,10 +125,3 @@ def distance_to_rectangle(x: float, y: float, yaw: float, length: float, width: 
     along = abs(c * x + s * y) - length / 2.0
     across = abs(-s * x + c * y) - width / 2.0
     return hypot(max(along, 0.0), max(across, 0.0))
-
-
-def is_level(platform: Pose) -> bool:
-    """Tell whether a brick can land on a platform with this pose in the world."""
-    x, y, _, _ = platform.orientation
-    # sin^2 of half the angle between the platform's normal and the vertical.
-    return x * x + y * y < (LEVEL_TOLERANCE / 2.0) ** 2

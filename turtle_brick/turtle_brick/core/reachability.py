@@ -26,8 +26,8 @@ from typing import NamedTuple
 
 from turtle_brick.core.driving import PERIOD, TRANSPORT, travel_time
 from turtle_brick.core.fall_detection import Fall
-from turtle_brick.core.geometry import is_level, Pose
 from turtle_brick.core.parameters import Parameters
+from turtle_brick.core.platform import Platform
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, QUEUE_DEPTH, TICK
 
@@ -215,12 +215,12 @@ class Track:
         self._orders = deque((now, goal) for _, goal in self._orders)
         self.seen = self.level_seen = now
 
-    def observe(self, now: int, platform: Pose | None, level: bool) -> RobotMotion | None:
+    def observe(self, now: int, platform: Platform | None, level: bool) -> RobotMotion | None:
         """
         Note where the robot is.
 
         :param now: the present instant (ns)
-        :param platform: pose of the platform's frame in the world, None if it is out of sight
+        :param platform: the platform, None if it is out of sight
         :param level: whether it was ordered to be level, and all others see it so by now
         :return: The robot, None if it is out of sight.
         """
@@ -229,9 +229,9 @@ class Track:
             places.clear()
             return None
         self.seen = now
-        if is_level(platform):
+        if platform.is_level:
             self.level_seen = now
-        x, y, _ = platform.position
+        x, y, _ = platform.pose.position
         places.append((now, x, y))
         # One older position is kept, since there may be none newer.
         while len(places) > 1 and (now - places[1][0]) * NANO > self.MEMORY:
@@ -257,5 +257,5 @@ class Track:
                     bound_for.append((x + part * (goal_x - x), y + part * (goal_y - y)))
         # Seen for too short a time, it may be moving in any direction.
         known = bool(bound_for) or (now - places[0][0]) * NANO >= self.MEMORY
-        return RobotMotion(x, y, tuple(bound_for), level and is_level(platform),
+        return RobotMotion(x, y, tuple(bound_for), level and platform.is_level,
                      0.0 if known else self._way)

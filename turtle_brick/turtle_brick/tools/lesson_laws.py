@@ -30,6 +30,7 @@ from turtle_brick.core.driving import Driver, PERIOD, TRANSPORT
 from turtle_brick.core.geometry import from_pitch, IDENTITY, Pose, Pose2D, Quaternion, Vector
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.parameters import Parameters
+from turtle_brick.core.platform import Platform
 from turtle_brick.core.reachability import COMMAND_LATENCY, QUEUE_LATENCY, resting_height
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TICK, Turtle
@@ -211,9 +212,9 @@ def summed(steps: int, parameters: Parameters) -> list[float]:
     return heights
 
 
-def _platform(place: tuple[float, float], parameters: Parameters, angle: float) -> Pose:
+def _platform(place: tuple[float, float], parameters: Parameters, angle: float) -> Platform:
     hinge = parameters.platform_height - parameters.platform_thickness
-    return Pose((*place, hinge), from_pitch(angle) if angle else IDENTITY)
+    return Platform(Pose((*place, hinge), from_pitch(angle) if angle else IDENTITY))
 
 
 # ----------------------------------------------------------------------------------- 4 queue

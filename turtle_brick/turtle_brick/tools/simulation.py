@@ -35,6 +35,7 @@ from turtle_brick.core.catch_logic import Catcher, DriveOrder, State, TiltOrder
 from turtle_brick.core.driving import Driver, within_arena
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose, Vector
 from turtle_brick.core.parameters import Parameters
+from turtle_brick.core.platform import Platform
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, TICK, Turtle, TurtlePose
@@ -114,7 +115,7 @@ class Simulation:
         self._to_turtle: deque[tuple[int, float, float]] = deque()
         self._to_driver: deque[tuple[int, TurtlePose]] = deque()
         self._orders: deque[tuple[int, DriveOrder | TiltOrder]] = deque()
-        self._transforms: deque[tuple[int, Pose]] = deque()
+        self._transforms: deque[tuple[int, Platform]] = deque()
         self._transport = round(delays.transport / NANO)
         self._transform_delay = round(delays.transforms / NANO)
         uniform = self.random.randrange
@@ -230,9 +231,9 @@ class Simulation:
         place_shown, tilt_shown = self._shown
         if place is not None and (place is not place_shown or tilt != tilt_shown):
             self._shown = (place, tilt)
-            self._transforms.append((now + self._transform_delay, Pose(
+            self._transforms.append((now + self._transform_delay, Platform(Pose(
                 (place.x, place.y, self._hinge),
-                multiply(from_yaw(place.theta), from_pitch(tilt)))))
+                multiply(from_yaw(place.theta), from_pitch(tilt))))))
 
     def _step(self, now: int) -> None:
         """Do what the arena does 250 times per second, and show the catcher the brick."""

@@ -209,9 +209,9 @@ class Watch:
         falling = phase is Phase.FALLING
         if not falling and (phase is not Phase.RIDING or self.spare is not None):
             return
-        platform = world.platform
-        if platform is None:
+        if world.platform is None:
             return
+        platform = world.platform.pose
         distance = hypot(world.brick[0] - platform.position[0],
                          world.brick[1] - platform.position[1])
         # Once landed it counts, even if rounding puts it beyond the edge.
@@ -337,7 +337,7 @@ def trace(parameters: Parameters, chain: Chain, turn: int, delays: Delays) -> Tr
     world, instants = simulation.world, []
 
     def look() -> None:
-        platform = world.platform
+        platform = None if world.platform is None else world.platform.pose
         instants.append(simulation.now)
         seen.brick.append(world.brick)
         seen.robot.append((simulation.turtle.pose.x, simulation.turtle.pose.y))
