@@ -62,7 +62,7 @@ from turtle_brick.core.geometry import Pose, rotate
 from turtle_brick.core.parameters import default_path, load
 from turtle_brick.core.reachability import guaranteed_distance
 from turtle_brick.physics import Phase
-from turtle_brick.ros.interrupts import INTERRUPTS
+from turtle_brick.tools.interrupts import INTERRUPTS
 from turtle_brick.ros.tf import pose_of
 from turtle_brick.tools.graph import executable, Graph
 from turtle_brick.view.display import phase_of

@@ -24,7 +24,7 @@ import tempfile
 
 import pytest
 from steadiness import Steadiness
-from turtle_brick.ros.interrupts import Interrupts
+from turtle_brick.tools.interrupts import Interrupts
 from turtle_referee.domains import reserved_domain
 
 _session = contextlib.ExitStack()

@@ -37,8 +37,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
-from turtle_brick.ros.executor import make_executor
-from turtle_brick.ros.node_main import SLEEP_TIME
+from turtle_brick.ros.node_main import make_executor, SLEEP_TIME
 from turtle_referee.processes import Process
 
 Result = TypeVar('Result')

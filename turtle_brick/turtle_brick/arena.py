@@ -22,7 +22,8 @@ Broadcasts:
 Publishes:
     walls (visualization_msgs/MarkerArray, latched): the boundary of the arena
     brick_marker (visualization_msgs/Marker, latched): the brick in its own frame, with its phase
-        as text and color; once per second and when the phase changes
+        as text and color; once per second and when the phase changes. The page in the browser
+        takes the phase from that text, which rviz2 does not show
 
 Services:
     place (turtle_brick_interfaces/Place): let the brick hover at a point of the world (m)
@@ -52,7 +53,6 @@ from turtle_brick.core.platform import Platform
 from turtle_brick.core.time_steps import due_instant, StepClock
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.physics import Phase, STEP, World
-from turtle_brick.ros.executor import make_executor
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.ros.tf import (BRICK, GuardedListener, LATCHED, PLATFORM, recent,
@@ -85,7 +85,7 @@ class Arena(Node):
         """The brick's phase at the last step."""
         self.step_clock = StepClock(STEP)
 
-        self.tf_buffer = Buffer(node=self)
+        self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self)
         self.tf_broadcaster = TransformBroadcaster(self)
 
@@ -206,9 +206,7 @@ def walls(size: float, height: float) -> MarkerArray:
 def main(args: list[str] | None = None) -> None:
     """Run the node until it is interrupted."""
     with init(args):
-        executor = make_executor()
-        executor.add_node(Arena())
-        spin(executor)
+        spin(Arena())
 
 
 if __name__ == '__main__':

@@ -43,7 +43,6 @@ from turtle_brick.core.geometry import Vector
 from turtle_brick.core.platform import Platform
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.time_steps import nanoseconds_of
-from turtle_brick.ros.executor import make_executor
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.ros.tf import BRICK, GuardedListener, latest, PLATFORM, pose_of, recent, WORLD
@@ -76,7 +75,7 @@ class CatcherNode(Node):
         self.complete = False
         """Whether robot and brick have been in sight."""
 
-        self.tf_buffer = Buffer(node=self)
+        self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self, self.on_transform)
 
         self.goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', 10)
@@ -172,9 +171,7 @@ class CatcherNode(Node):
 def main(args: list[str] | None = None) -> None:
     """Run the node until it is interrupted."""
     with init(args):
-        executor = make_executor()
-        executor.add_node(CatcherNode())
-        spin(executor)
+        spin(CatcherNode())
 
 
 if __name__ == '__main__':

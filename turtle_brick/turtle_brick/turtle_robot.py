@@ -30,8 +30,7 @@ Subscribes:
     goal_pose (geometry_msgs/PoseStamped): where to drive, in any frame that TF connects with the
         world; the robot is omnidirectional and ignores the goal's orientation
     tilt (turtle_brick_interfaces/Tilt): angle of the platform (rad)
-    /tf, /tf_static: from the first goal on in another frame than world, odom and base_link;
-        /tf_static always, to correct others that broadcast odom
+    /tf, /tf_static: from the first goal on in another frame than world, odom and base_link
 
 Parameters, read-only; it needs all of config/turtle.yaml and uses:
     max_velocity (double, m/s): greatest speed of the robot
@@ -47,15 +46,12 @@ from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
-from tf2_msgs.msg import TFMessage
-from tf2_ros import (Buffer, LookupException, StaticTransformBroadcaster, TransformBroadcaster,
-                     TransformException)
+from tf2_ros import Buffer, StaticTransformBroadcaster, TransformBroadcaster, TransformException
 from turtle_brick.core.driving import Driver, PERIOD, within_arena
 from turtle_brick.core.geometry import from_yaw, Pose, Pose2D, Vector
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.time_steps import due_instant, NANOSECONDS, StepClock
 from turtle_brick.core.turtlesim_kinematics import TurtlePose
-from turtle_brick.ros.executor import make_executor
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.ros.tf import (BASE_LINK, GuardedListener, LATEST, ODOM, pose_of, set_transform,
@@ -66,12 +62,6 @@ from turtlesim.msg import Pose as TurtlePoseMessage
 
 FRAME_PATIENCE = 1.0
 """Time (s) for which a goal waits until its frame is known."""
-
-COMPANY_PERIOD = 2.0
-"""Time (s) after which other robots are looked for."""
-
-ODOM_PERIOD = 1.0
-"""Least time (s) between two broadcasts of where odom is."""
 
 
 class TurtleRobot(Node):
@@ -89,7 +79,7 @@ class TurtleRobot(Node):
         self.driver = Driver(parameters.max_velocity)
         self.odometer = Odometer(parameters.wheel_radius)
         self.tilt_angle = 0.0
-        self.warner = Warner(self, limit=5)
+        self.warner = Warner(self)
         self.pending: tuple[str, Vector, float] | None = None
         """A goal whose frame is not known yet: frame, point (m), and until when (s) it waits."""
 
@@ -97,11 +87,6 @@ class TurtleRobot(Node):
         self.tf_listener: GuardedListener | None = None
         self.tf_broadcaster = TransformBroadcaster(self)
         self.static_broadcaster = StaticTransformBroadcaster(self)
-        self.world_to_odom = transform_message(WORLD, ODOM)
-        self.odom_placed = 0.0
-        """When it was broadcast last where odom is (s)."""
-        self.odom_contested = False
-        """Whether somebody else has broadcast odom since."""
 
         # Made once: made anew in each cycle they take 15 % more of this node's processor time.
         self.twist = Twist()
@@ -116,11 +101,6 @@ class TurtleRobot(Node):
         self.create_subscription(TurtlePoseMessage, 'turtle1/pose', self.on_pose, 10)
         self.create_subscription(PoseStamped, 'goal_pose', self.on_goal, 10)
         self.create_subscription(Tilt, 'tilt', self.on_tilt, 10)
-        self.create_subscription(TFMessage, '/tf_static', self.on_static_transforms, 10)
-
-        self.turtles = 0
-        """How many say where the turtle is."""
-        self.create_timer(COMPANY_PERIOD, self.look_for_company)
 
         # turtlesim ticks by the wall clock, whatever /clock says, so what steers it does too.
         # Missed cycles are made up for: turtlesim's queue is then full and predictable again.
@@ -144,33 +124,10 @@ class TurtleRobot(Node):
         self.odometer.observe(now, pose)
         if first:
             origin = Pose2D(pose.x, pose.y, pose.theta)
-            self.world_to_odom = transform_message(WORLD, ODOM, upright(origin))
-            self.place_odom()
+            self.static_broadcaster.sendTransform(transform_message(
+                WORLD, ODOM, upright(origin), self.get_clock().now().to_msg()))
             self.get_logger().info(f'The turtle is at ({pose.x:.3f}, {pose.y:.3f}), '
                                    f'heading {pose.theta:.3f} rad: this is where odom is')
-
-    def look_for_company(self) -> None:
-        """Warn once if a second robot comes into this ROS domain."""
-        topic = self.resolve_topic_name('turtle1/pose')
-        before, self.turtles = self.turtles, self.count_publishers(topic)
-        if before <= 1 < self.turtles:
-            self.get_logger().warning(
-                f'{self.turtles} nodes publish {topic}: does a second robot run in this ROS '
-                'domain? Each obeys what the other is told')
-
-    def place_odom(self) -> None:
-        """Broadcast where the odom frame is."""
-        self.world_to_odom.header.stamp = self.get_clock().now().to_msg()
-        self.static_broadcaster.sendTransform(self.world_to_odom)
-        self.odom_placed, self.odom_contested = monotonic(), False
-
-    def on_static_transforms(self, message: TFMessage) -> None:
-        """Notice that somebody else broadcasts odom: in TF the last static transform counts."""
-        for other in message.transforms:
-            if other.child_frame_id == ODOM and (
-                    other.header.frame_id != WORLD
-                    or other.transform != self.world_to_odom.transform):
-                self.odom_contested = self.odometer.origin is not None
 
     def on_goal(self, message: PoseStamped) -> None:
         """Drive to a goal, once its frame is known; ignore one that is not finite."""
@@ -184,7 +141,12 @@ class TurtleRobot(Node):
         if not frame:
             frame = WORLD
             self.get_logger().info(f'A goal without a frame_id is taken to be in "{WORLD}"')
-        if frame not in (WORLD, ODOM, BASE_LINK) and self.tf_listener is None:
+        known = self.pose_of_frame(frame)
+        if known is not None:
+            self.pending = None
+            self.drive_to(known, point)
+            return
+        if self.tf_listener is None:
             # Not from the start: hearing all transforms adds 70 % to this node's processor time.
             self.tf_listener = GuardedListener(self.tf_buffer, self)
         self.pending = (frame, point, monotonic() + FRAME_PATIENCE)
@@ -193,7 +155,7 @@ class TurtleRobot(Node):
     def try_pending_goal(self, name: str, point: Vector, deadline: float) -> None:
         """Drive to the goal that waits for its frame; after the deadline (s) give it up."""
         try:
-            frame = self.pose_of_frame(name)
+            transform = self.tf_buffer.lookup_transform(WORLD, name, LATEST).transform
         except TransformException as error:
             if monotonic() > deadline:
                 self.pending = None
@@ -201,7 +163,7 @@ class TurtleRobot(Node):
                     'frame', f'Ignored a goal in the frame "{name[:40]}": {str(error)[:200]}')
             return
         self.pending = None
-        self.drive_to(frame, point)
+        self.drive_to(pose_of(transform), point)
 
     def drive_to(self, frame: Pose, point: Vector) -> None:
         """Drive to a point (m) of a frame whose pose in the world is given."""
@@ -229,10 +191,6 @@ class TurtleRobot(Node):
         """Go through every cycle that is due."""
         if self.pending is not None:
             self.try_pending_goal(*self.pending)
-        if self.odom_contested and monotonic() - self.odom_placed > ODOM_PERIOD:
-            self.warner.warn('odom', f'Somebody else broadcasts "{ODOM}": there should be only '
-                                     'one robot in a ROS domain')
-            self.place_odom()
         now = monotonic_ns()
         for _ in self.cycles.due(now, due_instant(self.timer, now)):
             self.cycle()
@@ -261,20 +219,14 @@ class TurtleRobot(Node):
         self.odometry.twist.twist = self.twist
         self.odom_publisher.publish(self.odometry)
 
-    def pose_of_frame(self, name: str) -> Pose:
-        """
-        Return the pose of a frame in the world.
-
-        :raises TransformException: it is not known; the text says why
-        """
+    def pose_of_frame(self, name: str) -> Pose | None:
+        """Return the pose of one of the robot's own frames in the world, None of another."""
+        origin, pose = self.odometer.origin, self.odometer.pose
         if name == WORLD:
             return upright(Pose2D(0.0, 0.0, 0.0))
-        if name in (ODOM, BASE_LINK):
-            origin, pose = self.odometer.origin, self.odometer.pose
-            if origin is None or pose is None:
-                raise LookupException(f'"{name}" is not there before the first pose of the turtle')
-            return upright(origin if name == ODOM else origin.compose(pose))
-        return pose_of(self.tf_buffer.lookup_transform(WORLD, name, LATEST).transform)
+        if origin is None or pose is None:
+            return None
+        return {ODOM: upright(origin), BASE_LINK: upright(origin.compose(pose))}.get(name)
 
 
 def upright(pose: Pose2D) -> Pose:
@@ -285,9 +237,7 @@ def upright(pose: Pose2D) -> Pose:
 def main(args: list[str] | None = None) -> None:
     """Run the node until it is interrupted."""
     with init(args):
-        executor = make_executor()
-        executor.add_node(TurtleRobot())
-        spin(executor)
+        spin(TurtleRobot())
 
 
 if __name__ == '__main__':

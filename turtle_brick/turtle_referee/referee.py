@@ -37,8 +37,8 @@ from tempfile import TemporaryFile
 from time import monotonic
 from typing import Any
 
-from turtle_brick.ros.interrupts import INTERRUPTS
 from turtle_brick.tools.graph import Graph
+from turtle_brick.tools.interrupts import INTERRUPTS
 from turtle_referee import arena_rules, catcher_rules, robot_rules, telling
 from turtle_referee.domains import keep_to_this_machine, reserved_domain
 from turtle_referee.names import Profile, ProfileError

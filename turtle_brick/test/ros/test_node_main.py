@@ -32,7 +32,7 @@ import os, signal, sys
 import rclpy
 from rclpy.node import Node
 from turtle_brick.ros.node_parameters import declare_parameters
-from turtle_brick.ros.executor import make_executor
+from turtle_brick.ros.node_main import make_executor
 from turtle_brick.ros.node_main import init, spin
 {before}
 

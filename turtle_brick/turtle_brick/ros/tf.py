@@ -14,7 +14,6 @@
 
 """What the nodes share about TF: names of frames, transform messages, and listeners."""
 
-from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -41,23 +40,15 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 OLDEST = 500_000_000
 """Age (ns) above which a transform no longer tells where a moving frame is."""
 
-AHEAD = 5_000_000_000
+AHEAD = NANOSECONDS
 """How far (ns) ahead of a node's clock the stamp of a transform may be. tf2 drops what is 10 s
 older than the latest transform of a frame: one from far ahead would shut out all that follow."""
-
-ECHO = NANOSECONDS
-"""Time (ns) for which transforms may arrive that were stamped before the clock was set back. Those
-whose stamps are nearer to the time before are left out: in a buffer they would be the latest."""
 
 PAST = 10_000_000_000
 """Age (ns) above which tf2 drops a transform, each with a message in the log."""
 
-STEADY = 50
-"""Transforms per second on /tf from which on a frame counts as moving, whatever /tf_static says;
-one with fewer stays where /tf_static says."""
-
 LENGTH_TOLERANCE = 0.01
-"""Largest deviation of the square of a quaternion's length from 1, as in tf2."""
+"""Largest deviation of the square of a quaternion's length from 1."""
 
 LATEST = Time()
 """The time that asks tf2 for the latest transform."""
@@ -112,116 +103,36 @@ def recent(buffer: Buffer, frame: str, now: int) -> Pose | None:
     return pose_of(transform.transform) if -AHEAD <= age <= OLDEST else None
 
 
-class Guard:
+def harm_of(transform: TransformStamped, static: bool, now: int) -> str:
     """
-    Refuse transforms that would do a buffer lasting harm.
+    Tell whether a transform would do a buffer, or who reads it, harm that stays.
 
-    Anybody may publish transforms. A stamp from the future, a static frame replaced by a moving
-    one or a frame torn off the world would hide what comes after.
+    Anybody may publish transforms, and what else is wrong with one is put right by the next.
+
+    :param transform: the transform
+    :param static: whether it came on /tf_static
+    :param now: the present instant (ns)
+    :return: What is wrong with it, in words that name the value; empty if it can be used.
     """
-
-    def __init__(self) -> None:
-        """Know no frames yet."""
-        self._parents: dict[str, str] = {}
-        self._static: dict[str, bool] = {}
-        self._claims: dict[str, deque[int]] = {}
-        self._now = 0
-        self._jump = 0
-        self._echo_ends = 0
-
-    def admit(self, transform: TransformStamped, static: bool, now: int) -> str:
-        """
-        Check a transform, and remember its frames if it can be used.
-
-        :param transform: the transform
-        :param static: whether it came on /tf_static
-        :param now: the present instant (ns)
-        :return: What is wrong, in words that name frames and value; empty if it can be used.
-        """
-        reason = self._check(transform, static, now)
-        if reason:
-            return (f'the transform from "{transform.header.frame_id[:40]}" to '
-                    f'"{transform.child_frame_id[:40]}" {reason}')
-        return ''
-
-    def _check(self, transform: TransformStamped, static: bool, now: int) -> str:
-        """Admit a transform, or return what is wrong with it, without its frames."""
-        place, turn = transform.transform.translation, transform.transform.rotation
-        if not abs(place.x) + abs(place.y) + abs(place.z) <= FARTHEST:
-            return f'leads to ({place.x:g}, {place.y:g}, {place.z:g})'
-        x, y, z, w = turn.x, turn.y, turn.z, turn.w
-        if not abs(x * x + y * y + z * z + w * w - 1.0) <= LENGTH_TOLERANCE:
-            return f'has the quaternion ({x:g}, {y:g}, {z:g}, {w:g}), which is no unit quaternion'
-        stamp = transform.header.stamp
-        if stamp.sec < 0 or stamp.nanosec >= NANOSECONDS:
-            return f'has the stamp {stamp.sec} s {stamp.nanosec} ns, which is no time'
-        age = now - nanoseconds_of(stamp)
-        self._notice_jump(now)
-        if not static and not -self._ahead(now) <= age <= PAST:
-            return f'has a stamp that is {abs(age) * 1e-9:g} s {"old" if age > 0 else "ahead"}'
-        parent = transform.header.frame_id.removeprefix('/')
-        child = transform.child_frame_id.removeprefix('/')
-        if not parent or not child:
-            return 'names no frame'
-        if child == WORLD:
-            return f'gives "{WORLD}" a parent, but it is the root of all frames'
-        self._count(child, static, now)
-        steady = self._is_steady(child, now)
-        if self._static.get(child, static) is not static and steady is static:
-            return f'came on {_topic(static)}, but the frame is known from {_topic(not static)}'
-        if self._parents.get(child) != parent:
-            above = self._up_from(parent)
-            known = self._static.get(child) if static else WORLD in self._up_from(child)
-            if known and WORLD not in above:
-                return f'would tear "{child}" off'
-            if static and not known and child in above:
-                # A static transform comes only once. The loop is the fault of the moving frames:
-                # forget their parents, which come again if they are right.
-                for frame in above[:above.index(child)]:
-                    if not self._static[frame]:
-                        del self._parents[frame]
-                above = self._up_from(parent)
-            if child in above:
-                return 'would close a loop'
-            self._parents[child] = parent
-        self._static[child] = static
-        return ''
-
-    def _notice_jump(self, now: int) -> None:
-        """Notice that the clock was set back."""
-        if self._now - now > OLDEST:
-            self._jump, self._echo_ends = self._now - now, now + ECHO
-        self._now = now
-
-    def _ahead(self, now: int) -> int:
-        """Return how far (ns) ahead a stamp may be: less for a while after time went back."""
-        return min(AHEAD, self._jump // 2) if now < self._echo_ends else AHEAD
-
-    def _count(self, frame: str, static: bool, now: int) -> None:
-        """Count a transform of a frame, if it came on /tf, once per message."""
-        claims = self._claims.setdefault(frame, deque(maxlen=STEADY))
-        if not static and (not claims or now != claims[-1]):
-            claims.append(now)
-
-    def _is_steady(self, frame: str, now: int) -> bool:
-        """Tell whether a frame comes on /tf as often as a moving one."""
-        claims = self._claims[frame]
-        return len(claims) == STEADY and now - claims[0] <= NANOSECONDS
-
-    def _up_from(self, frame: str) -> list[str]:
-        """Return a frame and all above it."""
-        way = [frame]
-        while way[-1] in self._parents:
-            way.append(self._parents[way[-1]])
-        return way
-
-
-def _topic(static: bool) -> str:
-    return '/tf_static' if static else '/tf'
+    place, turn = transform.transform.translation, transform.transform.rotation
+    if not abs(place.x) + abs(place.y) + abs(place.z) <= FARTHEST:
+        return f'leads to ({place.x:g}, {place.y:g}, {place.z:g})'
+    x, y, z, w = turn.x, turn.y, turn.z, turn.w
+    if not abs(x * x + y * y + z * z + w * w - 1.0) <= LENGTH_TOLERANCE:
+        return f'has the quaternion ({x:g}, {y:g}, {z:g}, {w:g}), which is no unit quaternion'
+    stamp = transform.header.stamp
+    if stamp.sec < 0 or stamp.nanosec >= NANOSECONDS:
+        return f'has the stamp {stamp.sec} s {stamp.nanosec} ns, which is no time'
+    age = now - nanoseconds_of(stamp)
+    if not static and not -AHEAD <= age <= PAST:
+        return f'has a stamp that is {abs(age) * 1e-9:g} s {"old" if age > 0 else "ahead"}'
+    if transform.child_frame_id.removeprefix('/') == WORLD:
+        return f'gives "{WORLD}" a parent, but it is the root of all frames'
+    return ''
 
 
 class Intake:
-    """Fill a buffer with the transforms that the Guard lets pass."""
+    """Fill a buffer with the transforms that do it no harm."""
 
     def __init__(self, buffer: Buffer, complain: Callable[[str, str], Any],
                  jitter: int = 0) -> None:
@@ -235,7 +146,6 @@ class Intake:
         self._buffer = buffer
         self._complain = complain
         self._jitter = jitter
-        self._guard = Guard()
         self._now = 0
 
     def take_in(self, message: TFMessage, static: bool, now: int) -> list[TransformStamped]:
@@ -246,9 +156,12 @@ class Intake:
         keep = self._buffer.set_transform_static if static else self._buffer.set_transform
         taken = []
         for transform in message.transforms:
-            refusal = self._guard.admit(transform, static, now)
-            if refusal:
-                self._complain(_topic(static), f'Left out: {refusal}')
+            harm = harm_of(transform, static, now)
+            if harm:
+                self._complain(
+                    '/tf_static' if static else '/tf',
+                    f'Left out: the transform from "{transform.header.frame_id[:40]}" to '
+                    f'"{transform.child_frame_id[:40]}" {harm}')
             else:
                 keep(transform, 'default_authority')
                 taken.append(transform)
@@ -256,10 +169,10 @@ class Intake:
 
 
 class GuardedListener(TransformListener):
-    """A TransformListener that leaves out, with a warning, what the Guard refuses."""
+    """A TransformListener that leaves out, with a warning, what would do lasting harm."""
 
     def __init__(self, buffer: Buffer, node: Node,
-                 on_transform: Callable[[TransformStamped], Any] | None = None) -> None:
+                 on_transform: Callable[[TransformStamped], Any] = lambda transform: None) -> None:
         """
         Listen to /tf and /tf_static.
 
@@ -268,20 +181,19 @@ class GuardedListener(TransformListener):
         :param on_transform: called with each transform of /tf, in order, once its message is in
             the buffer; also with those that arrive together because the machine was busy
         """
-        warner = Warner(node)
-        self._intake = Intake(buffer, lambda _, sentence: warner.warn('transform', sentence))
+        self._intake = Intake(buffer, Warner(node).warn)
         self._on_transform = on_transform
         super().__init__(buffer, node)
 
     def callback(self, data: TFMessage) -> None:
         """Take in a message of /tf."""
-        for transform in self._take_in(data, False):
-            if self._on_transform is not None:
-                self._on_transform(transform)
+        for transform in self._intake.take_in(data, False, self._now()):
+            self._on_transform(transform)
 
     def static_callback(self, data: TFMessage) -> None:
         """Take in a message of /tf_static."""
-        self._take_in(data, True)
+        self._intake.take_in(data, True, self._now())
 
-    def _take_in(self, data: TFMessage, static: bool) -> list[TransformStamped]:
-        return self._intake.take_in(data, static, self.node.get_clock().now().nanoseconds)
+    def _now(self) -> int:
+        """Return the present instant (ns)."""
+        return self.node.get_clock().now().nanoseconds

@@ -14,39 +14,35 @@
 
 """Warnings, limited in number."""
 
+from collections import deque
 from time import monotonic
 
 from rclpy.node import Node
 
+PERIOD = 10.0
+"""Time (s) in which the number of warnings of a kind is limited."""
+
+LIMIT = 5
+"""How many warnings of a kind there may be in that time."""
+
 
 class Warner:
     """
-    Log warnings, a limited number of each kind per PERIOD: bad messages may come by the thousand.
+    Log warnings, a limited number of each kind: bad messages may come by the thousand.
 
     The logger's own `throttle_duration_sec` takes a quarter of a millisecond per call, to look up
     the caller: a thousand bad messages would delay a node.
     """
 
-    PERIOD = 10.0
-    """Time (s) in which the number of warnings of a kind is limited."""
-
-    def __init__(self, node: Node, limit: int = 1) -> None:
-        """
-        Begin without any warning.
-
-        :param node: the node that warns
-        :param limit: number of warnings of a kind in a period
-        """
-        self._node = node
-        self._limit = limit
-        self._given: dict[str, list[float]] = {}
+    def __init__(self, node: Node) -> None:
+        """Begin without any warning of a node."""
+        self._logger = node.get_logger()
+        self._given: dict[str, deque[float]] = {}
 
     def warn(self, kind: str, sentence: str) -> None:
         """Log a warning, unless the limit of its kind is reached."""
         now = monotonic()
-        given = self._given.setdefault(kind, [])
-        while given and now - given[0] > self.PERIOD:
-            del given[0]
-        if len(given) < self._limit:
+        given = self._given.setdefault(kind, deque(maxlen=LIMIT))
+        if len(given) < LIMIT or now - given[0] > PERIOD:
             given.append(now)
-            self._node.get_logger().warning(sentence)
+            self._logger.warning(sentence)

@@ -74,9 +74,9 @@ from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import load, ParameterError, Parameters
 from turtle_brick.core.reachability import guaranteed_distance
 from turtle_brick.physics import STEP
-from turtle_brick.ros.interrupts import INTERRUPTS
 from turtle_brick.ros.tf import BASE_LINK, BRICK
 from turtle_brick.tools.graph import Graph
+from turtle_brick.tools.interrupts import INTERRUPTS
 from turtle_brick.tools.measuring import (BrickSample, busy_time, chain, Drift, drift, Events,
                                           intervals, peak_memory)
 from turtle_brick.tools.measuring import Place as RobotPlace

@@ -43,11 +43,10 @@ from turtle_brick.catcher import PERIOD as CATCHER_PERIOD
 from turtle_brick.core.driving import PERIOD as ROBOT_PERIOD
 from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK
 from turtle_brick.physics import STEP
-from turtle_brick.ros.executor import make_executor
-from turtle_brick.ros.interrupts import INTERRUPTS
 from turtle_brick.ros.node_main import init, spare_collector, spin
 from turtle_brick.ros.tf import BASE_LINK, BRICK, LATCHED, ODOM, transform_message, WORLD
 from turtle_brick.tools.graph import Graph
+from turtle_brick.tools.interrupts import INTERRUPTS
 from turtle_brick.turtle_robot import COMPANY_PERIOD
 from turtle_brick_interfaces.msg import Tilt
 from turtle_brick_interfaces.srv import Place
@@ -201,9 +200,7 @@ def main(args: Sequence[str] | None = None) -> int:
         names = names[:names.index('--ros-args')]
     if kind == 'bare' and len(names) == 1:
         with init():
-            executor = make_executor()
-            executor.add_node(BARE_NODES[names[0]]())
-            spin(executor)
+            spin(BARE_NODES[names[0]]())
         return 0
     INTERRUPTS.take_over()
     try:

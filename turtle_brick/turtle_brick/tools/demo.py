@@ -46,10 +46,10 @@ from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guarante
                                             resting_height, time_needed)
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.ros.interrupts import INTERRUPTS
 from turtle_brick.ros.node_main import spare_collector
 from turtle_brick.ros.tf import BASE_LINK, BRICK
 from turtle_brick.tools.graph import Graph
+from turtle_brick.tools.interrupts import INTERRUPTS
 from turtle_brick.view.polling import PollingNode
 from turtle_referee.domains import (DomainError, DOMAINS, is_empty, keep_to_this_machine,
                                     LAST_DOMAIN, reserved_domain)

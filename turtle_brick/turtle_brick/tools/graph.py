@@ -39,9 +39,8 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from turtle_brick.core.parameters import default_path, to_change
-from turtle_brick.ros.executor import make_executor
-from turtle_brick.ros.interrupts import INTERRUPTS
-from turtle_brick.ros.node_main import find_log_dir
+from turtle_brick.ros.node_main import make_executor
+from turtle_brick.tools.interrupts import INTERRUPTS
 import xacro
 import yaml
 
@@ -147,7 +146,6 @@ class Graph:
         self.domain_id = domain_id
         self.context = Context()
         self._log_level = ['--log-level', 'warn'] if quiet else []
-        find_log_dir()
         with INTERRUPTS.held():
             rclpy.init(args=['--ros-args', *self._log_level], context=self.context,
                        domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)

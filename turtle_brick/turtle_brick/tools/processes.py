@@ -23,9 +23,9 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from turtle_brick.core.parameters import default_path
-from turtle_brick.ros.interrupts import INTERRUPTS
 from turtle_brick.tools.benchmark_nodes import REMAP
 from turtle_brick.tools.graph import Child, executable, Graph, write_parameters
+from turtle_brick.tools.interrupts import INTERRUPTS
 
 OURS = ('turtle_robot', 'arena', 'catcher')
 FOREIGN = {'turtlesim': 'turtlesim_standin', 'robot_state_publisher': 'robot_state_publisher'}

@@ -40,9 +40,9 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 from turtle_brick.core.geometry import Vector
 from turtle_brick.physics import Phase
-from turtle_brick.ros.interrupts import INTERRUPTS
 from turtle_brick.ros.tf import LATCHED
 from turtle_brick.tools.graph import Child, Graph
+from turtle_brick.tools.interrupts import INTERRUPTS
 from turtle_brick_interfaces.msg import Tilt
 from turtle_brick_interfaces.srv import Place
 from turtle_referee.domains import DomainError, keep_to_this_machine, reserved_domain

@@ -64,7 +64,6 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from turtle_brick.core.parameters import ParameterError
-from turtle_brick.ros.executor import make_executor
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.tf import LATCHED, WORLD
 from turtle_brick.ros.throttling import Warner
@@ -178,7 +177,7 @@ class Viewer(Listener):
             """The page."""
         except AddressError as error:
             raise ParameterError(str(error)) from None
-        self.display = Display(self.view, Buffer(node=self), Warner(self).warn)
+        self.display = Display(self.view, Buffer(), Warner(self).warn)
         """What is on it."""
         self._pending: list[tuple[Future, str, int, Callable[[Any], None]]] = []
 
@@ -298,9 +297,7 @@ def main(args: list[str] | None = None) -> int:
               f'pip install {VISER}', file=sys.stderr)
         return 1
     with init(args):
-        executor = make_executor()
-        executor.add_node(Viewer())
-        spin(executor)
+        spin(Viewer())
     return 0
 
 
