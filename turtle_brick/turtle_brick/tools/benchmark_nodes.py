@@ -47,7 +47,6 @@ from turtle_brick.ros.node_main import init, spare_collector, spin
 from turtle_brick.ros.tf import BASE_LINK, BRICK, LATCHED, ODOM, transform_message, WORLD
 from turtle_brick.tools.graph import Graph
 from turtle_brick.tools.interrupts import INTERRUPTS
-from turtle_brick.turtle_robot import COMPANY_PERIOD
 from turtle_brick_interfaces.msg import Tilt
 from turtle_brick_interfaces.srv import Place
 from turtlesim.msg import Pose
@@ -111,7 +110,6 @@ class BareTurtleRobot(BareNode):
         odometry.header.frame_id, odometry.child_frame_id = ODOM, BASE_LINK
         self.repeat(odometry, 'odom')
         self.create_publisher(TFMessage, '/tf_static', LATCHED)
-        self.create_timer(COMPANY_PERIOD, lambda: None)
         self.create_timer(ROBOT_PERIOD, self.speak)
 
 
