@@ -33,7 +33,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 import contextlib
 import fcntl
-import functools
 import hashlib
 import json
 import os
@@ -47,7 +46,6 @@ import struct
 import subprocess
 import sys
 import sysconfig
-import tempfile
 import time
 from xml.etree import ElementTree
 
@@ -71,20 +69,12 @@ FOREIGN_PACKAGES = re.compile(r'/opt/python/cp\w+-cp\w+/lib/python3\.\d+t?/site-
 UNQUOTED_TARGET = re.compile(r'(add_custom_target\(\s*ament_cmake_python_\S+(?: ALL)?)')
 ASCII_LINES = re.compile(r'(file\(STRINGS "\$\{idl_output\}" idl_tuples)\)')
 
-# At its end a process has Fast DDS wait for ever until no callback runs:
-# DomainParticipant::set_listener(listener) loads seconds::max() and jumps to the wait. Built for
-# glibc 2.28, whose waits know no steady clock, it adds the time of day to that, which overflows,
-# and spins with the very lock held that the callback needs. One in 700 processes hung at its end
-# when its neighbors ended as well. An hour does not overflow.
-FOR_EVER = b'\x48\xba' + (2**63 - 1).to_bytes(8, 'little') + b'\xe9'
-AN_HOUR = b'\x48\xba' + (3600).to_bytes(8, 'little') + b'\xe9'
-
 # What a path may have besides letters and digits of any script. Most other characters mean
 # something to CMake, Ninja, colcon or search paths, and cannot be escaped.
 FIT = '/ ._-+~@=!%&()#'
 
 # What is in a package's folder and does not affect its build.
-NOT_BUILT = {'turtle_brick': ('scripts', 'standins', 'test')}
+NOT_BUILT = ('doc', 'media', 'scripts', 'standins', 'test')
 
 # A stand-in is named for what a user imports or runs; the real package may have another name.
 REAL_NAMES = {'tf2_ros': 'tf2_ros_py'}
@@ -92,14 +82,13 @@ REAL_NAMES = {'tf2_ros': 'tf2_ros_py'}
 PATH_VARIABLES = ('AMENT_PREFIX_PATH', 'CMAKE_PREFIX_PATH', 'COLCON_PREFIX_PATH',
                   'LD_LIBRARY_PATH', 'PATH', 'PYTHONPATH', 'PKG_CONFIG_PATH')
 
-# How pip says that it cannot reach an index: the reason, if it gives one, and that it is so.
-UNREACHABLE_FOR = re.compile(
-    r'Temporary failure in name resolution|Name or service not known|Network is unreachable'
-    r'|No address associated with hostname|No route to host|Connection refused|timed out'
-    r'|certificate verify failed')
+# How pip says that it cannot reach an index, and why.
 UNREACHABLE = re.compile(
     r'NewConnectionError|NameResolutionError|Connect(ion|Timeout)Error|ProxyError|SSLError'
     r'|connection broken')
+UNREACHABLE_FOR = re.compile(
+    r'Temporary failure in name resolution|Name or service not known|Network is unreachable'
+    r'|No route to host|Connection refused|timed out|certificate verify failed')
 
 
 class HomeError(Exception):
@@ -115,11 +104,7 @@ def say(text: str, end: str = '\n') -> None:
 
 @contextlib.contextmanager
 def step(what: str) -> Iterator[None]:
-    """
-    Print a step and how long it took.
-
-    :param what: The step, in a few words.
-    """
+    """Print a step and how long it took."""
     start = time.monotonic()
     try:
         say(f'  {what} ...', end='')
@@ -130,46 +115,11 @@ def step(what: str) -> Iterator[None]:
     say(f' {time.monotonic() - start:.0f} s')
 
 
-INTERRUPTIONS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-
-# How often (s) it looks for an interruption while a command runs.
-GLANCE = 0.2
-
-# Locks that every command inherits, so that a command which outlives a killed process still holds
-# them.
-locks: list[int] = []
-
-
-def run(command: list[str], env: dict[str, str]) -> tuple[int, str]:
-    """
-    Run a command in a process group of its own, which an interruption ends at once.
-
-    :param command: The program and its arguments.
-    :param env: Its environment.
-    :return: Its status and what it wrote to standard output and standard error.
-    """
-    # An interruption has to wait until it is known which process to end.
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, INTERRUPTIONS)
-    try:
-        with subprocess.Popen(
-                command, cwd=TOP, env=env, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT, text=True, errors='replace', start_new_session=True,
-                pass_fds=locks,
-                preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_SETMASK, before)) as process:
-            try:
-                signal.pthread_sigmask(signal.SIG_SETMASK, before)
-                output = None
-                while output is None:
-                    # A signal that comes just before the wait begins is not seen until it ends.
-                    with contextlib.suppress(subprocess.TimeoutExpired):
-                        output, _ = process.communicate(timeout=GLANCE)
-            except BaseException:
-                with contextlib.suppress(ProcessLookupError):
-                    os.killpg(process.pid, signal.SIGKILL)
-                raise
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    return process.returncode, output
+def run(command: list[str], env: dict[str, str], text: str = '') -> tuple[int, str]:
+    """Run a command with a text as its input; return its status and all that it wrote."""
+    done = subprocess.run(command, cwd=TOP, env=env, input=text, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, text=True, errors='replace')
+    return done.returncode, done.stdout
 
 
 def last_line(output: str, pattern: str = r'\S') -> str:
@@ -202,7 +152,6 @@ def folder_fingerprint(folder: Path, without: Iterable[str] = ()) -> str:
     """
     Return a hash of the names, modes and contents of a folder's files.
 
-    :param folder: The folder.
     :param without: Names at its top that do not count. Hidden files and bytecode never do.
     """
     skipped = {folder / name for name in without}
@@ -226,22 +175,16 @@ class Record:
     """The fingerprints of what has been made, kept in a file."""
 
     def __init__(self, path: Path) -> None:
-        """
-        Read the record.
-
-        :param path: Its file. If it cannot be read, nothing is made.
-        """
+        """Read the record. If its file cannot be read, nothing is made."""
         self._path = path
         try:
-            made = json.loads(path.read_text())
+            self._made: dict[str, str] = json.loads(path.read_text())
         except (OSError, ValueError):
-            made = {}
-        self._made: dict[str, str] = made if isinstance(made, dict) else {}
+            self._made = {}
 
     def __contains__(self, item: tuple[str, str]) -> bool:
-        """Return whether a part, given with its fingerprint, is made and up to date."""
-        part, mark = item
-        return self._made.get(part) == mark
+        """Return whether a part with its fingerprint is made and up to date."""
+        return item in self._made.items()
 
     def parts(self) -> set[str]:
         """Return the names of all parts that are made."""
@@ -265,7 +208,7 @@ class Record:
 
 @contextlib.contextmanager
 def alone() -> Iterator[None]:
-    """Lock the home against other processes that would make it at the same time."""
+    """Lock the home: another terminal may make it at the same time."""
     folder = os.open(TOP, os.O_RDONLY)
     try:
         try:
@@ -275,21 +218,15 @@ def alone() -> Iterator[None]:
             fcntl.flock(folder, fcntl.LOCK_EX)
         except OSError:
             pass  # a file system that cannot lock a folder (NFS): go on without
-        locks.append(folder)
         yield
     finally:
-        locks.clear()
         os.close(folder)
 
 
 # -------------------------------------------------------------------------- what the machine has
 
 def check_path() -> None:
-    """
-    Check that a home can be made in this folder.
-
-    :raises HomeError: Its path has a character that CMake, colcon or search paths cannot take.
-    """
+    """Check that CMake, colcon and search paths can take the path of this folder."""
     for character in str(HOME):
         if not (character.isalnum() or character in FIT):
             raise HomeError(f'The path {str(TOP)!r} has {character!r} in it, which CMake, colcon '
@@ -297,11 +234,7 @@ def check_path() -> None:
 
 
 def check_platform() -> None:
-    """
-    Check that the wheels of Jazzy can run on this machine.
-
-    :raises HomeError: It is no x86-64 Linux with glibc.
-    """
+    """Check that the wheels of Jazzy can run here: on an x86-64 Linux with glibc."""
     otherwise = ('on this machine, install ROS 2 Jazzy itself (or use its container) and source '
                  'it first')
     if platform.system() != 'Linux' or platform.machine().lower() not in ('x86_64', 'amd64') \
@@ -316,58 +249,29 @@ def check_platform() -> None:
             f'machine has {name or "another C library"} {version}'.rstrip() + f': {otherwise}.')
 
 
-def find_compiler(language: str, variable: str, names: Iterable[str]) -> list[str]:
-    """
-    Find a compiler as CMake does: the one that the environment names, else a usual one.
-
-    :param language: Its language, for the message.
-    :param variable: The environment variable that may name it.
-    :param names: The usual names of its program.
-    :return: The program's path, and arguments that the variable gives.
-    :raises HomeError: There is none.
-    """
-    named = shlex.split(os.environ.get(variable, ''))
-    for candidate in [named] if named else [[name] for name in names]:
-        program = shutil.which(candidate[0])
-        if program:
-            return [program, *candidate[1:]]
-    looked_for = f'{variable}={named[0]}' if named else ', '.join(names)
-    raise HomeError(f'There is no {language} compiler (looked for {looked_for}): install one, '
-                    'for example with "sudo apt install build-essential".')
-
-
-@functools.cache
 def check_compilers() -> None:
-    """
-    Check that C and C++ programs can be built.
-
-    :raises HomeError: A compiler is missing or does not work.
-    """
-    compilers = (
-        ('C', '.c', '#include <stdlib.h>',
-         find_compiler('C', 'CC', ('cc', 'gcc', 'clang'))),
-        ('C++', '.cpp', '#include <vector>',
-         find_compiler('C++', 'CXX', ('c++', 'g++', 'clang++'))))
-    for language, suffix, include, command in compilers:
-        with tempfile.TemporaryDirectory() as folder:
-            source = Path(folder, f'program{suffix}')
-            source.write_text(f'{include}\nint main(void) {{ return 0; }}\n'
-                              if language == 'C' else f'{include}\nint main() {{ return 0; }}\n')
-            status, output = run([*command, str(source), '-o', str(source.with_suffix(''))],
-                                 dict(os.environ))
+    """Check that C and C++ programs can be built, with the compilers that CMake would take."""
+    for language, variable, usual, include in (
+            ('C', 'CC', ('cc', 'gcc', 'clang'), 'stdlib.h'),
+            ('C++', 'CXX', ('c++', 'g++', 'clang++'), 'vector')):
+        named = shlex.split(os.environ.get(variable, ''))
+        found = named if named else [name for name in usual if shutil.which(name)][:1]
+        if not found or not shutil.which(found[0]):
+            looked_for = f'{variable}={named[0]}' if named else ', '.join(usual)
+            raise HomeError(
+                f'There is no {language} compiler (looked for {looked_for}): install one, for '
+                'example with "sudo apt install build-essential".')
+        status, output = run([*found, '-fsyntax-only', '-x', language.lower(), '-'],
+                             dict(os.environ), f'#include <{include}>\n')
         if status:
             raise HomeError(
-                f'The {language} compiler {command[0]} cannot build a program '
+                f'The {language} compiler {found[0]} cannot compile a program '
                 f'({last_line(output, "error") or last_line(output)}): install a whole one, '
                 'for example with "sudo apt install build-essential".')
 
 
 def check_python() -> None:
-    """
-    Check that this Python can make a virtual environment and be compiled against.
-
-    :raises HomeError: Its venv module or its C headers are missing.
-    """
+    """Check that this Python can make a virtual environment and be compiled against."""
     version = '{}.{}'.format(*sys.version_info[:2])
     try:
         import ensurepip  # noqa: F401
@@ -385,11 +289,7 @@ def check_python() -> None:
 
 
 def check_colcon() -> None:
-    """
-    Check that the ROS home which is sourced has what builds packages.
-
-    :raises HomeError: colcon or CMake is missing.
-    """
+    """Check that the ROS home which is sourced has what builds packages."""
     for program, package in (('colcon', 'python3-colcon-common-extensions'), ('cmake', 'cmake')):
         if not shutil.which(program):
             raise HomeError(f'There is no {program} on the PATH: install it, for example with '
@@ -405,38 +305,15 @@ def venv_fingerprint() -> str:
 
 
 def point_to_this_machine(text: str, include: str, packages: str) -> str:
-    """
-    Repair an exported CMake file: it names the paths of the machine that built the wheels.
-
-    :param text: The CMake file.
-    :param include: The folder of this Python's headers.
-    :param packages: The site-packages folder of the virtual environment.
-    :return: The file with this machine's paths, which may have any letter in them.
-    """
+    """Repair an exported CMake file, which names the paths of the machine that built it."""
     text = FOREIGN_INCLUDE.sub(lambda _: include, text)
     text = FOREIGN_PACKAGES.sub(lambda _: packages, text)
     text = UNQUOTED_TARGET.sub(r'\1 VERBATIM', text)
     return ASCII_LINES.sub(r'\1 ENCODING UTF-8)', text)
 
 
-def with_patience(library: bytes) -> bytes:
-    """
-    Repair Fast DDS, which may hang when a process ends: see FOR_EVER.
-
-    :param library: The shared library libfastrtps.
-    :return: The library with a wait that ends; as it is if it is not built as expected.
-    """
-    return library.replace(FOR_EVER, AN_HOUR) if library.count(FOR_EVER) == 1 else library
-
-
 def local_setup(venv: Path, packages: Path) -> str:
-    """
-    Write the script that makes a shell use a virtual environment as its ROS prefix.
-
-    :param venv: The virtual environment.
-    :param packages: Its site-packages folder.
-    :return: The text of a bash script.
-    """
+    """Return a bash script that makes a shell use a virtual environment as its ROS prefix."""
     libraries = [venv / 'lib', *sorted(packages.glob('ros_*.libs'))]
     quoted = {name: shlex.quote(str(value)) for name, value in (
         ('home', venv.parent), ('venv', venv), ('bin', venv / 'bin'),
@@ -476,12 +353,7 @@ hash -r
 
 
 def pip_sentence(output: str) -> str:
-    """
-    Say in one sentence why pip failed.
-
-    :param output: All that it printed.
-    :return: The sentence.
-    """
+    """Say in one sentence why pip failed, by all that it printed."""
     missing = re.search(r'No matching distribution found for (\S+)', output)
     if UNREACHABLE.search(output):
         reason = UNREACHABLE_FOR.search(output)
@@ -497,11 +369,7 @@ def pip_sentence(output: str) -> str:
 
 
 def make_venv() -> None:
-    """
-    Make the virtual environment, from nothing.
-
-    :raises HomeError: It cannot be made.
-    """
+    """Make the virtual environment, from nothing."""
     env = clean_environment()
     for name in ('PYTHONPATH', 'PYTHONHOME', 'PIP_TARGET', 'PIP_PREFIX', 'PIP_ROOT',
                  'VIRTUAL_ENV', '__PYVENV_LAUNCHER__'):
@@ -533,8 +401,6 @@ def make_venv() -> None:
         new = point_to_this_machine(text, sysconfig.get_path('include'), str(packages))
         if new != text:
             path.write_text(new)
-    for path in (VENV / 'lib').glob('libfastrtps.so*'):
-        path.write_bytes(with_patience(path.read_bytes()))
     (VENV / 'local_setup.bash').write_text(local_setup(VENV, packages))
     # The kernel takes no interpreter with a blank in its path, nor one that is very long.
     (packages / 'setuptools' / '_distutils' / 'distutils.cfg').write_text(
@@ -555,13 +421,7 @@ def in_venv() -> list[str]:
 # ------------------------------------------------------------------------------------ the packages
 
 def find_prefix(package: str, prefixes: Iterable[str]) -> str | None:
-    """
-    Find a package in the ament index.
-
-    :param package: Its name.
-    :param prefixes: The prefixes to look in, the first one first.
-    :return: The prefix that has it, or None.
-    """
+    """Return the first prefix that has a package in its ament index, or None."""
     for prefix in prefixes:
         if Path(prefix, 'share/ament_index/resource_index/packages', package).is_file():
             return prefix
@@ -570,11 +430,10 @@ def find_prefix(package: str, prefixes: Iterable[str]) -> str | None:
 
 def packages_to_build(prefixes: list[str]) -> dict[str, Path]:
     """
-    Tell which packages the workspace is to hold.
+    Return the folder of each package that the workspace is to hold, by its name.
 
     :param prefixes: The prefixes of the home underneath.
-    :return: The folder of each package, by its name: the stand-ins of what is in no prefix, then
-        the two packages themselves.
+    :return: The stand-ins of what is in no prefix, then the two packages themselves.
     """
     folders = {}
     for manifest in sorted(TOP.glob('turtle_brick/standins/*/package.xml')):
@@ -587,12 +446,7 @@ def packages_to_build(prefixes: list[str]) -> dict[str, Path]:
 
 
 def underlay_fingerprint(prefixes: list[str], python: str) -> str:
-    """
-    Return a fingerprint of the home underneath, as far as packages are built against it.
-
-    :param prefixes: Its prefixes.
-    :param python: What tells its Python from another.
-    """
+    """Return a fingerprint of the home underneath, as far as packages are built against it."""
     return fingerprint(HOME, python, Path(__file__).read_bytes(), *(
         find_prefix(name, prefixes)
         for name in ('rclpy', 'geometry_msgs', 'rosidl_default_generators')))
@@ -605,13 +459,9 @@ def build(folders: dict[str, Path], underlay: str, record: Record, launcher: lis
 
     :param folders: The folder of each package that the workspace is to hold, by its name.
     :param underlay: The fingerprint of the home underneath.
-    :param record: What is made so far.
     :param launcher: The beginning of a command that is to run in the home underneath.
-    :param env: The environment of colcon.
-    :raises HomeError: Something that builds need is missing, or a package could not be built;
-        colcon's output has then been shown.
     """
-    marks = {name: fingerprint(underlay, folder_fingerprint(folder, NOT_BUILT.get(name, ())))
+    marks = {name: fingerprint(underlay, folder_fingerprint(folder, NOT_BUILT))
              for name, folder in folders.items()}
     changed = [name for name, mark in marks.items()
                if (name, mark) not in record or not (HOME / 'install' / name).is_dir()]
@@ -650,22 +500,16 @@ def remove_home() -> None:
     """Delete all that this program has made, the record of it first."""
     for name in PARTS:
         path = HOME / name
-        if path.is_dir() and not path.is_symlink():
+        if path.is_dir():
             shutil.rmtree(path, ignore_errors=True)
         else:
-            with contextlib.suppress(FileNotFoundError):
-                path.unlink()
+            path.unlink(missing_ok=True)
     with contextlib.suppress(OSError):
         HOME.rmdir()
 
 
 def make_native_home(record: Record) -> None:
-    """
-    Build the packages on the ROS home that the environment has sourced.
-
-    :param record: What is made so far.
-    :raises HomeError: Something is missing, or a build failed.
-    """
+    """Build the packages on the ROS home that the environment has sourced."""
     env = clean_environment()
     env['COLCON_DEFAULTS_FILE'] = os.devnull  # a user's own layout is not this one
     prefixes = [prefix for prefix in env.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if prefix]
@@ -674,13 +518,7 @@ def make_native_home(record: Record) -> None:
 
 
 def make_pypi_home(record: Record) -> None:
-    """
-    Make the virtual environment, unless it is there and good, and build the packages on it.
-
-    :param record: What is made so far.
-    :raises HomeError: Something is missing, or a build failed. If it was the virtual environment
-        that could not be made, nothing is left behind.
-    """
+    """Make the virtual environment, unless it is there and good, and build the packages on it."""
     mark = venv_fingerprint()
     if ('venv', mark) not in record or not VENV.is_dir():
         check_path()
@@ -696,9 +534,6 @@ def make_pypi_home(record: Record) -> None:
             record = Record(HOME / 'made.json')
             record.add('venv', mark)
         except BaseException:
-            # an interruption must not interrupt the tidying
-            for number in INTERRUPTIONS:
-                signal.signal(number, signal.SIG_IGN)
             remove_home()
             raise
     env = clean_environment()
@@ -712,31 +547,25 @@ def make_pypi_home(record: Record) -> None:
 
 
 def main() -> int:
-    """
-    Make the home that the command line names.
-
-    :return: The status of the process: 0 if the home is ready.
-    """
+    """Make the home that the command line names; return 0 if it is ready."""
     homes = {'native': make_native_home, 'pypi': make_pypi_home}
     if len(sys.argv) != 2 or sys.argv[1] not in homes:
         say('usage: make_home.py native|pypi')
         return 2
-
-    def interrupt(*_: object) -> None:
-        raise SystemExit('turtle_brick: Interrupted: the home is not ready.')
-
-    for number in INTERRUPTIONS:
-        signal.signal(number, interrupt)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.default_int_handler)
     try:
         with alone():
             homes[sys.argv[1]](Record(HOME / 'made.json'))
     except HomeError as error:
         say(f'turtle_brick: {error}')
-        return 1
+    except KeyboardInterrupt:
+        say('turtle_brick: Interrupted: the home is not ready.')
     except OSError as error:
         say(f'turtle_brick: The home cannot be made: {error}.')
-        return 1
-    return 0
+    else:
+        return 0
+    return 1
 
 
 if __name__ == '__main__':
