@@ -24,7 +24,6 @@ import tempfile
 
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
 import pytest
-from steadiness import Steadiness
 from turtle_brick.tools.interrupts import Interrupts
 from turtle_referee.domains import reserved_domain
 
@@ -69,7 +68,6 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ.pop('ROS_LOCALHOST_ONLY', None)
     os.environ.pop('ROS_STATIC_PEERS', None)
     os.environ['ROS_DOMAIN_ID'] = str(_session.enter_context(reserved_domain()))
-    config.pluginmanager.register(Steadiness())
     if find_spec('hypothesis') is not None:
         from hypothesis import settings
         settings.register_profile('untimed', deadline=None)  # time tells of the machine

@@ -11,15 +11,18 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
+
 """
 Live tests: a graph of one's own in this process, nodes in processes, what is heard of them.
 
-    with graph(domain_id, TurtleRobot) as live:
+    with graph(domain_id) as live:
+        live.add_robot()
         odom = live.record('odom', Odometry)
-        live.wait_for(lambda: len(odom.messages) > 200, 5.0, '200 odometry messages')
+        live.wait_for(lambda: len(odom.messages) > 200, 20.0, '200 odometry messages')
     assert all(message.child_frame_id == 'base_link' for message in odom.messages)
 
-The fixture `domain_id` (conftest.py) gives a test a ROS domain that nobody else is in.
+The nodes work while the test waits. The fixture `domain_id` (conftest.py) gives a test a ROS domain
+that nobody else is in.
 """
 
 from __future__ import annotations
@@ -27,44 +30,36 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 import contextlib
 import signal
-import threading
-import time
 from typing import Any, TypeVar
 
-import rclpy
-from rclpy.context import Context
+from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
-from rclpy.signals import SignalHandlerOptions
-from turtle_brick.ros.node_main import make_executor, SLEEP_TIME
+from tf2_msgs.msg import TFMessage
+from turtle_brick.tools.graph import Graph
+from turtle_referee.observer import DEPTH, Listener
 from turtle_referee.processes import Process
+from turtle_referee.record import rate
 
 Result = TypeVar('Result')
 
-# How often (s) a condition is looked at that nothing in the graph reports, such as a discovery.
-GLANCE = 0.01
+PATIENCE = 20.0
+"""How long (s) something may take that comes at once on a quiet machine."""
 
-
-# ------------------------------------------------------------------------------ what is heard
 
 class Recording:
     """The messages of a topic, in the order of their arrival."""
 
-    def __init__(self, name: str) -> None:
-        """
-        Start with none.
-
-        :param name: the topic's name
-        """
-        self.name = name
+    def __init__(self) -> None:
+        """Start with none."""
         self.messages: list[Any] = []
         self.times: list[float] = []
-        """When each message arrived, by `time.monotonic` (s)."""
+        """When each message was published, by the system's clock (s)."""
 
-    def receive(self, message: Any) -> None:
-        """Keep a message: the callback of the subscription."""
-        self.times.append(time.monotonic())
+    def keep(self, message: Any, info: Mapping[str, int]) -> None:
+        """Keep a message."""
+        self.times.append(info['source_timestamp'] * 1e-9)
         self.messages.append(message)
 
     def clear(self) -> None:
@@ -77,139 +72,109 @@ class Recording:
         return self.messages[-1] if self.messages else None
 
 
-class LiveGraph:
-    """Nodes with a context of their own, spun in a thread, and a listener among them."""
+class LiveGraph(Graph):
+    """A graph with somebody in it who listens and asks."""
 
-    def __init__(self, domain_id: int, *node_factories: Callable[..., Node]) -> None:
+    def __init__(self, domain_id: int, *node_factories: Callable[..., Node],
+                 **options: Any) -> None:
         """
-        Start the nodes and spin them.
+        Start the nodes.
 
         :param domain_id: the ROS domain
-        :param node_factories: make the nodes, each called with the context as `context=`; a node's
-            class is one, and so is a functools.partial of it
+        :param node_factories: make further nodes, each called with the context as `context=`
+        :param options: passed on to Graph
         """
-        self.context = Context()
-        rclpy.init(context=self.context, domain_id=domain_id,
-                   signal_handler_options=SignalHandlerOptions.NO)
-        self.executor = make_executor(self.context)
-        self.nodes: list[Node] = []
-        self._happened = threading.Condition()
-        self._error: BaseException | None = None
-        self._end = threading.Event()
-        self._thread = threading.Thread(target=self._spin, name='live graph', daemon=True)
+        super().__init__(domain_id, **options)
+        self._clients: dict[str, Client] = {}
+        self._ears = Listener('ears', context=self.context, namespace=self.namespace)
         try:
-            self.listener = self._add(
-                lambda context: Node('listener', context=context, start_parameter_services=False))
+            self.listener = self._enter(Node(
+                'listener', context=self.context, namespace=self.namespace,
+                start_parameter_services=False))
+            """Who publishes and asks."""
             for factory in node_factories:
-                self._add(factory)
+                self._enter(factory(context=self.context))
         except BaseException:
-            self._dispose()
+            self.close()
             raise
-        self._thread.start()
 
-    def _add(self, factory: Callable[..., Node]) -> Node:
-        node = factory(context=self.context)
+    def _enter(self, node: Node) -> Node:
         self.nodes.append(node)
         self.executor.add_node(node)
         return node
 
-    def _spin(self) -> None:
-        try:
-            while not self._end.is_set():
-                self.executor.spin_once(timeout_sec=SLEEP_TIME)
-                with self._happened:
-                    self._happened.notify_all()
-        except BaseException as error:  # noqa: B902 -- it is raised again where it is waited for
-            with self._happened:
-                self._error = error
-                self._happened.notify_all()
-
-    def _dispose(self) -> None:
-        for node in self.nodes:
-            node.destroy_node()
-        self.executor.shutdown()
-        self.context.try_shutdown()
-
     def close(self) -> None:
-        """
-        End the nodes.
-
-        :raises RuntimeError: A callback did not return.
-        """
-        self._end.set()
-        self.executor.create_task(lambda: None)  # something to wake up for
-        self._thread.join(10.0)
-        if self._thread.is_alive():
-            raise RuntimeError('a callback of the graph has not returned for 10 s')
-        self._dispose()
-
-    def raise_error(self) -> None:
-        """Raise, in the test, what a callback has raised in the graph's thread."""
-        if self._error is not None:
-            raise self._error
+        """End every node."""
+        self._ears.destroy_node()
+        super().close()
 
     def wait_for(self, predicate: Callable[[], Any], timeout: float, what: str) -> Any:
         """
-        Wait until something is so.
+        Let the nodes work until something is so.
 
-        :param predicate: tells whether it is; asked after everything that happens in the graph
+        :param predicate: tells whether it is; asked after each piece of work
         :param timeout: how long (s) at most
         :param what: what is waited for, for the message
         :return: What the predicate returned at last, which is true.
         :raises TimeoutError: It was not so in time.
         """
-        deadline = time.monotonic() + timeout
-        with self._happened:
-            while True:
-                self.raise_error()
-                found = predicate()
-                if found:
-                    return found
-                left = deadline - time.monotonic()
-                if left <= 0.0:
-                    raise TimeoutError(f'waited {timeout:g} s in vain for {what}')
-                self._happened.wait(min(left, GLANCE))
+        found: list[Any] = []
 
-    def do(self, action: Callable[[], Result], timeout: float = 10.0) -> Result:
-        """
-        Do something in the graph's thread, between two callbacks.
+        def look() -> bool:
+            self._ears.fetch()
+            found[:] = [predicate()]
+            return bool(found[0])
 
-        :param action: what is done
-        :param timeout: how long (s) it may take to be its turn
-        :return: What the action returned. What it raises, this raises.
-        """
-        results: list[Result] = []
-        errors: list[Exception] = []
+        self.spin_until(look, timeout, what)
+        return found[0]
 
-        def turn() -> None:
-            try:
-                results.append(action())
-            except Exception as error:  # noqa: B902 -- the caller's, not the graph's
-                errors.append(error)
+    def pass_time(self, seconds: float) -> None:
+        """Let the nodes work for a time (s), and hear what they say."""
+        self.spin_for(seconds)
+        self._ears.fetch()
 
-        self.executor.create_task(turn)
-        self.wait_for(lambda: results or errors, timeout, 'a turn in the thread of the graph')
-        if errors:
-            raise errors[0]
-        return results[0]
+    def do(self, action: Callable[[], Result]) -> Result:
+        """Do something between two callbacks, and return what it returned."""
+        return action()
 
-    def record(self, topic: str, message_type: type, qos: QoSProfile | int = 200) -> Recording:
+    def record(self, topic: str, message_type: type, qos: QoSProfile | int = DEPTH) -> Recording:
         """
         Record a topic from now on.
 
         :param topic: its name
         :param message_type: the type of its messages
-        :param qos: the quality of service, or a depth: deep, so that a rate is not that of a
-            reader which falls behind
-        :return: The recording, which goes on until the graph ends.
+        :param qos: the quality of service, or a depth: deep, so that none is lost
+        :return: The recording, which goes on while the nodes work.
         """
-        recording = Recording(topic)
-        self.do(lambda: self.listener.create_subscription(
-            message_type, topic, recording.receive, qos))
+        recording = Recording()
+        self._ears.listen(message_type, topic, recording.keep, qos)
         return recording
 
+    def record_transforms(self, child: str, topic: str = '/tf',
+                          qos: QoSProfile | int = DEPTH) -> Recording:
+        """Record the transforms to a frame from now on, as they come on /tf or /tf_static."""
+        recording = Recording()
+
+        def keep(message: TFMessage, info: Mapping[str, int]) -> None:
+            for transform in message.transforms:
+                if transform.child_frame_id == child:
+                    recording.keep(transform, info)
+
+        self._ears.listen(TFMessage, topic, keep, qos)
+        return recording
+
+    def rates(self, recordings: Sequence[Recording], count: int) -> list[float]:
+        """Return how often (Hz) the next messages of recordings are published, so many of each."""
+        self.wait_for(lambda: all(recording.messages for recording in recordings), PATIENCE,
+                      'all to be heard')
+        for recording in recordings:
+            recording.clear()
+        self.wait_for(lambda: all(len(recording.times) >= count for recording in recordings),
+                      PATIENCE, f'{count} messages on each topic')
+        return [rate(recording.times) for recording in recordings]
+
     def publisher(self, topic: str, message_type: type, qos: QoSProfile | int = 10,
-                  readers: int = 1, timeout: float = 10.0) -> Publisher:
+                  readers: int = 1, timeout: float = PATIENCE) -> Publisher:
         """
         Make a publisher that is heard.
 
@@ -221,13 +186,13 @@ class LiveGraph:
         :return: The publisher.
         :raises TimeoutError: So many do not subscribe.
         """
-        publisher = self.do(lambda: self.listener.create_publisher(message_type, topic, qos))
+        publisher = self.listener.create_publisher(message_type, topic, qos)
         self.wait_for(lambda: publisher.get_subscription_count() >= readers, timeout,
                       f'{readers} to subscribe to {topic}')
         return publisher
 
     def call(self, service: str, service_type: type, request: Any = None,
-             timeout: float = 10.0) -> Any:
+             timeout: float = PATIENCE) -> Any:
         """
         Call a service.
 
@@ -238,33 +203,22 @@ class LiveGraph:
         :return: The response.
         :raises TimeoutError: There is no such service, or no answer.
         """
-        client = self.do(lambda: self.listener.create_client(service_type, service))
+        if service not in self._clients:
+            self._clients[service] = self.listener.create_client(service_type, service)
+        client = self._clients[service]
         self.wait_for(client.service_is_ready, timeout, f'the service {service}')
         future = client.call_async(service_type.Request() if request is None else request)
         self.wait_for(future.done, timeout, f'an answer of {service}')
-        self.do(lambda: self.listener.destroy_client(client))
         return future.result()
 
 
 @contextlib.contextmanager
-def graph(domain_id: int, *node_factories: Callable[..., Node]) -> Iterator[LiveGraph]:
-    """
-    Run nodes in this process; see LiveGraph.
-
-    :param domain_id: the ROS domain
-    :param node_factories: make the nodes
-    :return: The graph. When the context ends its nodes have ended, and what a callback raised is
-        raised again.
-    """
-    live = LiveGraph(domain_id, *node_factories)
-    try:
+def graph(domain_id: int, *node_factories: Callable[..., Node], **options: Any
+          ) -> Iterator[LiveGraph]:
+    """Run a graph in this process; see LiveGraph."""
+    with LiveGraph(domain_id, *node_factories, **options) as live:
         yield live
-    finally:
-        live.close()
-    live.raise_error()
 
-
-# ------------------------------------------------------------------------- nodes in processes
 
 class NodeProcess(Process):
     """A process in a ROS domain, with what it prints."""
@@ -284,7 +238,7 @@ class NodeProcess(Process):
 
 @contextlib.contextmanager
 def process(command: Sequence[str], domain_id: int, *, stop: int | None = signal.SIGINT,
-            timeout: float = 10.0) -> Iterator[NodeProcess]:
+            timeout: float = PATIENCE) -> Iterator[NodeProcess]:
     """
     Run a process and see that it ends as it should.
 
