@@ -57,7 +57,7 @@ setup(
             'benchmark = turtle_brick.tools.benchmark:main',
             'catcher = turtle_brick.catcher:main',
             'demo = turtle_brick.tools.demo:main',
-            'lesson = turtle_brick.tools.lesson:main',
+            'lesson = turtle_brick.tools.lesson.__main__:main',
             'referee = turtle_referee.referee:main',
             'sweep = turtle_brick.tools.sweep:main',
             'turtle_robot = turtle_brick.turtle_robot:main',

@@ -25,7 +25,8 @@ PACKAGE = Path(__file__).resolve().parents[2]
 MANIFEST = (PACKAGE / 'package.xml').read_text()
 
 KEYS = {'PIL': 'python3-pil', 'tf2_ros': 'tf2_ros_py', **{name: f'python3-{name}' for name in (
-    'hypothesis', 'matplotlib', 'mypy', 'numpy', 'pytest', 'rich', 'tqdm', 'yaml')}}
+    'hypothesis', 'joblib', 'matplotlib', 'mypy', 'numpy', 'psutil', 'pytest', 'rich', 'tqdm',
+    'yaml')}}
 """The rosdep keys that are not the name of the module."""
 
 NOT_PYTHON = {'launch_xml', 'ros2launch'}

@@ -57,10 +57,7 @@ import os
 from pathlib import Path
 import platform
 from random import Random
-import shutil
-import subprocess
 import sys
-from tempfile import TemporaryDirectory
 from threading import Event
 from time import monotonic, process_time, time_ns
 from typing import Any, NamedTuple
@@ -83,7 +80,6 @@ from turtle_brick.tools.measuring import Place as RobotPlace
 from turtle_brick.tools.measuring import processor_model, processor_time, spread, stolen_time
 from turtle_brick.tools.processes import FOREIGN, Processes, start_graph
 from turtle_brick.tools.report import draw, plain, report
-from turtle_brick.tools.sweeping import make, Plan, version
 from turtle_referee.domains import reserved_domain
 from turtle_referee.drops import DropWatch
 from turtle_referee.hands import Hands
@@ -104,9 +100,6 @@ LEAD = 100_000_000
 """How long (ns) before a brick is asked to fall its positions are looked at."""
 
 BUSY_LOOPS = 2
-
-SWEEP = Plan(grid=False, count=400, heights=(2.0, 10.0), seed=1)
-"""The headless drops."""
 
 
 class Window(NamedTuple):
@@ -142,9 +135,6 @@ class Benchmark:
         """Measure everything; return what was found."""
         found: dict[str, Any] = {'machine': machine()}
         begin, stolen = monotonic(), stolen_time()
-        if self.options.setup is not None:
-            self.say('set-up: a fresh clone')
-            found['set_up'] = measure_set_up(self.options.setup)
         for name, composed in (('processes', False), ('composed', True)):
             self.say(f'{name}: the floor')
             before = self.with_graph('bare', composed, self.measure_floor)
@@ -152,8 +142,6 @@ class Benchmark:
             self.say(f'{name}: the floor once more')
             after = self.with_graph('bare', composed, self.measure_floor)
             found[name] = {'floor': mean_floor(before, after), **real}
-        self.say('headless: drops on one core')
-        found['headless'] = measure_headless(self.parameters)
         found['others_cores'] = max(self.others)
         found['stolen_cores'] = (stolen_time() - stolen) / (monotonic() - begin)
         return found
@@ -342,55 +330,6 @@ def memory(processes: Processes) -> dict[str, int]:
     return {process.name: peak_memory(process.pid) for process in processes.all}
 
 
-def measure_headless(parameters: Parameters) -> dict[str, float]:
-    """Return how many drops a core makes per second, and at how many times real time."""
-    simulated, drops = 0.0, 0
-    begin = process_time()
-    for one in SWEEP.chains():
-        done, time = make(parameters, one, SWEEP.delays)
-        drops += len(done)
-        simulated += time
-    cost = process_time() - begin
-    return {'drops': drops, 'drops_per_second': drops / cost, 'real_time_factor': simulated / cost}
-
-
-def measure_set_up(repository: Path) -> dict[str, float]:
-    """
-    Return how long (s) env.bash takes in a fresh clone, and once more.
-
-    :param repository: what is cloned
-    :return: 'cold' and 'warm'.
-    :raises RuntimeError: it failed; the text holds the last of what it said
-    """
-    with TemporaryDirectory() as directory:
-        clone, home = Path(directory, 'clone'), Path(directory, 'home')
-        home.mkdir()
-        subprocess.run(['git', 'clone', '--quiet', str(repository), str(clone)], check=True)
-        kept = ('PATH', 'LANG', 'PYTHON')
-        # What leads to the package index is the machine's, not the caller's.
-        environment = {name: value for name, value in os.environ.items()
-                       if name in kept or name.startswith('PIP_') or name.endswith('_proxy')}
-        if os.environ.get('TURTLE_BRICK_HOME'):
-            own = os.environ['TURTLE_BRICK_HOME']
-            environment['PATH'] = os.pathsep.join(
-                place for place in environment['PATH'].split(os.pathsep)
-                if not place.startswith(own))
-        environment['HOME'] = str(home)
-        taken = {}
-        for name in ('cold', 'warm'):
-            begin = monotonic()
-            done = subprocess.run(
-                ['bash', '-c', 'source "$1" && python3 -c "import rclpy"', 'bash',
-                 str(clone / 'turtle_brick' / 'scripts' / 'env.bash')],
-                env=environment, cwd=directory, stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-            taken[name] = monotonic() - begin
-            if done.returncode != 0:
-                said = done.stdout.strip().splitlines() or ['nothing']
-                raise RuntimeError(f'the {name} set-up failed, and said last: {said[-1]}')
-        return taken
-
-
 def machine() -> dict[str, Any]:
     """Return what the numbers were measured on and with."""
     def package_version(name: str) -> str:
@@ -402,7 +341,7 @@ def machine() -> dict[str, Any]:
         'cores': len(os.sched_getaffinity(0)),
         'system': platform.platform(),
         'python': platform.python_version(),
-        'turtle_brick': version(),
+        'turtle_brick': package_version('turtle_brick'),
         'rclpy': package_version('rclpy'),
         'middleware': get_rmw_implementation_identifier(),
         **{name: package_version(name) + ('' if find_spec(module) is None else ' (stand-in)')
@@ -426,19 +365,11 @@ def parse(args: Sequence[str] | None) -> argparse.Namespace:
                         help='where benchmark.json and latency.png go (default: here)')
     parser.add_argument('--no-figure', dest='figure', action='store_false',
                         help='make no latency.png')
-    parser.add_argument('--setup', type=Path, metavar='REPOSITORY',
-                        help='also measure the set-up, in a clone of this repository (some '
-                        'minutes; needs the package index)')
     options = parser.parse_args(args)
     if not 1.0 <= options.seconds < inf:
         parser.error(f'--seconds {options.seconds:g}: at least 1')
     if options.drops < 1:
         parser.error(f'--drops {options.drops}: at least 1')
-    if options.setup is not None:
-        if not (options.setup / 'turtle_brick' / 'scripts' / 'env.bash').is_file():
-            parser.error(f'--setup {options.setup}: there is no turtle_brick/scripts/env.bash')
-        if shutil.which('git') is None:
-            parser.error('--setup: this needs git')
     if options.output.exists() and not options.output.is_dir():
         parser.error(f'--output {options.output}: this is not a directory')
     return options

@@ -13,44 +13,40 @@
 # limitations under the License.
 
 """
-Figures of what was measured: the map of the arena, margins, one drop in detail.
+Figures: the map of the arena, margins, one drop in detail, and the latency of the live graph.
 
-Importing this module imports matplotlib, so only code that draws does it. It needs no display and
-leaves matplotlib's global state alone.
+They need no display and leave matplotlib's global state alone.
 """
 
-from __future__ import annotations
-
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from itertools import groupby
-from math import degrees, hypot
+from math import degrees, dist, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from statistics import median
+from typing import TypeVar
 
 from matplotlib import rc_context
+from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import PatchCollection
 from matplotlib.colors import LinearSegmentedColormap, TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Rectangle
+import numpy as np
 from turtle_brick.core.catch_logic import CENTER, State
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.reachability import (fall_time, guaranteed_distance, GUARANTEED_LATENCY,
                                             resting_height)
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.physics import Phase
-from turtle_brick.tools.measuring import percentile
-
-if TYPE_CHECKING:
-    from turtle_brick.tools.sweeping import Drop, Trace
+from turtle_brick.tools.drops import Drop, Trace
 
 INK = '#1f2933'
 FAINT = '#9aa5b1'
 CAUGHT = '#0b6e99'
 REFUSED = '#c2542d'
 MISSED = '#d6006c'
-PROMISE = '#111111'
 ROBOT = '#2f855a'
 
 STYLE = {
@@ -99,25 +95,16 @@ STATE_COLORS = {
     State.LEVELING: '#5b8def',
 }
 
-STATE_WORDS = {
-    State.WAITING: 'waiting',
-    State.APPROACHING: 'approaching',
-    State.CARRYING: 'carrying',
-    State.TILTING: 'tilting',
-    State.LEVELING: 'leveling',
-}
-
 Value = TypeVar('Value')
 
 
-def save(figure: Figure, path: Path) -> None:
-    """Write a figure as a small PNG; a half-written file is never seen."""
-    unfinished = path.with_name(f'.{path.name}.part')
-    try:
-        figure.savefig(unfinished, format='png', pil_kwargs={'optimize': True})
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
+@contextmanager
+def drawn(path: Path, width: float, height: float) -> Iterator[Figure]:
+    """Make a figure of a width and a height (inches), to be drawn and then written as a PNG."""
+    with rc_context(STYLE):
+        figure = Figure(figsize=(width, height), layout='constrained')
+        yield figure
+        figure.savefig(path, format='png', pil_kwargs={'optimize': True})
 
 
 def farthest(height: float, parameters: Parameters) -> float:
@@ -126,88 +113,78 @@ def farthest(height: float, parameters: Parameters) -> float:
             + parameters.platform_radius)
 
 
-def reachability_map(drops: Sequence[Drop], parameters: Parameters, cell: float | None,
+def reachability_map(drops: Sequence[Drop], parameters: Parameters, cells: int | None,
                      path: Path) -> None:
     """
     Draw the arena from above: what was caught, refused and missed, and the boundaries in theory.
 
-    :param drops: The results, each from the robot at rest in the center.
-    :param parameters: The physical numbers.
-    :param cell: Side (m) of the square of the arena that each drop stands for; None for points.
-    :param path: The PNG to write.
+    :param drops: the results
+    :param parameters: the physical numbers
+    :param cells: the number of cells along each side of the arena, each with a drop in its
+        center; None for drops at random places
+    :param path: of the PNG
     """
-    with rc_context(STYLE):
-        figure = Figure(figsize=(8.2, 7.6), layout='constrained')
+    x, y, _ = np.array([drop.result.brick for drop in drops]).T
+    least = min(-0.1, *(drop.margin for drop in drops if drop.margin is not None))
+    margins = np.array([least if drop.margin is None else drop.margin for drop in drops])
+    norm = TwoSlopeNorm(0.0, least, max(0.1, margins.max()))
+    with drawn(path, 8.2, 7.6) as figure:
         axes = figure.subplots()
-        axes.set_aspect('equal')
-        axes.set_xlim(-0.2, ARENA_SIZE + 0.2)
-        axes.set_ylim(-0.2, ARENA_SIZE + 0.2)
         axes.grid(False)
-        for side in axes.spines.values():
-            side.set_visible(False)
-        margins = [drop.margin for drop in drops if drop.margin is not None]
-        least = min(min(margins, default=0.0), -0.1)
-        norm = TwoSlopeNorm(0.0, least, max(max(margins, default=0.0), 0.1))
-        walls = Rectangle((0.0, 0.0), ARENA_SIZE, ARENA_SIZE, fill=False, edgecolor=INK,
-                          linewidth=2.5, zorder=5)
-        axes.add_patch(walls)
-        count = {}
-        for outcome in ('caught', 'refused', 'missed'):
-            those = [drop for drop in drops if drop.outcome == outcome]
-            count[outcome] = len(those)
-            x, y = [drop.brick_x for drop in those], [drop.brick_y for drop in those]
-            margin = [least if drop.margin is None else drop.margin for drop in those]
-            if outcome == 'missed':
-                axes.scatter(x, y, s=50.0, color=MISSED, marker='X', linewidths=0.0, zorder=4)
-            elif cell is None:
-                # So large (in square points) that the drops together could cover the arena.
-                size = min(max(430.0 ** 2 / len(drops), 1.0), 60.0)
-                axes.scatter(x, y, s=size, c=margin, cmap=MARGIN_COLORS, norm=norm, zorder=2,
-                             linewidths=0.0).set_clip_path(walls)
-            else:
-                tiles = PatchCollection(
-                    [Rectangle((a - cell / 2.0, b - cell / 2.0), cell, cell)
-                     for a, b in zip(x, y)],
-                    cmap=MARGIN_COLORS, norm=norm, linewidths=0.0, antialiased=False, zorder=2)
-                tiles.set_array(margin)
-                axes.add_collection(tiles)
+        axes.spines[:].set_visible(False)
+        walls = axes.add_patch(Rectangle((0.0, 0.0), ARENA_SIZE, ARENA_SIZE, fill=False,
+                                         edgecolor=INK, linewidth=2.5, zorder=5))
+        if cells is not None:
+            tiles = np.full((cells, cells), nan)
+            tiles[(y / ARENA_SIZE * cells).astype(int), (x / ARENA_SIZE * cells).astype(int)] = (
+                margins)
+            axes.imshow(tiles, MARGIN_COLORS, norm, interpolation='none', origin='lower',
+                        extent=(0.0, ARENA_SIZE, 0.0, ARENA_SIZE))
+        else:
+            # So large (in square points) that the drops together could cover the arena.
+            size = min(max(430.0 ** 2 / len(drops), 1.0), 60.0)
+            axes.scatter(x, y, s=size, c=margins, cmap=MARGIN_COLORS, norm=norm,
+                         linewidths=0.0).set_clip_path(walls)
+        missed = [drop.result.brick for drop in drops if drop.outcome == 'missed']
+        axes.scatter([x for x, _, _ in missed], [y for _, y, _ in missed], s=50.0, c=MISSED,
+                     marker='X', linewidths=0.0, zorder=4)
         heights = _extremes(drops)
         for height in heights:
             for radius, style in ((guaranteed_distance(height, parameters), '-'),
                                   (farthest(height, parameters), FINE_DASHES)):
                 if radius > 0.0:
-                    axes.add_patch(Circle(CENTER, radius, fill=False, edgecolor=PROMISE,
+                    axes.add_patch(Circle(CENTER, radius, fill=False, edgecolor='black',
                                           linewidth=1.5, linestyle=style, zorder=4.5))
         axes.add_patch(Circle(CENTER, parameters.platform_radius, facecolor='white',
                               edgecolor=INK, linewidth=1.2, zorder=6))
         axes.text(*CENTER, 'robot', ha='center', va='center', fontsize=8, zorder=7)
-        axes.set_xlabel('x in the world / m')
-        axes.set_ylabel('y in the world / m')
-        axes.set_title(f'Where a robot of {parameters.max_velocity:g} m/s catches a brick that '
-                       f'falls from {_in_words(heights)}')
+        axes.set(aspect='equal', xlim=(-0.2, ARENA_SIZE + 0.2), ylim=(-0.2, ARENA_SIZE + 0.2),
+                 xlabel='x in the world / m', ylabel='y in the world / m',
+                 title=f'Where a robot of {parameters.max_velocity:g} m/s catches a brick that '
+                 f'falls from {_in_words(heights)}')
         bar = figure.colorbar(ScalarMappable(norm, MARGIN_COLORS), ax=axes, shrink=0.85,
                               pad=0.01, aspect=28)
-        bar.outline.set_visible(False)  # type: ignore[operator]
+        bar.ax.spines[:].set_visible(False)
         bar.ax.set_title('s', fontsize=9.5, fontweight='normal', loc='center')
         for place, words in ((0.25, 'refused: too late by'), (0.75, 'caught: to spare')):
             bar.ax.annotate(words, (4.8, place), xycoords='axes fraction', rotation=90,
                             ha='center', va='center')
         figure.legend(
-            [Line2D([], [], color=PROMISE, linewidth=1.5),
-             Line2D([], [], color=PROMISE, linewidth=1.5, linestyle=FINE_DASHES)],
+            [Line2D([], [], color='black', linewidth=1.5, linestyle=style)
+             for style in ('-', FINE_DASHES)],
             [f'within this a catch is promised: {parameters.max_velocity:g} m/s x (fall - '
              f'{GUARANTEED_LATENCY:g} s) + radius of the platform',
              'beyond this no robot is in time, not even without any latency'
              + (' (both for the lowest and the highest)' if len(heights) > 1 else '')],
             loc='outside lower center', alignment='left',
-            title=f'{len(drops):,} drops: {count["caught"]:,} caught, '
-                  f'{count["refused"]:,} refused, {count["missed"]:,} missed')
-        save(figure, path)
+            title=f'{len(drops):,} drops: ' + ', '.join(
+                f'{sum(drop.outcome == outcome for drop in drops):,} {outcome}'
+                for outcome in ('caught', 'refused', 'missed')))
 
 
 def _extremes(drops: Sequence[Drop]) -> list[float]:
     """Return the lowest and the highest release (m) of some drops; one if they are the same."""
-    heights = [drop.brick_z for drop in drops]
+    heights = [drop.result.brick[2] for drop in drops]
     return sorted({min(heights), max(heights)})
 
 
@@ -220,189 +197,162 @@ def margins(drops: Sequence[Drop], parameters: Parameters, path: Path) -> None:
     """
     Draw the margins against the distance, as estimated and as measured.
 
-    :param drops: The results, each from the robot at rest in the center.
-    :param parameters: The physical numbers.
-    :param path: The PNG to write.
+    :param drops: the results
+    :param parameters: the physical numbers
+    :param path: of the PNG
     """
-    heights = _extremes(drops)
-    single = len(heights) == 1
-    promise = max(guaranteed_distance(heights[0], parameters), 0.0) if single else 0.0
-
-    def place(drop: Drop) -> float:
-        if single:
-            return drop.distance
-        return drop.distance - guaranteed_distance(drop.brick_z, parameters)
-
     groups = [(f'{outcome}: estimated when the fall was recognized', color,
-               [(place(drop), drop.margin) for drop in drops
-                if drop.outcome == outcome and drop.margin is not None])
+               [(drop, drop.margin) for drop in drops if drop.outcome == outcome])
               for outcome, color in (
                   ('caught', CAUGHT), ('refused', REFUSED), ('missed', MISSED))]
     groups.append(('caught: measured, how long the platform had been there', ROBOT, [
-        (place(drop), drop.spare) for drop in drops
-        if drop.spare is not None and drop.distance > parameters.platform_radius]))
-    with rc_context(STYLE):
-        figure = Figure(figsize=(9.4, 5.2), layout='constrained')
+        (drop, drop.spare) for drop in drops if drop.distance > parameters.platform_radius]))
+    with drawn(path, 9.4, 5.2) as figure:
         whole, near = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
         for axes, size in ((whole, 1.5), (near, 4.0)):
-            for label, color, points in groups:
+            for label, color, timed in groups:
+                points = [(drop.distance - guaranteed_distance(drop.result.brick[2], parameters),
+                           time) for drop, time in timed if time is not None]
                 if points:
                     axes.plot(*zip(*points), '.', color=color, markersize=size, label=label)
             axes.axhline(0.0, color=INK, linewidth=0.9)
-            axes.axvline(promise, color=PROMISE, linewidth=1.4)
-            axes.set_xlabel('distance robot - brick on the ground / m' if single else
-                            'distance beyond the promised one / m')
-        near.set_xlim(promise - 0.25, promise + 0.25)
-        reach = 0.25 / parameters.max_velocity
-        near.set_ylim(-1.1 * reach, 2.1 * reach)
-        near.annotate('a catch is promised', (promise, 0.03), xytext=(-5, 0),
-                      xycoords=('data', 'axes fraction'), textcoords='offset points',
-                      ha='right', va='bottom', fontsize=8.5)
-        whole.set_ylabel('time to spare / s')
-        whole.set_title(f'Time to spare for a brick from {_in_words(heights)}')
-        near.set_title('... at the edge of the promise')
+            axes.axvline(0.0, color='black', linewidth=1.4)
+            axes.set_xlabel('distance beyond the promised one / m')
+        near.set(xlim=(-0.25, 0.25), title='... at the edge of the promise',
+                 ylim=(-0.3 / parameters.max_velocity, 0.5 / parameters.max_velocity))
+        near.text(-0.005, 0.03, 'a catch is promised', ha='right', fontsize=8.5,
+                  transform=near.get_xaxis_transform())
+        whole.set(ylabel='time to spare / s',
+                  title=f'Time to spare for a brick from {_in_words(_extremes(drops))}')
         figure.legend(*whole.get_legend_handles_labels(), loc='outside lower center',
-                      ncols=2 if len(groups) > 3 else 1, markerscale=8.0)
-        save(figure, path)
+                      ncols=2, markerscale=8.0)
 
 
 def one_drop(trace: Trace, drop: Drop, parameters: Parameters, path: Path) -> None:
     """
     Draw one drop over time.
 
-    :param trace: The record of the drop.
-    :param drop: Its result.
-    :param parameters: The physical numbers.
-    :param path: The PNG to write.
+    :param trace: the record of the drop
+    :param drop: its result
+    :param parameters: the physical numbers
+    :param path: of the PNG
     """
-    time = trace.time
+    samples = trace.samples
+    time = [sample.time for sample in samples]
+    phases = _spans(time, [sample.phase for sample in samples])
     legible = 0.06 * (time[-1] - time[0])
-    with rc_context(STYLE):
-        figure = Figure(figsize=(8.6, 9.4), layout='constrained')
+    with drawn(path, 8.6, 9.4) as figure:
         strip, height, way, speed, tilt = figure.subplots(
             5, 1, sharex=True, height_ratios=(0.35, 2.0, 2.0, 2.0, 1.2))
         figure.suptitle(
-            f'One drop, from {drop.brick_z:.3g} m and {drop.distance:.2f} m away: '
-            f'{drop.outcome}', x=0.01, ha='left',
-            fontsize=13, fontweight='bold')
+            f'One drop, from {drop.result.brick[2]:.3g} m and {drop.distance:.2f} m away: '
+            f'{drop.outcome}', x=0.01, ha='left', fontsize=13, fontweight='bold')
         for axes in (height, way, speed, tilt):
-            for phase, begin, end in _spans(time, trace.phase):
+            for phase, begin, end in phases:
                 axes.axvspan(begin, end, color=PHASE_COLORS[phase], linewidth=0.0, zorder=0)
+            axes.axvline(trace.decision_time, color=MISSED, linewidth=0.9, linestyle=':')
 
-        strip.set_yticks([])
         strip.grid(False)
-        for side in strip.spines.values():
-            side.set_visible(False)
-        strip.tick_params(bottom=False)
-        for state, begin, end in _spans(time, trace.state):
+        strip.spines[:].set_visible(False)
+        strip.tick_params(left=False, labelleft=False, bottom=False)
+        strip.set_title('what the catcher does', fontsize=9, fontweight='normal')
+        for state, begin, end in _spans(time, [sample.state for sample in samples]):
             strip.barh(0.0, end - begin, left=begin, height=1.0, color=STATE_COLORS[state])
             if end - begin > legible:
-                strip.text((begin + end) / 2.0, 0.0, STATE_WORDS[state], ha='center',
+                strip.text((begin + end) / 2.0, 0.0, state.name.lower(), ha='center',
                            va='center', fontsize=8)
-        strip.set_title('what the catcher does', fontsize=9, fontweight='normal')
 
-        height.plot(time, [brick[2] for brick in trace.brick], color=REFUSED, linewidth=1.8)
-        height.axhline(resting_height(parameters), color=INK, linewidth=0.9, linestyle='--')
-        height.text(0.995, resting_height(parameters), 'lying on the level platform ',
-                    transform=height.get_yaxis_transform(), ha='right', va='bottom', fontsize=8)
+        height.plot(time, [sample.brick[2] for sample in samples], color=REFUSED, linewidth=1.8)
         height.set_ylim(bottom=0.0)
         height.set_ylabel('height of the\nbrick / m')
-        for phase, begin, end in _spans(time, trace.phase):
+        _level(height, resting_height(parameters), 'lying on the level platform ')
+        for phase, begin, end in phases:
             if end - begin > legible:
                 height.text((begin + end) / 2.0, 0.96, phase.value, ha='center', va='top',
                             transform=height.get_xaxis_transform(), fontsize=8)
-
-        landing = trace.brick[0][:2]
-        way.plot(time, [hypot(x - landing[0], y - landing[1]) for x, y in trace.robot],
-                 color=CAUGHT, linewidth=1.8, label='to where the brick falls')
-        way.plot(time, [hypot(x - CENTER[0], y - CENTER[1]) for x, y in trace.robot],
-                 color=ROBOT, linewidth=1.8, label='to the center of the arena')
-        way.axhline(parameters.platform_radius, color=INK, linewidth=0.9, linestyle='--')
-        way.text(0.995, parameters.platform_radius, 'platform under the brick ',
-                 transform=way.get_yaxis_transform(), ha='right', va='bottom', fontsize=8)
-        way.set_ylim(0.0, 1.3 * way.get_ylim()[1])
-        way.set_ylabel("robot's distance / m")
-        way.legend(loc='upper right')
-
-        speed.step(trace.command_time, trace.command, where='post', color=STATE_COLORS[
-            State.APPROACHING], linewidth=1.6, label='commanded, 100 per second')
-        speed.step(time, trace.speed, where='post', color=CAUGHT, linewidth=1.6,
-                   label="turtlesim's, some 0.07 s behind")
-        speed.set_ylabel('speed / (m/s)')
-        speed.set_ylim(0.0, 1.35 * parameters.max_velocity)
-        speed.legend(loc='upper right')
-
-        tilt.plot(time, [degrees(angle) for angle in trace.tilt],
-                  color=STATE_COLORS[State.TILTING], linewidth=1.8)
-        tilt.set_ylabel('tilt / degrees')
-        tilt.set_xlabel('time since the release / s')
-        tilt.set_xlim(time[0], time[-1])
-        for axes in (height, way, speed, tilt):
-            axes.axvline(trace.decision_time, color=MISSED, linewidth=0.9, linestyle=':')
         height.annotate(f'decided after {1000.0 * trace.decision_time:.0f} ms',
                         (trace.decision_time, 0.08), xycoords=('data', 'axes fraction'),
                         xytext=(5, 0), textcoords='offset points', color=MISSED, fontsize=8)
-        save(figure, path)
+
+        for place, color, label in ((drop.result.brick[:2], CAUGHT, 'to where the brick falls'),
+                                    (CENTER, ROBOT, 'to the center of the arena')):
+            way.plot(time, [dist(sample.robot, place) for sample in samples], color=color,
+                     linewidth=1.8, label=label)
+        way.set_ylim(0.0, 1.3 * way.get_ylim()[1])
+        way.set_ylabel("robot's distance / m")
+        way.legend(loc='upper right')
+        _level(way, parameters.platform_radius, 'platform under the brick ')
+
+        speed.step(*zip(*trace.commands), where='post', color=STATE_COLORS[State.APPROACHING],
+                   linewidth=1.6, label='commanded, 100 per second')
+        speed.step(time, [sample.speed for sample in samples], where='post', color=CAUGHT,
+                   linewidth=1.6, label="turtlesim's, some 0.07 s behind")
+        speed.set(ylabel='speed / (m/s)', ylim=(0.0, 1.35 * parameters.max_velocity))
+        speed.legend(loc='upper right')
+
+        tilt.plot(time, [degrees(sample.tilt) for sample in samples],
+                  color=STATE_COLORS[State.TILTING], linewidth=1.8)
+        tilt.set(ylabel='tilt / degrees', xlabel='time since the release / s',
+                 xlim=(time[0], time[-1]))
+
+
+def _level(axes: Axes, value: float, words: str) -> None:
+    """Draw a horizontal line at a value, with words on it."""
+    axes.axhline(value, color=INK, linewidth=0.9, linestyle='--')
+    axes.text(0.995, value, words, transform=axes.get_yaxis_transform(), ha='right', va='bottom',
+              fontsize=8)
 
 
 def _spans(time: Sequence[float], values: Sequence[Value]) -> list[tuple[Value, float, float]]:
     """Return (value, first instant, last instant) of each stretch of equal values."""
-    spans: list[tuple[Value, float, float]] = []
-    for value, group in groupby(zip(time, values), key=lambda pair: pair[1]):
-        begin = next(group)[0]
-        if spans:
-            spans[-1] = (*spans[-1][:2], begin)
-        spans.append((value, begin, time[-1]))
-    return spans
+    begins = [(value, next(stretch)[0])
+              for value, stretch in groupby(zip(time, values), key=lambda pair: pair[1])]
+    ends = [begin for _, begin in begins[1:]] + [time[-1]]
+    return [(value, begin, end) for (value, begin), end in zip(begins, ends)]
 
 
-CHAIN = {
+LINKS = {
     'seen': ('arena', 'a fall shows in its third sample, 8 ms after the release', REFUSED),
     'decided': ('catcher', 'recognizes the fall, decides, publishes the goal', MISSED),
     'commanded': ('turtle_robot', 'waits for its next cycle of 10 ms', ROBOT),
     'moved': ('turtlesim', 'its queue of seven commands is always full', CAUGHT),
     'known': ('turtle_robot', 'says so to TF in its next cycle', ROBOT),
 }
-"""Each part of the chain from a release to a motion: who does it, what, and its color."""
+"""Each link of the chain from a release to a motion: who does it, what, and its color."""
 
 
 def latency(chains: Sequence[dict[str, float]], path: Path) -> None:
     """
     Draw the chain from the release of a brick to the robot's first motion.
 
-    :param chains: Of each drop the times (s) from the release to the end of each part, in order.
-    :param path: The PNG to write.
+    :param chains: of each drop, the times (s) from the release to the end of each of LINKS
+    :param path: of the PNG
     """
-    with rc_context(STYLE):
-        figure = Figure(figsize=(9.4, 3.9), layout='constrained')
+    last = 1e3 * max(chain['known'] for chain in chains)
+    medians = {link: 1e3 * median(chain[link] for chain in chains) for link in LINKS}
+    with drawn(path, 9.4, 3.9) as figure:
         axes = figure.subplots()
         axes.grid(axis='y', visible=False)
         begin = 0.0
-        last = max(links['known'] for links in chains) * 1000.0
-        for row, (part, (who, what, color)) in enumerate(CHAIN.items()):
-            ends = sorted(1000.0 * links[part] for links in chains)
-            end = percentile(ends, 0.5)
+        for row, (link, (_, what, color)) in enumerate(LINKS.items()):
+            end, ends = medians[link], [1e3 * chain[link] for chain in chains]
             axes.barh(row, end - begin, left=begin, height=0.5, color=color, alpha=0.85)
             axes.plot(ends, [row] * len(ends), '|', color=INK, markersize=9.0, alpha=0.35,
                       markeredgewidth=1.0)
-            words = f'{end - begin:.1f} ms: {what}'
-            if end - begin > 0.5 * last:
-                axes.text(begin + 0.012 * last, row, words, va='center', color='white')
-            elif end < 0.5 * last:
-                axes.text(ends[-1] + 0.012 * last, row, words, va='center')
-            else:
-                axes.text(min(begin, ends[0]) - 0.012 * last, row, words, va='center', ha='right')
-            if part != 'known':
+            if row + 1 < len(LINKS):
                 axes.plot([end, end], [row, row + 1], color=INK, linewidth=0.8, linestyle=':')
+            if end - begin > 0.5 * last:
+                place, style = begin + 0.012 * last, {'color': 'white'}
+            elif end < 0.5 * last:
+                place, style = max(ends) + 0.012 * last, {}
+            else:
+                place, style = min(begin, *ends) - 0.012 * last, {'ha': 'right'}
+            axes.text(place, row, f'{end - begin:.1f} ms: {what}', va='center', **style)
             begin = end
-        axes.set_yticks(range(len(CHAIN)), [who for who, _, _ in CHAIN.values()])
+        axes.set_yticks(range(len(LINKS)), [who for who, _, _ in LINKS.values()])
         axes.tick_params(axis='y', length=0)
-        axes.set_ylim(len(CHAIN) - 0.4, -0.6)
-        axes.set_xlim(0.0, 1.02 * last)
-        axes.set_xlabel('time since the release / ms (bars: medians, ticks: each of '
-                        f'{len(chains)} drops)')
-        medians = {part: percentile(sorted(1000.0 * links[part] for links in chains), 0.5)
-                   for part in CHAIN}
-        axes.set_title(f'{medians["decided"]:.0f} ms from release to decision, '
-                       f'{medians["moved"]:.0f} ms to the first motion')
-        save(figure, path)
+        axes.set(ylim=(len(LINKS) - 0.4, -0.6), xlim=(0.0, 1.02 * last),
+                 xlabel='time since the release / ms (bars: medians, ticks: each of '
+                 f'{len(chains)} drops)',
+                 title=f'{medians["decided"]:.0f} ms from release to decision, '
+                 f'{medians["moved"]:.0f} ms to the first motion')

@@ -98,12 +98,6 @@ def report(found: dict[str, Any]) -> str:
             row += f'{1e3 * of.p50:{width}.1f}{1e3 * of.p01:9.1f}{1e3 * of.p99:9.1f}'
         lines.append(row)
 
-    headless = found['headless']
-    lines += ['', f'headless: {headless["drops_per_second"]:.0f} drops per second and core, '
-              f'{headless["real_time_factor"]:.0f} times real time']
-    if 'set_up' in found:
-        lines.append(f'set-up: {found["set_up"]["cold"]:.0f} s in a fresh clone, '
-                     f'{found["set_up"]["warm"]:.1f} s once made')
     return '\n'.join(lines)
 
 

@@ -15,8 +15,7 @@
 """
 sweep: drop many bricks without ROS, over all cores, and see what is caught, refused or missed.
 
-Every drop begins with the robot at rest in the center of the arena, in a simulation of its own
-(`turtle_brick.tools.simulation`); with --chain, several drops follow one another in one simulation.
+Every drop begins with the robot at rest in the center of the arena, in a simulation of its own.
 The output is a table, drops.csv, with one row per drop, and figures: the map of the arena, the
 margins against the distance, and one drop in detail. The table depends on the options alone,
 not on the number of workers: the same options give the same file, byte for byte.
@@ -29,267 +28,218 @@ failed.
 """
 
 import argparse
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from importlib.util import find_spec
-from math import isfinite
-import multiprocessing
-from multiprocessing import resource_tracker
-import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import BrokenExecutor
+import csv
+from dataclasses import asdict, dataclass
+from math import inf, isfinite
 from pathlib import Path
+from random import Random
 import signal
 import sys
-from threading import Thread
-from time import monotonic, process_time, strftime
-from types import FrameType
-from typing import Any, NamedTuple
+from time import monotonic, strftime
+from xml.etree import ElementTree
 
-from turtle_brick.core.parameters import load, ParameterError, Parameters
-from turtle_brick.tools.simulation import Delays
-from turtle_brick.tools.sweeping import (Chain, Drop, is_good, make, most_telling, Plan, summary,
-                                         Table, trace)
+from joblib import cpu_count, delayed, Parallel
+from tqdm import tqdm
+from turtle_brick.core.geometry import Vector
+from turtle_brick.core.parameters import default_path, load, ParameterError, Parameters
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.tools.drops import Drop, simulate, trace
 
 TABLE = 'drops.csv'
 
-BATCH = 8
-"""Simulations that a worker runs at a time: about a tenth of a second."""
 
-AHEAD = 3
-"""Batches per worker that are queued ahead."""
+@dataclass(frozen=True)
+class Plan:
+    """The drops to make: with the parameters, all that the table depends on."""
+
+    grid: bool
+    """Whether the bricks are on a grid."""
+    count: int
+    """How many drops; on a grid, how many along each side of the arena."""
+    heights: tuple[float, float]
+    """The lowest and the highest release of a brick (m)."""
+    seed: int
+
+    @property
+    def drops(self) -> int:
+        """Return how many drops there are in all."""
+        return self.count ** 2 if self.grid else self.count
+
+    @property
+    def options(self) -> str:
+        """Return the command line that asks for it."""
+        heights = ' '.join(repr(height) for height in dict.fromkeys(self.heights))
+        return (f'--{"grid" if self.grid else "drops"} {self.count} --height {heights} '
+                f'--seed {self.seed}')
+
+    def bricks(self) -> Iterator[Vector]:
+        """
+        Yield where the bricks are released.
+
+        :return: Points of the world (m), uniformly at random, or the centers of the arena's cells
+            in random order, so that the first ones already cover the whole arena.
+        """
+        random = Random(f'{self.seed} bricks')
+        if self.grid:
+            side = ARENA_SIZE / self.count
+            cells = [(row, column) for row in range(self.count) for column in range(self.count)]
+            random.shuffle(cells)
+            for row, column in cells:
+                yield ((column + 0.5) * side, (row + 0.5) * side, random.uniform(*self.heights))
+        else:
+            for _ in range(self.count):
+                yield (random.uniform(0.0, ARENA_SIZE), random.uniform(0.0, ARENA_SIZE),
+                       random.uniform(*self.heights))
+
+    def simulations(self) -> Iterator[tuple[int, int, Vector]]:
+        """Yield index, seed and brick of each drop, in the order of the table."""
+        random = Random(f'{self.seed} simulations')
+        for index, brick in enumerate(self.bricks()):
+            yield index, random.getrandbits(32), brick
 
 
-class Batch(NamedTuple):
-    """The result of a worker's job."""
+def heading(parameters: Parameters, plan: Plan) -> str:
+    """Return the head of the table: everything needed to make it again."""
+    version = ElementTree.parse(default_path().parents[1] / 'package.xml').findtext('version')
+    lines = [f'turtle_brick {version}: sweep {plan.options}',
+             'lengths in m, in the world; times in s; parameters:']
+    lines += [f'  {name}: {list(value) if isinstance(value, tuple) else value}'
+              for name, value in asdict(parameters).items()]
+    return ''.join(f'# {line}\n' for line in lines)
 
-    drops: list[Drop]
-    simulated: float
-    """Simulated time (s)."""
-    cost: float
-    """Processor time (s)."""
+
+def as_text(value: object) -> object:
+    """Return a value as it stands in the table: six decimals, booleans as 0 and 1."""
+    if isinstance(value, bool):
+        return int(value)
+    return f'{value:.6f}' if isinstance(value, float) else value
 
 
-def work(parameters: Parameters, chains: Sequence[Chain], delays: Delays) -> Batch:
+def summary(drops: Sequence[Drop]) -> str:
     """
-    Run some simulations in a worker.
+    Count the outcomes.
 
-    :param parameters: The physical numbers.
-    :param chains: The simulations.
-    :param delays: The delays between their parts.
-    :return: The drops in order, with their cost.
+    :param drops: the results
+    :return: A table of outcomes, within the promised distance and beyond it, and whether the
+        promises were kept.
     """
-    begin = process_time()
+    lines = [f'{"":24}{"all":>10}{"promised":>12}{"beyond":>10}']
+    for outcome in ('caught', 'refused', 'missed', 'in all'):
+        those = [drop for drop in drops if outcome in (drop.outcome, 'in all')]
+        promised = sum(drop.within_promise for drop in those)
+        lines.append(f'  {outcome:22}{len(those):10,}{promised:12,}{len(those) - promised:10,}')
+    lines.append('')
+    for rule, those, is_kept in (
+            ('said to be reachable: caught', [drop for drop in drops if drop.reachable],
+             lambda drop: drop.result.caught),
+            ('promised: not refused', [drop for drop in drops if drop.within_promise],
+             lambda drop: drop.outcome != 'refused'),
+            ('caught: carried and tipped off', [drop for drop in drops if drop.result.caught],
+             lambda drop: drop.result.finished)):
+        failures = sum(not is_kept(drop) for drop in those)
+        verdict = (f'BROKEN in {failures:,} of {len(those):,}' if failures
+                   else f'held in all {len(those):,}')
+        lines.append(f'  {rule:34}{verdict}')
+    return '\n'.join(lines)
+
+
+def is_good(drops: Sequence[Drop]) -> bool:
+    """Tell whether both promises were kept in every drop, and every caught brick tipped off."""
+    return not any(drop.broken or (drop.result.caught and not drop.result.finished)
+                   for drop in drops)
+
+
+def most_telling(drops: Sequence[Drop]) -> Drop:
+    """Return the drop to show: a broken promise, else the tightest catch, else the first."""
+    return min(drops, key=lambda drop: (
+        not drop.broken, not drop.result.caught,
+        inf if drop.spare is None else drop.spare, drop.index))
+
+
+def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list[Drop]:
+    """
+    Make the drops and write the table.
+
+    :param options: the command line
+    :param parameters: the physical numbers
+    :param plan: the drops
+    :return: The drops in the order of the plan: all of them, or those that were made before a
+        Ctrl-C.
+    """
     drops: list[Drop] = []
-    simulated = 0.0
-    for chain in chains:
-        more, time = make(parameters, chain, delays)
-        drops += more
-        simulated += time
-    return Batch(drops, simulated, process_time() - begin)
+    begin = monotonic()
+    with open(options.output / TABLE, 'x', encoding='utf-8', newline='') as file:
+        file.write(heading(parameters, plan))
+        writer = csv.writer(file, lineterminator='\n')
+        # The workers begin here and inherit this: a Ctrl-C is for the first process alone.
+        on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        results = Parallel(options.workers, return_as='generator')(
+            delayed(simulate)(parameters, *one) for one in plan.simulations())
+        signal.signal(signal.SIGINT, on_interrupt)
+        try:
+            for drop in tqdm(results, total=plan.drops, unit=' drops', disable=None):
+                row = drop.row()
+                if not drops:
+                    writer.writerow(row)
+                writer.writerow(map(as_text, row.values()))
+                file.flush()
+                drops.append(drop)
+        except KeyboardInterrupt:
+            print(f'Stopped: {len(drops):,} of {plan.drops:,} drops are done, and kept.')
+    print(f'{len(drops):,} drops in {monotonic() - begin:.1f} s with {options.workers} worker'
+          f'{"s" if options.workers > 1 else ""}\n  {options.output / TABLE}', flush=True)
+    return drops
 
 
-class Stop:
-    """Counts Ctrl-C and SIGTERM, so that work under way is finished but no more begun."""
-
-    SIGNALS = (signal.SIGINT, signal.SIGTERM)
-
-    def __init__(self) -> None:
-        """Change no signal handler yet: `with` does."""
-        self.count = 0
-        self._before: dict[signal.Signals, Any] = {}
-
-    def __enter__(self) -> 'Stop':
-        """Replace the signal handlers."""
-        self._before = {
-            number: signal.signal(number, self._on_signal) for number in self.SIGNALS}
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Restore the signal handlers."""
-        for number, handler in self._before.items():
-            signal.signal(number, handler)
-
-    def _on_signal(self, number: int, frame: FrameType | None) -> None:
-        self.count += 1
-
-    def __bool__(self) -> bool:
-        """Tell whether a signal has come."""
-        return self.count > 0
-
-
-def _begin_worker() -> None:
-    """Ignore signals, which the first process handles, and end when that process has ended."""
-    for number in Stop.SIGNALS:
-        signal.signal(number, signal.SIG_IGN)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, Stop.SIGNALS)
-
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def follow() -> None:
-        parent.join()
-        os._exit(1)
-
-    Thread(target=follow, daemon=True).start()
-
-
-def batches(parameters: Parameters, plan: Plan, workers: int,
-            stop: Callable[[], bool]) -> Iterator[Batch]:
-    """
-    Run the drops of a plan in several processes.
-
-    :param parameters: The physical numbers.
-    :param plan: The drops.
-    :param workers: The number of processes; 1 is this one.
-    :param stop: Polled; once it returns True, no more is begun.
-    :return: The results, in the order of the plan: all of them, or those that were begun before
-        the stop.
-    :raises BrokenProcessPool: A worker was killed.
-    """
-    jobs = _in_parts(plan.chains(), max(BATCH // plan.chain, 1))
-    if workers == 1:
-        for chains in jobs:
-            if stop():
-                return
-            yield work(parameters, chains, plan.delays)
-        return
-    # Started first: it would unblock the signals that are blocked below.
-    resource_tracker.ensure_running()
-    pool = ProcessPoolExecutor(workers, multiprocessing.get_context('spawn'), _begin_worker)
-    pending: deque[Future] = deque()
-    try:
-        while True:
-            while len(pending) < workers * AHEAD and not stop():
-                job = next(jobs, None)
-                if job is None:
-                    break
-                # A worker must not see a signal before it ignores them.
-                before = signal.pthread_sigmask(signal.SIG_BLOCK, Stop.SIGNALS)
-                try:
-                    pending.append(pool.submit(work, parameters, job, plan.delays))
-                finally:
-                    signal.pthread_sigmask(signal.SIG_SETMASK, before)
-            if stop():
-                # Batches begin in order, so the results have no gap.
-                while pending and pending[-1].cancel():
-                    pending.pop()
-            if not pending:
-                return
-            yield pending.popleft().result()
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def _in_parts(chains: Iterable[Chain], size: int) -> Iterator[list[Chain]]:
-    """Split into lists of a size; the last may be shorter."""
-    part: list[Chain] = []
-    for chain in chains:
-        part.append(chain)
-        if len(part) == size:
-            yield part
-            part = []
-    if part:
-        yield part
-
-
-def draw(drops: Sequence[Drop], parameters: Parameters, plan: Plan, directory: Path,
-         stop: Callable[[], bool]) -> None:
+def draw(drops: Sequence[Drop], parameters: Parameters, plan: Plan, directory: Path) -> None:
     """
     Draw the figures.
 
-    :param drops: The results.
-    :param parameters: The physical numbers.
-    :param plan: The drops that were planned.
-    :param directory: The directory of the files.
-    :param stop: Polled between figures; once it returns True, the rest is left out.
+    :param drops: the results, at least one
+    :param parameters: the physical numbers
+    :param plan: the drops that were planned
+    :param directory: of the files
     """
-    if not drops:
-        print('No figures: no drop was finished.')
-        return
-    if find_spec('matplotlib') is None:
-        print('No figures: they need matplotlib (apt: python3-matplotlib, pip: matplotlib).')
-        return
-    from turtle_brick.tools import plots
+    from turtle_brick.tools import plots  # here, since workers have no need of matplotlib
+    plots.reachability_map(
+        drops, parameters, plan.count if plan.grid else None, directory / 'map.png')
+    plots.margins(drops, parameters, directory / 'margin.png')
     chosen = most_telling(drops)
-    chain = next(chain for chain in plan.chains() if chain.first == chosen.index - chosen.turn)
-    for name, make_figure in (
-            ('map.png', lambda path: plots.reachability_map(
-                drops, parameters, plan.cell, path)),
-            ('margin.png', lambda path: plots.margins(drops, parameters, path)),
-            ('drop.png', lambda path: plots.one_drop(
-                trace(parameters, chain, chosen.turn, plan.delays), chosen, parameters, path))):
-        if stop():
-            print('The remaining figures were left out.')
-            return
-        make_figure(directory / name)
+    plots.one_drop(trace(parameters, chosen), chosen, parameters, directory / 'drop.png')
+    for name in ('map.png', 'margin.png', 'drop.png'):
         print(f'  {directory / name}')
 
 
-class Progress:
-    """A progress bar, on a terminal only."""
-
-    def __init__(self, total: int) -> None:
-        """
-        Show an empty bar.
-
-        :param total: The number of drops.
-        """
-        self._bar = None
-        if sys.stdout.isatty() and find_spec('tqdm') is not None:
-            from tqdm import tqdm
-            self._bar = tqdm(total=total, unit=' drops', file=sys.stdout, smoothing=0.1,
-                             dynamic_ncols=True)
-
-    def add(self, drops: Sequence[Drop]) -> None:
-        """Advance by some drops."""
-        if self._bar is not None:
-            self._bar.update(len(drops))
-
-    def end(self) -> None:
-        """Close the bar."""
-        if self._bar is not None:
-            self._bar.close()
-
-
-def at_least(least: int) -> Callable[[str], int]:
-    """Return the argparse type of an integer with a lower bound."""
-    def read(text: str) -> int:
-        try:
-            value = int(text)
-        except ValueError:
-            raise argparse.ArgumentTypeError(f'{text!r} is not a whole number') from None
-        if value < least:
-            raise argparse.ArgumentTypeError(f'{value} is too small: at least {least}')
-        return value
-    return read
+def at_least_one(text: str) -> int:
+    """Read a whole number that counts something."""
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f'{text!r} is no whole number from 1 on')
+    return int(text)
 
 
 def parse(args: Sequence[str] | None) -> tuple[argparse.Namespace, Parameters, Plan]:
     """
     Read the command line; a mistake in it ends the process with status 2 and a sentence.
 
-    :param args: The arguments; those of the process if None.
+    :param args: the arguments; those of the process if None
     :return: The options, the parameters and the plan.
     """
     first, second = __doc__.strip().split('\n\n')[:2]
     parser = argparse.ArgumentParser(
         prog='sweep', description=first.partition(': ')[2].capitalize(), epilog=second)
     kind = parser.add_mutually_exclusive_group()
-    kind.add_argument('--drops', type=at_least(1), default=2000, metavar='N',
+    kind.add_argument('--drops', type=at_least_one, default=2000, metavar='N',
                       help='drop N bricks at random places of the arena (default: 2000)')
-    kind.add_argument('--grid', type=at_least(1), metavar='N',
+    kind.add_argument('--grid', type=at_least_one, metavar='N',
                       help='drop a brick in each of the N x N cells of the arena instead')
     parser.add_argument('--height', type=float, nargs='+', metavar='Z',
                         help="height of the brick's center at the release (m): one number, or the "
                         'range of random heights (default: that of brick_start)')
     parser.add_argument('--seed', type=int, default=1, metavar='N',
                         help='seed of all random numbers (default: 1)')
-    parser.add_argument('--chain', type=at_least(1), default=1, metavar='N',
-                        help='drops that follow one another in one simulation (default: 1)')
-    parser.add_argument('--no-jitter', dest='jitter', action='store_false',
-                        help='run all timers without jitter')
-    parser.add_argument('--workers', type=at_least(1), metavar='N',
+    parser.add_argument('--workers', type=at_least_one, default=cpu_count(), metavar='N',
                         help='processes (default: one for each core)')
     parser.add_argument('--params-file', type=Path, metavar='FILE',
                         help='the parameters (default: config/turtle.yaml of the package)')
@@ -304,85 +254,36 @@ def parse(args: Sequence[str] | None) -> tuple[argparse.Namespace, Parameters, P
         parser.error(str(error))
     heights = options.height or [parameters.brick_start[2]]
     lowest = parameters.brick_size[2] / 2.0
-    if len(heights) > 2:
-        parser.error(f'--height takes one or two numbers, not {len(heights)}')
+    if len(heights) > 2 or heights[0] > heights[-1]:
+        parser.error('--height takes one number, or the lowest and the highest')
     for height in heights:
         if not isfinite(height) or height < lowest:
             parser.error(f'--height {height:g} cannot be: the center of a brick that lies on the '
                          f'ground is at {lowest:g} m')
-    if heights[0] > heights[-1]:
-        parser.error(f'--height {heights[0]:g} {heights[-1]:g}: the lowest comes first')
-    plan = Plan(grid=options.grid is not None, count=options.grid or options.drops,
-                heights=(heights[0], heights[-1]), seed=options.seed, chain=options.chain,
-                jitter=options.jitter)
     options.output = options.output or Path('sweeps', strftime('%Y%m%d-%H%M%S'))
-    if options.output.exists() and not options.output.is_dir():
-        parser.error(f'--output {options.output}: this is not a directory')
     if (options.output / TABLE).exists():
         parser.error(f'--output {options.output}: there is a {TABLE} already, which stays')
-    options.workers = min(options.workers or len(os.sched_getaffinity(0)), plan.drops)
-    return options, parameters, plan
+    return options, parameters, Plan(
+        options.grid is not None, options.grid or options.drops, (heights[0], heights[-1]),
+        options.seed)
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run the sweep; return its exit status."""
-    with Stop() as stop:
-        options, parameters, plan = parse(args)
-        try:
-            return run(options, parameters, plan, stop)
-        except OSError as error:
-            print(f'sweep: {error}', file=sys.stderr)
-            return 2
-
-
-def run(options: argparse.Namespace, parameters: Parameters, plan: Plan, stop: Stop) -> int:
-    """
-    Run, write, draw and count the drops.
-
-    :param options: The command line.
-    :param parameters: The physical numbers.
-    :param plan: The drops.
-    :param stop: True once a signal has come.
-    :return: The exit status.
-    :raises OSError: The table or a figure cannot be written.
-    """
-    options.output.mkdir(parents=True, exist_ok=True)
-    print(f'{plan.drops:,} drops, into {options.output.resolve()}', flush=True)
-    drops: list[Drop] = []
-    simulated = cost = 0.0
-    begin = monotonic()
-    failure = ''
-    with open(options.output / TABLE, 'x', encoding='utf-8', newline='') as file:
-        table = Table(file, parameters, plan)
-        progress = Progress(plan.drops)
-        try:
-            for batch in batches(parameters, plan, options.workers, lambda: bool(stop)):
-                table.write(batch.drops)
-                drops += batch.drops
-                simulated += batch.simulated
-                cost += batch.cost
-                progress.add(batch.drops)
-        except BrokenProcessPool:
-            failure = 'a worker was killed'
-        progress.end()
-    took = monotonic() - begin
-    if stop and len(drops) < plan.drops:
-        print(f'Stopped: {len(drops):,} of {plan.drops:,} drops are done, and kept.')
-    workers = f'{options.workers} worker{"s" if options.workers > 1 else ""}'
-    print(f'{len(drops):,} drops in {took:.1f} s with {workers}', end='')
-    print(f', {len(drops) / cost:.0f} drops and {simulated / cost:.0f} s simulated in a '
-          'second of a core' if cost else '')
-    print(f'  {options.output / TABLE}', flush=True)
-    if options.figures:
-        asked_before = stop.count
-        draw(drops, parameters, plan, options.output, lambda: stop.count > asked_before)
+    """Make, count and draw the drops; return the exit status."""
+    options, parameters, plan = parse(args)
+    try:
+        options.output.mkdir(parents=True, exist_ok=True)
+        print(f'{plan.drops:,} drops, into {options.output.resolve()}', flush=True)
+        drops = run(options, parameters, plan)
+        if drops and options.figures:
+            draw(drops, parameters, plan, options.output)
+    except (BrokenExecutor, OSError) as error:
+        print(f'sweep: {error}', file=sys.stderr)
+        return 2
     print()
     print(summary(drops))
     for drop in [drop for drop in drops if drop.broken][:10]:
         print(f'  drop {drop.index} (seed {drop.seed}), {drop.distance:.3f} m away: {drop.broken}')
-    if failure:
-        print(f'sweep: {failure}', file=sys.stderr)
-        return 2
     return 0 if is_good(drops) else 1
 
 

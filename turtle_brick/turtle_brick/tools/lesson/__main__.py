@@ -1,0 +1,74 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+lesson: the numbers and figures of the lesson in doc/lesson, made anew.
+
+Five parts, each a page there: frames, rolling, falling, queue and reach. Each prints its numbers,
+computed from config/turtle.yaml or the file that --params-file names, and draws its figure,
+lesson-<part>.png.
+"""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+import sys
+
+from turtle_brick.core.parameters import load, ParameterError
+from turtle_brick.core.reachability import resting_height
+from turtle_brick.tools.lesson import falling, frames, queueing, reach, rolling
+
+PARTS = {'frames': frames, 'rolling': rolling, 'falling': falling, 'queue': queueing,
+         'reach': reach}
+
+
+def part(name: str) -> str:
+    """Return the name of a part as it was typed, or refuse it."""
+    if name not in PARTS:
+        raise argparse.ArgumentTypeError(f'{name!r} is none of {", ".join(PARTS)}')
+    return name
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Print and draw the parts that are asked for; return the exit status."""
+    first, second = (__doc__ or '').strip().split('\n\n')[:2]
+    parser = argparse.ArgumentParser(
+        prog='lesson', description=first.partition(': ')[2].capitalize(), epilog=second)
+    parser.add_argument('parts', nargs='*', type=part, metavar='PART',
+                        help=f'{", ".join(PARTS)} (default: all)')
+    parser.add_argument('--params-file', type=Path, metavar='FILE',
+                        help='the parameters (default: config/turtle.yaml of the package)')
+    parser.add_argument('--output', type=Path, default=Path('lesson'), metavar='DIR',
+                        help='where the figures go (default: lesson)')
+    options = parser.parse_args(args)
+    try:
+        parameters = load(options.params_file)
+        lowest = min(parameters.brick_start[2], *reach.SAMPLES)
+        if resting_height(parameters) >= lowest:
+            raise ParameterError(f'platform_height {parameters.platform_height:g} m is too high '
+                                 f'for this lesson: a brick falls from {lowest:g} m')
+        options.output.mkdir(parents=True, exist_ok=True)
+        for name in options.parts or PARTS:
+            print(f'{name}:', *PARTS[name].tell(parameters), sep='\n', flush=True)
+            path = options.output / f'lesson-{name}.png'
+            PARTS[name].draw(parameters, path)
+            print(f'  {path}', flush=True)
+    except (OSError, ParameterError) as error:
+        print(f'lesson: {error}', file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,135 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Lesson 5: which bricks can be caught, and where the time goes before the robot moves."""
+
+from collections import Counter
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from turtle_brick.core.driving import PERIOD, TRANSPORT
+from turtle_brick.core.parameters import Parameters
+from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guaranteed_distance,
+                                            GUARANTEED_LATENCY, QUEUE_LATENCY, resting_height)
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
+from turtle_brick.tools.drops import Drop, simulate
+from turtle_brick.tools.lesson.falling import DT
+from turtle_brick.tools.plots import (CAUGHT, drawn, FAINT, farthest, FINE_DASHES, INK, MISSED,
+                                      REFUSED, ROBOT)
+
+HEIGHTS = tuple(0.5 * number for number in range(2, 21))
+DISTANCES = tuple(0.2 * number for number in range(28))
+"""Where bricks are released: heights (m), and distances (m) from the robot at rest in the
+center."""
+
+SAMPLES = (3.0, 5.0, 8.0, 10.0)
+"""The heights (m) that the table has."""
+
+STEPS_OF_LATENCY = (
+    ('third sample of the fall', 3 * DT),
+    ('messages on their way', 3 * TRANSPORT),
+    ("the robot's next command", PERIOD),
+    ("turtlesim's queue", QUEUE_LATENCY),
+    ("the robot's next transform", PERIOD),
+    ("the arena's next step, reserve", COMMAND_LATENCY - 3 * TRANSPORT - 2 * PERIOD
+     - QUEUE_LATENCY),
+)
+"""What passes (s, at worst) between a release and the platform's first motion."""
+
+
+@cache
+def all_drops(parameters: Parameters) -> list[Drop]:
+    """Drop a brick from each of HEIGHTS at each of DISTANCES; return what became of them."""
+    return [drop_at(distance, height, parameters) for height in HEIGHTS for distance in DISTANCES]
+
+
+def drop_at(distance: float, height: float, parameters: Parameters) -> Drop:
+    """Drop a brick at a distance (m) from the robot, from a height (m)."""
+    return simulate(parameters, 0, 1, (ARENA_CENTER + distance, ARENA_CENTER, height))
+
+
+def farthest_caught(height: float, parameters: Parameters) -> float:
+    """Return, by bisection, the greatest distance (m) at which a brick is caught."""
+    caught, refused = 0.0, ARENA_SIZE - ARENA_CENTER
+    while refused - caught > 0.001:
+        middle = (caught + refused) / 2.0
+        if drop_at(middle, height, parameters).outcome == 'caught':
+            caught = middle
+        else:
+            refused = middle
+    return caught
+
+
+def tell(parameters: Parameters) -> Iterator[str]:
+    """Yield the numbers of this part."""
+    drops = all_drops(parameters)
+    count = Counter(drop.outcome for drop in drops)
+    yield f'  {len(drops):,} drops: ' + ', '.join(
+        f'{count[outcome]:,} {outcome}' for outcome in ('caught', 'refused', 'missed'))
+    yield '  from       fall    a catch is promised to    and found to'
+    for height in SAMPLES:
+        fall = fall_time(height, parameters)
+        yield (f'  {height:4g} m{fall:8.3f} s{guaranteed_distance(height, parameters):16.2f} m'
+               f'{farthest_caught(height, parameters):20.2f} m')
+    yield '  at worst, from the release to the first motion:'
+    for what, time in STEPS_OF_LATENCY:
+        yield f'    {what:32}{1e3 * time:6.1f} ms'
+    yield f'    {"in all":32}{1e3 * sum(time for _, time in STEPS_OF_LATENCY):6.1f} ms'
+
+
+def draw(parameters: Parameters, path: Path) -> None:
+    """Draw from where a brick can be caught, and how the time goes by before the robot moves."""
+    with drawn(path, 7.6, 6.6) as figure:
+        plane, chain = figure.subplots(2, 1, height_ratios=(2.6, 1.0))
+        for outcome, color, mark in (('caught', CAUGHT, 'o'), ('refused', '#e8b59f', 'o'),
+                                     ('missed', MISSED, 'X')):
+            those = [drop for drop in all_drops(parameters) if drop.outcome == outcome]
+            plane.plot([drop.distance for drop in those],
+                       [drop.result.brick[2] for drop in those], mark, color=color,
+                       markersize=4.5, label=f'{len(those)} {outcome}')
+        low = resting_height(parameters)
+        heights = low + (10.4 - low) * np.linspace(0.0, 1.0, 301) ** 2
+        for law, width, style, label in (
+                (guaranteed_distance, 1.8, '-', f'promised: v (t − {GUARANTEED_LATENCY:g} s) + r'),
+                (farthest, 1.4, FINE_DASHES, 'no latency at all: v t + r')):
+            plane.plot([law(height, parameters) for height in heights], heights, color=INK,
+                       linewidth=width, linestyle=style, label=label)
+        plane.axhline(low, color=FAINT, linewidth=1.2)
+        plane.text(5.5, low - 0.41, 'below the platform', ha='right', va='center',
+                   bbox={'facecolor': 'white', 'edgecolor': 'none', 'pad': 1.5})
+        plane.set(xlim=(-0.1, 5.6), ylim=(0.6, 10.4), ylabel='released at a height of / m',
+                  xlabel='distance from the robot at rest / m',
+                  title=f'Which bricks a robot of {parameters.max_velocity:g} m/s catches')
+        plane.legend(loc='upper center', bbox_to_anchor=(0.5, -0.13), ncols=5, columnspacing=1.2,
+                     handletextpad=0.4)
+
+        begin = 0.0
+        colors = (REFUSED, FAINT, ROBOT, CAUGHT, ROBOT, '#c9a227')
+        for row, ((what, time), color) in enumerate(zip(STEPS_OF_LATENCY, colors)):
+            end = begin + 1e3 * time
+            chain.barh(row, end - begin, left=begin, height=0.62, color=color)
+            if end - begin > 50.0:
+                place, style = begin + 1.0, {'color': 'white'}
+            elif begin < 50.0:
+                place, style = end + 1.0, {}
+            else:
+                place, style = begin - 1.0, {'ha': 'right'}
+            chain.text(place, row, f'{what}, {1e3 * time:.0f} ms', va='center', **style)
+            begin = end
+        chain.set(yticks=[], ylim=(len(colors) - 0.5, -0.6), xlim=(0.0, 1e3 * GUARANTEED_LATENCY),
+                  xlabel='time since the release / ms',
+                  title="From the release to the robot's first motion, at worst")
+        chain.grid(axis='y', visible=False)
