@@ -18,7 +18,9 @@ from pathlib import Path
 
 import pytest
 
-PACKAGE = Path(__file__).resolve().parents[1] / 'turtle_brick'
+PACKAGES = ('turtle_brick', 'turtle_referee')
+
+HERE = Path(__file__).resolve().parents[1]
 
 
 @pytest.mark.linter
@@ -27,5 +29,5 @@ def test_mypy():
     api = pytest.importorskip('mypy.api', reason='mypy is not installed')
     report, complaint, status = api.run(
         ['--config-file', os.devnull, '--cache-dir', os.devnull, '--ignore-missing-imports',
-         '--warn-unused-ignores', str(PACKAGE)])
+         '--warn-unused-ignores', *(str(HERE / package) for package in PACKAGES)])
     assert status == 0, report + complaint

@@ -14,13 +14,11 @@
 
 """The rules for the catcher: its verdict, the text, the way to the center. No ROS."""
 
-from math import hypot, isnan, nan, sqrt
+from math import dist, isnan, nan, sqrt
 
-from turtle_brick.core.catch_logic import CENTER
-from turtle_brick.core.time_steps import NANO
-from turtle_referee.arena_rules import caught, dropped
-from turtle_referee.arena_rules import TEXT as TEXT_TYPE
-from turtle_referee.drops import DropWatch, TEXT
+from turtle_referee.arena_rules import ADD, catches, dropped, TEXT
+from turtle_referee.constants import CENTER, LIFETIME, NANO, UNREACHABLE
+from turtle_referee.drops import DropWatch
 from turtle_referee.record import MarkerHeard, Record
 from turtle_referee.rules import Broken, Finding, number, Open, Plot, Rules, Series
 
@@ -30,8 +28,11 @@ rule = RULES.rule
 AT_CENTER = 0.1
 """How far (m) from the arena's center a brick may be tipped off."""
 
-LIFETIME = 3.0
-"""How long (s) the text is to be seen."""
+DELETE, DELETEALL = 2, 3
+"""The actions of a marker that remove it, and all."""
+
+SHOWN = 0.3
+"""How much (s) longer or shorter than LIFETIME it may be seen."""
 
 
 def completed(record: Record) -> list[DropWatch]:
@@ -124,7 +125,7 @@ def verdicts_come_true(record: Record) -> Finding:
 
 def texts(record: Record) -> list[MarkerHeard]:
     """Return the markers that say it; Broken or Open if there are none."""
-    found = [heard for heard in record.markers if TEXT.lower() in heard.marker.text.lower()]
+    found = [heard for heard in record.markers if UNREACHABLE.lower() in heard.marker.text.lower()]
     if not found:
         if any(drop.should is False for drop in completed(record)):
             raise Broken('nobody said Unreachable')
@@ -138,36 +139,36 @@ def text_is_a_text(record: Record) -> Finding:
     """Check that the marker is a text that faces the viewer, and says the word."""
     said = {heard.marker.text for heard in texts(record)}
     kinds = {heard.marker.type for heard in texts(record)}
-    return Finding(said == {TEXT} and kinds == {TEXT_TYPE},
+    return Finding(said == {UNREACHABLE} and kinds == {TEXT},
                    f'{", ".join(map(repr, sorted(said)))}, type {sorted(kinds)}')
 
 
-@rule('text: time', 'a Text marker that lasts for 3 seconds', '3 s ± 0.3 s for each fall, once',
-      timely=True)
+def seconds_shown(record: Record, shown: list[MarkerHeard]) -> float:
+    """Return how long (s) a text was to be seen that was said, and perhaps repeated or removed."""
+    first, last = shown[0], shown[-1]
+    lifetime = last.marker.lifetime.sec + last.marker.lifetime.nanosec * NANO
+    ends = [last.published * NANO + (lifetime or float('inf'))]
+    for heard in record.markers:
+        same = (heard.marker.ns, heard.marker.id) == (last.marker.ns, last.marker.id)
+        removes = heard.marker.action == DELETEALL or heard.marker.action == DELETE and same
+        if removes and heard.topic == last.topic and heard.published > first.published:
+            ends.append(heard.published * NANO)
+    return min(ends) - first.published * NANO
+
+
+@rule('text: time', 'a Text marker that lasts for 3 seconds',
+      f'{LIFETIME:g} s ± {SHOWN} s for each fall, once', timely=True)
 def text_lasts(record: Record) -> Finding:
     """Check that the text is to be seen for three seconds, and not again."""
-    shown, words, kept = texts(record), [], True
+    times = []
     for drop in completed(record):
-        if not drop.refusals:
-            continue
-        later = [one.begin for one in record.drops if one.begin > drop.begin]
-        own = [heard for heard in shown if drop.begin <= heard.published < min(
-            later, default=1 << 62)]
-        added = [heard for heard in own if heard.marker.action == 0]
-        last = added[-1].marker.lifetime
-        lifetime = last.sec + last.nanosec * NANO
-        end = added[-1].published * NANO + (lifetime or float('inf'))
-        kind = (added[-1].marker.ns, added[-1].marker.id)
-        for heard in record.markers:
-            removes = heard.marker.action == 3 or heard.marker.action == 2 and (
-                heard.marker.ns, heard.marker.id) == kind
-            if heard.topic == added[-1].topic and removes and (
-                    heard.published > added[0].published):
-                end = min(end, heard.published * NANO)
-        time = end - added[0].published * NANO
-        kept = kept and abs(time - LIFETIME) <= 0.3
-        words.append(f'{time:.2f}')
-    return Finding(kept and bool(words), f'{", ".join(words)} s')
+        end = min((one.begin for one in record.drops if one.begin > drop.begin), default=1 << 62)
+        shown = [heard for heard in texts(record)
+                 if drop.begin <= heard.published < end and heard.marker.action == ADD]
+        if shown:
+            times.append(seconds_shown(record, shown))
+    kept = bool(times) and all(abs(time - LIFETIME) <= SHOWN for time in times)
+    return Finding(kept, ', '.join(f'{time:.2f}' for time in times) + ' s')
 
 
 @rule('carry', 'When the brick is caught, the robot drives back to the arena center and tilts the '
@@ -175,10 +176,10 @@ def text_lasts(record: Record) -> Finding:
 def bricks_are_carried_to_the_center(record: Record) -> Finding:
     """Check that the platform is tilted at the center, and not on the way."""
     off = []
-    for drop in caught(record):
+    for drop, _ in catches(record):
         if drop.carried_to is None:
             raise Broken(f'{name_of(drop)} was never tilted')
-        off.append(hypot(drop.carried_to[0] - CENTER[0], drop.carried_to[1] - CENTER[1]))
+        off.append(dist(drop.carried_to, CENTER))
     return Finding(max(off, default=nan) <= AT_CENTER,
                    f'{len(off)} times, at most {max(off):.3f} m away')
 
@@ -187,7 +188,7 @@ def bricks_are_carried_to_the_center(record: Record) -> Finding:
       'each caught brick leaves the platform', timely=True)
 def bricks_are_tipped_off(record: Record) -> Finding:
     """Check that the tilt is large and long enough for each brick to leave."""
-    seen = caught(record)
+    seen = [drop for drop, _ in catches(record)]
     stuck = [name_of(drop) for drop in seen if drop.floated is None]
     times = [drop.slide_time for drop in seen if drop.floated is not None]
     return Finding(not stuck, f'not {", ".join(stuck)}' if stuck else
@@ -198,7 +199,7 @@ def bricks_are_tipped_off(record: Record) -> Finding:
       'the next', timely=True)
 def robot_is_ready_again(record: Record) -> Finding:
     """Check that after each brick the platform is levelled, and the next one can come."""
-    seen = [drop for drop in caught(record) if drop.floated is not None]
+    seen = [drop for drop, _ in catches(record) if drop.floated is not None]
     if not seen:
         raise Open('no brick was tipped off')
     tilted = [name_of(drop) for drop in seen if drop.levelled is None]

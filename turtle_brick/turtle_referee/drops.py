@@ -20,11 +20,11 @@ by it what happens. Instants are integer nanoseconds, lengths in m, times in s.
 """
 
 from collections import deque
-from math import hypot
+from math import dist
 
-from turtle_brick.core.geometry import Pose, Vector
-from turtle_brick.core.time_steps import NANO
-from turtle_referee.record import Ask, inclination, plateau, Record
+from turtle_referee.constants import NANO, UNREACHABLE
+from turtle_referee.geometry import Array, inclination, Pose, Vector
+from turtle_referee.record import Ask, plateau, Record
 
 MOVED = 1e-5
 """How far (m) below its place a brick falls."""
@@ -50,10 +50,11 @@ LEVEL = 0.02
 BESIDE = 0.15
 """How far (m) outside its radius a brick may be that is on the platform."""
 
+HEIGHT = slice(2, 3)
+"""Of a place, the part that tells how high it is."""
+
 HISTORY = 400
 """The most positions of the brick that are looked back at."""
-
-TEXT = 'Unreachable'
 
 
 class DropWatch:
@@ -69,10 +70,10 @@ class DropWatch:
         :param platform: the platform's pose in the world, None where it is not known
         """
         self._record = record
-        self._track: deque[tuple[int, Vector]] = deque(maxlen=HISTORY)
+        self._track: deque[tuple[int, Array]] = deque(maxlen=HISTORY)
         self._markers = len(record.markers)
         self._goals = len(record.topics['goal_pose'])
-        self._place_on_platform: Vector | None = None
+        self._place_on_platform: Array | None = None
         self._looked_at = begin
         self.begin = begin
         self.end = begin
@@ -83,10 +84,10 @@ class DropWatch:
         """When the drop was asked for."""
         self.released: int | None = None
         self.down: int | None = None
-        self.landed: Vector | None = None
+        self.landed: Array | None = None
         self.caught = False
         self.tilted: int | None = None
-        self.carried_to: tuple[float, float] | None = None
+        self.carried_to: Array | None = None
         self.floated: int | None = None
         self.levelled: int | None = None
         self.refusals: list[int] = []
@@ -105,7 +106,7 @@ class DropWatch:
         """Return the distance from robot to brick before the drop, seen from above."""
         if self.robot is None:
             return float('nan')
-        return hypot(self.place[0] - self.robot[0], self.place[1] - self.robot[1])
+        return dist(self.place[:2], self.robot)
 
     @property
     def fall_time(self) -> float:
@@ -139,7 +140,7 @@ class DropWatch:
     def _look_for_verdicts(self) -> None:
         markers = self._record.markers
         for heard in markers[self._markers:]:
-            if TEXT.lower() in heard.marker.text.lower() and heard.marker.action == 0:
+            if UNREACHABLE.lower() in heard.marker.text.lower() and heard.marker.action == 0:
                 self.refusals.append(heard.published)
         self._markers = len(markers)
         goals = self._record.topics['goal_pose']
@@ -155,7 +156,7 @@ class DropWatch:
                 self.released = track[-2][0] if len(track) > 1 else stamp
                 self._track = deque(list(track)[-2:], maxlen=HISTORY)
         elif self.down is None:
-            self.down = plateau(track, STILL / 10.0, STAY, lambda place: place[2:])
+            self.down = plateau(track, STILL / 10.0, STAY, HEIGHT)
             if self.down is not None:
                 self._land(stamp, pose)
         elif self.caught and self.floated is None:
@@ -176,12 +177,11 @@ class DropWatch:
         if platform is None or brick is None:
             platform, brick = record.platform(stamp), pose
         if platform is None:
-            self.caught = self.landed[2] > numbers.get('platform_height', 1.0) / 2.0
+            self.caught = bool(self.landed[2] > numbers.get('platform_height', 1.0) / 2.0)
         else:
-            x, y, z = platform.position
-            self.caught = (
-                hypot(brick.position[0] - x, brick.position[1] - y)
-                <= numbers.get('platform_radius', 0.5) + BESIDE and self.landed[2] > z / 2.0)
+            beside = dist(brick.position[:2], platform.position[:2])
+            self.caught = bool(beside <= numbers.get('platform_radius', 0.5) + BESIDE
+                               and self.landed[2] > platform.position[2] / 2.0)
 
     def _ride(self, stamp: int) -> None:
         """Take note of what has become of a brick on the platform by an instant (ns)."""
@@ -195,5 +195,5 @@ class DropWatch:
                 self._place_on_platform = place
             return
         assert self._place_on_platform is not None
-        if hypot(*(a - b for a, b in zip(place, self._place_on_platform))) > SLID:
+        if dist(place, self._place_on_platform) > SLID:
             self.floated = plateau(self._track, STILL, FLOATS)

@@ -19,17 +19,16 @@ It knows the graph through an `Observer` alone, and waits for nothing without an
 """
 
 from collections.abc import Callable
-from math import hypot, sqrt
+from math import dist, sqrt
 from time import time_ns
 from typing import Any
 
-from turtle_brick.core.geometry import Vector
-from turtle_brick.core.time_steps import NANOSECONDS
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.tools.graph import Graph
+from turtle_referee.constants import ARENA_SIZE, NANOSECONDS
 from turtle_referee.drops import DropWatch
-from turtle_referee.observer import answer, Observer
+from turtle_referee.geometry import Vector
+from turtle_referee.observer import Observer
 from turtle_referee.record import Ask, Drive, plateau
+from turtle_referee.spinning import Spins
 
 PATIENCE = 3.0
 """How long (s) something may take that should be done at once."""
@@ -54,7 +53,7 @@ USUAL = {'platform_height': 1.0, 'platform_radius': 0.5, 'wheel_radius': 0.2,
 class Hands:
     """What a user does with a graph."""
 
-    def __init__(self, graph: Graph, observer: Observer) -> None:
+    def __init__(self, graph: Spins, observer: Observer) -> None:
         """
         Do nothing yet.
 
@@ -101,19 +100,18 @@ class Hands:
             pose = self.record.topics['pose'][-1].message
             return pose.x, pose.y
         base = self.record.pose(self.record.profile.frames['base_link'], time_ns())
-        return base.position[:2] if base else None
+        return (base.position[0], base.position[1]) if base else None
 
     def distance_to(self, place: tuple[float, float]) -> float:
         """Return how far the robot is from a point of the world (m); NaN if that is unknown."""
-        x, y = self.robot() or (float('nan'), float('nan'))
-        return hypot(place[0] - x, place[1] - y)
+        return dist(place, self.robot() or (float('nan'), float('nan')))
 
     def is_at_rest(self) -> bool:
         """Tell whether the robot has stood still for a while."""
         poses = self.record.heard('pose', time_ns() - round(REST * NANOSECONDS))
         if len(poses) < 3:
             return False
-        track = [(one.published, (one.message.x, one.message.y, 0.0)) for one in poses]
+        track = [(one.published, (one.message.x, one.message.y)) for one in poses]
         return plateau(track, 1e-3, 0) == track[0][0]
 
     def go(self, goal: tuple[float, float]) -> Drive | None:
@@ -151,7 +149,9 @@ class Hands:
             return Ask(begin, time_ns(), what, False, False, str(error))
         if not self.until(future.done, PATIENCE):
             return Ask(begin, time_ns(), what, False, False, f'{service} does not answer')
-        return answer(begin, what, future.result())
+        response = future.result()
+        return Ask(begin, time_ns(), what, True, bool(getattr(response, 'success', True)),
+                   str(getattr(response, 'message', '')))
 
     def place(self, place: Vector, hovering: float = HOVERING) -> Ask:
         """Place the brick (m), and let it hover for a time (s)."""

@@ -29,7 +29,6 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from turtle_brick.core.parameters import Parameters
 import yaml
 
 TOPICS = ('cmd_vel', 'odom', 'joint_states', 'goal_pose', 'tilt', 'pose', 'robot_description')
@@ -63,8 +62,8 @@ class Profile:
     """Numbers that only the URDF tells."""
 
     @classmethod
-    def from_parameters(cls, parameters: Parameters) -> 'Profile':
-        """Return the names of the assignment, with these numbers."""
+    def from_parameters(cls, parameters: Any) -> 'Profile':
+        """Return the names of the assignment, with the numbers that parameters have."""
         return cls(numbers={name: getattr(parameters, name) for name in NUMBERS})
 
     def update(self, sections: Mapping[str, Mapping[str, Any]], source: str) -> None:

@@ -22,7 +22,7 @@ any implementation will do. It also asks for what a user would, and says nothing
 from collections import Counter
 from collections.abc import Callable, Sequence
 from importlib import import_module
-from time import monotonic, time_ns
+from time import monotonic
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
@@ -35,7 +35,7 @@ from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from tf2_msgs.msg import TFMessage
 from turtle_referee.names import NUMBERS, Profile
-from turtle_referee.record import Ask, Heard, MarkerHeard, Record
+from turtle_referee.record import Heard, MarkerHeard, Record
 
 DEPTH = 2000
 """How many messages may wait to be heard: a reader that falls behind loses none."""
@@ -133,7 +133,8 @@ class Listener(Node):
     def listen(self, message_type: Any, topic: str, keep: Keep,
                qos: QoSProfile | int = DEPTH) -> None:
         """Have `fetch` call a function with each message of a topic, and what DDS says of it."""
-        self._kept.append((self.create_subscription(message_type, topic, keep, qos), keep))
+        subscription = self.create_subscription(message_type, topic, lambda message: None, qos)
+        self._kept.append((subscription, keep))
 
     def fetch(self) -> None:
         """Keep all that has come since the last time, topic by topic."""
@@ -168,7 +169,8 @@ class Observer(Node):
         self._services_asked: dict[str, Client] = {}
         self._looked_at = 0.0
         for topic, static in (('/tf', False), ('/tf_static', True)):
-            self.listener.listen(TFMessage, topic, self._transform_keeper(static), how_to_hear(static))
+            self.listener.listen(
+                TFMessage, topic, self._transform_keeper(static), how_to_hear(static))
         self.create_timer(FETCH_PERIOD, self.update)
 
     def update(self) -> None:
@@ -379,9 +381,3 @@ def angle_field(message: Any) -> str | None:
     """Return the name of a message's first field of a floating-point number, None without one."""
     return next((name for name, kind in message.get_fields_and_field_types().items()
                  if kind in ('double', 'float')), None)
-
-
-def answer(begin: int, what: Any, response: Any) -> Ask:
-    """Return what a service said to a request that was made at an instant (ns)."""
-    return Ask(begin, time_ns(), what, True, bool(getattr(response, 'success', True)),
-               str(getattr(response, 'message', '')))

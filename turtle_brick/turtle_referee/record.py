@@ -19,13 +19,13 @@ Instants are integer nanoseconds of the system's clock, lengths in m, angles in 
 """
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from copy import copy
-from math import acos, hypot, isfinite
+from math import dist, isfinite
 from typing import Any, NamedTuple
 
-from turtle_brick.core.geometry import axes, IDENTITY, Pose, Vector
-from turtle_brick.core.time_steps import NANO, NANOSECONDS, nanoseconds_of
+from turtle_referee.constants import NANO, NANOSECONDS
+from turtle_referee.geometry import Array, blend, Pose, pose
 from turtle_referee.names import Profile
 
 GAP = 120_000_000
@@ -35,7 +35,7 @@ AFTER = 50_000_000
 """How long (ns) before its first and after its last transform a frame's pose is known."""
 
 BUSY = 0.01
-"""The part of a span of time for which a machine may be late, and still have time."""
+"""The part of a span of time for which a machine may stand still, and still have time."""
 
 AHEAD = 5_000_000_000
 """How far ahead (ns) of its publication a transform's stamp may be."""
@@ -131,21 +131,6 @@ class Frame:
         return Sample(stamp, before.parent, blend(before.pose, after.pose, part))
 
 
-def blend(a: Pose, b: Pose, part: float) -> Pose:
-    """Return a pose between two that are close to each other; part is from 0 to 1."""
-    same = sum(p * q for p, q in zip(a.orientation, b.orientation)) >= 0.0
-    turn = [p + part * ((q if same else -q) - p) for p, q in zip(a.orientation, b.orientation)]
-    length = hypot(*turn) or 1.0
-    x, y, z = (p + part * (q - p) for p, q in zip(a.position, b.position))
-    return Pose((x, y, z), (turn[0] / length, turn[1] / length, turn[2] / length,
-                            turn[3] / length))
-
-
-def inclination(pose: Pose) -> float:
-    """Return the angle (rad) between a frame's z axis and the vertical."""
-    return acos(min(max(axes(pose.orientation)[2][2], -1.0), 1.0))
-
-
 class MarkerHeard(NamedTuple):
     """A marker, and how it came."""
 
@@ -161,6 +146,11 @@ class Drive(NamedTuple):
     end: int
     start: tuple[float, float]
     goal: tuple[float, float]
+
+    @property
+    def length(self) -> float:
+        """Return how far the goal is."""
+        return dist(self.start, self.goal)
 
 
 class Ask(NamedTuple):
@@ -230,7 +220,7 @@ class Record:
         frame.both = frame.both or frame.static is not static
         frame.add(published, number, Sample(
             stamp, transform.header.frame_id.removeprefix('/'),
-            Pose((place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w))))
+            pose((place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w))))
 
     def way_up(self, frame: str) -> list[str]:
         """Return a frame and all above it, by the latest parents; a loop ends."""
@@ -249,15 +239,15 @@ class Record:
         :return: The pose, None where it is not known.
         """
         root = root or self.profile.frames['world']
-        pose = Pose((0.0, 0.0, 0.0), IDENTITY)
+        found = pose((0.0, 0.0, 0.0))
         for _ in range(DEPTH):
             if frame == root:
-                return pose
-            found = self.frames[frame].at(stamp) if frame in self.frames else None
-            if found is None:
+                return found
+            sample = self.frames[frame].at(stamp) if frame in self.frames else None
+            if sample is None:
                 return None
-            pose = found.pose.compose(pose)
-            frame = found.parent
+            found = sample.pose.compose(found)
+            frame = sample.parent
         return None
 
     def platform(self, stamp: int) -> Pose | None:
@@ -268,22 +258,20 @@ class Record:
         """Return the brick's pose in the world at an instant (ns), None if unknown."""
         return self.pose(self.profile.frames['brick'], stamp)
 
-    def on_platform(self, stamp: int) -> Vector | None:
+    def on_platform(self, stamp: int) -> Array | None:
         """Return where the brick was in the platform's frame (m) at an instant (ns), if known."""
         brick, platform = self.brick(stamp), self.platform(stamp)
         if brick is None or platform is None:
             return None
-        offset = [a - b for a, b in zip(brick.position, platform.position)]
-        u, v, w = (sum(a * b for a, b in zip(offset, axis)) for axis in axes(platform.orientation))
-        return u, v, w
+        return platform.locate(brick.position)
 
     def brick_track(self, begin: int, end: int) -> Iterator[tuple[int, Pose]]:
         """Yield where the brick was in the world, at each of its own stamps (ns)."""
         frame = self.frame('brick')
         for sample in frame.between(begin, end) if frame else ():
-            pose = self.brick(sample.stamp)
-            if pose is not None:
-                yield sample.stamp, pose
+            brick = self.brick(sample.stamp)
+            if brick is not None:
+                yield sample.stamp, brick
 
     def heard(self, topic: str, begin: int = 0, end: int | None = None) -> list[Heard]:
         """Return the messages of a topic that were published in a span of time (ns)."""
@@ -306,40 +294,38 @@ class Record:
 
     def busy_spans(self) -> list[tuple[int, int]]:
         """Return the spans of time (ns) in which something was asked for."""
-        return [*self.idle, *((drive.begin, drive.end) for drive in self.drives),
-                *((ask.begin, ask.end) for ask in self.tilts),
-                *((drop.begin, drop.end) for drop in self.drops)]
+        return [*self.idle, *((one.begin, one.end)
+                              for one in (*self.drives, *self.tilts, *self.drops))]
 
     def while_calm(self) -> 'Record':
         """Return a record of what was done while the machine had time."""
         calm = copy(self)
-        calm.idle = [span for span in self.idle if not self.is_busy([span])]
+        calm.idle = [span for span in self.idle if not self.stood_still([span])]
         for name in ('drives', 'tilts', 'places', 'drops'):
             setattr(calm, name, [one for one in getattr(self, name)
-                                 if not self.is_busy([(one.begin, one.end)])])
+                                 if not self.stood_still([(one.begin, one.end)])])
         return calm
 
-    def is_busy(self, spans: list[tuple[int, int]], allowed: float = BUSY) -> str:
-        """
-        Say how long the machine had no time in spans of time (ns).
-
-        :param spans: where to look
-        :param allowed: the part of them for which it may be late
-        :return: The words, empty if it had enough.
-        """
+    def stood_still(self, spans: list[tuple[int, int]]) -> str:
+        """Say for how long the machine stood still in spans of time (ns); '' if it did hardly."""
         missing = sum(max(0, min(end, e) - max(begin, b))
                       for begin, end in spans for b, e in self.stalls) * NANO
         whole = sum(end - begin for begin, end in spans) * NANO
-        if missing <= allowed * whole:
+        if missing <= BUSY * whole:
             return ''
-        return (f'the machine was too busy: for {missing:.2f} s of {whole:.1f} s nobody was woken '
-                'in time')
+        return f'the machine stood still for {missing:.2f} s of {whole:.1f} s'
+
+
+def nanoseconds_of(stamp: Any) -> int:
+    """Return the instant (ns) of a builtin_interfaces/Time."""
+    return stamp.sec * NANOSECONDS + stamp.nanosec
 
 
 def stamp_of(heard: Heard) -> int:
-    """Return the stamp (ns) of a message with a header; when it was published, if it has none."""
-    value = nanoseconds_of(heard.message.header.stamp)
-    return value if abs(value - heard.published) < 5 * NANOSECONDS else heard.published
+    """Return the stamp (ns) of a message; when it was published, if it has none that can be."""
+    header = getattr(heard.message, 'header', None)
+    value = nanoseconds_of(header.stamp) if header else 0
+    return value if abs(value - heard.published) < AHEAD else heard.published
 
 
 def rate(times: Sequence[float]) -> float:
@@ -365,15 +351,15 @@ def rate(times: Sequence[float]) -> float:
     return (last - first) / (times[last] - times[first])
 
 
-def plateau(track: Sequence[tuple[int, Vector]], tolerance: float, least: int,
-            parts: Callable[[Vector], tuple[float, ...]] = tuple) -> int | None:
+def plateau(track: Sequence[tuple[int, Any]], tolerance: float, least: int,
+            part: slice = slice(None)) -> int | None:
     """
     Return since when something has not moved.
 
     :param track: instants (ns) and places (m)
     :param tolerance: how far (m) it may move
     :param least: how long (ns) it has to stay
-    :param parts: the coordinates that count
+    :param part: the coordinates that count
     :return: The first instant (ns) of the stay that lasts to the end, None if it is too short.
     """
     if not track:
@@ -381,7 +367,7 @@ def plateau(track: Sequence[tuple[int, Vector]], tolerance: float, least: int,
     end, last = track[-1]
     since = end
     for stamp, place in reversed(track):
-        offset = hypot(*(a - b for a, b in zip(parts(place), parts(last))))
+        offset = dist(place[part], last[part])
         if not (isfinite(offset) and offset <= tolerance):
             break
         since = stamp

@@ -28,23 +28,23 @@ The status is 0 if nothing is broken, 1 if something is, 2 if nothing was judged
 import argparse
 from collections.abc import Sequence
 from contextlib import ExitStack
+from functools import partial
 from math import isfinite
 import os
 from pathlib import Path
 import shutil
 import sys
-from tempfile import TemporaryFile
 from time import monotonic
 from typing import Any
 
-from turtle_brick.tools.graph import Graph
-from turtle_brick.tools.interrupts import INTERRUPTS
 from turtle_referee import arena_rules, catcher_rules, robot_rules, telling
 from turtle_referee.domains import keep_to_this_machine, reserved_domain
 from turtle_referee.names import Profile, ProfileError
 from turtle_referee.observer import Observer
+from turtle_referee.processes import Process
 from turtle_referee.record import Record
 from turtle_referee.rules import BROKEN, Judgement
+from turtle_referee.spinning import Spinner
 from turtle_referee.trial import MEETING, Trial
 
 RULES = (*robot_rules.RULES.in_order, *arena_rules.RULES.in_order, *catcher_rules.RULES.in_order)
@@ -73,24 +73,17 @@ def watch(profile: Profile, options: argparse.Namespace, command: Sequence[str],
     :param say: told what is being done
     :return: All that was heard.
     """
-    # No node of ours is started, and so no parameter file of ours is needed.
-    with TemporaryFile() as said, Graph(
-            namespace=options.namespace, params_file=Path(os.devnull), quiet=True) as graph:
-        child = None
-        if command:
-            output = None if options.verbose else said
-            child = graph.add_command(command, stdout=output, stderr=output)
-        observer = graph.add(Observer, parameters=False, profile=profile)
-        trial = Trial(graph, observer, options.reaction, say, STARTING if command else MEETING,
-                      is_alive=lambda: child is None or child.status is None)
-        trial.run()
-        if child is not None and child.status is not None:
-            said.seek(0)
-            last = said.read().decode(errors='replace').strip().splitlines()[-3:]
-            observer.record.notes.append(
-                f'{command[0]} has ended with status {child.status}' + ': ' * bool(last)
-                + ' / '.join(last))
-        return observer.record
+    with ExitStack() as stack:
+        spinner = stack.enter_context(Spinner(
+            partial(Observer, profile=profile), namespace=options.namespace))
+        process = stack.enter_context(Process(
+            command, listener=sys.stderr.write if options.verbose else None)) if command else None
+        record = spinner.node.record
+        Trial(spinner, spinner.node, options.reaction, say, STARTING if command else MEETING,
+              is_alive=lambda: process is None or process.running).run()
+        if process is not None and not process.running:
+            record.notes.append(process.end_in_words())
+        return record
 
 
 def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
@@ -136,7 +129,6 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
 def main(args: Sequence[str] | None = None) -> int:
     """Judge a graph; return the exit status."""
     options, command = parse(sys.argv[1:] if args is None else args)
-    INTERRUPTS.take_over()
     begin = monotonic()
 
     def say(text: str) -> None:

@@ -11,22 +11,49 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-
 """The robot as its URDF describes it: where each link is for given joint positions. No ROS."""
 
 from collections.abc import Mapping
-from math import cos, hypot, sin
+from dataclasses import dataclass
+from math import hypot
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from turtle_brick.core.geometry import IDENTITY, Pose, rotate, Vector
-from turtle_brick.view.urdf_scene import from_rpy, parse_urdf, Shape, UrdfError
+import numpy
+from turtle_referee.geometry import Array, Pose, pose, turn, UPRIGHT
 from turtle_referee.record import Record
 
 MOVABLE = ('revolute', 'continuous', 'prismatic')
 
+VERTICAL, HORIZONTAL = 0.999, 0.05
+"""The part of an axis along z from which it is vertical, and up to which it is horizontal."""
 
-class Joint(NamedTuple):
+SIZES = {'box': ('size',), 'cylinder': ('radius', 'length'), 'sphere': ('radius',)}
+"""The attributes that tell how large a solid is."""
+
+Color = tuple[float, ...]
+
+GRAY: Color = (0.7, 0.7, 0.7, 1.0)
+"""The color of a visual that has none."""
+
+
+class UrdfError(ValueError):
+    """A robot description cannot be read."""
+
+
+class Solid(NamedTuple):
+    """A visual of a link."""
+
+    kind: str
+    """'box', 'cylinder' (its axis is z), 'sphere', or what it is else."""
+    size: tuple[float, ...]
+    """Extents (m) of a box, radius and length of a cylinder."""
+    color: Color
+    pose: Pose
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
     """A joint of a URDF."""
 
     name: str
@@ -34,7 +61,7 @@ class Joint(NamedTuple):
     parent: str
     child: str
     origin: Pose
-    axis: Vector
+    axis: Array
     """Unit vector in the joint's own frame."""
 
     @property
@@ -46,26 +73,40 @@ class Joint(NamedTuple):
 class RobotModel:
     """Links and joints."""
 
-    def __init__(self, description: str) -> None:
+    def __init__(self, description: str, platform: str) -> None:
         """
         Read a URDF.
 
         :param description: the URDF
+        :param platform: what its platform is called
         :raises UrdfError: it can't be understood; the text says why
         """
-        self.robot = parse_urdf(description)
-        self.joints = [_joint(element)
-                       for element in ElementTree.fromstring(description).findall('joint')]
+        self.platform = platform
+        try:
+            robot = ElementTree.fromstring(description)
+            colors = {material.get('name'): _color(material, {})
+                      for material in robot.findall('material')}
+            self.links = {link.get('name', ''): [_solid(visual, colors)
+                                                 for visual in link.findall('visual')]
+                          for link in robot.findall('link')}
+            self.joints = [_joint(element) for element in robot.findall('joint')]
+        except (ElementTree.ParseError, ValueError) as error:
+            raise UrdfError(str(error)) from None
         self._above = {joint.child: joint for joint in self.joints}
 
     @classmethod
     def of(cls, record: Record) -> 'RobotModel | None':
         """Return the model that was heard last, None where there is none that can be read."""
-        heard = record.topics['robot_description']
         try:
-            return cls(heard[-1].message.data) if heard else None
-        except UrdfError:
+            return cls(record.topics['robot_description'][-1].message.data,
+                       record.profile.frames['platform'])
+        except (IndexError, UrdfError):
             return None
+
+    @property
+    def roots(self) -> list[str]:
+        """Return the links that are no joint's child: one, in a robot that can be."""
+        return [link for link in self.links if link not in self._above]
 
     def way(self, link: str) -> list[Joint]:
         """Return the joints from the root to a link."""
@@ -75,116 +116,125 @@ class RobotModel:
             link = found[0].parent
         return found
 
-    def pose(self, link: str, positions: Mapping[str, float] | None = None) -> Pose:
+    def pose(self, link: str, positions: Mapping[str, float] = {}) -> Pose:
         """
         Return the pose of a link in the root.
 
         :param link: its name
         :param positions: of the joints (rad or m); 0 for those that are not given
         """
-        pose = Pose((0.0, 0.0, 0.0), IDENTITY)
+        found = pose((0.0, 0.0, 0.0))
         for joint in self.way(link):
-            position = (positions or {}).get(joint.name, 0.0)
-            pose = pose.compose(joint.origin)
+            position = positions.get(joint.name, 0.0)
+            found = found.compose(joint.origin)
             if joint.kind == 'prismatic':
-                x, y, z = (position * part for part in joint.axis)
-                pose = pose.compose(Pose((x, y, z), IDENTITY))
+                found = found.compose(Pose(position * joint.axis, UPRIGHT))
             elif joint.movable:
-                pose = pose.compose(Pose((0.0, 0.0, 0.0), _about(joint.axis, position)))
-        return pose
+                found = found.compose(Pose(numpy.zeros(3), turn(joint.axis, position)))
+        return found
 
-    def axis(self, joint: Joint, positions: Mapping[str, float] | None = None) -> Vector:
+    def axis(self, joint: Joint, positions: Mapping[str, float] = {}) -> Array:
         """Return the axis of a joint in the root, for given positions (rad)."""
-        return rotate(self.pose(joint.child, positions).orientation, joint.axis)
+        return self.pose(joint.child, positions).axes @ joint.axis
 
-    def solid(self, link: str, kind: str) -> Shape | None:
+    def solid(self, link: str, kind: str) -> Solid | None:
         """Return the first visual of a link of a kind ('box', 'cylinder'), None without one."""
-        return next((shape for shape in self.robot.links.get(link, ()) if shape.kind == kind),
-                    None)
+        return next((solid for solid in self.links.get(link, ()) if solid.kind == kind), None)
 
     # --------------------------------------------------------------- the joints, by what they do
 
-    def platform_joint(self, platform: str) -> Joint | None:
+    @property
+    def platform_joint(self) -> Joint | None:
         """Return the joint that tilts the platform: the last movable one above it."""
-        return next((joint for joint in reversed(self.way(platform)) if joint.movable), None)
+        return next((joint for joint in reversed(self.way(self.platform)) if joint.movable), None)
 
-    def stem_joint(self, platform: str) -> Joint | None:
+    @property
+    def stem_joint(self) -> Joint | None:
         """Return the joint that turns about the vertical and carries another movable one."""
-        others = self.way(platform)
+        others = self.way(self.platform)
         for joint in self.joints:
-            if joint.movable and joint not in others and abs(self.axis(joint)[2]) > 0.999:
-                if any(one.movable and joint in self.way(one.child) and one is not joint
-                       for one in self.joints):
+            if joint.movable and joint not in others and abs(self.axis(joint)[2]) > VERTICAL:
+                if any(one.movable and self.hangs_below(one, joint) for one in self.joints):
                     return joint
         return None
 
-    def wheel_joint(self, platform: str) -> Joint | None:
+    @property
+    def wheel_joint(self) -> Joint | None:
         """Return the movable joint below the stem's, whose axis is horizontal."""
-        stem = self.stem_joint(platform)
+        stem = self.stem_joint
         return next((joint for joint in self.joints if stem is not None and joint.movable
-                     and joint is not stem and stem in self.way(joint.child)
-                     and abs(self.axis(joint)[2]) < 0.05), None)
+                     and self.hangs_below(joint, stem)
+                     and abs(self.axis(joint)[2]) < HORIZONTAL), None)
 
-    def ground(self, platform: str) -> float | None:
-        """Return how high (m) the ground is in the root: where the wheel touches it."""
-        wheel = self.wheel_joint(platform)
-        shape = self.solid(wheel.child, 'cylinder') if wheel else None
-        if wheel is None or shape is None:
+    def hangs_below(self, joint: Joint, other: Joint) -> bool:
+        """Tell whether another joint is on the way to a joint."""
+        return other.name in [one.name for one in self.way(joint.parent)]
+
+    def platform_span(self) -> tuple[float, float] | None:
+        """Return bottom and top of the level platform (m above where the wheel touches down)."""
+        platform, wheel = self.solid(self.platform, 'cylinder'), self.wheel_joint
+        rim = self.solid(wheel.child, 'cylinder') if wheel else None
+        if platform is None or wheel is None or rim is None:
             return None
-        center = self.pose(wheel.child).transform(shape.pose.position)
-        return center[2] - shape.size[0] / 2.0
+        ground = self.pose(wheel.child).transform(rim.pose.position)[2] - rim.size[0]
+        middle = self.pose(self.platform).transform(platform.pose.position)[2] - ground
+        return middle - platform.size[1] / 2.0, middle + platform.size[1] / 2.0
 
-    def platform_top(self, platform: str) -> tuple[float, float] | None:
-        """Return bottom and top (m above the ground) of the level platform's cylinder."""
-        shape, ground = self.solid(platform, 'cylinder'), self.ground(platform)
-        if shape is None or ground is None:
-            return None
-        middle = self.pose(platform).transform(shape.pose.position)[2] - ground
-        return middle - shape.size[2] / 2.0, middle + shape.size[2] / 2.0
-
-    def numbers(self, platform: str) -> dict[str, float]:
+    def numbers(self) -> dict[str, float]:
         """Return the numbers of the profile that follow from the model."""
         found = {}
-        shape, height = self.solid(platform, 'cylinder'), self.platform_top(platform)
-        wheel = self.wheel_joint(platform)
+        platform, span = self.solid(self.platform, 'cylinder'), self.platform_span()
+        wheel = self.wheel_joint
         rim = self.solid(wheel.child, 'cylinder') if wheel else None
-        if shape is not None:
-            found['platform_radius'] = shape.size[0] / 2.0
-        if height is not None:
-            found['platform_height'] = height[1]
+        if platform is not None:
+            found['platform_radius'] = platform.size[0]
+        if span is not None:
+            found['platform_height'] = span[1]
         if rim is not None:
-            found['wheel_radius'] = rim.size[0] / 2.0
+            found['wheel_radius'] = rim.size[0]
         return found
 
 
-def _about(axis: Vector, angle: float) -> tuple[float, float, float, float]:
-    """Return the rotation by an angle (rad) about a unit vector."""
-    s = sin(angle / 2.0)
-    return (s * axis[0], s * axis[1], s * axis[2], cos(angle / 2.0))
+def _numbers(element: ElementTree.Element | None, attribute: str, default: str = '') -> Array:
+    """Return the numbers of an attribute, the default ones where it is not given."""
+    return numpy.array((default if element is None else element.get(attribute, default)).split(),
+                       float)
+
+
+def _origin(element: ElementTree.Element) -> Pose:
+    """Return where a joint or a visual is in its parent; the angles are about fixed axes."""
+    origin = element.find('origin')
+    x, y, z = _numbers(origin, 'xyz', '0 0 0')
+    roll, pitch, yaw = _numbers(origin, 'rpy', '0 0 0')
+    return Pose(numpy.array((x, y, z)), turn(UPRIGHT[2], yaw) @ turn(UPRIGHT[1], pitch) @ turn(
+        UPRIGHT[0], roll))
+
+
+def _color(material: ElementTree.Element | None, named: Mapping[str | None, Color]) -> Color:
+    """Return the color of a material: its own, or that of the robot's material of this name."""
+    if material is None:
+        return GRAY
+    color = material.find('color')
+    return named.get(material.get('name'), GRAY) if color is None else tuple(
+        _numbers(color, 'rgba'))
+
+
+def _solid(visual: ElementTree.Element, colors: Mapping[str | None, Color]) -> Solid:
+    """Read a visual."""
+    element = visual.find('geometry/*')
+    kind = '' if element is None else element.tag
+    size = [number for name in SIZES.get(kind, ()) for number in _numbers(element, name)]
+    if len(size) != {'box': 3, 'cylinder': 2}.get(kind, len(size)):
+        raise ValueError(f'a {kind} has {len(size)} numbers for its size')
+    return Solid(kind, tuple(size), _color(visual.find('material'), colors), _origin(visual))
 
 
 def _joint(element: ElementTree.Element) -> Joint:
-    """Read a joint; UrdfError if it can't be understood."""
+    """Read a joint."""
     name = element.get('name', '')
-
-    def link(role: str) -> str:
-        found = element.find(role)
-        if found is None:
-            raise UrdfError(f'the joint {name} has no {role}')
-        return found.get('link', '')
-
-    def vector(tag: str, attribute: str, default: str) -> Vector:
-        found = element.find(tag)
-        words = (default if found is None else found.get(attribute, default)).split()
-        try:
-            x, y, z = map(float, words)
-        except ValueError:
-            raise UrdfError(f'the joint {name} has {attribute}="{" ".join(words)}"') from None
-        return x, y, z
-
-    axis = vector('axis', 'xyz', '1 0 0')
-    length = hypot(*axis) or 1.0
-    return Joint(name, element.get('type', ''), link('parent'), link('child'),
-                 Pose(vector('origin', 'xyz', '0 0 0'),
-                      from_rpy(*vector('origin', 'rpy', '0 0 0'))),
-                 (axis[0] / length, axis[1] / length, axis[2] / length))
+    parent, child = (element.find(role) for role in ('parent', 'child'))
+    if parent is None or child is None:
+        raise ValueError(f'the joint {name} does not connect two links')
+    axis = _numbers(element.find('axis'), 'xyz', '1 0 0')
+    return Joint(name, element.get('type', ''), parent.get('link', ''), child.get('link', ''),
+                 _origin(element), axis / (hypot(*axis) or 1.0))

@@ -19,27 +19,20 @@ A rule that returns has found the requirement kept or broken. It raises `Broken`
 is not there that the assignment asks for, and `Open` where nothing can be said.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
+import numpy
 from turtle_referee.record import Record
+
+Thing = TypeVar('Thing')
 
 KEPT, BROKEN, OPEN = '✔', '✗', '–'
 
 
 class Broken(Exception):
     """The requirement is broken; the text says how."""
-
-    def __init__(self, words: str, sure: bool = False) -> None:
-        """
-        Say it.
-
-        :param words: how
-        :param sure: whether a machine without time can't be to blame
-        """
-        super().__init__(words)
-        self.sure = sure
 
 
 class Open(Exception):
@@ -70,8 +63,6 @@ class Finding(NamedTuple):
     kept: bool
     measured: str
     plot: Plot | None = None
-    sure: bool = False
-    """Whether a machine without time can't be to blame for it."""
 
 
 class Judgement(NamedTuple):
@@ -99,23 +90,23 @@ class Rule:
 
     def __call__(self, record: Record) -> Judgement:
         """Judge what was heard."""
-        found, sure = self._look(record)
-        if found.mark == BROKEN and self.timely and not sure:
-            busy = record.is_busy(record.busy_spans())
+        found = self._look(record)
+        if found.mark == BROKEN and self.timely:
+            busy = record.stood_still(record.busy_spans())
             # What is broken also while the machine had time is broken.
-            if busy and self._look(record.while_calm())[0].mark != BROKEN:
-                return found._replace(mark=OPEN, measured=f'{found.measured}; {busy}')
+            if busy and self._look(record.while_calm()).mark != BROKEN:
+                return found._replace(mark=OPEN, measured=f'{found.measured}; not judged: {busy}')
         return found
 
-    def _look(self, record: Record) -> tuple[Judgement, bool]:
-        """Judge what was heard, and tell whether a machine without time can't be to blame."""
-        plot, sure = None, False
+    def _look(self, record: Record) -> Judgement:
+        """Judge what was heard, whether the machine had time or not."""
+        plot = None
         try:
-            finding = self.judge(record)
-            mark = KEPT if finding.kept else BROKEN
-            _, measured, plot, sure = finding
+            with numpy.errstate(all='ignore'):
+                kept, measured, plot = self.judge(record)
+            mark = KEPT if kept else BROKEN
         except Broken as error:
-            mark, measured, sure = BROKEN, str(error), error.sure
+            mark, measured = BROKEN, str(error)
         except Open as error:
             mark, measured = OPEN, str(error)
         except (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError,
@@ -123,7 +114,7 @@ class Rule:
             # Whatever an implementation says, this is no reason to fall silent about the rest.
             mark = BROKEN
             measured = f'what was heard makes no sense ({type(error).__name__}: {error})'
-        return Judgement(self.name, self.words, self.expected, mark, measured, plot), sure
+        return Judgement(self.name, self.words, self.expected, mark, measured, plot)
 
 
 @dataclass
@@ -157,7 +148,14 @@ def number(record: Record, name: str) -> float:
                    'or --set') from None
 
 
-def worst(values: Sequence[float]) -> float:
+def needed(thing: Thing | None, words: str) -> Thing:
+    """Return what there is; Broken, with words, if it is not there."""
+    if thing is None:
+        raise Broken(words)
+    return thing
+
+
+def worst(values: Iterable[float]) -> float:
     """Return the greatest of some values, NaN if one is: nothing is above what is no number."""
     values = list(values)
     return next((value for value in values if value != value), max(values, default=0.0))

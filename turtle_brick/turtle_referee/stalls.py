@@ -11,57 +11,34 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
+"""A process that sees when the machine stands still: a virtual one may, for its host's sake."""
 
-"""A process that sees when the machine stands still, or has no processor for who wakes up."""
-
-from pathlib import Path
-import subprocess
 import sys
-from tempfile import TemporaryDirectory
+
+from turtle_referee.processes import Process
 
 PROGRAM = """
-import os, sys, threading, time
-pause, parent, least = threading.Event(), os.getppid(), float(sys.argv[1])
-last = time.monotonic()
-print(0.0, 0.0, flush=True)  # it is up
+import os, time
+PAUSE, LATE = 0.01, 0.01
+last, parent = time.time(), os.getppid()
 while os.getppid() == parent:
-    pause.wait(0.01)
-    now = time.monotonic()
-    if now - last - 0.01 > least:
-        print(last, now, flush=True)
+    time.sleep(PAUSE)
+    now = time.time()
+    if now - last > PAUSE + LATE:
+        print(round(last * 1e9), round(now * 1e9))
     last = now
 """
 
 
-class StallWatch:
-    """A process of its own that notes when it wakes up late."""
+class StallWatch(Process):
+    """A process of its own that says so when it wakes up late."""
 
-    def __init__(self, least: float) -> None:
-        """
-        Begin to watch.
+    def __init__(self) -> None:
+        """Begin to watch."""
+        super().__init__([sys.executable, '-c', PROGRAM])
 
-        :param least: how late (s) it has to be to be noted
-        """
-        self._directory = TemporaryDirectory(prefix='turtle_brick_watch_')
-        self._log = Path(self._directory.name, 'stalls')
-        with open(self._log, 'w') as log:
-            self.process = subprocess.Popen(
-                [sys.executable, '-c', PROGRAM, str(least)], stdin=subprocess.DEVNULL, stdout=log,
-                # A Ctrl-C is for the process that started it, which then ends this.
-                start_new_session=True)
-
-    def stalls(self, begin: float) -> list[tuple[float, float]]:
-        """Return from when to when each stall was that ended after an instant (s, monotonic)."""
-        lines = self._log.read_text().splitlines(True)
+    def stalls(self) -> list[tuple[int, int]]:
+        """Return from when to when (ns) the machine stood still so far."""
+        lines = self.output.splitlines(True)
         spans = [line.split() for line in lines if line.endswith('\n')]
-        return [(float(start), float(end)) for start, end in spans if float(end) > begin]
-
-    def longest(self, begin: float) -> float:
-        """Return how long (s) the longest stall was since an instant (s, monotonic); 0 if none."""
-        return max((end - start for start, end in self.stalls(begin)), default=0.0)
-
-    def close(self) -> None:
-        """Watch no more."""
-        self.process.kill()
-        self.process.wait()
-        self._directory.cleanup()
+        return [(int(begin), int(end)) for begin, end in spans]

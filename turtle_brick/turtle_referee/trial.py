@@ -24,18 +24,16 @@ from math import cos, pi, sin
 from time import monotonic, time_ns
 from typing import NamedTuple
 
-from turtle_brick.core.catch_logic import CENTER
-from turtle_brick.core.geometry import Vector
-from turtle_brick.core.time_steps import NANOSECONDS
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.tools.graph import Graph
 from turtle_referee.arena_rules import half_height
+from turtle_referee.constants import ARENA_SIZE, CENTER
+from turtle_referee.geometry import Vector
 from turtle_referee.hands import Hands, PATIENCE
 from turtle_referee.names import NUMBERS
 from turtle_referee.observer import Observer
 from turtle_referee.record import Ask
 from turtle_referee.robot_model import RobotModel
 from turtle_referee.rules import Broken, Open
+from turtle_referee.spinning import Spins
 from turtle_referee.stalls import StallWatch
 
 IDLE = 3.0
@@ -52,9 +50,6 @@ SHORTEST_LEG = 0.3
 
 TILTS = (0.5, -0.4, 0.25, 0.0)
 """The angles (rad) that are asked for."""
-
-LATE = 0.01
-"""How late (s) the machine may wake somebody up to be on time."""
 
 DROPS = (
     ('the brick is out of reach by far', 0.25, 0.7, -0.25),
@@ -86,7 +81,7 @@ class Placing(NamedTuple):
 class Trial(Hands):
     """All that is asked of a graph."""
 
-    def __init__(self, graph: Graph, observer: Observer, reaction: float,
+    def __init__(self, graph: Spins, observer: Observer, reaction: float,
                  say: Callable[[str], None], patience: float = MEETING,
                  limit: float = 150.0, is_alive: Callable[[], bool] = lambda: True) -> None:
         """
@@ -109,19 +104,14 @@ class Trial(Hands):
 
     def run(self) -> None:
         """Go through the whole programme."""
-        offset = time_ns() - round(monotonic() * NANOSECONDS)
-        begin, watch = monotonic(), StallWatch(LATE)
-        try:
+        watch = StallWatch()
+        with watch:
             if self.meet():
                 self.rest()
                 self.drive()
                 self.tilt()
                 self.drop_all()
-        finally:
-            self.record.stalls = [
-                (round(start * NANOSECONDS) + offset, round(end * NANOSECONDS) + offset)
-                for start, end in watch.stalls(begin)]
-            watch.close()
+            self.record.stalls = watch.stalls()
 
     # ------------------------------------------------------------------------------- the start
 
@@ -156,7 +146,7 @@ class Trial(Hands):
                         numbers.setdefault(name, float(number))
         model = RobotModel.of(self.record)
         if model is not None:
-            for name, value in model.numbers(self.record.profile.frames['platform']).items():
+            for name, value in model.numbers().items():
                 if value > 0.0 and name not in numbers:
                     numbers[name] = value
                     self.record.profile.guessed.add(name)
