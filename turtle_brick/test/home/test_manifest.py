@@ -11,8 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-
-"""The dependencies that package.xml names against what is imported and launched."""
+"""What the packages import: as package.xml names it, and only downwards."""
 
 import ast
 from collections.abc import Iterable
@@ -20,6 +19,8 @@ from pathlib import Path
 import re
 import sys
 from xml.etree import ElementTree
+
+import pytest
 
 PACKAGE = Path(__file__).resolve().parents[2]
 MANIFEST = (PACKAGE / 'package.xml').read_text()
@@ -32,26 +33,49 @@ KEYS = {'PIL': 'python3-pil', 'tf2_ros': 'tf2_ros_py', **{name: f'python3-{name}
 NOT_PYTHON = {'launch_xml', 'ros2launch'}
 """They make ros2 launch read launch files, those in XML too."""
 
+DOOR = ('arena', 'catcher', 'physics', 'turtle_robot')
 
-def named(kind: str) -> set[str]:
-    """Return the dependencies of a kind."""
-    return {element.text for element in ElementTree.fromstring(MANIFEST).iter(kind)}
+MAY_IMPORT = {
+    'turtle_brick/core': ['turtle_brick.core'],
+    'turtle_brick/physics.py': ['turtle_brick.core'],
+    'turtle_brick/ros': ['turtle_brick.core', 'turtle_brick.ros'],
+    **{f'turtle_brick/{name}.py': ['turtle_brick.physics', 'turtle_brick.core', 'turtle_brick.ros']
+       for name in ('arena', 'catcher', 'turtle_robot')},
+    'turtle_brick/view': ['turtle_brick.core', 'turtle_brick.ros', 'turtle_brick.view',
+                          *(f'turtle_brick.{name}' for name in DOOR)],
+    'turtle_brick/tools': ['turtle_brick', 'turtle_referee'],
+    'turtle_referee': ['turtle_referee'],
+    'standins': ['turtle_brick.core.turtlesim_kinematics'],
+}
+"""What each room may import of this package's modules."""
 
 
-def imported(paths: Iterable[Path]) -> set[str]:
-    """Return the keys of the modules that are imported, without the package's own."""
+def modules_of(paths: Iterable[Path]) -> set[str]:
+    """Return the full names of the modules that files import."""
     names = set()
     for path in paths:
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.Import):
                 names.update(alias.name for alias in node.names)
             elif isinstance(node, ast.ImportFrom):
-                names.add(node.module)
+                names.update([node.module] if '.' in node.module else (
+                    f'{node.module}.{alias.name}' for alias in node.names))
             elif isinstance(node, ast.Call) and ast.unparse(node.func) == 'pytest.importorskip':
                 names.add(ast.literal_eval(node.args[0]))
-    modules = {name.partition('.')[0] for name in names}
-    own = {'turtle_brick', *(path.stem for path in PACKAGE.joinpath('test').rglob('*.py'))}
+    return names
+
+
+def imported(paths: Iterable[Path]) -> set[str]:
+    """Return the keys of the modules that are imported, without the package's own."""
+    modules = {name.partition('.')[0] for name in modules_of(paths)}
+    own = {'turtle_brick', 'turtle_referee',
+           *(path.stem for path in PACKAGE.joinpath('test').rglob('*.py'))}
     return {KEYS.get(name, name) for name in modules - sys.stdlib_module_names - own}
+
+
+def named(kind: str) -> set[str]:
+    """Return the dependencies of a kind."""
+    return {element.text for element in ElementTree.fromstring(MANIFEST).iter(kind)}
 
 
 def without_key() -> set[str]:
@@ -60,22 +84,23 @@ def without_key() -> set[str]:
     return set(re.findall(r'\w+', comment[0]))
 
 
-def test_what_is_imported_or_launched_is_named_and_nothing_else():
-    launch_files = list(PACKAGE.glob('launch/*'))
-    launched = {name for path in launch_files for name in re.findall(
+def test_what_is_imported_or_launched_is_named_and_nothing_else() -> None:
+    launched = {name for path in PACKAGE.glob('launch/*') for name in re.findall(
         r'(?:package=\'|pkg=")(\w+)', path.read_text())} - {'turtle_brick'}
-    used = imported([*PACKAGE.glob('turtle_brick/**/*.py'), *PACKAGE.glob('launch/*.py')])
+    used = imported([*PACKAGE.glob('turtle_*/**/*.py'), *PACKAGE.glob('launch/*.py')])
     assert named('exec_depend') == (used - without_key()) | launched | NOT_PYTHON
 
 
-def test_what_tests_import_is_named_and_nothing_else():
+def test_what_tests_import_is_named_and_nothing_else() -> None:
     used = imported(PACKAGE.glob('test/**/*.py'))
     used -= without_key() | named('exec_depend') | {'turtlesim_standin'}
     assert named('test_depend') == used
 
 
-def test_a_standin_imports_no_node():
-    """Of the package, only what knows no ROS: the motion of a turtle, and the page."""
-    for path in PACKAGE.glob('standins/**/*.py'):
-        ours = set(re.findall(r'(?:from|import) (turtle_brick\.[\w.]+)', path.read_text()))
-        assert ours <= {'turtle_brick.core.turtlesim_kinematics', 'turtle_brick.view.web_view'}, path
+@pytest.mark.parametrize('room', MAY_IMPORT)
+def test_no_room_imports_from_above(room: str) -> None:
+    place = PACKAGE / room
+    ours = {name for name in modules_of([place] if place.is_file() else place.rglob('*.py'))
+            if name.startswith(('turtle_brick.', 'turtle_referee.'))}
+    assert [name for name in sorted(ours)
+            if not any(f'{name}.'.startswith(f'{below}.') for below in MAY_IMPORT[room])] == []
