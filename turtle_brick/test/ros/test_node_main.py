@@ -115,6 +115,19 @@ def test_a_signal_disturbs_neither_the_making_of_a_node_nor_a_callback(start, wh
     assert end_of(start(**lines)) == (0, [])
 
 
+FOR_EVER = """
+import rclpy, threading
+from turtle_brick.ros import node_main
+node_main.END_TIME = 1
+rclpy.try_shutdown = threading.Event().wait
+"""
+
+
+def test_a_middleware_that_never_ends_ends_all_the_same(start):
+    program = start(before=FOR_EVER, tick=TO_ITSELF.format('SIGINT'))
+    assert end_of(program) == (-signal.SIGALRM, [])
+
+
 def test_a_defect_is_not_hidden(start):
     status, errors = end_of(start(tick='1 / 0'))
     assert status == 1

@@ -46,6 +46,10 @@ SLEEP_TIME = 0.1
 """Longest time (s) between two looks at whether to end. Without a limit the EventsExecutor of the
 wheels never sleeps: it takes the end of time for the past."""
 
+END_TIME = 5
+"""Longest time (s) that the end may take: then the kernel ends the process. At its end Fast DDS has
+been seen to wait for ever, in one process of 700 whose neighbors ended as well."""
+
 _asked_to_end = Event()
 
 
@@ -113,4 +117,5 @@ def _on_signal(number: int, frame: FrameType | None) -> None:
     """Have `spin` end; a Ctrl-C under `ros2 launch` comes twice, and only the first counts."""
     for each in SIGNALS:
         signal.signal(each, signal.SIG_IGN)
+    signal.alarm(END_TIME)
     _asked_to_end.set()

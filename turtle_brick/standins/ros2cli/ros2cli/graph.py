@@ -16,6 +16,7 @@
 import contextlib
 from functools import partial
 import os
+import signal
 import sys
 from time import monotonic
 
@@ -102,6 +103,7 @@ def observer(found=None, name=None):
         graph.discover(found)
         yield graph
     finally:
+        signal.alarm(5)  # Fast DDS may wait for ever
         rclpy.try_shutdown()
 
 
