@@ -16,13 +16,14 @@
 import asyncio
 from contextlib import suppress
 from importlib.machinery import SourceFileLoader
+from importlib.metadata import entry_points
 from importlib.util import module_from_spec, spec_from_loader
 import os
 import signal
 import sys
 
 from launch import actions, substitutions
-from launch.actions import Action, DeclareLaunchArgument
+from launch.actions import Action, DeclareLaunchArgument, SetLaunchConfiguration
 from launch.substitutions import (get_logger, launch_config, log_file, needs_real, outside,
                                   perform, Substitution)
 
@@ -100,8 +101,8 @@ def get_launch_description_from_any_launch_file(path):
     try:
         if suffix == 'py':
             return get_launch_description_from_python_launch_file(path)
-        from launch_xml import parse
-        return parse(path)
+        parser, = entry_points(group='launch.frontend.parser', name=suffix)
+        return parser.load()(path)
     except Exception as error:
         raise InvalidLaunchFileError(
             f'Caught multiple exceptions when trying to load file of format [{suffix}]:\n'
@@ -129,6 +130,34 @@ class LaunchDescriptionSource:
 # The suffix of the file tells them apart.
 AnyLaunchDescriptionSource = PythonLaunchDescriptionSource = LaunchDescriptionSource
 XMLLaunchDescriptionSource = FrontendLaunchDescriptionSource = LaunchDescriptionSource
+
+
+class IncludeLaunchDescription(Action):
+
+    def __init__(self, launch_description_source, **options):
+        if not isinstance(launch_description_source, LaunchDescriptionSource):
+            launch_description_source = LaunchDescriptionSource(launch_description_source)
+        super().__init__(launch_description_source, **options)
+        self.launch_arguments = self.given.arguments['launch_arguments'] = list(
+            self.launch_arguments or ())
+
+    def get_sub_entities(self):
+        found = self.launch_description_source.try_get_launch_description_without_context()
+        return [found] if found else []
+
+    def do(self, context, launch_description_source, *, launch_arguments=()):
+        description = launch_description_source.get_launch_description(context)
+        context.launch_file = os.path.abspath(launch_description_source.location)
+        names = [perform(context, name) for name, _ in launch_arguments]
+        for argument, required in description.declared_arguments():
+            if required and argument.name not in names:
+                raise RuntimeError(
+                    f"Included launch description missing required argument '{argument.name}' "
+                    f"(description: '{argument.description}'), given: [{', '.join(names)}]")
+        return [*(SetLaunchConfiguration(*each) for each in launch_arguments), description]
+
+
+actions.IncludeLaunchDescription = IncludeLaunchDescription
 
 
 class LaunchContext:

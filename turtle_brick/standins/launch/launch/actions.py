@@ -121,32 +121,6 @@ class GroupAction(Action):
         return [*actions, *([OpaqueFunction(function=end)] if scoped else [])]
 
 
-class IncludeLaunchDescription(Action):
-
-    def __init__(self, launch_description_source, **options):
-        from launch import LaunchDescriptionSource
-        if not isinstance(launch_description_source, LaunchDescriptionSource):
-            launch_description_source = LaunchDescriptionSource(launch_description_source)
-        super().__init__(launch_description_source, **options)
-        self.launch_arguments = self.given.arguments['launch_arguments'] = list(
-            self.launch_arguments or ())
-
-    def get_sub_entities(self):
-        found = self.launch_description_source.try_get_launch_description_without_context()
-        return [found] if found else []
-
-    def do(self, context, launch_description_source, *, launch_arguments=()):
-        description = launch_description_source.get_launch_description(context)
-        context.launch_file = os.path.abspath(launch_description_source.location)
-        names = [perform(context, name) for name, _ in launch_arguments]
-        for argument, required in description.declared_arguments():
-            if required and argument.name not in names:
-                raise RuntimeError(
-                    f"Included launch description missing required argument '{argument.name}' "
-                    f"(description: '{argument.description}'), given: [{', '.join(names)}]")
-        return [*(SetLaunchConfiguration(*each) for each in launch_arguments), description]
-
-
 class TimerAction(Action):
 
     def do(self, context, *, period, actions):
