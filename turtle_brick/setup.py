@@ -14,7 +14,6 @@
 """Install turtle_brick: its modules, its executables and the data that they read."""
 
 from glob import glob
-from pathlib import Path
 
 from setuptools import find_packages, setup
 
@@ -49,8 +48,6 @@ setup(
     maintainer_email='maintainers@turtle-brick.example',
     description='A turtlesim robot that catches a brick dropped from the sky',
     license='Apache-2.0',
-    # Errors about an installed file name the one to change.
-    project_urls={'Source': Path(__file__).resolve().parent.as_uri()},
     entry_points={
         'console_scripts': [
             'arena = turtle_brick.arena:main',

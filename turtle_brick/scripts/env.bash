@@ -101,7 +101,7 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
   export TURTLE_BRICK_HOME=$home
 
   # A mistake in the parameter file is best told right after the edit.
-  python3 -m turtle_brick.core.parameters </dev/null || true
+  python3 -m turtle_brick.core.parameters "${scripts%/*}/config/turtle.yaml" </dev/null || true
 
   # What do the launch files show the robot with?
   if [[ -z ${TURTLE_BRICK_VIEW-} ]]; then

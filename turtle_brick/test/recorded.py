@@ -19,31 +19,37 @@ import json
 from pathlib import Path
 import re
 
-from turtle_brick.core.parameters import Parameters
+from turtle_brick.core.parameters import ArenaParameters, CatcherParameters, RobotParameters
 
 DATA = Path(__file__).parent / 'data' / 'ros2'
+USED = {'arena': ArenaParameters, 'catcher': CatcherParameters, 'turtle_robot': RobotParameters}
 
 
 def records(*files):
     """Return the records of files, by name, with the parameters that our nodes have today."""
-    return {record['name']: {**record, 'stdout': with_parameters(record['stdout']),
-                             'stderr': with_parameters(record['stderr'])}
+    return {record['name']: {**record, 'stdout': with_parameters(record, record['stdout']),
+                             'stderr': with_parameters(record, record['stderr'])}
             for file in files
             for record in json.loads((DATA / f'{file}.json').read_text())['records']}
 
 
-def with_parameters(text):
-    """Return what was printed, with today's parameters of our nodes where they all are named."""
+def with_parameters(record, text):
+    """Return what was printed, with today's parameters of the node that it is about."""
     then = re.search('missing parameters: ([^;]+)', (DATA / 'cli.json').read_text())[1].split(', ')
-    today = sorted(entry.name for entry in fields(Parameters))
+    asked = record['command'][-1].strip('/')
 
-    def listed(lines):
-        names = set(lines[0].split())
-        return lines[0] if not names.issuperset(then) else ''.join(
-            f'  {name}\n' for name in sorted(names.difference(then).union(today)))
+    def today(node):
+        return sorted(entry.name for entry in fields(USED[node]))
 
-    text = re.sub(r'(  \S+\n)+', listed, text)
-    return text.replace(', '.join(then), ', '.join(today))
+    def listed(match):
+        node, names = match[1] or asked, match[2].split()
+        if node not in USED:
+            return match[0]
+        names = sorted(set(names).difference(then).union(today(node)))
+        return match[0].replace(match[2], ''.join(f'  {name}\n' for name in names))
+
+    text = re.sub(r'(?:^/(\w+):\n)?((?:  \S+\n)+)', listed, text, flags=re.M)
+    return text.replace(', '.join(then), ', '.join(today(asked))) if asked in USED else text
 
 
 def write_files(top):

@@ -32,7 +32,7 @@ Services:
 Subscribes:
     /tf, /tf_static: the frame platform, whatever robot it belongs to
 
-Parameters, read-only; it needs all of config/turtle.yaml and uses:
+Parameters, read-only:
     gravity_accel (double, m/s^2): acceleration due to gravity
     platform_radius, platform_thickness (double, m): the platform that the brick can land on
     brick_size (double[3], m): size of the brick along its own x, y and z
@@ -49,6 +49,7 @@ from std_srvs.srv import Trigger
 from tf2_ros import Buffer, TransformBroadcaster
 from turtle_brick.core.colors import BRICK_COLORS, Color, WALL_COLOR
 from turtle_brick.core.geometry import Pose, Vector
+from turtle_brick.core.parameters import ArenaParameters
 from turtle_brick.core.platform import Platform
 from turtle_brick.core.time_steps import due_instant, StepClock
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
@@ -79,7 +80,7 @@ class Arena(Node):
         :raises ParameterError: a parameter is missing or inadmissible
         """
         super().__init__('arena', **node_options)
-        parameters = declare_parameters(self)
+        parameters = declare_parameters(self, ArenaParameters)
         self.world = World.from_parameters(parameters)
         self.phase = self.world.phase
         """The brick's phase at the last step."""

@@ -24,7 +24,7 @@ Publishes:
 Subscribes:
     /tf, /tf_static: the frames brick and platform; it knows nothing else of brick and robot
 
-Parameters, read-only; it needs all of config/turtle.yaml and uses:
+Parameters, read-only:
     max_velocity (double, m/s): greatest speed of the robot
     platform_height (double, m): height of the platform's top
     platform_radius (double, m): radius of the platform
@@ -40,6 +40,7 @@ from rclpy.node import Node
 from tf2_ros import Buffer
 from turtle_brick.core.catch_logic import Catcher, DriveOrder, PERIOD, TiltOrder
 from turtle_brick.core.geometry import Vector
+from turtle_brick.core.parameters import CatcherParameters
 from turtle_brick.core.platform import Platform
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.time_steps import nanoseconds_of
@@ -69,7 +70,7 @@ class CatcherNode(Node):
         :raises ParameterError: a parameter is missing or inadmissible
         """
         super().__init__('catcher', **node_options)
-        self.catcher = Catcher(declare_parameters(self))
+        self.catcher = Catcher(declare_parameters(self, CatcherParameters))
         self.waiting = False
         """Whether it was logged what is missing."""
         self.complete = False

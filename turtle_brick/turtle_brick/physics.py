@@ -28,13 +28,15 @@ from __future__ import annotations
 from enum import Enum
 from math import hypot, inf, isfinite
 from numbers import Real
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from turtle_brick.core.geometry import (distance_to_rectangle, from_yaw, multiply, Pose,
                                         Quaternion, Vector)
-from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.platform import Platform
 from turtle_brick.core.time_steps import NANO
+if TYPE_CHECKING:
+    # No more than the names of the numbers: physics reads no configuration.
+    from turtle_brick.core.parameters import ArenaParameters
 
 STEP = 4_000_000
 """Time (ns) of one step in the arena: 250 Hz."""
@@ -92,7 +94,7 @@ class World:
         self.brick = brick
 
     @classmethod
-    def from_parameters(cls, parameters: Parameters) -> World:
+    def from_parameters(cls, parameters: ArenaParameters) -> World:
         """Return the world with these parameters and STEP as its timestep."""
         world = cls(parameters.brick_start, parameters.gravity_accel, parameters.platform_radius,
                     STEP * NANO)

@@ -32,7 +32,7 @@ Subscribes:
     tilt (turtle_brick_interfaces/Tilt): angle of the platform (rad)
     /tf, /tf_static: from the first goal on in another frame than world, odom and base_link
 
-Parameters, read-only; it needs all of config/turtle.yaml and uses:
+Parameters, read-only:
     max_velocity (double, m/s): greatest speed of the robot
     wheel_radius (double, m): radius of the wheel, which rolls without slipping
 """
@@ -50,6 +50,7 @@ from tf2_ros import Buffer, StaticTransformBroadcaster, TransformBroadcaster, Tr
 from turtle_brick.core.driving import Driver, PERIOD, within_arena
 from turtle_brick.core.geometry import from_yaw, Pose, Pose2D, Vector
 from turtle_brick.core.odometry import Odometer
+from turtle_brick.core.parameters import RobotParameters
 from turtle_brick.core.time_steps import due_instant, NANOSECONDS, StepClock
 from turtle_brick.core.turtlesim_kinematics import TurtlePose
 from turtle_brick.ros.node_main import init, spin
@@ -75,7 +76,7 @@ class TurtleRobot(Node):
         :raises ParameterError: a parameter is missing or inadmissible
         """
         super().__init__('turtle_robot', **node_options)
-        parameters = declare_parameters(self)
+        parameters = declare_parameters(self, RobotParameters)
         self.driver = Driver(parameters.max_velocity)
         self.odometer = Odometer(parameters.wheel_radius)
         self.tilt_angle = 0.0

@@ -31,6 +31,7 @@ import os, signal, sys
 {before}
 from rcl_interfaces.msg import Log
 from rclpy.node import Node
+from turtle_brick.core.parameters import ArenaParameters
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.ros.node_main import init, spin
 
@@ -136,7 +137,7 @@ def test_a_defect_is_not_hidden(start):
 
 @pytest.mark.parametrize('args, reason', [
     ([], f'probe: missing parameters: .*add --ros-args --params-file {default_path()}$'),
-    (['-p', 'max_velocity:=-3'], 'probe: max_velocity is -3, but must be a number from'),
+    (['-p', 'gravity_accel:=-3'], 'probe: gravity_accel is -3, but must be a number from'),
     (['-p', 'brick_size:=[0.1, 1, 0.1]'], 'Sequence should be of same type'),
     (['--params-file', '/absent.yaml'], '/absent.yaml'),
     (['-p', 'use_sim_time:=abc'], "'use_sim_time' to 'abc' of type 'STRING'"),
@@ -145,7 +146,7 @@ def test_a_defect_is_not_hidden(start):
 def test_arguments_that_cannot_be_end_it_with_a_sentence(start, args, reason):
     file = ['--params-file', str(default_path())] if args else []
     status, (sentence,) = end_of(start('--ros-args', *file, *args,
-                                       construct='declare_parameters(self)'))
+                                       construct='declare_parameters(self, ArenaParameters)'))
     assert status == 1
     assert sentence.startswith('probe: ')
     assert re.search(reason, sentence)

@@ -12,6 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
+
 """The parameters of every node, as they arrive and as they are declared."""
 
 from collections.abc import Iterator
@@ -19,14 +20,17 @@ from dataclasses import asdict, fields
 import math
 
 import pytest
-from rcl_interfaces.msg import ParameterType
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from turtle_brick.core.parameters import (default_path, from_mapping, load, meaning,
-                                          MissingParameterError, ParameterError, Parameters)
+from turtle_brick.arena import Arena
+from turtle_brick.catcher import CatcherNode
+from turtle_brick.core.parameters import (ArenaParameters, CatcherParameters, default_path, load,
+                                          MissingParameterError, ParameterError, Parameters,
+                                          RobotParameters, TABLE)
 from turtle_brick.ros.node_parameters import declare_parameters
+from turtle_brick.turtle_robot import TurtleRobot
 
 DEFAULTS = {name: list(value) if isinstance(value, tuple) else value
             for name, value in asdict(load()).items()}
@@ -41,110 +45,85 @@ def context(domain_id) -> Iterator[Context]:
     rclpy.try_shutdown(context=context)
 
 
-def node_with(context: Context, values: dict) -> Node:
+def overrides(values: dict) -> list[Parameter]:
+    """Return values as a node is given them."""
+    return [Parameter(name, value=value) for name, value in values.items()]
+
+
+def node_with(context: Context, **values: object) -> Node:
     """Make a node to which these parameters are given."""
-    return Node('probe', context=context, parameter_overrides=[
-        Parameter(name, value=value) for name, value in values.items()])
+    return Node('probe', context=context, parameter_overrides=overrides(values))
 
 
-def test_values_arrive(context):
-    node = node_with(context, DEFAULTS)
-    assert declare_parameters(node) == load()
-    for name, value in DEFAULTS.items():
-        held = node.get_parameter(name).value
-        assert (list(held) if isinstance(value, list) else held) == value
+@pytest.mark.parametrize('node_type, used', [
+    (TurtleRobot, RobotParameters), (Arena, ArenaParameters), (CatcherNode, CatcherParameters)])
+def test_a_node_needs_its_own_parameters_and_no_others(context, node_type, used):
+    own = {entry.name: DEFAULTS[entry.name] for entry in fields(used)}
+    node = node_type(context=context, parameter_overrides=overrides(own))
+    declared = {name for name in TABLE if node.has_parameter(name)}
+    assert declared == set(own)
     node.destroy_node()
+    for name in own:
+        given = {other: value for other, value in own.items() if other != name}
+        with pytest.raises(MissingParameterError, match=f'^missing parameters: {name}; add --ros'):
+            node_type(context=context, parameter_overrides=overrides(given))
 
 
-def test_values_are_declared_in_full_and_read_only(context):
-    node = node_with(context, DEFAULTS)
-    declare_parameters(node)
-    for entry in fields(Parameters):
-        rule, descriptor = meaning(entry), node.describe_parameter(entry.name)
+def test_values_arrive_and_are_described_and_read_only(context):
+    node = node_with(context, **DEFAULTS)
+    assert declare_parameters(node, Parameters) == load()
+    for name, rule in TABLE.items():
+        descriptor, held = node.describe_parameter(name), node.get_parameter(name)
         assert descriptor.description == rule.description
-        assert rule.unit in descriptor.additional_constraints
-        assert descriptor.read_only and not descriptor.dynamic_typing
-        if rule.length == 1:
-            assert descriptor.type == ParameterType.PARAMETER_DOUBLE
-            (limits,) = descriptor.floating_point_range
-            assert (limits.from_value, limits.to_value) == (rule.lower, rule.upper)
-        else:
-            assert descriptor.type == ParameterType.PARAMETER_DOUBLE_ARRAY
-        held = node.get_parameter(entry.name).value
-        (result,) = node.set_parameters([Parameter(entry.name, value=held)])
-        assert not result.successful
-        assert 'read-only' in result.reason
-    node.destroy_node()
+        assert descriptor.additional_constraints == f'{name} must be {rule.expectation()}'
+        (result,) = node.set_parameters([held])
+        assert not result.successful and 'read-only' in result.reason
 
 
 def test_integers_are_as_good_as_floats(context):
-    node = node_with(context, {**DEFAULTS, 'max_velocity': 3, 'brick_start': [7, 6, 5]})
-    parameters = declare_parameters(node)
-    assert parameters == from_mapping(
-        {**DEFAULTS, 'max_velocity': 3.0, 'brick_start': (7.0, 6.0, 5.0)})
-    assert node.get_parameter('max_velocity').type_ == Parameter.Type.DOUBLE
-    node.destroy_node()
+    node = node_with(context, **{**DEFAULTS, 'max_velocity': 3, 'brick_start': [7, 6, 5]})
+    parameters = declare_parameters(node, Parameters)
+    assert parameters == Parameters.from_mapping({**DEFAULTS, 'brick_start': [7.0, 6.0, 5.0]})
 
 
 @pytest.mark.parametrize('change', [
     {'max_velocity': 'fast'}, {'max_velocity': True}, {'max_velocity': -3},
-    {'max_velocity': math.nan}, {'max_velocity': [3.0]}, {'wheel_radius': 0.0},
-    {'brick_size': [0.4, 0.2]}, {'brick_size': 0.4}, {'brick_size': ['a', 'b', 'c']},
-    {'brick_start': [7.5, 7.0, -8.0]}, {'platform_height': 0.5}, {'platform_height': 200.0}])
-def test_node_refuses_in_the_same_words_as_the_file(context, change):
-    node = node_with(context, {**DEFAULTS, **change})
+    {'max_velocity': math.nan}, {'max_velocity': [3.0]}, {'brick_size': [0.4, 0.2]},
+    {'brick_size': 0.4}, {'brick_size': ['a', 'b', 'c']}, {'brick_start': [7.5, 7.0, 0.0]}])
+def test_a_node_refuses_in_the_same_words_as_the_file(context, change):
     with pytest.raises(ParameterError) as from_node:
-        declare_parameters(node)
+        declare_parameters(node_with(context, **{**DEFAULTS, **change}), Parameters)
     with pytest.raises(ParameterError) as from_values:
-        from_mapping({**DEFAULTS, **change})
+        Parameters.from_mapping({**DEFAULTS, **change})
     assert str(from_node.value) == str(from_values.value)
-    node.destroy_node()
 
 
-def test_missing_parameter_names_itself_and_the_file(context):
-    some = {name: value for name, value in DEFAULTS.items() if name != 'wheel_radius'}
-    node = node_with(context, some)
+@pytest.mark.parametrize('text, given, sentence', [
+    ('wheel_radius: -1', {'wheel_radius': -1}, '{path}: wheel_radius is -1, but must be a number '
+     'from 0.01 to 10 m'),
+    # What is wrong is not in the file.
+    ('wheel_radius: 0.2', {'wheel_radius': -1}, 'wheel_radius is -1, but must be a number from '
+     '0.01 to 10 m'),
+    ('wheel_radius: -2', {'wheel_radius': -1}, 'wheel_radius is -1, but must be a number from '
+     '0.01 to 10 m'),
+    ('# none', {}, '{path}: missing parameters: wheel_radius'),
+    ('wheel_radios: 0.2', {}, '{path}: unknown wheel_radios, did you mean wheel_radius?'),
+])
+def test_a_fault_names_the_parameter_file_that_has_it(
+        context, tmp_path, monkeypatch, text, given, sentence):
+    path = tmp_path / 'turtle.yaml'
+    path.write_text(default_path().read_text().replace('wheel_radius: 0.2', text))
+    monkeypatch.setattr('sys.argv', [
+        'turtle_robot', '--ros-args', '--params-file', str(default_path()),
+        '--params-file', str(path), '-p', 'x:=1'])
+    with pytest.raises(ParameterError) as caught:
+        declare_parameters(node_with(context, max_velocity=3.0, **given), RobotParameters)
+    assert str(caught.value) == sentence.format(path=path)
+
+
+def test_a_bare_node_is_told_the_file_that_it_needs(context):
     with pytest.raises(MissingParameterError) as caught:
-        declare_parameters(node)
-    assert str(caught.value) == (
-        f'missing parameters: wheel_radius; add --ros-args --params-file {default_path()}')
+        declare_parameters(node_with(context), RobotParameters)
+    assert str(caught.value) == ('missing parameters: max_velocity, wheel_radius; '
+                                 f'add --ros-args --params-file {default_path()}')
     assert default_path().is_file()
-    node.destroy_node()
-
-
-def test_a_missing_parameter_is_one_of_the_file_that_is_given(context, tmp_path, monkeypatch):
-    path = tmp_path / 'turtle.yaml'
-    path.write_text(default_path().read_text().replace('    wheel_radius: 0.2', '    # none: 0.2'))
-    monkeypatch.setattr('sys.argv', ['arena', '--ros-args', '--params-file', str(path)])
-    node = node_with(context, {
-        name: value for name, value in DEFAULTS.items() if name != 'wheel_radius'})
-    with pytest.raises(MissingParameterError) as caught:
-        declare_parameters(node)
-    assert str(caught.value) == f'{path}: missing parameters: wheel_radius'
-    node.destroy_node()
-
-
-def test_a_refusal_names_the_parameter_file_that_has_the_value(context, tmp_path, monkeypatch):
-    path = tmp_path / 'turtle.yaml'
-    path.write_text(default_path().read_text().replace('wheel_radius: 0.2', 'wheel_radius: -1'))
-    for name, value, prefix in (
-            ('wheel_radius', -1, f'{path}:10: '), ('wheel_radius', -2, ''), ('tilt_angle', 9, '')):
-        monkeypatch.setattr('sys.argv', [
-            'arena', '--ros-args', '--params-file', str(default_path()),
-            '--params-file', str(path), '-p', 'x:=1'])
-        node = node_with(context, {**DEFAULTS, name: value})
-        with pytest.raises(ParameterError) as caught:
-            declare_parameters(node)
-        assert str(caught.value).startswith(f'{prefix}{name} is {value}, but must be')
-        node.destroy_node()
-
-
-def test_what_the_node_does_not_know_is_warned_of_and_nothing_else(context, capfd):
-    node = node_with(context, {**DEFAULTS, 'max_velocty': 3.0, 'port.a': 1, 'use_sim_time': True,
-                               'qos_overrides./tf.publisher.depth': 3})
-    assert declare_parameters(node) == load()
-    warnings = capfd.readouterr().err.splitlines()
-    assert all('[WARN]' in warning for warning in warnings)
-    assert [warning.rpartition(']: ')[2] for warning in warnings] == [
-        'unknown max_velocty, did you mean max_velocity?', 'unknown port']
-    node.destroy_node()

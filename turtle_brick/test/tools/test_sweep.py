@@ -26,7 +26,7 @@ from time import monotonic
 
 import pytest
 from turtle_brick.core.catch_logic import CENTER
-from turtle_brick.core.parameters import default_path, from_mapping, load
+from turtle_brick.core.parameters import default_path, load, Parameters
 from turtle_brick.core.reachability import guaranteed_distance
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.tools import drops as drops_module
@@ -81,8 +81,8 @@ def test_the_table_depends_on_the_options_alone_which_stand_above_it(tmp_path, c
     first = made('first', '--grid', '4', '--height', '2', '9', '--seed', '7', '--workers', '1')
     rows, (head, _, *parameters) = read(first)
     assert [int(row['index']) for row in rows] == list(range(16))
-    assert from_mapping(yaml.safe_load(''.join(line.lstrip('# ') for line in parameters))) == (
-        replace(PARAMETERS, max_velocity=2.0))
+    above = yaml.safe_load(''.join(line.lstrip('# ') for line in parameters))
+    assert Parameters.from_mapping(above) == replace(PARAMETERS, max_velocity=2.0)
     program, _, options = head.strip('# \n').partition(': sweep ')
     assert program.startswith('turtle_brick 1.')
     again = made('again', *options.split(), '--workers', '2')

@@ -27,7 +27,7 @@ from typing import NamedTuple
 from turtle_brick.core.driving import within_arena
 from turtle_brick.core.fall_detection import FallDetector
 from turtle_brick.core.geometry import FARTHEST, Vector
-from turtle_brick.core.parameters import Parameters
+from turtle_brick.core.parameters import CatcherParameters
 from turtle_brick.core.platform import Platform
 from turtle_brick.core.reachability import (Decision, LEVEL_LATENCY, reach, resting_height,
                                             RobotMotion, ROUNDING, Track)
@@ -242,7 +242,7 @@ class Brick:
 class Catcher:
     """Catch every brick that can be caught, carry it to the center and tip it off."""
 
-    def __init__(self, parameters: Parameters) -> None:
+    def __init__(self, parameters: CatcherParameters) -> None:
         """
         Wait for a brick to fall.
 

@@ -12,42 +12,34 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
+
 """
-The configuration of the robot, the brick and the arena: one frozen dataclass.
+The configured numbers: what each may be (TABLE), and who uses which.
 
-Each value's description, unit and range stand with its field. `load` reads the ROS parameter file
-config/turtle.yaml without ROS; a node gets the same values through
-`turtle_brick.ros.node_parameters.declare_parameters`. The same rules apply to both; a value that is
-refused raises a `ParameterError`, whose one sentence names the parameter, its value and what is
-admissible.
+`load` reads the ROS parameter file config/turtle.yaml without ROS; a node declares what it uses
+with `turtle_brick.ros.node_parameters.declare_parameters`. Either way a value that is missing or
+inadmissible raises a ParameterError, whose one sentence names it and what is admissible.
 
-A new parameter takes a line in config/turtle.yaml and a field of `Parameters`.
+A new number takes a line in config/turtle.yaml, a row of TABLE, and a field in the parameters of
+who uses it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from contextlib import suppress
-from dataclasses import dataclass, Field, field, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from difflib import get_close_matches
-from importlib.metadata import metadata, PackageNotFoundError
-import logging
-from numbers import Real
 from pathlib import Path
-import re
 import sys
-from typing import Any
-from urllib.parse import unquote
+from typing import Any, NamedTuple, TypeVar
 
-from turtle_brick.core.dimensions import Chassis
+from turtle_brick.core.dimensions import check_dimensions
 import yaml
 
-OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
-"""Parameters, or prefixes of their names, that ROS itself declares on nodes."""
-
-LOGGER = logging.getLogger(__name__)
-
 Triple = tuple[float, float, float]
+
+Used = TypeVar('Used', bound='Checked')
+"""The parameters of somebody."""
 
 
 class ParameterError(ValueError):
@@ -58,19 +50,16 @@ class MissingParameterError(ParameterError):
     """A parameter has no value."""
 
 
-@dataclass(frozen=True)
-class Meaning:
+class Rule(NamedTuple):
     """What a parameter means and which values are admissible."""
 
     description: str
-    """The meaning, without the unit."""
     unit: str
-    """Its SI unit."""
     lower: float
     """The least admissible value, for a vector of each component."""
     upper: float
     """The greatest admissible value, for a vector of each component."""
-    length: int
+    length: int = 1
     """3 for a vector, 1 for a number."""
 
     def expectation(self) -> str:
@@ -78,132 +67,117 @@ class Meaning:
         kind = 'a number' if self.length == 1 else f'{self.length} numbers'
         return f'{kind} from {self.lower:g} to {self.upper:g} {self.unit}'
 
+    def admits(self, value: Any) -> bool:
+        """Tell whether a value is admissible: integers are as good as floats, bools are not."""
+        numbers = [value] if self.length == 1 else value
+        if not isinstance(numbers, (list, tuple)) or len(numbers) != self.length:
+            return False
+        # A comparison with NaN is false.
+        return all(isinstance(number, (int, float)) and not isinstance(number, bool)
+                   and self.lower <= number <= self.upper for number in numbers)
 
-def _number(description: str, unit: str, lower: float, upper: float) -> Any:
-    return field(metadata={'meaning': Meaning(description, unit, lower, upper, 1)})
+
+TABLE = {
+    'platform_height': Rule("Height of the level platform's top above the ground", 'm', 0.01, 100),
+    'platform_radius': Rule('Radius of the platform', 'm', 0.01, 10),
+    'platform_thickness': Rule('Thickness of the platform', 'm', 0.001, 10),
+    'wheel_radius': Rule('Radius of the wheel', 'm', 0.01, 10),
+    'max_velocity': Rule('Greatest translational speed of the robot', 'm/s', 0.01, 10),
+    'tilt_angle': Rule('Tilt of the platform with which a brick is tipped off', 'rad', 0.05, 1.5),
+    'gravity_accel': Rule('Acceleration due to gravity, downward', 'm/s^2', 0.01, 100),
+    'brick_size': Rule('Size of the brick along its own x, y and z', 'm', 0.001, 10, 3),
+    'brick_start': Rule(
+        'Center of the brick in world before it is placed anywhere else', 'm', -1000, 1000, 3),
+    'wall_height': Rule("Height of the arena's walls", 'm', 0.001, 100),
+}
 
 
-def _vector(description: str, unit: str, lower: float, upper: float) -> Any:
-    return field(metadata={'meaning': Meaning(description, unit, lower, upper, 3)})
-
-
-@dataclass(frozen=True, slots=True)
-class Parameters:
-    """
-    The configured values: SI units, angles in radians.
-
-    The values are always admissible: others raise ParameterError, also in `dataclasses.replace`.
-    """
-
-    platform_height: float = _number(
-        "Height of the level platform's top above the ground", 'm', 0.01, 100.0)
-    platform_radius: float = _number('Radius of the platform', 'm', 0.01, 10.0)
-    platform_thickness: float = _number('Thickness of the platform', 'm', 0.001, 10.0)
-    wheel_radius: float = _number('Radius of the wheel', 'm', 0.01, 10.0)
-    max_velocity: float = _number(
-        'Greatest translational speed of the robot', 'm/s', 0.01, 10.0)
-    gravity_accel: float = _number('Acceleration due to gravity, downward', 'm/s^2', 0.01, 100.0)
-    brick_size: Triple = _vector(
-        'Size of the brick along its own x, y and z', 'm', 0.001, 10.0)
-    brick_start: Triple = _vector(
-        'Center of the brick in world before it is placed anywhere else', 'm', -1000.0, 1000.0)
-    wall_height: float = _number("Height of the arena's walls", 'm', 0.001, 100.0)
-    tilt_angle: float = _number(
-        'Tilt of the platform with which a brick is tipped off', 'rad', 0.05, 1.5)
+@dataclass(frozen=True)
+class Checked:
+    """Values that are always admissible: others raise ParameterError, also in `replace`."""
 
     def __post_init__(self) -> None:
-        """Check the values and convert integers to floats."""
-        for entry in fields(self):
-            value = _admitted(entry, getattr(self, entry.name))
-            object.__setattr__(self, entry.name, value)
+        """Check the values and make floats of them."""
+        for name in [entry.name for entry in fields(self)]:
+            rule, value = TABLE[name], getattr(self, name)
+            if not rule.admits(value):
+                raise ParameterError(f'{name} is {value!r:.80}, but must be {rule.expectation()}')
+            value = float(value) if rule.length == 1 else tuple(map(float, value))
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_mapping(cls: type[Used], mapping: Mapping[Any, Any]) -> Used:
+        """
+        Take the values from a mapping that may hold more.
+
+        :raises MissingParameterError: a value is missing
+        :raises ParameterError: a name is misspelt, or a value is inadmissible
+        """
+        names = [entry.name for entry in fields(cls)]
+        missing = [name for name in names if name not in mapping]
+        unknown = [str(name) for name in mapping if name not in TABLE]
+        for name in missing:
+            slips = get_close_matches(name, unknown, 1, 0.7)
+            if slips:
+                raise ParameterError(f'unknown {slips[0]}, did you mean {name}?')
+        if missing:
+            raise MissingParameterError(f'missing parameters: {", ".join(sorted(missing))}')
+        return cls(**{name: mapping[name] for name in names})
+
+
+@dataclass(frozen=True)
+class RobotParameters(Checked):
+    """What turtle_robot uses; SI units, radians."""
+
+    max_velocity: float
+    wheel_radius: float
+
+
+@dataclass(frozen=True)
+class ArenaParameters(Checked):
+    """What the arena and its physics use; SI units, radians."""
+
+    gravity_accel: float
+    platform_radius: float
+    platform_thickness: float
+    brick_size: Triple
+    brick_start: Triple
+    wall_height: float
+
+    def __post_init__(self) -> None:
+        """Check the values, and that the brick starts above the ground."""
+        super().__post_init__()
         half_height = self.brick_size[2] / 2
         if self.brick_start[2] < half_height:
             raise ParameterError(
                 f'brick_start {list(self.brick_start)} m is below the ground for a brick of '
                 f'brick_size {list(self.brick_size)} m: its z must be at least {half_height:g} m')
+
+
+@dataclass(frozen=True)
+class CatcherParameters(Checked):
+    """What the catcher uses; SI units, radians."""
+
+    max_velocity: float
+    platform_height: float
+    platform_radius: float
+    gravity_accel: float
+    brick_size: Triple
+    tilt_angle: float
+
+
+@dataclass(frozen=True)
+class Parameters(RobotParameters, ArenaParameters, CatcherParameters):
+    """All of config/turtle.yaml: also a robot that can be; SI units, radians."""
+
+    def __post_init__(self) -> None:
+        """Check the values, and that the platform can turn over."""
+        super().__post_init__()
         try:
-            self.chassis
+            check_dimensions(self.platform_height, self.platform_radius, self.platform_thickness,
+                             self.wheel_radius)
         except ValueError as error:
             raise ParameterError(str(error)) from None
-
-    @property
-    def chassis(self) -> Chassis:
-        """Return the robot's dimensions, which are derived from these."""
-        return Chassis.from_dimensions(
-            self.platform_height, self.platform_radius, self.platform_thickness,
-            self.wheel_radius)
-
-
-def meaning(entry: Field[Any]) -> Meaning:
-    """
-    Return the meaning of a field of Parameters.
-
-    :param entry: One of `dataclasses.fields(Parameters)`.
-    :return: Its description, unit and range.
-    """
-    return entry.metadata['meaning']
-
-
-def _admitted(entry: Field[Any], value: Any) -> float | Triple:
-    rule = meaning(entry)
-    numbers = [value] if rule.length == 1 else value
-    # ROS gives an array.array: any sequence is good, except a string.
-    if isinstance(numbers, (str, bytes, Mapping)) or not hasattr(numbers, '__len__'):
-        raise _refusal(entry, value)
-    numbers = list(numbers)
-    if len(numbers) != rule.length:
-        raise _refusal(entry, value)
-    for number in numbers:
-        if isinstance(number, bool) or not isinstance(number, Real):
-            raise _refusal(entry, value)
-        # A comparison with NaN is false: it is refused by the second one.
-        if number < rule.lower or not number <= rule.upper:
-            raise _refusal(entry, value)
-    if rule.length == 1:
-        return float(numbers[0])
-    x, y, z = map(float, numbers)
-    return (x, y, z)
-
-
-def _refusal(entry: Field[Any], value: Any) -> ParameterError:
-    if isinstance(value, tuple):
-        value = list(value)
-    elif hasattr(value, 'tolist'):
-        value = value.tolist()
-    return ParameterError(
-        f'{entry.name} is {value!r:.80}, but must be {meaning(entry).expectation()}')
-
-
-def from_mapping(mapping: Mapping[Any, Any],
-                 warn: Callable[[str], object] = LOGGER.warning) -> Parameters:
-    """
-    Make Parameters of a mapping from names to values.
-
-    :param mapping: A value for each field of Parameters: a number (integers are as good as floats)
-        or a sequence of three.
-    :param warn: Called with a sentence for each further name that is no parameter.
-    :return: The values.
-    :raises MissingParameterError: A value is missing.
-    :raises ParameterError: A name is misspelt, a value is of the wrong type or out of range, or no
-        robot can have these dimensions.
-    """
-    names = [entry.name for entry in fields(Parameters)]
-    missing = [name for name in names if name not in mapping]
-    misspelt = []
-    for name in sorted({str(name).partition('.')[0] for name in mapping}.difference(
-            names, OF_EVERY_NODE)):
-        meant = get_close_matches(name, missing or names, 1, 0.7)
-        sentence = f'unknown {name}' + ''.join(f', did you mean {name}?' for name in meant)
-        if missing and meant:
-            missing.remove(meant[0])
-            misspelt.append(sentence)
-        else:
-            warn(sentence)
-    if misspelt:
-        raise ParameterError(' '.join(misspelt))
-    if missing:
-        raise MissingParameterError(f'missing parameters: {", ".join(sorted(missing))}')
-    return Parameters(**{name: mapping[name] for name in names})
 
 
 def default_path() -> Path:
@@ -224,75 +198,43 @@ def default_path() -> Path:
 
 def load(path: str | Path | None = None) -> Parameters:
     """
-    Read a ROS parameter file without ROS.
+    Read a ROS parameter file without ROS; see `read`.
 
-    Of the file's sections only `/**: ros__parameters:` is read, the one that holds for every node.
-    LOGGER warns of names in it that are no parameters.
-
-    :param path: The file; config/turtle.yaml if None.
-    :return: The values in it.
-    :raises ParameterError: The file cannot be read, is no parameter file, or holds values that
-        `from_mapping` refuses. The sentence begins with the file to change and, where there is
-        one, the line.
+    :param path: the file; config/turtle.yaml if None
     """
-    path = default_path() if path is None else Path(path)
+    return read(default_path() if path is None else path, Parameters)
+
+
+def read(path: str | Path, used: type[Used]) -> Used:
+    """
+    Read from a ROS parameter file what somebody uses.
+
+    Only its section `/**: ros__parameters:` is read, the one that holds for every node.
+
+    :raises ParameterError: The file cannot be read, is no parameter file, or a value in it is
+        missing or inadmissible; the sentence begins with the file.
+    """
     try:
-        text = path.read_text(encoding='utf-8')
-        section = yaml.safe_load(text)
+        section = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
     except OSError as error:
         raise ParameterError(f'{path}: {error.strerror}') from error
     except (UnicodeDecodeError, yaml.YAMLError) as error:
         reason = str(error).replace('in "<unicode string>", ', 'in ')
-        raise ParameterError(f'{to_change(path)}: this is not YAML: {reason}') from error
+        raise ParameterError(f'{path}: this is not YAML: {reason}') from error
     for key in ('/**', 'ros__parameters'):
         section = section.get(key) if isinstance(section, dict) else None
     if not isinstance(section, dict):
-        raise ParameterError(
-            f"{to_change(path)}: there are no parameters under '/**: ros__parameters:'")
-    lines = {key: f':{number}' for number, line in enumerate(text.splitlines(), 1)
-             for key in re.findall(r'(\w+)["\']?\s*:', line.partition('#')[0])}
-
-    def located(sentence: str) -> str:
-        # A sentence begins with the parameter that it is about.
-        line = next((lines[word] for word in re.findall(r'\w+', sentence) if word in lines), '')
-        return f'{to_change(path, line)}: {sentence}'
-
+        raise ParameterError(f"{path}: there are no parameters under '/**: ros__parameters:'")
     try:
-        return from_mapping(section, lambda sentence: LOGGER.warning(located(sentence)))
+        return used.from_mapping(section)
     except ParameterError as error:
-        raise type(error)(located(str(error))) from None
-
-
-def to_change(path: Path, line: str = '') -> str:
-    """
-    Name the file that has to be changed if a file is wrong.
-
-    An install copies the package's files, or links to them. Where the source is, setup.py has
-    left in the metadata of the install.
-
-    :param path: The file.
-    :param line: What follows its name, such as ':7'.
-    :return: If it is an installed one of this package, the one in the source, unless that has
-        changed since.
-    """
-    source = path.resolve()
-    share = default_path().parents[1]
-    if share in path.parents and not path.is_symlink():
-        with suppress(PackageNotFoundError):
-            for url in metadata('turtle_brick').get_all('Project-URL', []):
-                folder = Path(unquote(url.removeprefix('Source, file://')))
-                original = folder / path.relative_to(share)
-                if original.is_file():
-                    source = original
-    if source.read_bytes() != path.read_bytes():
-        return f'{path}{line} (older than {source}: build again)'
-    return f'{source}{line}'
+        raise type(error)(f'{path}: {error}') from None
 
 
 def main() -> int:
-    """Say what is wrong with config/turtle.yaml; return the exit status."""
+    """Say what is wrong with a parameter file, config/turtle.yaml by default; return a status."""
     try:
-        load()
+        load(*sys.argv[1:])
     except ParameterError as error:
         print(f'turtle_brick: {error}', file=sys.stderr)
         return 1

@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 from turtle_brick.core.driving import PERIOD, TRANSPORT, travel_time
 from turtle_brick.core.fall_detection import Fall
-from turtle_brick.core.parameters import Parameters
+from turtle_brick.core.parameters import CatcherParameters
 from turtle_brick.core.platform import Platform
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, QUEUE_DEPTH, TICK
@@ -95,12 +95,12 @@ class RobotMotion(NamedTuple):
         return not self.bound_for and not self.reserve
 
 
-def resting_height(parameters: Parameters) -> float:
+def resting_height(parameters: CatcherParameters) -> float:
     """Return the height (m) of the center of a brick on the level platform."""
     return parameters.platform_height + parameters.brick_size[2] / 2.0
 
 
-def fall_time(height: float, parameters: Parameters) -> float:
+def fall_time(height: float, parameters: CatcherParameters) -> float:
     """
     Return the time (s) of a fall from rest onto the level platform, sqrt(2 h / g).
 
@@ -112,7 +112,7 @@ def fall_time(height: float, parameters: Parameters) -> float:
     return sqrt(2.0 * depth / parameters.gravity_accel)
 
 
-def guaranteed_distance(height: float, parameters: Parameters) -> float:
+def guaranteed_distance(height: float, parameters: CatcherParameters) -> float:
     """
     Return the distance from a robot at rest within which a brick is promised to be caught.
 
@@ -126,7 +126,7 @@ def guaranteed_distance(height: float, parameters: Parameters) -> float:
     return parameters.max_velocity * time + parameters.platform_radius
 
 
-def time_needed(distance: float, parameters: Parameters) -> float:
+def time_needed(distance: float, parameters: CatcherParameters) -> float:
     """
     Return the longest time (s) from the decision until the level platform is under a place.
 
@@ -140,7 +140,8 @@ def time_needed(distance: float, parameters: Parameters) -> float:
         distance, parameters.platform_radius, parameters.max_velocity)
 
 
-def reach(fall: Fall, now: int, robot: RobotMotion | None, parameters: Parameters) -> Decision:
+def reach(fall: Fall, now: int, robot: RobotMotion | None,
+          parameters: CatcherParameters) -> Decision:
     """
     Compute whether the robot can be under a falling brick when it comes down.
 
@@ -258,4 +259,4 @@ class Track:
         # Seen for too short a time, it may be moving in any direction.
         known = bool(bound_for) or (now - places[0][0]) * NANO >= self.MEMORY
         return RobotMotion(x, y, tuple(bound_for), level and platform.is_level,
-                     0.0 if known else self._way)
+                           0.0 if known else self._way)

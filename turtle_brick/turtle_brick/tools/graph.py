@@ -38,7 +38,7 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
-from turtle_brick.core.parameters import default_path, to_change
+from turtle_brick.core.parameters import default_path
 from turtle_brick.ros.node_main import make_executor
 from turtle_brick.tools.interrupts import INTERRUPTS
 import xacro
@@ -222,7 +222,7 @@ class Graph:
             return xacro.process_file(
                 str(path), mappings={'params_file': str(self.params_file)}).toxml()
         except (xacro.XacroException, ExpatError) as error:
-            raise ValueError(f'{to_change(path)}: {str(error).splitlines()[0].strip()}') from error
+            raise ValueError(f'{path}: {str(error).splitlines()[0].strip()}') from error
 
     def add_robot(self) -> 'TurtleRobot':
         """Add turtle_robot, connected to turtlesim as the launch files do it."""
