@@ -15,9 +15,9 @@
 """
 Decide what to do about a brick, from where it is and where the robot is.
 
-`transition` is the state machine; `Catcher` makes its observations, with `falling` and `reaching`,
-and returns what to publish. No clock is read here: instants come with the observations, in integer
-nanoseconds of one clock.
+`Sight` is what is seen at one instant, `transition` the state machine, `Progress` its state with
+what is kept in mind: all three are values. `Catcher` has the present ones and returns what to
+publish. No clock is read here: instants are passed in, in integer nanoseconds of one clock.
 """
 
 from enum import Enum
@@ -75,6 +75,10 @@ AT_GOAL = 0.02
 ON_PLATFORM = 0.01
 """How far (m) from its resting height a brick may be and still count as on the platform."""
 
+APART = 0.1
+"""Longest time (s) between the transforms of brick and robot that are seen together: so long the
+robot may have driven on, at full speed, from where it was under the brick."""
+
 
 class State(Enum):
     """What the catcher is doing."""
@@ -86,36 +90,148 @@ class State(Enum):
     LEVELING = 'leveling the platform'
 
 
-class Observation(NamedTuple):
-    """What the next state depends on."""
+UNDER_WAY = (State.APPROACHING, State.CARRYING)
+"""The states in which the robot drives to a goal."""
 
-    decision: bool | None = None
+
+class Brick(NamedTuple):
+    """Where the brick was seen last."""
+
+    position: Vector = (inf, inf, inf)
+    """Position of its center in the world (m); infinity until it is seen."""
+    seen: int = 0
+    """When it was seen last (ns)."""
+    moved: int = 0
+    """When it moved last (ns)."""
+    parent: str = ''
+    """The frame in which it is broadcast; a change of it counts as a motion."""
+
+    def observe(self, stamp: int, position: Vector, parent: str) -> 'Brick':
+        """Return the brick once it has been seen at an instant (ns)."""
+        if (stamp < self.seen or parent != self.parent
+                or position != self.position and dist(position, self.position) > ROUNDING):
+            return Brick(position, stamp, stamp, parent)
+        return self._replace(seen=stamp)
+
+
+class Sight(NamedTuple):
+    """What is seen at one instant, and what that says about the brick."""
+
+    parameters: CatcherParameters
+    now: int
+    """The instant (ns)."""
+    brick: Brick
+    in_free_fall: bool
+    """Whether the brick moves as in a free fall."""
+    decision: bool | None
     """Whether a brick that has just begun to fall can be caught; None if none has."""
-    falling: bool = False
-    """Whether the brick falls and is still above the platform."""
-    on_platform: bool = False
-    """Whether the brick lies on the level platform."""
-    at_center: bool = False
-    """Whether the robot is at rest in the center of the arena."""
-    off_platform: bool = False
-    """Whether the brick has left the tilted platform."""
-    out_of_patience: bool = False
-    """Whether the present state has lasted for PATIENCE."""
-    level: bool = True
+    robot: RobotMotion | None
+    """The robot, None if it is out of sight."""
+    platform: Platform | None
+    """The platform, None if it is out of sight."""
+    robot_seen: float
+    """When the robot was in sight last (ns)."""
+    robot_unseen: int
+    """When it was out of sight last (ns)."""
+    level_seen: int
+    """When the platform was seen level last (ns)."""
+    level_ordered: bool
     """Whether the platform was ordered to be level."""
-    lying: bool = False
-    """Whether the brick has lain on the level platform of the robot at rest for LYING."""
-    blind: bool = False
-    """Whether the robot has been out of sight, but for less than OUT_OF_SIGHT."""
+
+    @property
+    def blind(self) -> bool:
+        """Whether the robot has been out of sight, but for less than OUT_OF_SIGHT."""
+        return self.robot is None and (self.now - self.robot_seen) * NANO < OUT_OF_SIGHT
+
+    @property
+    def still_since(self) -> int:
+        """Since when the brick is known not to move (ns): it may, with a robot out of sight."""
+        return max(self.brick.moved, self.robot_unseen)
+
+    @property
+    def still(self) -> float:
+        """Time (s) for which it has been seen not to move."""
+        return (self.brick.seen - self.still_since) * NANO
+
+    @property
+    def falling(self) -> bool:
+        """Whether the brick falls and is still above the platform."""
+        height = resting_height(self.parameters)
+        return self.in_free_fall and self.brick.position[2] > height - ON_PLATFORM
+
+    @property
+    def at_resting_height(self) -> bool:
+        """Whether the brick is as high as on the level platform, and does not fall."""
+        height = resting_height(self.parameters)
+        return not self.in_free_fall and abs(self.brick.position[2] - height) <= ON_PLATFORM
+
+    @property
+    def on_platform(self) -> bool:
+        """Whether the brick is where it would be on the level platform."""
+        near = self.parameters.platform_radius + self.parameters.max_velocity * APART
+        return (self.at_resting_height and self.robot is not None
+                and self.robot.distance_to(self.brick.position) <= near)
+
+    @property
+    def following(self) -> bool:
+        """Whether the brick is at that height and has moved within LAG."""
+        return self.at_resting_height and self.robot is not None and self.still < LAG
+
+    @property
+    def lying(self) -> bool:
+        """Whether the brick has lain on the level platform of the robot at rest for LYING."""
+        near = self.parameters.platform_radius + ON_PLATFORM
+        return (self.at_resting_height and self.still >= LYING
+                and self.robot is not None and self.robot.at_rest and self.robot.level
+                and self.robot.distance_to(self.brick.position) <= near)
+
+    @property
+    def off_platform(self) -> bool:
+        """Whether the brick has left the tilted platform: it does not move any more."""
+        if self.platform is None:
+            return True
+        still = (self.brick.seen - max(self.still_since, self.level_seen)) * NANO
+        beside = (hypot(*self.platform.place_of(self.brick.position))
+                  > self.parameters.platform_radius)
+        return still >= (SETTLED if beside else LAG)
+
+    def arrived_at(self, goal: tuple[float, float]) -> bool:
+        """Tell whether the robot is at rest at a point of the world (m)."""
+        return (self.robot is not None and self.robot.at_rest
+                and self.robot.distance_to(goal) <= AT_GOAL)
 
 
-def transition(state: State, seen: Observation) -> State:
-    """
-    Return the next state, often the same.
+class Progress(NamedTuple):
+    """The state, and what is kept in mind from one instant to the next."""
 
-    :param state: the present state
-    :param seen: what is seen in it
-    """
+    state: State = State.WAITING
+    since: int = 0
+    """When the state began (ns)."""
+    carrying_since: int = 0
+    """When CARRYING began last (ns)."""
+    left_behind: int | None = None
+    """When a brick had moved last (ns) that stayed behind when it was to be carried or tipped
+    off."""
+
+    def enter(self, state: State, sight: Sight) -> 'Progress':
+        """Return the progress once a state has been entered."""
+        carrying_since, left_behind = self.carrying_since, self.left_behind
+        if state is State.CARRYING:
+            carrying_since = sight.now
+        elif (state is State.LEVELING and self.state in (State.CARRYING, State.TILTING)
+                and sight.robot is not None and sight.still_since <= carrying_since
+                and (sight.brick.seen - carrying_since) * NANO >= SETTLED):
+            left_behind = sight.brick.moved
+        return Progress(state, sight.now, carrying_since, left_behind)
+
+    def hovers(self, brick: Brick) -> bool:
+        """Tell whether the brick stayed behind, and has not moved since."""
+        return brick.moved == self.left_behind
+
+
+def transition(progress: Progress, seen: Sight) -> State:
+    """Return the next state, often the same."""
+    state = progress.state
     if seen.decision:
         return State.APPROACHING
     if seen.blind and state is not State.LEVELING:
@@ -126,17 +242,17 @@ def transition(state: State, seen: Observation) -> State:
         if not seen.falling:
             return State.LEVELING
     elif state is State.CARRYING:
-        if not seen.on_platform:
+        if not (seen.on_platform or seen.following):
             return State.LEVELING
-        if seen.at_center:
+        if seen.arrived_at(CENTER):
             return State.TILTING
     elif state is State.TILTING:
-        if seen.off_platform or seen.out_of_patience:
+        if seen.off_platform or (seen.now - progress.since) * NANO > PATIENCE:
             return State.LEVELING
     elif state is State.LEVELING:
-        if seen.level:
+        if seen.level_ordered:
             return State.WAITING
-    elif seen.lying:
+    elif seen.lying and not progress.hovers(seen.brick):
         # Placed there, caught although it was called unreachable, or left there by a catcher that
         # was interrupted.
         return State.CARRYING
@@ -199,45 +315,6 @@ class Ramp:
         """Tell whether level was ordered so long before an instant (ns) that all others see it."""
         return self.angle == 0.0 and (now - self._ordered) * NANO > LEVEL_LATENCY
 
-    def restart(self, now: int) -> None:
-        """Go on at an instant (ns) before the last one, since the clock was set back."""
-        self._from, self._begun, self._ordered = self.angle, now, now
-
-
-class Brick:
-    """Where the brick was seen last."""
-
-    def __init__(self) -> None:
-        """Know nothing yet."""
-        self.position: Vector = (inf, inf, inf)
-        """Position in the world (m); infinity until it is seen."""
-        self.seen = 0
-        """When it was seen last (ns)."""
-        self.moved = 0
-        """When it moved last (ns)."""
-        self._parent = ''
-
-    def observe(self, stamp: int, position: Vector, parent: str) -> bool:
-        """
-        Note where it is.
-
-        :param stamp: instant at which it was there (ns)
-        :param position: of its center in the world (m)
-        :param parent: the frame in which it is broadcast; a change of it counts as a motion
-        :return: Whether it has moved.
-        """
-        moves = (stamp < self.seen or parent != self._parent
-                 or position != self.position and dist(position, self.position) > ROUNDING)
-        if moves:
-            self.position, self._parent, self.moved = position, parent, stamp
-        self.seen = stamp
-        return moves
-
-    @property
-    def still(self) -> float:
-        """Time (s) from its last motion to when it was seen last."""
-        return (self.seen - self.moved) * NANO
-
 
 class Catcher:
     """Catch every brick that can be caught, carry it to the center and tip it off."""
@@ -249,23 +326,25 @@ class Catcher:
         :param parameters: the physical numbers of robot, brick and world
         """
         self.parameters = parameters
-        self.state = State.WAITING
+        self._start_afresh(0)
+
+    def _start_afresh(self, now: int) -> None:
+        """Know nothing at an instant (ns) but that the platform is ordered to be level."""
+        self.progress = Progress()
         self.decision: Decision | None = None
         """The last one."""
-        self._now = 0
+        self._now = now
         """The last instant (ns)."""
-        self._detector = FallDetector(parameters.gravity_accel)
-        self._undecided = False
-        """Whether there is a fall without a decision."""
         self._brick = Brick()
-        self._hovers = False
-        """Whether the brick stayed behind when it was to be carried or tipped off."""
-        self._track = Track(parameters.max_velocity)
+        self._detector = FallDetector(self.parameters.gravity_accel)
+        self._track = Track(self.parameters.max_velocity)
         self._ramp = Ramp()
-        self._since = 0
-        """When the present state began (ns)."""
-        self._carrying_since = 0
-        """When CARRYING began last (ns)."""
+        self._ramp.level(now)
+
+    @property
+    def state(self) -> State:
+        """Return what it is doing."""
+        return self.progress.state
 
     def see_brick(self, stamp: int, position: Vector, parent: str = 'world') -> bool:
         """
@@ -279,80 +358,54 @@ class Catcher:
         x, y, z = position
         if not abs(x) + abs(y) + abs(z) <= FARTHEST:
             return False
-        if self._brick.observe(stamp, position, parent):
-            self._hovers = False
-        if self._detector.observe(stamp, x, y, z):
-            self._undecided = True
-            return True
-        return False
+        self._brick = self._brick.observe(stamp, position, parent)
+        return self._detector.observe(stamp, x, y, z)
 
     def update(self, now: int, platform: Platform | None) -> list[Action]:
         """
         Decide what to do now; to be called 50 times per second or more.
 
-        :param now: the present instant (ns), before the last one if the clock was set back
-        :param platform: the platform, None if it is not known
+        :param now: the present instant (ns). One before the last means that the clock was set
+            back: the catcher starts afresh, waiting and level.
+        :param platform: the platform, None if it is out of sight
         :return: What to publish, in order.
         """
+        actions: list[Action] = []
         if now < self._now:
             self._start_afresh(now)
+            actions.append(TiltOrder(0.0))
         self._now = now
-        robot = self._track.observe(now, platform, self._ramp.is_level(now))
-        decision = self._decide(now, robot)
-        lying = self.state is State.WAITING and self._is_lying(robot)
-        actions: list[Action] = []
-        if self.state is State.WAITING and decision is None and not lying:
-            return actions
-        blind = robot is None and (now - self._track.seen) * NANO < OUT_OF_SIGHT
-        if blind:
-            self._brick.moved = self._brick.seen  # Unseen, it may have moved with the robot.
+        track, ramp = self._track, self._ramp
+        robot = track.observe(now, platform, ramp.is_level(now))
+        decision = self._decide(robot)
         if decision is not None:
             self.decision = decision
             actions.append(decision)
-        fall = decision.fall if decision is not None and decision.reachable else None
-        resting = robot if robot is not None and robot.at_rest else None
-        state = transition(self.state, Observation(
-            decision=None if decision is None else decision.reachable,
-            falling=self._is_falling(),
-            on_platform=self._is_on_platform(robot),
-            at_center=resting is not None and _distance(resting, CENTER) <= AT_GOAL,
-            off_platform=self._is_off_platform(platform),
-            out_of_patience=(now - self._since) * NANO > PATIENCE,
-            level=self._ramp.angle == 0.0,
-            lying=lying,
-            blind=blind))
-        if fall is not None or state is not self.state:
-            self._since = now
-            self._ramp.begin(now)
-            if fall is not None:
-                self._ramp.level(now)
-                actions += [self._drive(now, (fall.x, fall.y)), TiltOrder(0.0)]
-            else:
-                actions += self._enter(state, now, robot)
-            self.state = state
-        elif resting is not None and state in (State.APPROACHING, State.CARRYING):
-            goal = self._track.goal
-            if _distance(resting, goal) > AT_GOAL:
-                # The order was lost, or somebody else has sent the robot elsewhere.
-                actions.append(self._drive(now, goal))
-        if self._ramp.move(
-                now, self.parameters.tilt_angle if self.state is State.TILTING else 0.0):
-            actions.append(TiltOrder(self._ramp.angle))
+        catchable = None if decision is None else decision.reachable
+        sight = Sight(self.parameters, now, self._brick, self._detector.fall is not None,
+                      catchable, robot, platform, track.seen, track.unseen, track.level_seen,
+                      level_ordered=ramp.angle == 0.0)
+        before = self.progress
+        state = transition(before, sight)
+        if catchable or state is not before.state:
+            self.progress = before.enter(state, sight)
+            ramp.begin(now)
+        goal = self._new_goal(before.state, sight)
+        if goal is not None:
+            track.order(now, goal)
+            actions.append(DriveOrder(*goal))
+        if catchable:
+            ramp.level(now)
+            actions.append(TiltOrder(0.0))
+        if ramp.move(now, self.parameters.tilt_angle if state is State.TILTING else 0.0):
+            actions.append(TiltOrder(ramp.angle))
         return actions
 
-    def _start_afresh(self, now: int) -> None:
-        """Go on at an instant (ns) before the last one, since the clock was set back."""
-        self._track.restart(now)
-        self._ramp.restart(now)
-        self._brick.seen = self._brick.moved = self._since = self._carrying_since = now
-
-    def _decide(self, now: int, robot: RobotMotion | None) -> Decision | None:
+    def _decide(self, robot: RobotMotion | None) -> Decision | None:
         """Return the decision about a new fall, None if there is none or it has to wait."""
-        fall = self._detector.fall
-        if fall is None:
-            self._undecided = False
-            return None
-        if not self._undecided or abs(now - self._brick.seen) * NANO > CLOCK_DIFFERENCE:
+        fall, now = self._detector.fall, self._now
+        if (fall is None or self.decision is not None and self.decision.fall is fall
+                or abs(now - self._brick.seen) * NANO > CLOCK_DIFFERENCE):
             return None
         decision = reach(fall, now, robot, self.parameters)
         # A robot that is not seen, or not for long enough, may turn out to be near and at rest.
@@ -360,72 +413,30 @@ class Catcher:
         if (not decision.reachable and decision.available > LAST_WORD
                 and reach(fall, now, hoped_for, self.parameters).reachable):
             return None
-        self._undecided = False
         return decision
 
-    def _drive(self, now: int, goal: tuple[float, float]) -> DriveOrder:
-        """Send the robot to a point of the world (m) at an instant (ns)."""
-        self._track.order(now, goal)
-        return DriveOrder(*goal)
+    def _new_goal(self, before: State, sight: Sight) -> tuple[float, float] | None:
+        """
+        Return where the robot is to be sent now.
 
-    def _enter(self, state: State, now: int, robot: RobotMotion | None) -> list[Action]:
-        """Return what to do on entering a state other than APPROACHING."""
-        if state is State.CARRYING:
-            self._carrying_since = now
-            return [self._drive(now, CENTER)]
-        if state is State.LEVELING and robot is not None:
-            # A brick that did not move while the robot drove and tilted hovers.
-            since = self._carrying_since
-            self._hovers = (self.state in (State.CARRYING, State.TILTING)
-                            and self._brick.moved <= since
-                            and (self._brick.seen - since) * NANO >= SETTLED)
-            if self._hovers and self.state is State.CARRYING:
-                return [self._drive(now, within_arena(*self._brick.position[:2]))]
-            if self.state in (State.APPROACHING, State.CARRYING):
-                # The brick is gone: stop where the commands on their way lead.
-                stop = robot.bound_for[0] if robot.bound_for else (robot.x, robot.y)
-                return [self._drive(now, within_arena(*stop))]
-        return []
-
-    def _is_falling(self) -> bool:
-        """Tell whether the brick falls and is still above the platform."""
-        return (self._detector.fall is not None
-                and self._brick.position[2] > resting_height(self.parameters) - ON_PLATFORM)
-
-    def _is_at_rest_height(self) -> bool:
-        """Tell whether the brick is as high as on the level platform and does not fall."""
-        return (self._detector.fall is None
-                and abs(self._brick.position[2] - resting_height(self.parameters)) <= ON_PLATFORM)
-
-    def _is_on_platform(self, robot: RobotMotion | None) -> bool:
-        """Tell whether the brick lies on the level platform."""
-        if robot is None or not self._is_at_rest_height():
-            return False
-        if self.state is State.CARRYING and self._brick.still < LAG:
-            return True
-        # The transforms of brick and robot are some ms apart, and the robot moves meanwhile.
-        near = self.parameters.platform_radius + self.parameters.max_velocity * 0.1
-        return _distance(robot, self._brick.position) <= near
-
-    def _is_lying(self, robot: RobotMotion | None) -> bool:
-        """Tell whether the brick has lain on the level platform of a robot at rest for LYING."""
-        if (self._hovers or self._brick.still < LYING
-                or robot is None or not self._is_at_rest_height()):
-            return False
-        near = self.parameters.platform_radius + ON_PLATFORM
-        return robot.at_rest and robot.level and _distance(robot, self._brick.position) <= near
-
-    def _is_off_platform(self, platform: Platform | None) -> bool:
-        """Tell whether the brick has left the tilted platform: it does not move any more."""
-        brick = self._brick
-        if platform is None:
-            return True
-        # Up to when it was seen last: out of sight it may move.
-        still = (brick.seen - max(brick.moved, self._track.level_seen)) * NANO
-        beside = hypot(*platform.place_of(brick.position)) > self.parameters.platform_radius
-        return still >= (SETTLED if beside else LAG)
-
-
-def _distance(robot: RobotMotion, place: tuple[float, ...]) -> float:
-    """Return the horizontal distance (m) of the robot from a place in the world."""
-    return hypot(robot.x - place[0], robot.y - place[1])
+        :param before: the state before the present one
+        :param sight: what is seen
+        :return: A point of the world (m), None if it is sent nowhere.
+        """
+        robot, state = sight.robot, self.state
+        if self.decision is not None and sight.decision:
+            return self.decision.fall.position[:2]
+        if state is State.CARRYING is not before:
+            return CENTER
+        if robot is None:
+            return None
+        if state is State.LEVELING and before in UNDER_WAY:
+            # The brick is gone: return under it if it hovers, or stop where the commands on their
+            # way lead.
+            if self.progress.hovers(sight.brick):
+                return within_arena(*sight.brick.position[:2])
+            return within_arena(*(robot.bound_for[0] if robot.bound_for else (robot.x, robot.y)))
+        if state in UNDER_WAY and robot.at_rest and not sight.arrived_at(self._track.goal):
+            # The order was lost, or somebody else has sent the robot elsewhere.
+            return self._track.goal
+        return None

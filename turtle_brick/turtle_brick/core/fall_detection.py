@@ -49,18 +49,14 @@ class Fall(NamedTuple):
         time = (stamp - self.stamp) * NANO
         return self.z - self.speed * time - 0.5 * gravity * time * time
 
-    def speed_at(self, height: float, gravity: float) -> float:
-        """Return how fast (m/s) the brick is at a height (m); NaN if it was released below it."""
-        square = self.speed * self.speed + 2.0 * gravity * (self.z - height)
-        return sqrt(square) if square >= 0.0 else nan
-
     def time_to(self, height: float, gravity: float) -> float:
         """
         Return the time (s) from `stamp` until the brick is down at a height (m).
 
         It is negative where the brick has passed the height, NaN where it was released below it.
         """
-        return (self.speed_at(height, gravity) - self.speed) / gravity
+        square = self.speed * self.speed + 2.0 * gravity * (self.z - height)
+        return (sqrt(square) - self.speed) / gravity if square >= 0.0 else nan
 
 
 class FallDetector:
@@ -84,9 +80,6 @@ class FallDetector:
     DEVIATION = 0.01
     """Distance (m) from the predicted course at which the fall is over."""
 
-    INTERRUPTION = 0.05
-    """Longest time (s) between two positions while the clock is set back."""
-
     def __init__(self, gravity: float) -> None:
         """
         Know no position yet.
@@ -109,43 +102,33 @@ class FallDetector:
         :return: Whether a new fall is recognized.
         """
         samples = self._samples
-        descends = False
         if samples:
-            stamp_before, x_before, y_before, z_before = samples[-1]
-            if stamp <= stamp_before:
-                if stamp < stamp_before:
-                    samples.clear()
-                    samples.append((stamp, x, y, z))
-                    self._resume(stamp, z, z_before)
+            last, x_last, y_last, _ = samples[-1]
+            if stamp == last:
                 return False
-            if abs(x - x_before) + abs(y - y_before) > self.SIDEWAYS:
+            if (stamp < last or abs(x - x_last) + abs(y - y_last) > self.SIDEWAYS
+                    or self._is_off_course(stamp, z)):
                 samples.clear()
                 self.fall = None
-            descends = z < z_before
         samples.append((stamp, x, y, z))
-        if self.fall is not None:
-            if abs(self.fall.height(stamp, self.gravity) - z) > self.DEVIATION:
-                self.fall = None
-                samples.clear()
-                samples.append((stamp, x, y, z))
+        if self.fall is not None or len(samples) < 3:
             return False
-        if not descends or len(samples) < 3:
-            return False
-        (t0, x0, y0, z0), (t1, _, _, z1), (t2, _, _, z2) = samples
-        if not z0 > z1 or hypot(x - x0, y - y0) > self.STRAIGHT * (z0 - z2):
-            return False
+        self.fall = self._recognize()
+        return self.fall is not None
+
+    def _is_off_course(self, stamp: int, z: float) -> bool:
+        """Tell whether a height (m) at an instant (ns) is not on the course of the fall."""
+        return self.fall is not None and (
+            abs(self.fall.height(stamp, self.gravity) - z) > self.DEVIATION)
+
+    def _recognize(self) -> Fall | None:
+        """Return the fall of which the samples are a part, None if they aren't."""
+        (t0, x0, y0, z0), (t1, _, _, z1), (t2, x2, y2, z2) = self._samples
+        if not z0 > z1 > z2 or hypot(x2 - x0, y2 - y0) > self.STRAIGHT * (z0 - z2):
+            return None
         first, second = (t1 - t0) * NANO, (t2 - t1) * NANO
         speed_before, speed_after = (z0 - z1) / first, (z1 - z2) / second
         acceleration = (speed_after - speed_before) / (0.5 * (first + second))
         if not abs(acceleration - self.gravity) <= self.TOLERANCE * self.gravity:
-            return False
-        self.fall = Fall(t2, x, y, z2, speed_after + 0.5 * self.gravity * second)
-        return True
-
-    def _resume(self, stamp: int, z: float, z_before: float) -> None:
-        """Continue a fall at a height (m) after the clock was set back to an instant (ns)."""
-        if self.fall is not None:
-            speed = self.fall.speed_at(z, self.gravity)
-            longest = self.INTERRUPTION * speed
-            self.fall = self.fall._replace(stamp=stamp, z=z, speed=speed) if (
-                0.0 <= z_before - z <= longest) else None
+            return None
+        return Fall(t2, x2, y2, z2, speed_after + 0.5 * self.gravity * second)

@@ -94,6 +94,10 @@ class RobotMotion(NamedTuple):
         """Whether it stands still and no command on its way moves it."""
         return not self.bound_for and not self.reserve
 
+    def distance_to(self, place: tuple[float, ...]) -> float:
+        """Return the horizontal distance (m) of a place in the world from the robot."""
+        return hypot(place[0] - self.x, place[1] - self.y)
+
 
 def resting_height(parameters: CatcherParameters) -> float:
     """Return the height (m) of the center of a brick on the level platform."""
@@ -160,7 +164,7 @@ def reach(fall: Fall, now: int, robot: RobotMotion | None,
     if robot is None:
         return Decision(False, fall, contact, available, inf, inf,
                         'no robot is known that could come')
-    distance = hypot(fall.x - robot.x, fall.y - robot.y)
+    distance = robot.distance_to(fall.position)
     farthest = robot.reserve + max(
         [distance] + [hypot(fall.x - x, fall.y - y) for x, y in robot.bound_for])
     needed = time_needed(farthest, parameters)
@@ -193,13 +197,17 @@ class Track:
         :param max_velocity: the robot's greatest speed (m/s)
         """
         self.seen = -inf
-        """When the robot was seen last (ns)."""
+        """When the robot was in sight last (ns)."""
+        self.unseen = 0
+        """When it was out of sight last (ns)."""
         self.level_seen = 0
         """When its platform was seen level last (ns)."""
         self._way = max_velocity * CARRY_ON
         """How far (m) the commands on their way can take the robot."""
         self._places: deque[tuple[int, float, float]] = deque()
+        """Where it was and when, back to the last one before MEMORY."""
         self._orders: deque[tuple[int, tuple[float, float]]] = deque()
+        """Where it was sent and when, back to the last one before COMMAND_LATENCY."""
 
     @property
     def goal(self) -> tuple[float, float]:
@@ -210,12 +218,6 @@ class Track:
         """Note that the robot is sent to a point of the world (m) at an instant (ns)."""
         self._orders.append((now, goal))
 
-    def restart(self, now: int) -> None:
-        """Go on at an instant (ns) before the last one, since the clock was set back."""
-        self._places.clear()
-        self._orders = deque((now, goal) for _, goal in self._orders)
-        self.seen = self.level_seen = now
-
     def observe(self, now: int, platform: Platform | None, level: bool) -> RobotMotion | None:
         """
         Note where the robot is.
@@ -225,38 +227,53 @@ class Track:
         :param level: whether it was ordered to be level, and all others see it so by now
         :return: The robot, None if it is out of sight.
         """
-        places = self._places
         if platform is None:
-            places.clear()
+            self.unseen = now
+            self._places.clear()
             return None
         self.seen = now
         if platform.is_level:
             self.level_seen = now
         x, y, _ = platform.pose.position
-        places.append((now, x, y))
-        # One older position is kept, since there may be none newer.
-        while len(places) > 1 and (now - places[1][0]) * NANO > self.MEMORY:
-            places.popleft()
-        bound_for = []
-        for _, x_before, y_before in reversed(places):
+        self._places.append((now, x, y))
+        _forget(self._places, now, self.MEMORY)
+        _forget(self._orders, now, COMMAND_LATENCY)
+        onward = self._onward()
+        bound_for = (*onward, *self._toward_goals(now, bool(onward)))
+        return RobotMotion(x, y, bound_for, level and platform.is_level,
+                           0.0 if bound_for or self._is_known(now) else self._way)
+
+    def _onward(self) -> list[tuple[float, float]]:
+        """Return where the robot gets if it goes on as it was seen to move; nothing at rest."""
+        _, x, y = self._places[-1]
+        for _, x_before, y_before in reversed(self._places):
             moved = hypot(x - x_before, y - y_before)
             if moved > ROUNDING:
                 # At full speed, however slow it seems: ticks and transforms come in bunches.
                 scale = self._way / moved
-                bound_for.append((x + scale * (x - x_before), y + scale * (y - y_before)))
-                break
-        orders = self._orders
-        while len(orders) > 1 and (now - orders[1][0]) * NANO > COMMAND_LATENCY:
-            orders.popleft()
-        for ordered, (goal_x, goal_y) in orders:
+                return [(x + scale * (x - x_before), y + scale * (y - y_before))]
+        return []
+
+    def _toward_goals(self, now: int, moving: bool) -> list[tuple[float, float]]:
+        """Return where the robot gets on its way to each goal that it may be obeying."""
+        _, x, y = self._places[-1]
+        points = []
+        for ordered, (goal_x, goal_y) in self._orders:
             # A moving robot obeys the last order; for COMMAND_LATENCY after it, it may still obey
             # the one before.
-            if bound_for or len(orders) > 1 or (now - ordered) * NANO < COMMAND_LATENCY:
+            if moving or len(self._orders) > 1 or (now - ordered) * NANO < COMMAND_LATENCY:
                 distance = hypot(goal_x - x, goal_y - y)
                 if distance > 0.0:
                     part = min(self._way / distance, 1.0)
-                    bound_for.append((x + part * (goal_x - x), y + part * (goal_y - y)))
-        # Seen for too short a time, it may be moving in any direction.
-        known = bool(bound_for) or (now - places[0][0]) * NANO >= self.MEMORY
-        return RobotMotion(x, y, tuple(bound_for), level and platform.is_level,
-                           0.0 if known else self._way)
+                    points.append((x + part * (goal_x - x), y + part * (goal_y - y)))
+        return points
+
+    def _is_known(self, now: int) -> bool:
+        """Tell whether a robot without motion is at rest: else it may be going anywhere."""
+        return (now - self._places[0][0]) * NANO >= self.MEMORY
+
+
+def _forget(entries: deque, now: int, age: float) -> None:
+    """Remove the entries older than an age (s) but the last of them: there may be no younger."""
+    while len(entries) > 1 and (now - entries[1][0]) * NANO > age:
+        entries.popleft()
