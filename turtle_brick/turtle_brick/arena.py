@@ -47,7 +47,6 @@ from rclpy.node import Node
 from rclpy.time import Time
 from std_srvs.srv import Trigger
 from tf2_ros import Buffer, TransformBroadcaster
-from turtle_brick.core.colors import BRICK_COLORS, Color, WALL_COLOR
 from turtle_brick.core.geometry import Pose, Vector
 from turtle_brick.core.parameters import ArenaParameters
 from turtle_brick.core.platform import Platform
@@ -67,6 +66,20 @@ arrives before its frame is known, as may happen during discovery."""
 
 WALL_THICKNESS = 0.1
 """Thickness of the walls (m), which stand outside the arena."""
+
+Color = tuple[float, float, float, float]
+"""Red, green, blue and opacity, each in [0, 1]."""
+
+WALL_COLOR: Color = (0.55, 0.62, 0.72, 1.0)
+
+BRICK_COLORS: dict[Phase, Color] = {
+    Phase.HOVERING: (0.80, 0.25, 0.15, 1.0),
+    Phase.FALLING: (1.00, 0.50, 0.00, 1.0),
+    Phase.RIDING: (0.20, 0.70, 0.25, 1.0),
+    Phase.FLOATING: (0.65, 0.35, 0.85, 1.0),
+    Phase.GROUNDED: (0.45, 0.30, 0.25, 1.0),
+}
+"""The color tells what the brick does."""
 
 
 class Arena(Node):

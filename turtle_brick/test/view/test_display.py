@@ -28,8 +28,7 @@ from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
-from turtle_brick.arena import brick_marker, walls
-from turtle_brick.core.colors import BRICK_COLORS
+from turtle_brick.arena import BRICK_COLORS, brick_marker, walls
 from turtle_brick.core.geometry import from_pitch, from_yaw, IDENTITY, multiply, Pose, rotate
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER
 from turtle_brick.physics import Phase

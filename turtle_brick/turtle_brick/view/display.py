@@ -28,7 +28,7 @@ from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer, TransformException
-from turtle_brick.core.colors import BRICK_COLORS
+from turtle_brick.arena import BRICK_COLORS
 from turtle_brick.core.geometry import Pose
 from turtle_brick.core.time_steps import NANOSECONDS, nanoseconds_of
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER

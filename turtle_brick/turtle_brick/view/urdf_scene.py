@@ -25,8 +25,10 @@ from math import cos, sin
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from turtle_brick.core.colors import Color
 from turtle_brick.core.geometry import IDENTITY, multiply, Pose, Quaternion, Vector
+
+Color = tuple[float, float, float, float]
+"""Red, green, blue and opacity, each in [0, 1]."""
 
 GRAY: Color = (0.7, 0.7, 0.7, 1.0)
 """Color of a visual without a material."""

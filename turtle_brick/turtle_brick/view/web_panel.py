@@ -21,11 +21,11 @@ from time import monotonic
 from typing import Any
 
 import numpy
-from turtle_brick.core.colors import Color
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.time_steps import NANOSECONDS
 from turtle_brick.physics import Phase
 from turtle_brick.view.commands import Command, Drop, DropAtRandom, PlaceAt, SendTo, SetTilt
+from turtle_brick.view.urdf_scene import Color
 from turtle_brick.view.viewing import History
 from turtle_brick.view.web_guard import BRICK_BUTTONS
 from turtle_brick.view.web_scene import look, Scene, VIEWS
