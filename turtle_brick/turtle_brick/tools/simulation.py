@@ -104,10 +104,8 @@ class Simulation:
         self.now = 0
         self.on_physics: Callable[[], None] | None = None
         """Called after each step of the physics."""
-        self.on_decision: Callable[[Decision], None] | None = None
-        """Called with each decision."""
-        self.unreachable = 0
-        """Number of bricks called unreachable."""
+        self.decisions: list[tuple[int, Decision]] = []
+        """Every decision with its instant (ns)."""
         self._hinge = parameters.platform_height - parameters.platform_thickness
         self._tilt = 0.0
         self._shown: tuple[TurtlePose | None, float] = (None, 0.0)
@@ -175,12 +173,12 @@ class Simulation:
         world.release()
         released = self._physics_at - STEP
         robot = (self.turtle.pose.x, self.turtle.pose.y)
-        catcher.decision = None
+        decisions = len(self.decisions)
         decided = inf
 
         def landed() -> bool:
             nonlocal decided
-            if decided == inf and catcher.decision is not None:
+            if decided == inf and len(self.decisions) > decisions:
                 decided = (self.now - released) * NANO
             return world.phase is not Phase.FALLING
 
@@ -198,8 +196,9 @@ class Simulation:
             finished = finished and self.run(lambda: world.phase is Phase.FLOATING, 30.0)
             slide_time = (self.now - tilted) * NANO
         finished = finished and self.run(lambda: catcher.state is State.WAITING, 10.0)
-        return Result(brick, robot, catcher.decision, caught, fall_time, decided, carried_to,
-                      slide_time, finished)
+        decision = self.decisions[-1][1] if len(self.decisions) > decisions else None
+        return Result(brick, robot, decision, caught, fall_time, decided, carried_to, slide_time,
+                      finished)
 
     def _tick(self, now: int) -> None:
         """Do what turtlesim does every 16 ms."""
@@ -252,12 +251,10 @@ class Simulation:
         # A fall is decided about when its transform arrives, some time after this event.
         self._decided_at = now = max(now, self._decided_at)
         for action in self.catcher.update(now, self.world.platform):
-            if not isinstance(action, Decision):
+            if isinstance(action, Decision):
+                self.decisions.append((self.now, action))
+            else:
                 self._orders.append((now + self._transport, action))
-                continue
-            self.unreachable += not action.reachable
-            if self.on_decision is not None:
-                self.on_decision(action)
 
     def _jittered(self, instant: int, deviation: float) -> int:
         """Return an instant (ns) with a random deviation (s)."""
