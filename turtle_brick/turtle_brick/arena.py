@@ -50,7 +50,7 @@ from tf2_ros import Buffer, TransformBroadcaster
 from turtle_brick.core.geometry import Pose, Vector
 from turtle_brick.core.parameters import ArenaParameters
 from turtle_brick.core.platform import Platform
-from turtle_brick.core.time_steps import due_instant, StepClock
+from turtle_brick.core.time_steps import due_instant, NANO, StepClock
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.physics import Phase, STEP, World
 from turtle_brick.ros.node_main import init, spin
@@ -148,10 +148,13 @@ class Arena(Node):
         # A brick that rides is a step ahead: its latest transform is then no older than the
         # platform's, and a lookup of the latest sees both at one instant.
         ahead = STEP if self.world.phase is Phase.RIDING else 0
-        restarts = self.step_clock.restarts
+        last, restarts = self.step_clock.last, self.step_clock.restarts
         instants = self.step_clock.due(now + ahead, due_instant(self.timer, now))
-        if self.step_clock.restarts != restarts:
-            self.get_logger().warning('The clock has jumped: the physics goes on from now')
+        if last is not None and self.step_clock.restarts != restarts:
+            gap = (now - last) * NANO
+            self.get_logger().warning(
+                f'{"The clock was set back by" if gap < 0.0 else "Here nothing ran for"} '
+                f'{abs(gap):.3g} s: the physics goes on from now')
         if not instants:
             return
         self.tf_broadcaster.sendTransform([self.step(instant) for instant in instants])
