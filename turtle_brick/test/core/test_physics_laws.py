@@ -12,8 +12,9 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
+
 """
-The laws of World, under random input: closed forms, an integration of its own, invariants.
+The laws of World, under random input: closed forms and invariants.
 
 What a platform's axes are, how far a rectangle is from a point and where a brick must be are
 computed here by hand, not by the modules under test.
@@ -56,8 +57,8 @@ def forward_of(quaternion):
     return (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y))
 
 
-@law(600)
-@given(steps=st.integers(1, 3000), gravity=st.one_of(st.just(9.81), st.floats(0.01, 19.0)))
+@law(20)
+@given(steps=st.integers(1, 1000), gravity=st.floats(0.01, 19.0))
 @example(steps=250, gravity=9.81)
 @example(steps=99_991, gravity=9.81)
 def test_one_second_of_fall_from_ten_metres_at_any_timestep(steps, gravity):
@@ -67,33 +68,21 @@ def test_one_second_of_fall_from_ten_metres_at_any_timestep(steps, gravity):
     assert gap(world.brick, (1.5, -2.5, 10.0 - gravity / 2.0)) <= 1e-9
 
 
-@law(200)
-@given(height=st.floats(1.0, 100.0), gravity=gravities, dt=st.floats(1e-4, 0.1))
-def test_every_step_of_a_fall_is_the_closed_form(height, gravity, dt):
-    world = brick_in((0.0, 0.0, height), gravity, dt)
-    world.release()
-    assert world.brick == (0.0, 0.0, height)
-    falling = min(floor(sqrt(2.0 * (height - LIFT) / gravity) / dt), 400)
-    for step in range(1, falling):
-        world.step()
-        assert abs(world.brick[2] - height + 0.5 * gravity * (step * dt) ** 2) <= 1e-9
-    assert world.phase is Phase.FALLING
-
-
-@law(200)
+@law(40)
 @given(height=st.floats(0.1, 30.0), gravity=gravities, dt=time_steps)
-def test_fall_ends_on_the_ground(height, gravity, dt):
+def test_every_step_of_a_fall_is_the_closed_form_down_to_the_ground(height, gravity, dt):
     world = brick_in((3.0, 4.0, height), gravity, dt)
     world.release()
-    locations = advance(world, Phase.FALLING)
-    assert world.phase is Phase.GROUNDED
-    assert world.brick == (3.0, 4.0, LIFT)
-    time = dt * (len(locations) - 1)
-    assert time - dt < sqrt(2.0 * (height - LIFT) / gravity) + 1e-9
-    assert time > sqrt(2.0 * (height - LIFT) / gravity) - 1e-9
+    *falling, last = advance(world, Phase.FALLING)
+    for step, location in enumerate(falling):
+        course = height - 0.5 * gravity * (step * dt) ** 2
+        assert gap(location, (3.0, 4.0, course)) <= 1e-9
+        assert course >= LIFT - 1e-9
+    assert (last, world.phase) == ((3.0, 4.0, LIFT), Phase.GROUNDED)
+    assert height - 0.5 * gravity * (len(falling) * dt) ** 2 <= LIFT + 1e-9
 
 
-@law(1000)
+@law(120)
 @given(place=discs(2.0), x=coordinates, y=coordinates, yaw=headings,
        height=st.floats(1e-3, 20.0), radius=st.floats(0.05, 2.0), gravity=gravities,
        dt=time_steps)
@@ -118,18 +107,9 @@ def test_brick_lands_if_its_center_is_within_the_radius(
         assert gap(last, (x + u, y + v, LIFT)) <= 1e-12
 
 
-@law(200)
-@given(place=discs(RADIUS), depth=st.one_of(st.floats(2e-9, 1e-3), st.floats(2e-9, TOP)))
-def test_brick_released_under_the_top_falls_through(place, depth):
-    world = brick_in((*place, TOP + LIFT - depth), platform=platform_at())
-    world.release()
-    advance(world, Phase.FALLING)
-    assert world.phase is Phase.GROUNDED
-
-
-@law(300)
-@given(place=discs(RADIUS), depth=st.floats(1e-6, TOP - 0.1), tilt=st.floats(-0.5, 0.5),
-       dt=time_steps)
+@law(60)
+@given(place=discs(RADIUS), depth=st.floats(2e-9, 1e-3) | st.floats(2e-9, TOP - 0.1),
+       tilt=st.just(0.0) | st.floats(-0.5, 0.5), dt=time_steps)
 def test_brick_that_has_passed_is_never_caught(place, depth, tilt, dt):
     """A platform that arrives, or is leveled, above the bottom of the brick comes too late."""
     elsewhere = (platform_at(x=5.0) if abs(tilt) < 2.0 * LEVEL_TOLERANCE
@@ -144,32 +124,21 @@ def test_brick_that_has_passed_is_never_caught(place, depth, tilt, dt):
     assert gap(world.brick, (*place, LIFT)) <= 1e-12
 
 
-@law(200)
-@given(place=discs(RADIUS), dt=time_steps, gravity=gravities)
-def test_platform_that_arrives_in_the_last_step_is_in_time(place, dt, gravity):
-    world = brick_in((*place, TOP + LIFT + 1.0), gravity, dt)
+@law(40)
+@given(place=discs(RADIUS), dt=time_steps, gravity=gravities, there=st.booleans())
+def test_where_the_platform_is_in_the_last_step_counts(place, dt, gravity, there):
+    world = brick_in((*place, TOP + LIFT + 1.0), gravity, dt,
+                     platform=None if there else platform_at())
     world.release()
     for _ in range(floor(sqrt(2.0 / gravity) / dt - 1e-6)):
         world.step()
-    world.platform = platform_at()
+    world.platform = platform_at(x=0.0 if there else 3.0)
     advance(world, Phase.FALLING)
-    assert world.phase is Phase.RIDING
-    assert gap(world.brick, (*place, TOP + LIFT)) <= 1e-12
+    assert world.phase is (Phase.RIDING if there else Phase.GROUNDED)
+    assert gap(world.brick, (*place, TOP + LIFT if there else LIFT)) <= 1e-12
 
 
-@law(200)
-@given(place=discs(RADIUS), dt=time_steps, gravity=gravities)
-def test_platform_that_leaves_before_the_last_step_catches_nothing(place, dt, gravity):
-    world = brick_in((*place, TOP + LIFT + 1.0), gravity, dt, platform=platform_at())
-    world.release()
-    for _ in range(floor(sqrt(2.0 / gravity) / dt - 1e-6)):
-        world.step()
-    world.platform = platform_at(x=3.0)
-    advance(world, Phase.FALLING)
-    assert world.phase is Phase.GROUNDED
-
-
-@law(300)
+@law(60)
 @given(place=discs(RADIUS), yaw=headings, dt=time_steps, tilt=st.one_of(
     st.floats(VISIBLY_TILTED, 2.0 * pi - VISIBLY_TILTED),
     st.sampled_from((pi / 2.0, pi, VISIBLY_TILTED))))
@@ -181,27 +150,9 @@ def test_brick_falls_past_a_tilted_platform(place, yaw, dt, tilt):
     assert gap(world.brick, (*place, LIFT)) <= 1e-12
 
 
-@law(200)
-@given(motions=st.lists(st.tuples(coordinates, coordinates, headings, headings), max_size=10),
-       lost=st.booleans())
-def test_brick_on_the_ground_never_follows(motions, lost):
-    world = in_phase(Phase.GROUNDED)
-    before = world.brick
-    for motion in motions:
-        world.platform = platform_at(*motion)
-        world.step()
-        world.drop()
-        assert world.brick == before
-        assert world.orientation == (0.0, 0.0, 0.0, 1.0)
-        if lost:
-            world.platform = None
-            world.step()
-    assert world.phase is Phase.GROUNDED
-
-
-@law(300)
+@law(60)
 @given(place=discs(RADIUS), yaw=headings, dt=time_steps,
-       motions=st.lists(st.tuples(coordinates, coordinates, headings), min_size=1, max_size=20))
+       motions=st.lists(st.tuples(coordinates, coordinates, headings), min_size=1, max_size=10))
 def test_brick_rides_exactly_while_the_platform_drives_and_turns(place, yaw, dt, motions):
     world = riding(place, x=2.0, y=3.0, yaw=yaw, dt=dt)
     for x, y, heading in motions:
@@ -211,21 +162,6 @@ def test_brick_rides_exactly_while_the_platform_drives_and_turns(place, yaw, dt,
         forward = (cos(heading - yaw), sin(heading - yaw), 0.0)
         assert gap(forward_of(world.orientation), forward) <= 1e-12
     assert world.phase is Phase.RIDING
-
-
-def runge_kutta(acceleration, position, velocity, dt):
-    """Integrate one step of the classical fourth-order method; vectors are tuples."""
-    def moved(vector, rate, time):
-        return tuple(a + time * b for a, b in zip(vector, rate))
-
-    v1, a1 = velocity, acceleration(position)
-    v2, a2 = moved(velocity, a1, dt / 2.0), acceleration(moved(position, v1, dt / 2.0))
-    v3, a3 = moved(velocity, a2, dt / 2.0), acceleration(moved(position, v2, dt / 2.0))
-    v4, a4 = moved(velocity, a3, dt), acceleration(moved(position, v3, dt))
-    return (tuple(p + dt / 6.0 * (a + 2.0 * b + 2.0 * c + d)
-                  for p, a, b, c, d in zip(position, v1, v2, v3, v4)),
-            tuple(v + dt / 6.0 * (a + 2.0 * b + 2.0 * c + d)
-                  for v, a, b, c, d in zip(velocity, a1, a2, a3, a4)))
 
 
 def clearance(place, yaw):
@@ -243,180 +179,96 @@ def clearance(place, yaw):
     return 0.0 if covered else nearest
 
 
-slides = {'place': discs(RADIUS), 'x': coordinates, 'y': coordinates, 'yaw': headings,
-          'tilt': tilts, 'gravity': st.floats(2.0, 30.0), 'dt': time_steps}
-
-
-@law(400)
-@given(**slides)
+@law(60)
+@given(place=discs(RADIUS), x=coordinates, y=coordinates, yaw=headings, tilt=tilts,
+       gravity=st.floats(2.0, 30.0), dt=time_steps)
 def test_slide_is_that_of_a_free_body_on_a_smooth_incline(place, x, y, yaw, tilt, gravity, dt):
-    """
-    From any place, to either side, until the trailing edge has cleared, then no further.
-
-    In the world's coordinates, by the closed form and by integrating gravity and the normal
-    force.
-    """
+    """From any place, to either side, until the trailing edge has cleared, then no further."""
     world = riding(place, x, y, yaw, gravity=gravity, dt=dt)
     world.platform = platform_at(x, y, yaw, tilt)
-    ex, _, normal = axes_of(yaw, tilt)
+    ex, _, _ = axes_of(yaw, tilt)
     start = on_platform(place, x, y, yaw, tilt)
-    steps = 0
-    while world.phase is Phase.RIDING:
-        world.step()
-        steps += 1
-        path = 0.5 * gravity * sin(tilt) * (steps * dt) ** 2
-        assert gap(world.brick, [a + path * b for a, b in zip(start, ex)]) <= 1e-9
-        # Nothing comes between brick and platform, nor the one into the other.
-        above = sum((a - b) * n for a, b, n in zip(world.brick, (x, y, HINGE), normal))
-        assert abs(above - THICKNESS - LIFT) <= 1e-12
-        assert steps < 10_000
-
-    # The platform bears gravity's part along its normal; the rest accelerates.
-    borne = gravity * normal[2]
-    pull = tuple(borne * n - g for n, g in zip(normal, (0.0, 0.0, gravity)))
-    position, velocity = start, (0.0, 0.0, 0.0)
-    for _ in range(10):
-        position, velocity = runge_kutta(
-            lambda _: pull, position, velocity, steps * dt / 10.0)
-    assert gap(world.brick, position) <= 1e-9
-
+    _, *locations = advance(world, Phase.RIDING)
+    assert world.phase is Phase.FLOATING
+    paths = [0.5 * gravity * sin(tilt) * (step * dt) ** 2 for step in range(len(locations) + 1)]
+    for path, location in zip(paths[1:], locations):
+        assert gap(location, [a + path * b for a, b in zip(start, ex)]) <= 1e-9
     # The brick has kept its heading of 0 in the world, so -yaw on the platform.
-    assert clearance((place[0] + path, place[1]), -yaw) > RADIUS - 1e-9
-    before = 0.5 * gravity * sin(tilt) * ((steps - 1) * dt) ** 2
-    assert clearance((place[0] + before, place[1]), -yaw) <= RADIUS + 1e-9
+    assert clearance((place[0] + paths[-1], place[1]), -yaw) > RADIUS - 1e-9
+    assert clearance((place[0] + paths[-2], place[1]), -yaw) <= RADIUS + 1e-9
 
 
-@law(300)
-@given(**slides)
-def test_slide_turns_height_into_speed(place, x, y, yaw, tilt, gravity, dt):
-    """v^2 = 2 g sin(angle) path; the central difference of a parabola is its slope."""
-    world = riding(place, x, y, yaw, gravity=gravity, dt=dt)
-    world.platform = platform_at(x, y, yaw, tilt)
-    start = on_platform(place, x, y, yaw, tilt)
-    locations = [start] + advance(world, Phase.RIDING)[1:]
-    for before, here, after in zip(locations, locations[1:], locations[2:]):
-        speed = sqrt(sum((b - a) ** 2 for a, b in zip(before, after))) / (2.0 * dt)
-        path = sqrt(sum((b - a) ** 2 for a, b in zip(start, here)))
-        assert abs(speed ** 2 - 2.0 * gravity * abs(sin(tilt)) * path) <= 1e-6
-        assert abs(speed ** 2 - 2.0 * gravity * (start[2] - here[2])) <= 1e-6
-
-
-@law(400)
+@law(80)
 @given(place=discs(RADIUS), yaw=headings, gravity=gravities, dt=time_steps,
-       programme=st.lists(st.tuples(st.floats(-1.5, 1.5), st.integers(1, 10), coordinates,
-                                    coordinates, headings), min_size=1, max_size=10))
+       programme=st.lists(st.tuples(st.floats(-1.5, 1.5) | st.just(0.0), st.integers(1, 10),
+                                    coordinates, coordinates, headings),
+                          min_size=1, max_size=10))
 def test_slide_on_a_platform_that_moves_in_every_way(place, yaw, gravity, dt, programme):
     """
-    A change of angle keeps the speed, and neither driving nor turning has a force.
+    A change of angle keeps the speed, also a change to level; driving and turning have no force.
 
-    In the platform's plane gravity's pull along it is all there is; it is integrated here.
+    In the platform's plane gravity's pull along its x is all there is.
     """
     world = riding(place, yaw=yaw, gravity=gravity, dt=dt)
-    position, velocity = place, (0.0, 0.0)
+    (u, v), speed = place, 0.0
     for tilt, steps, x, y, heading in programme:
         world.platform = platform_at(x, y, heading, tilt)
+        pull = gravity * sin(tilt)
         for _ in range(steps):
             if world.phase is not Phase.RIDING:
                 break
             world.step()
-            position, velocity = runge_kutta(
-                lambda _: (gravity * sin(tilt), 0.0), position, velocity, dt)
-            assert gap(world.brick, on_platform(position, x, y, heading, tilt)) <= 1e-9
-            distance = clearance(position, -yaw)
+            u, speed = u + speed * dt + 0.5 * pull * dt ** 2, speed + pull * dt
+            assert gap(world.brick, on_platform((u, v), x, y, heading, tilt)) <= 1e-9
+            distance = clearance((u, v), -yaw)
             if abs(distance - RADIUS) > 1e-9:
                 assert world.phase is (Phase.FLOATING if distance > RADIUS else Phase.RIDING)
 
 
-@law(200)
-@given(place=discs(RADIUS), yaw=headings, tilt=st.floats(0.3, 1.0),
-       gravity=st.floats(5.0, 30.0))
-def test_leveled_in_mid_slide_it_slides_on_at_its_speed(place, yaw, tilt, gravity):
-    world = riding(place, yaw=yaw, gravity=gravity, dt=0.01)
-    world.platform = platform_at(yaw=yaw, tilt=tilt)
-    for _ in range(10):
-        world.step()
-    assume(world.phase is Phase.RIDING)
-    speed = gravity * sin(tilt) * 0.1
-    path = 0.5 * gravity * sin(tilt) * 0.01
-    world.platform = platform_at(yaw=yaw)
-    step = 0
-    while world.phase is Phase.RIDING:
-        world.step()
-        step += 1
-        u = place[0] + path + speed * step * 0.01
-        assert gap(world.brick, on_platform((u, place[1]), 0.0, 0.0, yaw, 0.0)) <= 1e-9
-    assert clearance((u, place[1]), -yaw) > RADIUS - 1e-9
-
-
-@law(200)
-@given(place=discs(RADIUS), yaw=headings, tilt=tilts, dt=time_steps,
+@law(40)
+@given(phase=st.sampled_from((Phase.FLOATING, Phase.GROUNDED)), lost=st.booleans(),
        motions=st.lists(st.tuples(coordinates, coordinates, headings, headings),
                         min_size=1, max_size=10))
-def test_brick_floats_in_the_world_once_it_has_cleared(place, yaw, tilt, dt, motions):
-    world = riding(place, yaw=yaw, dt=dt)
-    world.platform = platform_at(yaw=yaw, tilt=tilt)
-    *_, last = advance(world, Phase.RIDING)
-    assert world.phase is Phase.FLOATING
+def test_brick_that_floats_or_lies_on_the_ground_never_follows(phase, lost, motions):
+    world = in_phase(phase)
+    before = world.brick
     for motion in motions:
         world.platform = platform_at(*motion)
         world.step()
-        assert world.brick == last
-    world.platform = None
-    world.step()
-    assert world.brick == last
-    assert world.phase is Phase.FLOATING
+        assert (world.brick, world.phase) == (before, phase)
+        if phase is Phase.GROUNDED:
+            assert world.orientation == (0.0, 0.0, 0.0, 1.0)
+        if lost:
+            world.platform = None
+            world.step()
+            assert (world.brick, world.phase) == (before, phase)
 
 
-@law(300)
-@given(phase=st.sampled_from([phase for phase in Phase if phase is not Phase.GROUNDED]),
-       motions=st.lists(st.tuples(coordinates, coordinates, headings,
-                                  st.floats(-2.0 * pi, 2.0 * pi)), min_size=1, max_size=8))
-def test_inclination_is_the_platforms_at_all_times(phase, motions):
-    world = in_phase(phase)
-    for x, y, yaw, tilt in motions:
-        world.platform = platform_at(x, y, yaw, tilt)
-        assert gap(upright_of(world.orientation), axes_of(yaw, tilt)[2]) <= 1e-12
-        world.step()
-        if world.phase is Phase.GROUNDED:
-            break
-        assert gap(upright_of(world.orientation), axes_of(yaw, tilt)[2]) <= 1e-12
-        assert abs(sum(part ** 2 for part in world.orientation) - 1.0) <= 1e-12
-    # A platform out of sight leaves it as it was last.
-    before = world.orientation
-    world.platform = None
-    assert world.orientation == before
-    world.step()
-    assert world.phase is Phase.GROUNDED or world.orientation == before
-
-
-@law(200)
+@law(40)
 @given(yaw=headings, tilt=st.floats(-2.0 * pi, 2.0 * pi))
 def test_brick_in_the_air_keeps_its_heading(yaw, tilt):
     """It is inclined about the platform's hinge, also over, and turned by nothing else."""
     world = brick_in((0.0, 0.0, 9.0), platform=platform_at(yaw=yaw, tilt=tilt))
-    hinge = (-sin(yaw), cos(yaw), 0.0)
     # The rotation by the tilt about the hinge, from a heading of 0.
     half = sin(tilt / 2.0)
-    turn = (hinge[0] * half, hinge[1] * half, 0.0, cos(tilt / 2.0))
+    turn = (-sin(yaw) * half, cos(yaw) * half, 0.0, cos(tilt / 2.0))
     for direction in (forward_of, upright_of):
         assert gap(direction(world.orientation), direction(turn)) <= 1e-12
 
 
-@law(200)
+@law(40)
 @given(place=discs(RADIUS), yaw=headings, tilt=tilts)
 def test_neither_landing_nor_clearing_turns_the_brick(place, yaw, tilt):
     x, y, z = on_platform(place, 0.0, 0.0, yaw, 0.0)
     world = brick_in((x, y, z + 0.1), platform=platform_at(yaw=yaw))
     world.release()
-    before = world.orientation
-    advance(world, Phase.FALLING)
-    assert world.phase is Phase.RIDING
-    assert gap(world.orientation, before) <= 1e-12
-    world.platform = platform_at(yaw=yaw, tilt=tilt)
-    before = world.orientation
-    advance(world, Phase.RIDING)
-    assert world.phase is Phase.FLOATING
-    assert gap(world.orientation, before) <= 1e-12
+    for phase, following, angle in ((Phase.FALLING, Phase.RIDING, 0.0),
+                                    (Phase.RIDING, Phase.FLOATING, tilt)):
+        world.platform = platform_at(yaw=yaw, tilt=angle)
+        before = world.orientation
+        advance(world, phase)
+        assert world.phase is following
+        assert gap(world.orientation, before) <= 1e-12
 
 
 class AnyOrder(RuleBasedStateMachine):
@@ -572,6 +424,7 @@ class AnyOrder(RuleBasedStateMachine):
     def brick_is_inclined_like_the_platform(self):
         upright = (0.0, 0.0, 1.0) if self.world.phase is Phase.GROUNDED else self.upright
         assert gap(upright_of(self.world.orientation), upright) <= 1e-9
+        assert abs(sum(part ** 2 for part in self.world.orientation) - 1.0) <= 1e-9
 
     @invariant()
     def brick_keeps_to_the_platform_it_is_said_to_ride_on(self):
@@ -588,5 +441,5 @@ class AnyOrder(RuleBasedStateMachine):
 
 
 AnyOrder.TestCase.settings = settings(
-    max_examples=250, stateful_step_count=30, derandomize=True, deadline=None)
+    max_examples=40, stateful_step_count=30, derandomize=True, deadline=None)
 test_laws_hold_in_any_order = AnyOrder.TestCase
