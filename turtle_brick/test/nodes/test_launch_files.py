@@ -22,13 +22,12 @@ import sys
 from browser import Chromium, find_chromium
 from geometry_msgs.msg import PoseStamped, Twist
 import joint_state_publisher
-from live_graph import graph, process
+from live_graph import graph, PATIENCE, process
 import pytest
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from turtle_brick.core.parameters import default_path
 from turtlesim.msg import Pose
-import witness
 
 # In JavaScript, a button by its text.
 BUTTON = '[...document.querySelectorAll("button")].find(each => each.innerText == "{}")'
@@ -71,22 +70,12 @@ def ended(launching):
     return started
 
 
-def rate(live, topic, message_type, count):
-    """Return at what mean rate so many messages arrive, between the least late ones."""
-    heard = live.record(topic, message_type)
-    live.wait_for(lambda: heard.messages, 30.0, topic)
-    heard.clear()
-    live.wait_for(lambda: len(heard.times) >= count, 10.0, f'{count} messages on {topic}')
-    return witness.rate(list(zip(heard.times, heard.messages)))
-
-
-@pytest.mark.parametrize('language', ['py', 'xml'])
-def test_show_turtle(language, domain_id):
-    with launched('show_turtle', language, domain_id, 'use_jsp:=jsp', 'view:=none') as launching:
+def test_show_turtle(domain_id):
+    with launched('show_turtle', 'xml', domain_id, 'use_jsp:=jsp', 'view:=none') as launching:
         with graph(domain_id) as live:
-            assert rate(live, 'joint_states', JointState, 30) == pytest.approx(10.0, rel=0.1)
             states = live.record('joint_states', JointState)
-            live.wait_for(lambda: states.last and states.last.name, 10.0, 'joints')
+            assert live.rates([states], 20) == [pytest.approx(10.0, rel=0.1)]
+            live.wait_for(lambda: states.last.name, PATIENCE, 'joints')
             assert states.last.name == ['stem_joint', 'wheel_joint', 'platform_joint']
             assert list(states.last.position) == [0.0] * 3
         assert ended(launching) == 2
@@ -112,28 +101,21 @@ def test_sliders(domain_id):
         assert ended(launching) == 2
 
 
-@pytest.mark.parametrize('language', ['py', 'xml'])
-def test_run_turtle(language, domain_id):
-    with launched('run_turtle', language, domain_id, 'view:=none') as launching:
+def test_turtle_arena(domain_id):
+    """The robot obeys a goal, catches a brick, and is commanded at 100 Hz."""
+    with launched('turtle_arena', 'py', domain_id, 'view:=none') as launching:
+        launching.wait_for_output('waiting for a fall', 30.0)
         with graph(domain_id) as live:
-            assert rate(live, 'turtle1/cmd_vel', Twist, 300) == pytest.approx(100.0, rel=0.1)
+            commands = live.record('turtle1/cmd_vel', Twist)
+            assert live.rates([commands], 200) == [pytest.approx(100.0, rel=0.02)]
             poses = live.record('turtle1/pose', Pose)
-            goals = live.publisher('goal_pose', PoseStamped)
             goal = PoseStamped()
             goal.header.frame_id = 'world'
             goal.pose.position.x, goal.pose.position.y = 6.5, 6.0
-            live.do(lambda: goals.publish(goal))
-            live.wait_for(lambda: poses.last and abs(poses.last.x - 6.5) < 0.05, 10.0,
+            live.publisher('goal_pose', PoseStamped).publish(goal)
+            live.wait_for(lambda: poses.last and abs(poses.last.x - 6.5) < 0.05, PATIENCE,
                           'the turtle at its goal')
-        assert ended(launching) == 3
-
-
-@pytest.mark.parametrize('language', ['py', 'xml'])
-def test_turtle_arena(language, domain_id):
-    with launched('turtle_arena', language, domain_id, 'view:=none') as launching:
-        launching.wait_for_output('waiting for a fall', 30.0)
-        with graph(domain_id) as live:
-            assert live.call('drop', Trigger, timeout=20.0).success
+            assert live.call('drop', Trigger).success
         launching.wait_for_output('can be caught', 10.0)
         launching.wait_for_output(r'arena-\d\].*on the platform', 10.0)
         assert ended(launching) == 5
