@@ -115,7 +115,7 @@ class Arena(Node):
             *commands(place.service_name, drop.service_name, parameters.brick_start))))
 
         self.create_timer(MARKER_PERIOD, self.publish_marker)
-        self.timer = self.create_timer(STEP * 1e-9, self.on_timer)
+        self.timer = self.create_timer(STEP * NANO, self.on_timer)
 
     def on_place(self, request: Place.Request, response: Place.Response) -> Place.Response:
         """Place the brick, or say why it can't be there."""
@@ -148,13 +148,12 @@ class Arena(Node):
         # A brick that rides is a step ahead: its latest transform is then no older than the
         # platform's, and a lookup of the latest sees both at one instant.
         ahead = STEP if self.world.phase is Phase.RIDING else 0
-        last, restarts = self.step_clock.last, self.step_clock.restarts
         instants = self.step_clock.due(now + ahead, due_instant(self.timer, now))
-        if last is not None and self.step_clock.restarts != restarts:
-            gap = (now - last) * NANO
+        jump = self.step_clock.jump * NANO
+        if jump:
             self.get_logger().warning(
-                f'{"The clock was set back by" if gap < 0.0 else "Here nothing ran for"} '
-                f'{abs(gap):.3g} s: the physics goes on from now')
+                f'{"The clock was set back by" if jump < 0.0 else "Here nothing ran for"} '
+                f'{abs(jump):.3g} s: the physics goes on from now')
         if not instants:
             return
         self.tf_broadcaster.sendTransform([self.step(instant) for instant in instants])

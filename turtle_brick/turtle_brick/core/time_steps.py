@@ -28,11 +28,11 @@ class StepClock:
     Count the steps of a fixed period that have become due.
 
     Step k belongs to the instant t0 + k * period, in integer nanoseconds, so that rounding errors
-    don't add up. Timers that are late or lose a period only delay steps: the next call returns
+    don't add up. A timer that is late or loses a period only delays steps: the next call returns
     every one that is due.
     """
 
-    def __init__(self, period: int, longest_gap: int = 1_000_000_000) -> None:
+    def __init__(self, period: int, longest_gap: int = NANOSECONDS) -> None:
         """
         Wait for the first call of `due`, which sets t0.
 
@@ -43,8 +43,8 @@ class StepClock:
         self.longest_gap = longest_gap
         self.last: int | None = None
         """Instant (ns) of the last step."""
-        self.restarts = 0
-        """How many times t0 was set anew."""
+        self.jump = 0
+        """How far (ns) the clock had jumped if `due` has just set t0 anew, else 0."""
 
     def due(self, now: int, begin: int | None = None) -> list[int]:
         """
@@ -56,19 +56,16 @@ class StepClock:
         :return: The instants in order. If the last step is more than `longest_gap` ago, or more
             than a period ahead because the clock was set back, t0 is set anew: [begin].
         """
-        begin = now if begin is None else begin
-        if self.last is None:
-            self.last = begin
-            return [begin]
-        elapsed = now - self.last
-        if elapsed > self.longest_gap or elapsed < -self.period:
-            self.restarts += 1
-            self.last = begin
-            return [begin]
-        instants = list(range(self.last + self.period, now + 1, self.period))
-        if instants:
-            self.last = instants[-1]
-        return instants
+        self.jump = 0
+        if self.last is not None:
+            elapsed = now - self.last
+            if -self.period <= elapsed <= self.longest_gap:
+                instants = list(range(self.last + self.period, now + 1, self.period))
+                self.last += len(instants) * self.period
+                return instants
+            self.jump = elapsed
+        self.last = now if begin is None else begin
+        return [self.last]
 
 
 def due_instant(timer: Any, now: int) -> int:
