@@ -17,7 +17,7 @@
 from math import cos, sin
 
 from turtle_brick.core.geometry import Pose
-from turtle_brick.core.platform import Platform
+from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.physics import Phase, World
 
 GRAVITY = 9.81

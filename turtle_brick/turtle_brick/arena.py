@@ -49,7 +49,7 @@ from std_srvs.srv import Trigger
 from tf2_ros import Buffer, TransformBroadcaster
 from turtle_brick.core.geometry import Pose, Vector
 from turtle_brick.core.parameters import ArenaParameters
-from turtle_brick.core.platform import Platform
+from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import due_instant, NANO, StepClock
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.physics import Phase, STEP, World

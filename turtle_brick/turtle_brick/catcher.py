@@ -41,8 +41,8 @@ from tf2_ros import Buffer
 from turtle_brick.core.catch_logic import Catcher, DriveOrder, PERIOD, TiltOrder
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import CatcherParameters
-from turtle_brick.core.platform import Platform
 from turtle_brick.core.reachability import Decision
+from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import nanoseconds_of
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.node_parameters import declare_parameters

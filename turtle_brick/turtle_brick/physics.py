@@ -32,7 +32,7 @@ from typing import Any, TYPE_CHECKING
 
 from turtle_brick.core.geometry import (distance_to_rectangle, from_yaw, multiply, Pose,
                                         Quaternion, Vector)
-from turtle_brick.core.platform import Platform
+from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import NANO
 if TYPE_CHECKING:
     # No more than the names of the numbers: physics reads no configuration.

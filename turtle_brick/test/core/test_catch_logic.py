@@ -35,8 +35,8 @@ from turtle_brick.core.catch_logic import (AT_GOAL, Catcher, CENTER, DriveOrder,
 from turtle_brick.core.driving import within_arena
 from turtle_brick.core.geometry import from_pitch, Pose
 from turtle_brick.core.parameters import load
-from turtle_brick.core.platform import Platform
 from turtle_brick.core.reachability import Decision, resting_height
+from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.physics import Phase, STEP, World
 
 PARAMETERS = load()

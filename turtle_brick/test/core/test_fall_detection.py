@@ -25,8 +25,8 @@ from turtle_brick.core.catch_logic import Catcher
 from turtle_brick.core.fall_detection import Fall, FallDetector
 from turtle_brick.core.geometry import from_pitch, from_yaw, IDENTITY, multiply, Pose
 from turtle_brick.core.parameters import load
-from turtle_brick.core.platform import Platform
 from turtle_brick.core.reachability import resting_height
+from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.physics import Phase, World
 
 PARAMETERS = load()

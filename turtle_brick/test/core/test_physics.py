@@ -20,7 +20,7 @@ from math import inf, nan, pi
 
 import pytest
 from turtle_brick.core.geometry import IDENTITY, Pose
-from turtle_brick.core.platform import Platform
+from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.physics import Phase, World
 from worlds import (advance, brick_in, DT, gap, GRAVITY, in_phase, LIFT, on_platform, PLACES,
                     platform_at, RADIUS, riding, SIZE, THICKNESS, TOP)

@@ -28,7 +28,7 @@ from hypothesis.stateful import initialize, invariant, precondition, rule, RuleB
 from laws import law
 import pytest
 from turtle_brick.core.geometry import multiply, rotate
-from turtle_brick.core.platform import LEVEL_TOLERANCE
+from turtle_brick.core.tilting_platform import LEVEL_TOLERANCE
 from turtle_brick.physics import CONTACT_TOLERANCE, Phase, World
 from worlds import (advance, axes_of, brick_in, gap, HINGE, in_phase, LIFT, on_platform, PLACES,
                     platform_at, RADIUS, riding, SIZE, THICKNESS, TOP, upright_of)

@@ -25,9 +25,9 @@ from turtle_brick.core.driving import travel_time
 from turtle_brick.core.fall_detection import Fall
 from turtle_brick.core.geometry import from_pitch, Pose
 from turtle_brick.core.parameters import load
-from turtle_brick.core.platform import Platform
 from turtle_brick.core.reachability import (CARRY_ON, COMMAND_LATENCY, LEVEL_LATENCY, reach,
                                             resting_height, RobotMotion, Track)
+from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 
 PARAMETERS = load()

@@ -28,9 +28,9 @@ from turtle_brick.core.driving import within_arena
 from turtle_brick.core.fall_detection import FallDetector
 from turtle_brick.core.geometry import FARTHEST, Vector
 from turtle_brick.core.parameters import CatcherParameters
-from turtle_brick.core.platform import Platform
 from turtle_brick.core.reachability import (Decision, LEVEL_LATENCY, reach, resting_height,
                                             RobotMotion, ROUNDING, Track)
+from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER
 

@@ -27,7 +27,7 @@ from typing import NamedTuple
 from turtle_brick.core.driving import PERIOD, TRANSPORT, travel_time
 from turtle_brick.core.fall_detection import Fall
 from turtle_brick.core.parameters import CatcherParameters
-from turtle_brick.core.platform import Platform
+from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, QUEUE_DEPTH, TICK
 

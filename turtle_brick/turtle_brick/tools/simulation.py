@@ -35,8 +35,8 @@ from turtle_brick.core.catch_logic import Catcher, DriveOrder, State, TiltOrder
 from turtle_brick.core.driving import Driver, within_arena
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose, Vector
 from turtle_brick.core.parameters import Parameters
-from turtle_brick.core.platform import Platform
 from turtle_brick.core.reachability import Decision
+from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, TICK, Turtle, TurtlePose
 from turtle_brick.physics import Phase, STEP, World

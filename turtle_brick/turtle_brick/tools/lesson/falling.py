@@ -24,8 +24,8 @@ from matplotlib.patches import Polygon
 import numpy as np
 from turtle_brick.core.geometry import from_pitch, Pose, Vector
 from turtle_brick.core.parameters import Parameters
-from turtle_brick.core.platform import Platform
 from turtle_brick.core.reachability import fall_time, resting_height
+from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.physics import Phase, STEP, World
 from turtle_brick.tools.plots import CAUGHT, drawn, FAINT, INK, MISSED, REFUSED

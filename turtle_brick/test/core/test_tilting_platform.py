@@ -21,7 +21,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from laws import law
 import pytest
-from turtle_brick.core.platform import LEVEL_TOLERANCE
+from turtle_brick.core.tilting_platform import LEVEL_TOLERANCE
 from worlds import axes_of, gap, HINGE, platform_at
 
 angles = st.floats(-2.0 * pi, 2.0 * pi)

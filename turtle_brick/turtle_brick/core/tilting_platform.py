@@ -53,7 +53,7 @@ class Platform:
         return x * x + y * y < (LEVEL_TOLERANCE / 2.0) ** 2
 
     def point(self, u: float, v: float, w: float) -> Vector:
-        """Return a point (m) of its frame in the world."""
+        """Return where in the world (m) something at u, v, w (m) of its frame is."""
         (px, py, pz), (ex, ey, ez) = self.pose.position, self.axes
         return (px + u * ex[0] + v * ey[0] + w * ez[0],
                 py + u * ex[1] + v * ey[1] + w * ez[1],
