@@ -320,11 +320,7 @@ class Catcher:
     """Catch every brick that can be caught, carry it to the center and tip it off."""
 
     def __init__(self, parameters: CatcherParameters) -> None:
-        """
-        Wait for a brick to fall.
-
-        :param parameters: the physical numbers of robot, brick and world
-        """
+        """Wait for a brick to fall."""
         self.parameters = parameters
         self._start_afresh(0)
 

@@ -74,9 +74,8 @@ class TickClock:
 
     def observe(self, now: float) -> float:
         """
-        Note the arrival of a pose.
+        Note a pose that arrives now (s).
 
-        :param now: the time of arrival (s)
         :return: The likely time of its tick (s): its arrival, or the grid's if it was delayed.
         """
         self.last += TICK
@@ -127,24 +126,12 @@ class CommandPath:
         """Index of the command taken last."""
 
     def publish(self, now: float, linear_x: float, linear_y: float) -> None:
-        """
-        Note a command that is being published.
-
-        :param now: the present time (s)
-        :param linear_x: forward velocity, in the turtle's frame (m/s)
-        :param linear_y: leftward velocity, in the turtle's frame (m/s)
-        """
+        """Note a command that is published now (s): its velocities in the turtle's frame (m/s)."""
         self._sent.append((now, linear_x, linear_y))
         self._count += 1
 
     def observe(self, now: float, pose: TurtlePose) -> None:
-        """
-        Note a pose, and so a tick of turtlesim.
-
-        :param now: its time of arrival (s)
-        :param pose: the turtle's pose in the world, with the speed that it reports (m, rad, m/s);
-            ignored if it is not finite
-        """
+        """Note a pose that arrives now (s), and so a tick; ignore it if it is not finite."""
         if not all(map(isfinite, pose)):
             return
         if self.is_stale(now):
@@ -164,10 +151,9 @@ class CommandPath:
 
     def predict(self, now: float) -> tuple[float, float]:
         """
-        Return where the turtle will be when a command published now takes effect.
+        Return where the turtle will be when a command published now (s) takes effect.
 
-        :param now: the present time (s)
-        :return: x and y in the world (m), after all ticks that earlier commands will govern.
+        :return: x and y in the world (m), after all ticks that earlier commands will govern
         :raises ValueError: there has been no pose yet
         """
         pose = self.pose
@@ -232,11 +218,7 @@ class Driver:
     """Bring the turtle to a goal, straight and at full speed, and keep it there."""
 
     def __init__(self, max_velocity: float) -> None:
-        """
-        Stand still until there is a goal.
-
-        :param max_velocity: the largest speed that is ever asked for (m/s)
-        """
+        """Stand still until there is a goal; never ask for more than max_velocity (m/s)."""
         self.max_velocity = max_velocity
         self.goal: tuple[float, float] | None = None
         """Where to drive, in the world (m)."""
@@ -251,10 +233,8 @@ class Driver:
 
     def drive_to(self, x: float, y: float) -> None:
         """
-        Drive to a goal from now on; a goal where the turtle stands already changes nothing.
+        Drive to a point of the arena (m) from now on; the one where it stands changes nothing.
 
-        :param x: the goal in the world (m), within the arena
-        :param y: the goal in the world (m), within the arena
         :raises ValueError: the goal is not finite; the present one stays
         """
         if not (isfinite(x) and isfinite(y)):
@@ -264,21 +244,15 @@ class Driver:
             self.arrived = False
 
     def observe(self, now: float, pose: TurtlePose) -> None:
-        """
-        Note a pose of the turtle.
-
-        :param now: its time of arrival (s, steady clock)
-        :param pose: the pose in the world (m, rad)
-        """
+        """Note a pose of the turtle that arrives now (s)."""
         self._path.observe(now, pose)
 
     def command(self, now: float) -> tuple[float, float]:
         """
-        Return the command to publish now, and count on it; to be called 100 times per second.
+        Return the command to publish now (s), and count on it; to be called at 100 Hz.
 
-        :param now: the present time (s, steady clock)
         :return: linear.x and linear.y (m/s) in the turtle's own frame; zero without a goal, at the
-            goal and without a recent pose.
+            goal and without a recent pose
         """
         velocity = self._steer(now)
         self._path.publish(now, *velocity)

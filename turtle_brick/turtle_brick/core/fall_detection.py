@@ -81,11 +81,7 @@ class FallDetector:
     """Distance (m) from the predicted course at which the fall is over."""
 
     def __init__(self, gravity: float) -> None:
-        """
-        Know no position yet.
-
-        :param gravity: the acceleration due to gravity (m/s^2)
-        """
+        """Know no position yet, but the acceleration due to gravity (m/s^2)."""
         self.gravity = gravity
         self.fall: Fall | None = None
         """The present fall, until the brick leaves its course."""
@@ -93,12 +89,8 @@ class FallDetector:
 
     def observe(self, stamp: int, x: float, y: float, z: float) -> bool:
         """
-        Note a position of the brick.
+        Note where the brick was in the world (m) at an instant (ns).
 
-        :param stamp: instant at which the brick was there (ns)
-        :param x: its position in the world (m)
-        :param y: its position in the world (m)
-        :param z: its position in the world (m)
         :return: Whether a new fall is recognized.
         """
         samples = self._samples

@@ -32,11 +32,7 @@ class Odometer:
     """Keep the pose in the odom frame, the wheel's angle and the stem's direction."""
 
     def __init__(self, wheel_radius: float) -> None:
-        """
-        Wait for the first pose, where the odom frame will be.
-
-        :param wheel_radius: radius of the wheel (m)
-        """
+        """Wait for the first pose, where the odom frame will be; the radius is in m."""
         self.wheel_radius = wheel_radius
         self.origin: Pose2D | None = None
         """Pose of the odom frame in the world: the first pose."""
@@ -51,12 +47,7 @@ class Odometer:
         self._world_to_odom = Pose2D(0.0, 0.0, 0.0)
 
     def observe(self, now: float, pose: TurtlePose) -> None:
-        """
-        Note a pose of the turtle.
-
-        :param now: its time of arrival (s, steady clock)
-        :param pose: the pose in the world (m, rad), with the commanded speed (m/s)
-        """
+        """Note a pose of the turtle, with its commanded speed, that arrives now (s)."""
         here = Pose2D(pose.x, pose.y, pose.theta)
         last = self._last
         if last is None:

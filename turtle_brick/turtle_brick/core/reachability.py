@@ -191,11 +191,7 @@ class Track:
     """Time (s) at one position after which the robot is at rest: over four ticks of turtlesim."""
 
     def __init__(self, max_velocity: float) -> None:
-        """
-        Know nothing yet.
-
-        :param max_velocity: the robot's greatest speed (m/s)
-        """
+        """Know nothing yet of a robot that drives at max_velocity (m/s)."""
         self.seen = -inf
         """When the robot was in sight last (ns)."""
         self.unseen = 0

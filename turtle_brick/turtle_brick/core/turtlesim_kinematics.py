@@ -33,12 +33,7 @@ _FLOAT = struct.Struct('f')
 
 
 def float32(value: float) -> float:
-    """
-    Round a number to single precision, as a float32 field of a message does.
-
-    :param value: any float
-    :return: The nearest float32; infinity beyond float32's range.
-    """
+    """Return the nearest float32, as a message's field keeps it; infinity beyond its range."""
     try:
         return _FLOAT.unpack(_FLOAT.pack(value))[0]
     except OverflowError:
@@ -82,12 +77,7 @@ class TurtlePose(NamedTuple):
 
 
 def _normalize(angle: float) -> float:
-    """
-    Bring an angle into [-pi, pi) with turtlesim's pi.
-
-    :param angle: any angle (rad)
-    :return: The same angle plus a whole number of turns; NaN if the angle is not finite.
-    """
+    """Bring an angle (rad) into [-pi, pi) with turtlesim's pi; NaN if it is not finite."""
     try:
         return angle - _TWO_PI * math.floor((angle + _PI) / _TWO_PI)
     except (OverflowError, ValueError):
@@ -127,12 +117,9 @@ class Turtle:
 
     def command(self, linear_x: float, linear_y: float, angular_z: float) -> None:
         """
-        Append a velocity command to the queue; a full queue loses its oldest.
+        Append velocities (m/s, rad/s) to the queue of commands; a full one loses its oldest.
 
-        :param linear_x: velocity along the heading (m/s)
-        :param linear_y: velocity to the left of it (m/s); ignored unless the turtle is holonomic
-            when it takes the command
-        :param angular_z: turn rate (rad/s), counter-clockwise
+        Its sideways part, to the left, is ignored unless the turtle is holonomic when it takes it.
         """
         self._queue.append((linear_x, linear_y, angular_z))
 
@@ -156,11 +143,7 @@ class Turtle:
         self._teleports.append((True, float32(linear), 0.0, float32(angular)))
 
     def take_command(self, now: float) -> None:
-        """
-        Take the oldest command of the queue, if there is one: the first half of a tick.
-
-        :param now: the time (s)
-        """
+        """Take the oldest command of the queue, if there is one: the first half of a tick."""
         if self._queue:
             self._linear_x, linear_y, self._angular = self._queue.popleft()
             if self.holonomic:
@@ -172,7 +155,7 @@ class Turtle:
         Move by one time step: the second half of a tick.
 
         :param now: the time (s); only the age of the last command depends on it
-        :return: The new pose.
+        :return: the new pose
         """
         self._teleport()
         if now - self._commanded_at > COMMAND_TIMEOUT:
@@ -202,12 +185,7 @@ class Turtle:
         return self.pose
 
     def tick(self, now: float) -> TurtlePose:
-        """
-        Do what one 16 ms tick of turtlesim does to a turtle.
-
-        :param now: the time (s); only the age of the last command depends on it
-        :return: The pose that this tick publishes.
-        """
+        """Do what a tick of turtlesim does to a turtle; return the pose that it publishes."""
         self.take_command(now)
         return self.update(now)
 
@@ -237,12 +215,7 @@ class TurtleSim:
     """All turtles of one turtlesim, by name; a new one holds turtle1 in the arena's center."""
 
     def __init__(self, holonomic: bool = False, now: float = 0.0) -> None:
-        """
-        Start a simulator.
-
-        :param holonomic: whether velocity commands may have a sideways part
-        :param now: the time (s), on the clock that tick() is given
-        """
+        """Start a simulator at a time (s) of the clock that tick() is given."""
         self.turtles: dict[str, Turtle] = {}
         """The turtles by name, in the order in which a tick updates them."""
         self._holonomic = holonomic
@@ -265,12 +238,8 @@ class TurtleSim:
         """
         Add a turtle.
 
-        :param x: distance from the left wall (m)
-        :param y: distance from the lower wall (m)
-        :param theta: heading (rad)
         :param name: its name; if empty, the next free one of turtle1, turtle2, and so on
-        :param now: the time (s), on the clock that tick() is given
-        :return: The turtle's name, or an empty string if the name was taken.
+        :return: the turtle's name, or an empty string if the name was taken
         """
         if name in self.turtles:
             return ''
@@ -283,20 +252,11 @@ class TurtleSim:
         return name
 
     def kill(self, name: str) -> bool:
-        """
-        Remove a turtle.
-
-        :param name: its name
-        :return: Whether there was one of that name.
-        """
+        """Remove a turtle; tell whether there was one of that name."""
         return self.turtles.pop(name, None) is not None
 
     def reset(self, now: float = 0.0) -> None:
-        """
-        Remove all turtles and start again with turtle1 in the center, at rest.
-
-        :param now: the time (s), on the clock that tick() is given
-        """
+        """Remove all turtles and start again with turtle1 in the center, at rest."""
         self.turtles = {}
         self._names = 0
         self.spawn(ARENA_CENTER, ARENA_CENTER, 0.0, now=now)
@@ -305,7 +265,6 @@ class TurtleSim:
         """
         Do what one 16 ms tick of turtlesim does.
 
-        :param now: the time (s); only the ages of the last commands depend on it
         :return: The pose of each turtle. The very first tick takes commands, but nothing moves
             and there are no poses: it only starts turtlesim's clock.
         """

@@ -16,7 +16,7 @@
 The closed loop without ROS: brick, robot, turtlesim and catcher at their real rates.
 
 It uses the same modules as the nodes: `physics.World` at 250 Hz, `driving.Driver` at 100 Hz,
-`turtlesim_kinematics.Turtle` every 16 ms with its queue of commands, and `catching.Catcher` at
+`turtlesim_kinematics.Turtle` every 16 ms with its queue of commands, and `catch_logic.Catcher` at
 every position of the brick and 50 times per second, with the delays of the live graph between
 them. Time jumps from event to event, so that an hour takes seconds; everything random comes from a
 seed, so that every run can be repeated.
@@ -29,8 +29,7 @@ from math import inf
 from random import Random
 from typing import NamedTuple
 
-from turtle_brick.core import catch_logic as catching
-from turtle_brick.core import driving
+from turtle_brick.core import catch_logic, driving
 from turtle_brick.core.catch_logic import Catcher, DriveOrder, State, TiltOrder
 from turtle_brick.core.driving import Driver, within_arena
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose, Vector
@@ -43,7 +42,7 @@ from turtle_brick.physics import Phase, STEP, World
 
 ROBOT_PERIOD = round(driving.PERIOD / NANO)
 TICK_PERIOD = round(TICK / NANO)
-CATCHER_PERIOD = round(catching.PERIOD / NANO)
+CATCHER_PERIOD = round(catch_logic.PERIOD / NANO)
 
 
 @dataclass(frozen=True)
@@ -162,9 +161,8 @@ class Simulation:
 
     def drop(self, brick: Vector) -> Result:
         """
-        Place the brick and drop it.
+        Place the brick at a point of the world (m) and drop it.
 
-        :param brick: where it is released, in the world (m)
         :return: What happens until the catcher waits again, or the brick lies on the ground.
         """
         world, catcher = self.world, self.catcher
@@ -265,15 +263,7 @@ class Simulation:
 
 def drops(parameters: Parameters, bricks: list[Vector], seed: int = 0,
           delays: Delays = Delays()) -> list[Result]:
-    """
-    Drop bricks one after another into one arena.
-
-    :param parameters: the physical numbers
-    :param bricks: where they are released, in the world (m)
-    :param seed: of the simulation
-    :param delays: the delays between its parts
-    :return: The course of each.
-    """
+    """Return the courses of bricks that are dropped one after another into one arena."""
     simulation = Simulation(parameters, seed, delays)
     simulation.rest(0.3)
     return [simulation.drop(brick) for brick in bricks]
