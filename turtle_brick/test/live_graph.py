@@ -21,8 +21,8 @@ Live tests: a graph of one's own in this process, nodes in processes, what is he
         live.wait_for(lambda: len(odom.messages) > 200, 20.0, '200 odometry messages')
     assert all(message.child_frame_id == 'base_link' for message in odom.messages)
 
-The nodes work while the test waits. The fixture `domain_id` (conftest.py) gives a test a ROS domain
-that nobody else is in.
+The nodes work while the test waits. The fixture `domain_id` (conftest.py) gives a test a ROS
+domain that nobody else is in.
 """
 
 from __future__ import annotations

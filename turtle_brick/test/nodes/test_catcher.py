@@ -151,7 +151,7 @@ class Bench:
 @pytest.fixture(scope='module')
 def bench():
     """Bring up the whole graph."""
-    with reserved_domain() as domain, graph(domain, quiet=True) as live:
+    with reserved_domain() as domain, graph(domain) as live:
         yield Bench(live)
 
 

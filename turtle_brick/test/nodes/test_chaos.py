@@ -38,4 +38,3 @@ def test_a_brick_that_rides_is_carried_off_whoever_dies_or_stands_still(scene):
     scene.fire(500)
     scene.calm_down()
     scene.play()
-    scene.check_flood()
