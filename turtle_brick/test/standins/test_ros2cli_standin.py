@@ -34,7 +34,6 @@ import time
 from typing import Any, NamedTuple
 
 from ament_index_python.packages import get_package_share_directory
-from live_graph import GLANCE
 import pytest
 from rcl_interfaces.msg import IntegerRange, ParameterDescriptor, ParameterEvent
 from rclpy.action import ActionServer
@@ -53,6 +52,9 @@ pytestmark = pytest.mark.skipif(not STAND_IN and 'TURTLE_BRICK_ORACLE' not in os
                                 reason='the real ros2cli is not tested here')
 
 RECORDS = records('cli', 'launch_show_args', 'launch_errors')
+
+# How often (s) one looks.
+GLANCE = 0.01
 
 # How long (s) a command may take.
 TIME = 30.0
