@@ -22,6 +22,7 @@ Parameters: rate (integer, 10), source_list (strings), zeros.JOINT (double),
 The _gui is a page on 127.0.0.1 instead of a window.
 """
 
+from collections.abc import Callable
 from math import pi
 from random import uniform
 from signal import SIG_IGN, SIGINT, signal, SIGTERM
@@ -138,23 +139,37 @@ class Gui(JointStatePublisher):
 
     def __init__(self) -> None:
         """Serve the page."""
-        from turtle_brick.view.web_view import make_server  # with viser, which takes its time
+        import rich
+        import viser  # takes its time
+        rich.get_console().quiet = True  # viser talks to it
         self.sliders: dict[str, Any] = {}
-        self.server, door = make_server('127.0.0.1', 8081, 'Joint State Publisher')
+        self.server = viser.ViserServer('127.0.0.1', 8081, 'Joint State Publisher', verbose=False)
         super().__init__()
-        door.is_open = True
         print(f'Joint State Publisher: http://127.0.0.1:{self.server.get_port()}',
               file=sys.stderr, flush=True)
 
     def configure(self, description: str) -> None:
         """Take the joints, and make a slider for each free one."""
         super().configure(description)
+        self.in_page(self.lay_out)
+
+    def follow(self, message: JointState) -> None:
+        """Take positions from another source, and show them."""
+        super().follow(message)
+        self.in_page(self.show, dict(self.positions))
+
+    def in_page(self, function: Callable[..., None], *arguments: Any) -> None:
+        """Call a function in the page's own thread, as viser's changes in others may collide."""
+        self.server.get_event_loop().call_soon_threadsafe(function, *arguments)
+
+    def lay_out(self) -> None:
+        """Make two buttons, and a slider for each free joint."""
         gui = self.server.gui
         gui.reset()
-        gui.add_button('Randomize').on_click(lambda _: self.show(
-            {name: uniform(*limits[:2]) for name, limits in self.limits.items()}))
-        gui.add_button('Center').on_click(lambda _: self.show(
-            {name: zero for name, (_, _, zero) in self.limits.items()}))
+        gui.add_button('Randomize').on_click(lambda _: self.in_page(self.show, {
+            name: uniform(*limits[:2]) for name, limits in self.limits.items()}))
+        gui.add_button('Center').on_click(lambda _: self.in_page(self.show, {
+            name: zero for name, (_, _, zero) in self.limits.items()}))
         self.sliders = {
             name: gui.add_slider(name, least, greatest, (greatest - least) / 10000,
                                  min(max(zero, least), greatest))
@@ -162,11 +177,6 @@ class Gui(JointStatePublisher):
         for name, slider in self.sliders.items():
             slider.on_update(lambda event, name=name: self.positions.update(
                 {name: event.target.value}))
-
-    def follow(self, message: JointState) -> None:
-        """Take positions from another source, and show them."""
-        super().follow(message)
-        self.show(dict(self.positions))
 
     def show(self, positions: dict[str, float]) -> None:
         """Set the joints and their sliders."""

@@ -1,0 +1,430 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+from itertools import chain
+from math import cos, dist, hypot, inf, nan, pi, sin
+
+from builtin_interfaces.msg import Duration
+from builtin_interfaces.msg import Time as TimeMessage
+from geometry_msgs.msg import Point, PoseStamped, Quaternion, Vector3
+from hypothesis import given, settings
+from hypothesis import strategies as st
+import pytest
+from rclpy.time import Time
+from std_msgs.msg import String
+from tf2_ros import Buffer
+from turtle_brick.arena import BRICK_COLORS, brick_marker, walls
+from turtle_brick.core.geometry import from_pitch, from_yaw, IDENTITY, Pose, rotate
+from turtle_brick.core.time_steps import NANOSECONDS
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER
+from turtle_brick.physics import Phase
+from turtle_brick.ros.tf import transform_message
+from turtle_brick.view.page import Page
+from turtle_brick.view.shapes import LARGEST, ORIGIN
+from turtle_brick_interfaces.msg import Tilt
+from visualization_msgs.msg import Marker
+
+START = 1_700_000_000 * NANOSECONDS
+ROBOT = """
+<robot name="small">
+  <link name="base_link">
+    <visual><geometry><box size="1 1 1"/></geometry></visual>
+  </link>
+  <link name="platform">
+    <visual><geometry><sphere radius="1"/></geometry></visual>
+    <visual><geometry><mesh filename="a.stl"/></geometry></visual>
+  </link>
+  <joint name="j" type="continuous"><parent link="base_link"/><child link="platform"/></joint>
+</robot>
+"""
+
+
+class Paper:
+    """A scene and a panel without a browser."""
+
+    def __init__(self):
+        """Begin with an empty one."""
+        self.frames = self.follow = False
+        self.things = {}
+        self.focus = None
+        self.texts = {}
+
+    def show(self, things):
+        """Note all that is in the scene."""
+        self.things = things
+
+    def focus_on(self, x, y):
+        """Note what the cameras see."""
+        self.focus = (x, y)
+
+    def suggest_place(self, position):
+        """Note the only suggestion."""
+        assert self.texts.setdefault('place', position) is position
+
+    def __getattr__(self, name):
+        """Note what the panel shows."""
+        if not name.startswith('show_'):
+            raise AttributeError(name)
+        return lambda *values: self.texts.__setitem__(name.removeprefix('show_'), values)
+
+
+class Bench:
+    """A page that is drawn on paper, and the messages for it."""
+
+    def __init__(self):
+        """Begin with an empty page."""
+        self.now = START
+        self.paper = Paper()
+        self.warnings = []
+        self.buffer = Buffer()
+        self.page = Page(self.paper, self.paper, self.buffer,
+                         lambda topic, sentence: self.warnings.append((topic, sentence)))
+
+    def robot(self, description=ROBOT):
+        """Send a robot's description."""
+        self.page.hear_description(String(data=description))
+
+    def transform(self, parent, child, place=(0.0, 0.0, 0.0), turn=IDENTITY, static=False):
+        """Send a transform."""
+        message = transform_message(
+            parent, child, Pose(place, turn), Time(nanoseconds=self.now).to_msg())
+        if static:
+            self.buffer.set_transform_static(message, 'test')
+        else:
+            self.buffer.set_transform(message, 'test')
+            self.page.hear_transform(message, self.now)
+
+    def marker(self, topic, message=None, **fields):
+        """Send a marker."""
+        message = message or Marker(**fields)
+        message.header.frame_id = message.header.frame_id or 'world'
+        self.page.hear_marker(topic, message, self.now)
+
+    def brick(self, phase):
+        """Send the brick's marker."""
+        self.marker('brick_marker', brick_marker(phase, (0.4, 0.2, 0.12)))
+
+    def goal(self, x, y=0.0, frame='world'):
+        """Send a goal."""
+        goal = PoseStamped()
+        goal.header.frame_id = frame
+        goal.pose.position.x, goal.pose.position.y = x, y
+        self.page.hear_goal(goal)
+
+    def draw(self, after=0):
+        """Draw, some time (ns) later; return the poses of all things."""
+        self.now += after
+        self.page.draw(self.now)
+        return {name: thing.pose for name, thing in self.paper.things.items()}
+
+
+@pytest.fixture
+def bench():
+    """Return an empty page."""
+    return Bench()
+
+
+@given(st.tuples(*[st.floats(-9.0, 9.0)] * 3), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
+def test_every_link_is_where_tf_says(place, yaw, pitch):
+    bench = Bench()
+    bench.robot()
+    assert bench.draw() == {'robot/base_link': ORIGIN}, 'alone it is where its root is'
+    bench.transform('base_link', 'platform', (0.0, 0.0, 2.0), from_pitch(pitch))
+    assert bench.draw()['robot/platform'].position == (0.0, 0.0, 2.0)
+    assert bench.paper.focus == (0.0, 0.0)
+    bench.transform('world', 'odom', (1.0, 1.0, 0.0), static=True)
+    bench.transform('odom', 'base_link', place, from_yaw(yaw))
+    poses = bench.draw()
+    x, y, z = place
+    assert poses['robot/base_link'].position == pytest.approx((x + 1.0, y + 1.0, z))
+    assert poses['robot/platform'].position == pytest.approx((x + 1.0, y + 1.0, z + 2.0))
+    assert rotate(poses['robot/platform'].orientation, (1.0, 0.0, 0.0)) == pytest.approx(
+        (cos(yaw) * cos(pitch), sin(yaw) * cos(pitch), -sin(pitch)), abs=1e-9)
+    assert bench.paper.focus == (ARENA_CENTER, ARENA_CENTER)
+
+
+def test_another_robot_takes_the_place_of_the_first(bench):
+    bench.robot()
+    assert bench.warnings == [('robot_description', 'The viewer draws boxes, cylinders and '
+                               'spheres, not the mesh of link platform')]
+    bench.robot('<robot name="x"><link name="one"><visual><geometry><box size="1 1 1"/>'
+                '</geometry></visual></link></robot>')
+    assert set(bench.draw()) == {'robot/one'}
+    bench.robot('no robot')
+    assert bench.warnings[-1][1].startswith(
+        'The robot is not shown: robot_description is not XML')
+    assert set(bench.draw()) == {'robot/one'}
+
+
+@settings(max_examples=30)
+@given(st.tuples(*[st.floats(-3.0, 3.0)] * 2), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0),
+       st.tuples(*[st.floats(-0.4, 0.4)] * 3), st.tuples(*[st.integers(0, 20_000_000)] * 3))
+def test_a_brick_on_the_platform_is_drawn_there_whatever_comes_when(
+        velocity, turning, tilting, place, delays):
+    """Robot (100 Hz), platform (100 Hz) and brick (250 Hz) have different delays."""
+    def robot(time):
+        return (5.0 + velocity[0] * time, 5.0 + velocity[1] * time, 0.0), from_yaw(turning * time)
+
+    def platform(time):
+        return (0.0, 0.0, 1.5), from_pitch(tilting * time)
+
+    def brick(time):
+        return place, from_yaw(0.3)
+
+    bench = Bench()
+    bench.robot()
+    bench.transform('world', 'odom', (1.0, 1.0, 0.0), static=True)
+    coming = []
+    for parent, child, where, period, delay in (
+            ('odom', 'base_link', robot, 10_000_000, delays[0]),
+            ('base_link', 'platform', platform, 10_000_000, delays[1]),
+            ('platform', 'brick', brick, 4_000_000, delays[2])):
+        coming += [(stamp + delay, stamp, parent, child, *where(stamp / NANOSECONDS))
+                   for stamp in range(delay % period, NANOSECONDS // 4, period)]
+    coming.sort(key=lambda entry: entry[0])
+    bench.brick(Phase.RIDING)
+    for now in range(NANOSECONDS // 15, NANOSECONDS // 4, NANOSECONDS // 30):
+        while coming and coming[0][0] <= now:
+            _, stamp, *transform = coming.pop(0)
+            bench.now = START + stamp
+            bench.transform(*transform)
+        bench.now = START + now
+        poses = bench.draw()
+        plate, box = poses['robot/platform'], poses['brick_marker/brick/0']
+        assert dist(plate.transform(place), box.position) < 1e-9
+        assert dist(rotate(box.orientation, (1.0, 0.0, 0.0)), rotate(
+            plate.orientation, rotate(from_yaw(0.3), (1.0, 0.0, 0.0)))) < 1e-9
+        assert dist(poses['robot/base_link'].position, plate.position) == pytest.approx(1.5)
+
+
+def test_a_brick_that_changes_its_parent_is_drawn_all_the_time(bench):
+    for step in range(100):
+        bench.now += NANOSECONDS // 250
+        height = 3.0 - step / 100.0
+        bench.transform('world', 'base_link', (0.0, 0.0, 1.0))
+        if step % 40 < 20:
+            bench.transform('world', 'brick', (0.0, 0.0, height))
+        else:
+            bench.transform('base_link', 'brick', (0.0, 0.0, height - 1.0))
+        bench.brick(Phase.RIDING)
+        assert bench.draw()['brick_marker/brick/0'].position[2] == pytest.approx(height)
+    assert dict(bench.page.rates(bench.now))['brick (TF)'] == pytest.approx(250.0)
+
+
+def test_what_has_stopped_coming_is_where_it_was_last_and_holds_nothing_up(bench):
+    bench.robot()
+    bench.brick(Phase.HOVERING)
+    bench.transform('world', 'brick', (0.0, 0.0, 3.0))
+    for step in range(1, 101):
+        bench.now += NANOSECONDS // 50
+        bench.transform('world', 'base_link', (0.1 * step, 0.0, 0.0))
+        bench.transform('base_link', 'platform', (0.0, 0.0, 2.0))
+        poses = bench.draw()
+    assert poses['brick_marker/brick/0'].position == (0.0, 0.0, 3.0)
+    assert poses['robot/base_link'].position[0] == pytest.approx(10.0)
+    assert poses['robot/platform'].position[0] == pytest.approx(10.0)
+
+
+def test_the_four_frames_can_be_switched_on_and_off(bench):
+    bench.transform('world', 'odom', (1.0, 2.0, 0.0), static=True)
+    bench.transform('world', 'brick', (7.0, 7.0, 7.0))
+    assert bench.draw() == {}
+    bench.paper.frames = True
+    assert {name: pose.position for name, pose in bench.draw().items()} == {
+        'frames/world': (0.0, 0.0, 0.0), 'frames/odom': (1.0, 2.0, 0.0),
+        'frames/brick': (7.0, 7.0, 7.0)}
+    assert {thing.label for thing in bench.paper.things.values()} == {'world', 'odom', 'brick'}
+    bench.paper.frames = False
+    assert bench.draw() == {}
+
+
+@settings(max_examples=20)
+@given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(0.0, 3.0))
+def test_the_curves_are_what_was_heard(speed_x, speed_y, falling):
+    bench = Bench()
+    bench.transform('world', 'odom', (5.0, 5.0, 0.0), static=True)
+    for step in range(40):
+        time = step / 100.0
+        bench.transform('odom', 'base_link', (speed_x * time, speed_y * time, 0.0))
+        bench.transform('world', 'brick', (5.0, 7.0, 9.0 - falling * time))
+        bench.draw()
+        bench.now += NANOSECONDS // 100
+    ((times, heights, distances, speeds),) = bench.paper.texts['curves']
+    assert times[-3:] == pytest.approx([-0.2, -0.1, 0.0])
+    for number, time in ((-2, 0.2), (-1, 0.3)):
+        assert heights[number] == pytest.approx(9.0 - falling * time, abs=1e-3)
+        assert distances[number] == pytest.approx(
+            dist((speed_x * time, speed_y * time), (0.0, 2.0)), abs=1e-3)
+        assert speeds[number] == pytest.approx(hypot(speed_x, speed_y), abs=1e-3)
+    assert {heights[0], distances[0], speeds[0]} == {None}, 'before anything was in sight'
+
+
+@given(st.lists(st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0), st.booleans()),
+                min_size=1, max_size=5))
+def test_a_robot_that_is_followed_is_what_the_cameras_see(steps):
+    bench = Bench()
+    bench.transform('world', 'odom', (5.0, 5.0, 0.0), static=True)
+    for x, y, bench.paper.follow in steps:
+        bench.now += NANOSECONDS
+        bench.transform('odom', 'base_link', (x, y, 0.0), from_yaw(x))
+        bench.draw()
+        assert bench.paper.focus == (pytest.approx((x + 5.0, y + 5.0)) if bench.paper.follow
+                                     else (ARENA_CENTER, ARENA_CENTER))
+
+
+def test_the_walls_are_as_far_apart_as_they_are(bench):
+    assert bench.page.walls() is None
+    for marker in walls(10.0, 0.5).markers:
+        bench.marker('walls', marker)
+    bench.marker('catcher_marker', type=Marker.CUBE)
+    assert len(bench.draw()) == 5
+    assert bench.page.walls() == pytest.approx((-0.05, 10.05, -0.05, 10.05))
+
+
+def test_the_brick_is_told_by_its_marker_and_its_frame(bench):
+    bench.draw()
+    assert bench.paper.texts['brick'] == ('no brick in sight', None)
+    for phase in Phase:
+        bench.brick(phase)
+        bench.transform('world', 'brick', (7.5, 7.0, 8.0))
+        bench.draw(after=NANOSECONDS)
+        text, color = bench.paper.texts['brick']
+        assert text == f'{phase.value}, 8.00 m up'
+        assert color == pytest.approx(BRICK_COLORS[phase])
+    assert bench.paper.texts['place'] == (7.5, 7.0, 8.0)
+    assert set(bench.paper.texts['legend'][0]) == set(Phase)
+    assert len(set(BRICK_COLORS.values())) == len(Phase), 'each has its own'
+    bench.marker('brick_marker', type=Marker.CUBE)
+    bench.draw(after=NANOSECONDS)
+    assert bench.paper.texts['brick'] == ('brick, 8.00 m up', None)
+
+
+def test_a_goal_in_any_frame_is_marked_until_the_robot_is_there_and_tells_what_it_is_for(bench):
+    bench.transform('world', 'odom', (5.0, 5.0, 0.0), from_yaw(pi / 2.0), static=True)
+    bench.transform('odom', 'base_link')
+    bench.transform('world', 'brick', (5.0, 7.0, 8.0))
+    bench.brick(Phase.FALLING)
+    bench.goal(2.0, frame='odom')
+    assert bench.draw()['goal'].position == pytest.approx((5.0, 7.0, 0.0))
+    assert bench.paper.texts['account'] == ('Reachable: driving under the brick', False)
+    bench.transform('odom', 'base_link', (1.94, 0.0, 0.0))
+    assert 'goal' in bench.draw()
+    bench.transform('odom', 'base_link', (1.96, 0.0, 0.0))
+    assert 'goal' not in bench.draw()
+    bench.goal(3.0, frame='')
+    assert bench.draw()['goal'].position == (3.0, 0.0, 0.0), 'without a frame it is in the world'
+
+
+@pytest.mark.parametrize(('message', 'refused'), [
+    ({'type': Marker.TEXT_VIEW_FACING, 'text': 'Unreachable'}, True),
+    ({'type': Marker.TEXT_VIEW_FACING, 'text': 'unreachable'}, False),
+    ({'type': Marker.CUBE, 'text': 'Unreachable'}, False),
+    ({'type': Marker.TEXT_VIEW_FACING, 'text': 'Unreachable', 'action': Marker.DELETE}, False)])
+def test_only_the_text_unreachable_calls_a_brick_unreachable(bench, message, refused):
+    bench.brick(Phase.FALLING)
+    bench.marker('catcher_marker', **message)
+    bench.draw()
+    assert bench.paper.texts['account'] == (
+        ('Unreachable', True) if refused else ('The brick falls', False))
+
+
+def test_rates_are_told_by_the_name_that_is_heard(bench):
+    bench.draw()
+    assert bench.paper.texts['rates'] == (
+        [('cmd_vel', None), ('odom', None), ('joint_states', None), ('brick (TF)', None)],)
+    for _ in range(201):
+        bench.page.count('turtle1/cmd_vel', bench.now)
+        bench.now += NANOSECONDS // 100
+    bench.draw()
+    assert bench.paper.texts['rates'][0][:2] == [
+        ('turtle1/cmd_vel', pytest.approx(100.0)), ('odom', None)]
+
+
+def test_the_texts_change_five_times_per_second(bench):
+    changes = []
+    bench.paper.show_tilt = changes.append
+    for _ in range(31):
+        bench.page.hear_answer('drop: yes', True)
+        bench.draw(after=NANOSECONDS // 30)
+    assert 4 <= len(changes) <= 6
+    assert bench.paper.texts['answer'] == ('drop: yes', True)
+
+
+EXTREMES = st.sampled_from([0.0, 1.0, -1.0, nan, inf, -inf, 1e308, -1e308, 1e9, 5e-324, 0.7])
+SECONDS = st.sampled_from([0, 1, -1, -2**31, 2**31 - 1, 1_700_000_000])
+NAMES = st.sampled_from(['', '/', 'world', 'brick', 'base_link', 'nowhere', '/world', 'a b'])
+POINTS = st.builds(Point, x=EXTREMES, y=EXTREMES, z=EXTREMES)
+
+
+@st.composite
+def odd_markers(draw):
+    """Return a marker that may be nonsense."""
+    marker = Marker(
+        ns=draw(NAMES), id=draw(st.integers(-1, 1)), text=draw(NAMES), type=draw(
+            st.integers(-1, 12)), action=draw(st.sampled_from([0, 0, 0, 1, 2, 3, -9])),
+        frame_locked=draw(st.booleans()), points=draw(st.lists(POINTS, max_size=3)),
+        scale=Vector3(x=draw(EXTREMES), y=1.0, z=draw(EXTREMES)),
+        lifetime=Duration(sec=draw(SECONDS), nanosec=draw(st.integers(0, 2**32 - 1))))
+    marker.header.frame_id = draw(NAMES)
+    marker.header.stamp = TimeMessage(sec=draw(SECONDS))
+    marker.pose.position = draw(POINTS)
+    marker.pose.orientation = Quaternion(x=draw(EXTREMES), w=draw(EXTREMES))
+    return marker
+
+
+@given(st.lists(st.one_of(
+    st.tuples(st.sampled_from(['walls', 'brick_marker', 'catcher_marker']), odd_markers()),
+    st.tuples(NAMES, POINTS), EXTREMES,
+    st.sampled_from([ROBOT, '', '<robot/>', ROBOT.replace('"1"', '"1e999"')])), max_size=25))
+def test_no_message_ends_it_or_gets_what_can_not_be_drawn_on_the_page(messages):
+    bench = Bench()
+    bench.paper.frames = True
+    bench.robot()
+    bench.transform('world', 'base_link', (1.0, 2.0, 0.0))
+    bench.transform('world', 'brick', (1.0, 2.0, 3.0))
+    for message in messages:
+        match message:
+            case (topic, Marker() as marker):
+                bench.page.hear_marker(topic, marker, bench.now)
+            case (frame, Point() as point):
+                bench.goal(point.x, point.y, frame)
+            case float():
+                bench.page.hear_tilt(Tilt(angle=message))
+            case str():
+                bench.robot(message)
+        bench.draw(NANOSECONDS // 3)
+        for thing in bench.paper.things.values():
+            numbers = chain(*thing.pose, *(
+                chain(shape.size, shape.color, *shape.pose, *shape.points)
+                for shape in thing.shapes))
+            assert all(abs(number) <= 4.0 * LARGEST for number in numbers)
+        assert all(abs(value) <= LARGEST for value in bench.paper.texts['tilt'])
+    assert {topic for topic, _ in bench.warnings} <= {
+        'walls', 'brick_marker', 'catcher_marker', 'goal_pose', 'tilt', 'robot_description'}
+
+
+def test_nonsense_changes_nothing_and_is_told(bench):
+    bench.transform('world', 'base_link')
+    bench.page.hear_tilt(Tilt(angle=0.5))
+    bench.page.hear_tilt(Tilt(angle=nan))
+    bench.goal(1.0, frame='nowhere')
+    bench.goal(nan)
+    bench.marker('walls', type=-1)
+    assert bench.warnings == [
+        ('tilt', 'A tilt is not shown: it is nan rad'),
+        ('goal_pose', "A goal is not shown: its frame 'nowhere' is unknown"),
+        ('goal_pose', 'A goal is not shown: it is at (nan, 0, 0)'),
+        ('walls', 'A marker on walls is left out: its type is -1')]
+    assert bench.draw() == {}
+    assert bench.paper.texts['tilt'] == (0.5,)

@@ -1,0 +1,306 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What is on the page: it keeps what the messages say, and draws it.
+
+    what comes ─→ hear_…() ─→ what is known ─→ draw() ─┬─→ scene: the shapes, by name
+                                                       └─→ panel: texts and curves
+
+It belongs to no node and knows no server. Instants are in ns: stamps and the instant that is drawn
+are ROS time; `now` is a clock that only goes on.
+"""
+
+from collections.abc import Callable
+from math import dist
+from typing import Any, TYPE_CHECKING
+
+from geometry_msgs.msg import PoseStamped, TransformStamped
+from rclpy.time import Time
+from std_msgs.msg import String
+from tf2_ros import Buffer, TransformException
+from turtle_brick.arena import BRICK_COLORS
+from turtle_brick.core.geometry import Pose
+from turtle_brick.core.time_steps import NANOSECONDS, nanoseconds_of
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER
+from turtle_brick.physics import Phase
+from turtle_brick.ros.tf import BASE_LINK, BRICK, ODOM, OLDEST, pose_of, WORLD
+from turtle_brick.view.account import Account
+from turtle_brick.view.markers import Markers
+from turtle_brick.view.measures import common_instant, Curves, Rate
+from turtle_brick.view.shapes import (is_drawable, ORIGIN, robot_shapes, RobotShapes, Shape, Thing,
+                                      UrdfError)
+from turtle_brick_interfaces.msg import Tilt
+from visualization_msgs.msg import Marker
+
+if TYPE_CHECKING:  # They need viser, without which the viewer has to say what is missing.
+    from turtle_brick.view.panel import Panel
+    from turtle_brick.view.scene import Scene
+
+WALLS = 'walls'
+BRICK_MARKER = 'brick_marker'
+CATCHER_MARKER = 'catcher_marker'
+"""The topics of markers. All markers on them are drawn."""
+
+BRICK_TF = 'brick (TF)'
+COUNTED = (('cmd_vel', 'turtle1/cmd_vel'), ('odom',), ('joint_states',), (BRICK_TF,))
+"""
+What is counted; of several names, the rate of the one that is heard is shown.
+
+The launch files remap cmd_vel to turtlesim's name.
+"""
+
+FRAMES = (WORLD, ODOM, BASE_LINK, BRICK)
+"""The frames that can be shown."""
+
+PHASES = {phase.value: phase for phase in Phase}
+"""What the brick does, by the text of its marker."""
+
+UNREACHABLE = 'Unreachable'
+"""The text on catcher_marker for a brick that can't be caught."""
+
+GOAL = Shape('cylinder', (0.24, 0.24, 0.01), (0.10, 0.75, 0.25, 1.0))
+"""The mark of the robot's goal on the ground."""
+
+GOAL_REACHED = 0.05
+"""How near (m) the robot has to be for the mark to vanish."""
+
+SPEED_TIME = NANOSECONDS // 10
+"""Over which time (ns) the robot's speed is measured."""
+
+TEXT_PERIOD = NANOSECONDS // 5
+"""Least time (ns) between two updates of the texts."""
+
+
+class Page:
+    """Keep what the messages say, and draw it."""
+
+    def __init__(self, scene: 'Scene', panel: 'Panel', buffer: Buffer,
+                 warn: Callable[[str, str], Any]) -> None:
+        """
+        Begin with nothing known.
+
+        :param scene: where shapes are drawn
+        :param panel: where texts and curves are shown
+        :param buffer: the transforms
+        :param warn: called with a topic and a sentence about a message that can't be shown
+        """
+        self._scene = scene
+        self._panel = panel
+        self._buffer = buffer
+        self._warn = warn
+        self._robot = RobotShapes('', {}, ())
+        self._markers = Markers()
+        self._brick_colors = dict(BRICK_COLORS)
+        self._account = Account()
+        self._goal: tuple[float, float] | None = None
+        self._tilt = 0.0
+        self._answer = ('', True)
+        self._rates = {name: Rate() for names in COUNTED for name in names}
+        self._curves = Curves(3)
+        self._place_is_suggested = False
+        self._fixed_frame = WORLD
+        self._instant = 0
+        self._poses: dict[str, Pose | None] = {}
+        self._things: dict[str, Thing] = {}
+        self._text_time: int | None = None
+
+    def hear_description(self, message: String) -> None:
+        """Hear which robot there is, as URDF."""
+        try:
+            self._robot = robot_shapes(message.data)
+        except UrdfError as error:
+            self._warn('robot_description', f'The robot is not shown: {error}')
+            return
+        if self._robot.undrawn:
+            self._warn(
+                'robot_description', 'The viewer draws boxes, cylinders and spheres, not '
+                f'{", ".join(self._robot.undrawn)}')
+
+    def hear_transform(self, transform: TransformStamped, now: int) -> None:
+        """Hear of a moving transform, which is in the buffer already."""
+        if transform.child_frame_id == BRICK:
+            self.count(BRICK_TF, now)
+
+    def hear_marker(self, topic: str, message: Marker, now: int) -> None:
+        """Hear a marker of a topic."""
+        try:
+            self._markers.hear(topic, message, now)
+        except ValueError as error:
+            self._warn(topic, f'A marker on {topic} is left out: {error}')
+            return
+        if message.action == Marker.ADD and topic == BRICK_MARKER:
+            phase = PHASES.get(message.text)
+            self._account.see_phase(phase)
+            if phase is not None:
+                color = message.color
+                self._brick_colors[phase] = (color.r, color.g, color.b, color.a)
+        elif message.action == Marker.ADD and topic == CATCHER_MARKER:
+            if message.type == Marker.TEXT_VIEW_FACING and message.text == UNREACHABLE:
+                self._account.see_unreachable()
+
+    def hear_goal(self, message: PoseStamped) -> None:
+        """Hear where the robot is sent."""
+        point = message.pose.position
+        frame = self._pose(message.header.frame_id or WORLD)
+        if frame is None:
+            self._warn('goal_pose', 'A goal is not shown: its frame '
+                       f'{message.header.frame_id!r} is unknown')
+        elif not is_drawable(point.x, point.y, point.z):
+            self._warn('goal_pose', 'A goal is not shown: it is at '
+                       f'({point.x:g}, {point.y:g}, {point.z:g})')
+        else:
+            x, y, _ = frame.transform((point.x, point.y, point.z))
+            brick = self._pose(BRICK)
+            self._goal = (x, y)
+            self._account.see_goal(x, y, brick.position[:2] if brick is not None else None)
+
+    def hear_tilt(self, message: Tilt) -> None:
+        """Hear how the platform is to be tilted."""
+        if not is_drawable(message.angle):
+            self._warn('tilt', f'A tilt is not shown: it is {message.angle:g} rad')
+            return
+        self._tilt = message.angle
+        self._account.see_tilt(message.angle)
+
+    def hear_answer(self, text: str, good: bool) -> None:
+        """Hear what has become of an order, which is told on the page only."""
+        self._answer = (text, good)
+
+    def count(self, name: str, now: int) -> None:
+        """Count something that has come."""
+        self._rates[name].add(now)
+
+    def walls(self) -> tuple[float, float, float, float] | None:
+        """Return in meters the least and greatest x, then y, of the walls, None without walls."""
+        spots = [thing.pose.transform(thing.shapes[0].pose.position)
+                 for name, thing in self._things.items() if name.startswith(f'{WALLS}/')]
+        if not spots:
+            return None
+        xs, ys, _ = zip(*spots)
+        return min(xs), max(xs), min(ys), max(ys)
+
+    def rates(self, now: int) -> list[tuple[str, float | None]]:
+        """Return what is counted and how often it comes (Hz), None for what does not come."""
+        found = []
+        for names in COUNTED:
+            rates = [(name, self._rates[name].value(now)) for name in names]
+            found.append(next((entry for entry in rates if entry[1] is not None), rates[0]))
+        return found
+
+    def draw(self, now: int) -> None:
+        """Draw the page as it is now."""
+        self._fixed_frame = self._find_fixed_frame()
+        self._instant = self._latest_instant()
+        self._poses.clear()
+        self._things = {**self._robot_things(), **self._goal_things(), **self._frame_things(),
+                        **self._markers.things(now, self._pose_drawn)}
+        self._scene.show(self._things)
+        self._scene.focus_on(*self._focus())
+        if self._curves.add(now, *self._sample()):
+            self._panel.show_curves(self._curves.columns())
+        if self._text_time is None or now - self._text_time >= TEXT_PERIOD:
+            self._text_time = now
+            self._write(now)
+
+    def _robot_things(self) -> dict[str, Thing]:
+        return {f'robot/{link}': Thing(shapes, pose)
+                for link, shapes in self._robot.links.items()
+                if (pose := self._pose_drawn(link)) is not None}
+
+    def _goal_things(self) -> dict[str, Thing]:
+        robot = self._pose_drawn(BASE_LINK)
+        if self._goal is None or robot is None or dist(
+                robot.position[:2], self._goal) < GOAL_REACHED:
+            return {}
+        return {'goal': Thing((GOAL,), Pose((*self._goal, 0.0), ORIGIN.orientation))}
+
+    def _frame_things(self) -> dict[str, Thing]:
+        return {f'frames/{frame}': Thing((), pose, frame) for frame in FRAMES
+                if self._panel.frames and (pose := self._pose_drawn(frame)) is not None}
+
+    def _focus(self) -> tuple[float, float]:
+        """Return what the cameras see: the arena, the followed robot, or a robot alone (m)."""
+        robot = self._pose_drawn(BASE_LINK) if self._panel.follow else None
+        if robot is not None:
+            return robot.position[0], robot.position[1]
+        center = ARENA_CENTER if self._fixed_frame == WORLD else 0.0
+        return center, center
+
+    def _sample(self) -> tuple[float | None, float | None, float | None]:
+        """Return height of the brick (m), its distance (m) to the robot, and its speed (m/s)."""
+        brick, robot = self._pose_drawn(BRICK), self._pose_drawn(BASE_LINK)
+        before = self._pose(BASE_LINK, max(self._instant - SPEED_TIME, 1))
+        height = distance = speed = None
+        if brick is not None:
+            height = round(brick.position[2], 3)
+            if robot is not None:
+                distance = round(dist(brick.position[:2], robot.position[:2]), 3)
+        if robot is not None and before is not None:
+            speed = round(dist(robot.position, before.position) * NANOSECONDS / SPEED_TIME, 3)
+        return height, distance, speed
+
+    def _write(self, now: int) -> None:
+        """Update the texts."""
+        brick, phase = self._pose_drawn(BRICK), self._account.phase
+        if brick is None:
+            self._panel.show_brick('no brick in sight', None)
+        else:
+            if not self._place_is_suggested:
+                self._panel.suggest_place(brick.position)
+                self._place_is_suggested = True
+            self._panel.show_brick(
+                f'{phase.value if phase else "brick"}, {brick.position[2]:.2f} m up',
+                self._brick_colors[phase] if phase else None)
+        self._panel.show_legend(self._brick_colors)
+        self._panel.show_account(self._account.sentence(), self._account.unreachable)
+        self._panel.show_answer(*self._answer)
+        self._panel.show_tilt(self._tilt)
+        self._panel.show_rates(self.rates(now))
+
+    def _find_fixed_frame(self) -> str:
+        """Return the frame in which all is drawn: the world, or the root of a robot alone."""
+        root = self._robot.root
+        alone = root and not any(
+            self._buffer.can_transform(WORLD, frame, Time()) for frame in (root, BRICK))
+        return root if alone else WORLD
+
+    def _lookup(self, frame: str, stamp: int) -> TransformStamped | None:
+        try:
+            return self._buffer.lookup_transform(
+                self._fixed_frame, frame, Time(nanoseconds=stamp))
+        except TransformException:
+            return None
+
+    def _pose(self, frame: str, stamp: int = 0) -> Pose | None:
+        """Return the pose of a frame at an instant (0 for the latest), None if unknown."""
+        if frame == self._fixed_frame:
+            return ORIGIN
+        transform = self._lookup(frame, stamp)
+        return pose_of(transform.transform) if transform is not None else None
+
+    def _pose_drawn(self, frame: str, stamp: int = 0) -> Pose | None:
+        """Return the pose of a frame at a stamp or else at the instant drawn, None if unknown."""
+        if stamp:
+            return self._pose(frame, stamp)
+        if frame not in self._poses:
+            # What has stopped coming is unknown at this instant: it is where it was last.
+            self._poses[frame] = self._pose(frame, self._instant) or self._pose(frame)
+        return self._poses[frame]
+
+    def _latest_instant(self) -> int:
+        """Return the latest instant at which robot and brick are known, 0 if none moves."""
+        found = (self._lookup(frame, 0) for frame in {BASE_LINK, BRICK, *self._robot.links})
+        return common_instant((nanoseconds_of(transform.header.stamp) for transform in found
+                               if transform is not None), OLDEST)

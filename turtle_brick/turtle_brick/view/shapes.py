@@ -1,0 +1,176 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What can be drawn: shapes, and those of a robot's URDF. Pure, without ROS.
+
+Of a URDF this reads what a viewer needs: the links with their visuals (box, cylinder, sphere; not
+meshes), their materials, and which link is the root. Lengths are in meters.
+"""
+
+from math import cos, sin
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+from turtle_brick.core.geometry import (from_pitch, from_yaw, IDENTITY, multiply, Pose, Quaternion,
+                                        Vector)
+
+Color = tuple[float, float, float, float]
+"""Red, green, blue and opacity, each in [0, 1]."""
+
+GRAY: Color = (0.7, 0.7, 0.7, 1.0)
+"""Color of a visual without a material."""
+
+ORIGIN = Pose((0.0, 0.0, 0.0), IDENTITY)
+
+LARGEST = 1e6
+"""The largest number with which anything can be drawn."""
+
+
+class Shape(NamedTuple):
+    """A colored solid, text or set of lines in some frame."""
+
+    kind: str
+    """'box', 'cylinder' (its axis is z), 'sphere', 'text' (upright) or 'lines'."""
+    size: Vector
+    """Extents (m) along its own x, y and z; of a text its height, of lines their width."""
+    color: Color
+    pose: Pose = ORIGIN
+    """Pose of its center in its frame."""
+    text: str = ''
+    points: tuple[Vector, ...] = ()
+    """The ends of the lines in the shape's own frame (m), two each."""
+
+
+class Thing(NamedTuple):
+    """Shapes that move together."""
+
+    shapes: tuple[Shape, ...]
+    pose: Pose
+    """Pose of their frame in the world."""
+    label: str = ''
+    """If there is one, the axes of their frame are drawn, with this name."""
+
+
+class RobotShapes(NamedTuple):
+    """The visible parts of a robot."""
+
+    root: str
+    """The link that is no joint's child."""
+    links: dict[str, tuple[Shape, ...]]
+    """The shapes of each link, in its frame."""
+    undrawn: tuple[str, ...]
+    """The visuals that are left out, in words."""
+
+
+class UrdfError(ValueError):
+    """A robot description cannot be read."""
+
+
+def is_drawable(*numbers: float) -> bool:
+    """Return whether numbers are finite and not too large to draw."""
+    return all(abs(number) <= LARGEST for number in numbers)
+
+
+def robot_shapes(description: str) -> RobotShapes:
+    """
+    Read a robot description.
+
+    :param description: URDF, as in the topic robot_description
+    :return: What is to be drawn of it.
+    :raises UrdfError: it is not XML, not a robot, or a value is not a number
+    """
+    try:
+        robot = ElementTree.fromstring(description)
+    except (ElementTree.ParseError, ValueError) as error:
+        raise UrdfError(f'robot_description is not XML: {error}') from None
+    if robot.tag != 'robot':
+        raise UrdfError(f'robot_description has <{robot.tag}> where <robot> is expected')
+    colors = {material.get('name'): _color(color) for material in robot.iter('material')
+              if (color := material.find('color')) is not None}
+    links: dict[str, tuple[Shape, ...]] = {}
+    undrawn: list[str] = []
+    for link in robot.findall('link'):
+        name = link.get('name', '')
+        shapes = []
+        for visual in link.findall('visual'):
+            solid = visual.find('geometry/*')
+            if solid is None:
+                raise UrdfError(f'robot_description has a visual without geometry in link {name}')
+            if solid.tag in ('box', 'cylinder', 'sphere'):
+                shapes.append(Shape(
+                    solid.tag, _size(solid), _paint(visual, colors), _origin(visual)))
+            else:
+                undrawn.append(f'the {solid.tag} of link {name}')
+        links[name] = tuple(shapes)
+    children = {child.get('link') for child in robot.findall('joint/child')}
+    roots = [name for name in links if name not in children]
+    if len(roots) != 1:
+        raise UrdfError('robot_description has no single root link, but '
+                        f'{", ".join(roots) or "none"}')
+    return RobotShapes(roots[0], links, tuple(undrawn))
+
+
+def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """Return the rotation about the fixed axes x, y and z, in this order (rad; REP 103)."""
+    about_x = (sin(roll / 2.0), 0.0, 0.0, cos(roll / 2.0))
+    return multiply(from_yaw(yaw), multiply(from_pitch(pitch), about_x))
+
+
+def _numbers(element: ElementTree.Element, attribute: str, count: int, default: str = ''
+             ) -> list[float]:
+    """Return the numbers of an attribute."""
+    text = element.get(attribute, default)
+    try:
+        numbers = [float(word) for word in text.split()]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not is_drawable(*numbers):
+        raise UrdfError(f'robot_description has {attribute}="{text}" in <{element.tag}>, where '
+                        f'{count} numbers are expected')
+    return numbers
+
+
+def _size(solid: ElementTree.Element) -> Vector:
+    """Return the extents of a box, a cylinder or a sphere."""
+    if solid.tag == 'box':
+        x, y, z = _numbers(solid, 'size', 3)
+        return (x, y, z)
+    diameter = 2.0 * _numbers(solid, 'radius', 1)[0]
+    height = _numbers(solid, 'length', 1)[0] if solid.tag == 'cylinder' else diameter
+    return (diameter, diameter, height)
+
+
+def _origin(visual: ElementTree.Element) -> Pose:
+    """Return where a visual is in its link."""
+    origin = visual.find('origin')
+    if origin is None:
+        return ORIGIN
+    x, y, z = _numbers(origin, 'xyz', 3, '0 0 0')
+    return Pose((x, y, z), from_rpy(*_numbers(origin, 'rpy', 3, '0 0 0')))
+
+
+def _color(color: ElementTree.Element) -> Color:
+    """Return a color."""
+    red, green, blue, alpha = _numbers(color, 'rgba', 4)
+    return (red, green, blue, alpha)
+
+
+def _paint(visual: ElementTree.Element, colors: dict[str | None, Color]) -> Color:
+    """Return the color of a visual: its own, or that of the material of this name."""
+    material = visual.find('material')
+    if material is None:
+        return GRAY
+    own = material.find('color')
+    return colors.get(material.get('name'), GRAY) if own is None else _color(own)
