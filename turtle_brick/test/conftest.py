@@ -19,12 +19,10 @@ from importlib.util import find_spec
 import os
 from pathlib import Path
 import re
-import signal
 import tempfile
 
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
 import pytest
-from turtle_brick.tools.interrupts import Interrupts
 from turtle_referee.domains import reserved_domain
 
 _session = contextlib.ExitStack()
@@ -93,17 +91,6 @@ def domain_id(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
     with reserved_domain() as domain:
         monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
         yield domain
-
-
-@pytest.fixture
-def interrupts() -> Iterator[Interrupts]:
-    """Return what has taken over this process's signals."""
-    before = {number: signal.getsignal(number) for number in Interrupts.NUMBERS}
-    interrupts = Interrupts()
-    interrupts.take_over()
-    yield interrupts
-    for number, handler in before.items():
-        signal.signal(number, handler)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -23,7 +23,6 @@ from pathlib import Path
 import re
 import subprocess
 import sys
-from types import SimpleNamespace
 from xml.etree import ElementTree
 
 from hypothesis import given
@@ -33,7 +32,7 @@ import numpy as np
 import pytest
 from turtle_brick.core.dimensions import least_height
 from turtle_brick.core.parameters import default_path, load, ParameterError, TABLE
-from turtle_brick.tools.graph import Graph
+from turtle_brick.tools.graph import robot_description
 import xacro
 import yaml
 
@@ -335,5 +334,5 @@ def test_command_fails_with_the_sentence_first(tmp_path):
 def test_a_composed_graph_fails_with_the_sentence_alone(tmp_path):
     path = written(tmp_path, platform_radius=...)
     with pytest.raises(ValueError) as caught:
-        Graph.robot_description(SimpleNamespace(params_file=path))
+        robot_description(path)
     assert str(caught.value).endswith(f': {path}: missing parameters: platform_radius')

@@ -34,7 +34,7 @@ import pytest
 from rich.console import Console
 from sensor_msgs.msg import JointState
 from turtle_brick.core.parameters import load
-from turtle_brick.tools.graph import Graph
+from turtle_brick.tools.graph import Graph, robot_description
 from turtle_referee import arena_rules, catcher_rules, referee, robot_rules, telling
 from turtle_referee.constants import NANOSECONDS
 from turtle_referee.drops import DropWatch, MOVED
@@ -171,7 +171,7 @@ def test_what_is_broken_also_while_the_machine_has_time_is_broken():
 def description(domain_of_module):
     """Return the URDF of the robot."""
     with Graph(domain_of_module) as graph:
-        return graph.robot_description()
+        return robot_description(graph.params_file)
 
 
 @pytest.fixture(scope='module')

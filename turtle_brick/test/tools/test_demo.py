@@ -11,21 +11,20 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The demo refuses what can't be before anything has started, and keeps to itself."""
+
+"""The demo: what it refuses, what it tells, and that it mixes with nobody."""
 
 import os
 import sys
 from types import SimpleNamespace
 
-from geometry_msgs.msg import Twist
 from live_graph import graph, process
 import pytest
 from rclpy.node import Node
 from std_srvs.srv import Trigger
-from tf2_msgs.msg import TFMessage
+from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.parameters import load
 from turtle_brick.core.reachability import resting_height
-from turtle_brick.ros.tf import BASE_LINK, ODOM, transform_message
 from turtle_brick.tools import demo
 from turtle_brick.tools.graph import executable, Graph
 from turtle_referee.domains import RANGE_VARIABLES
@@ -33,6 +32,7 @@ from turtlesim.msg import Pose
 
 DEMO = [sys.executable, '-m', 'turtle_brick.tools.demo', '--no-view']
 WAIT = 60.0
+PARAMETERS = load()
 
 
 # ----------------------------------------------------------------------------- what is refused
@@ -40,66 +40,64 @@ WAIT = 60.0
 @pytest.fixture
 def no_graph(monkeypatch):
     """Have nothing started."""
-    monkeypatch.setattr(demo, 'Graph', None)
-    monkeypatch.setattr(demo.INTERRUPTS, 'take_over', lambda: None)
+    monkeypatch.setattr(demo, 'Graph', lambda **_: executable('no_package', 'no_program'))
+    monkeypatch.setattr(demo, 'note_interrupts', lambda: None)
 
 
-@pytest.mark.parametrize('number', ['0', '-1'])
-def test_a_number_of_drops_that_cannot_be_is_refused(no_graph, number, capsys):
+def test_a_number_of_drops_that_cannot_be_is_refused(no_graph, capsys):
     with pytest.raises(SystemExit, match='2'):
-        demo.main(['--drops', number])
-    assert f'--drops {number}: at least 1' in capsys.readouterr().err
+        demo.main(['--drops', '0'])
+    assert '--drops 0: at least 1' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('place, words', [
-    ('nan 1 1', 'is [nan, 1.0, 1.0], but must be 3 numbers'),
-    ('1 inf 1', 'is [1.0, inf, 1.0], but must be 3 numbers'),
-    ('1e308 1 1', 'is [1e+308, 1.0, 1.0], but must be 3 numbers'),
-    ('1 1 -1', '[1.0, 1.0, -1.0] m is below the ground'),
-    ('1 1 0.05', '[1.0, 1.0, 0.05] m is below the ground'),
+@pytest.mark.parametrize('place, domain, words', [
+    ('nan 1 1', '', '--place is [nan, 1.0, 1.0], but must be 3 numbers'),
+    ('1 1 0.05', '', '--place [1.0, 1.0, 0.05] m is below the ground'),
+    ('5 5 5', 'abc', "ROS_DOMAIN_ID is 'abc', but must be a whole number from 0 to 232"),
+    ('5 5 5', '233', "ROS_DOMAIN_ID is '233'"),
+    ('5 5 5', '9' * 309, "ROS_DOMAIN_ID is '9999"),
+    ('5 5 5', '', 'the package no_package is not installed here'),
 ])
-def test_a_place_that_cannot_be_is_refused(no_graph, place, words, capsys):
-    assert demo.main(['--place', '5', '5', '5', '--place', *place.split()]) == 1
-    sentence, = capsys.readouterr().err.splitlines()
-    assert sentence.startswith(f'demo: --place {words}')
-
-
-@pytest.mark.parametrize('domain', ['abc', '-1', '233', '1.5', '9' * 309])
-def test_a_domain_that_cannot_be_is_refused(no_graph, domain, monkeypatch, capsys):
+def test_what_cannot_be_is_refused_with_a_sentence(
+        no_graph, place, domain, words, monkeypatch, capsys):
     monkeypatch.setenv('ROS_DOMAIN_ID', domain)
-    assert demo.main([]) == 1
+    assert demo.main(['--place', *place.split()]) == 1
     sentence, = capsys.readouterr().err.splitlines()
-    assert sentence.startswith(f"demo: ROS_DOMAIN_ID is '{domain[:30]}")
-    assert len(sentence) < 120
-
-
-def test_a_program_that_is_not_installed_is_named(monkeypatch, capsys):
-    def start(*_, **__):
-        executable('no_such_package', 'no_such_program')
-
-    monkeypatch.setattr(demo, 'Graph', start)
-    monkeypatch.setattr(demo.INTERRUPTS, 'take_over', lambda: None)
-    assert demo.main(['--no-view']) == 1
-    assert capsys.readouterr().err == (
-        'demo: the package no_such_package is not installed here\n')
+    assert sentence.startswith(f'demo: {words}') and len(sentence) < 160
 
 
 # ------------------------------------------------------------------------------- what is told
 
-@pytest.mark.parametrize('height, refusals, told', [
-    (-0.01, [5_000_000], 'Unreachable, said 0.005 s after the release: it starts below where it '
-     'would lie on the platform'),
-    (0.01, [], 'reachable, decided 0.005 s after the release: it falls for 0.045 s, '
-     'the robot needs 0.000 s'),  # sqrt(2 * 0.01 / 9.81)
+def outcome(height=1.0, **seen):
+    """Return what became of a brick above the robot, so far (m) above where it would lie."""
+    return demo.Outcome(SimpleNamespace(**{
+        'place': (*CENTER, resting_height(PARAMETERS) + height), 'distance': 0.0, 'released': 0,
+        'decided': 5_000_000, 'refusals': [], 'landed': None, 'down': 1, 'caught': True,
+        'carried_to': CENTER, 'floated': 2, 'slide_time': 0.5, **seen}), PARAMETERS)
+
+
+def test_the_reason_of_a_verdict_is_told():
+    caught = dict(outcome(0.01).story())
+    assert caught['decided'] == (  # sqrt(2 * 0.01 / 9.81)
+        'reachable, decided 0.005 s after the release: it falls for 0.045 s, '
+        'the robot needs 0.000 s')
+    below = dict(outcome(-0.01, refusals=[5_000_000]).story())
+    assert below['decided'] == ('Unreachable, said 0.005 s after the release: it starts below '
+                                'where it would lie on the platform')
+
+
+@pytest.mark.parametrize('seen, fault', [
+    ({'down': None}, 'it has not come down'),
+    ({'refusals': [1, 2], 'caught': False, 'distance': 9.0}, 'called Unreachable more than once'),
+    ({'caught': False}, 'not called Unreachable, but not caught'),
+    ({'refusals': [1], 'distance': 9.0}, 'called Unreachable, but caught'),
+    ({'refusals': [1], 'caught': False}, 'called Unreachable within the promised 1.46 m'),
+    ({'floated': None}, 'caught, but not tipped off'),
+    ({'carried_to': (CENTER[0] + 0.03, CENTER[1])}, 'tilted away from the center'),
 ])
-def test_the_reason_of_a_verdict_is_told(height, refusals, told):
-    """The brick is let go above the robot, so far (m) above where it would lie."""
-    parameters, said = load(), []
-    watch = SimpleNamespace(
-        place=(7.0, 7.0, resting_height(parameters) + height), distance=0.0, released=0,
-        decided=5_000_000, refusals=refusals, landed=None, carried_to=None, floated=None)
-    demo.Teller(SimpleNamespace(parameters=parameters, say=said.append)).tell(watch)
-    assert said == ['it is let go', told]
+def test_each_fault_is_found(seen, fault):
+    assert not outcome().faults
+    assert outcome(**seen).faults == [fault]
 
 
 # ---------------------------------------------------------------------------------- its domain
@@ -138,18 +136,9 @@ def test_who_is_out_of_this_machine_is_not_known(nothing_said, variable, monkeyp
         assert os.environ[variable] == 'SUBNET'
 
 
-def broadcaster(node):
-    """Have a node say where a robot is, again and again."""
-    publisher = node.create_publisher(TFMessage, '/tf', 10)
-    message = TFMessage(transforms=[transform_message(ODOM, BASE_LINK)])
-    node.create_timer(0.02, lambda: publisher.publish(message))
-
-
 @pytest.mark.parametrize('act, words', [
     (lambda node: node.create_publisher(Pose, 'turtle1/pose', 10), 'publishes turtle1/pose'),
-    (lambda node: node.create_publisher(Twist, 'cmd_vel', 10), 'publishes cmd_vel'),
-    (lambda node: node.create_service(Trigger, 'drop', print), 'serves drop'),
-    (broadcaster, 'broadcasts base_link')])
+    (lambda node: node.create_service(Trigger, 'drop', print), 'serves drop')])
 def test_another_robot_is_found(domain_id, act, words):
     def rival(context):
         node = Node('rival', context=context)
@@ -170,20 +159,13 @@ def test_who_is_no_robot_is_no_company(domain_id, monkeypatch):
         node.create_client(Trigger, 'drop')
         return node
 
-    with graph(domain_id, watcher) as live, Graph(domain_id) as own:
+    with graph(domain_id, watcher), Graph(domain_id) as own:
         demo.look_out(own)
         assert own.nodes == []
-        live.wait_for(lambda: live.listener.get_node_names().count('lookout') == 0, WAIT,
-                      'the lookout to leave')
 
 
-# --------------------------------------------------------------------------------- in processes
-
-def test_a_second_one_in_its_domain_ends_with_a_sentence(domain_id, monkeypatch, tmp_path):
-    """And the first one goes on, although its home can't be written to."""
-    monkeypatch.delenv('ROS_LOG_DIR')
-    monkeypatch.setenv('HOME', os.devnull)
-    monkeypatch.setenv('TMPDIR', str(tmp_path))
+def test_a_second_one_in_its_domain_ends_with_a_sentence(domain_id):
+    """And the first one goes on."""
     with process(DEMO, domain_id, timeout=WAIT) as first:
         first.wait_for_output('turtlesim is up', WAIT)
         with process(DEMO, domain_id, stop=None) as second:

@@ -11,9 +11,9 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""A graph that is interrupted while it comes up."""
 
-import builtins
+"""The graph in one process: an interrupt costs no node, and leaves nothing behind."""
+
 import signal
 
 import pytest
@@ -22,49 +22,41 @@ from turtle_brick.tools import graph
 from turtle_brick.tools.graph import Graph
 
 
-class Finalized:
-    """Interrupts the process when it is let go: Python prints and forgets what is raised there."""
-
-    def __del__(self):
-        """Press Ctrl-C."""
-        signal.raise_signal(signal.SIGINT)
-
-
-class Interrupted(Node):
-    """A node that is interrupted while it is made."""
-
-    def __init__(self, **node_options):
-        """Make the node."""
-        super().__init__('interrupted', **node_options)
-        Finalized()
-        self.is_made = True
-
-
 @pytest.fixture
-def live(domain_id, interrupts, monkeypatch):
-    """Return a graph in a process whose signals are handled as those of the tools."""
-    monkeypatch.setattr(graph, 'INTERRUPTS', interrupts)
+def signals():
+    """Have signals noted, and give them back to whoever had them before."""
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.getsignal(number) for number in numbers]
+    graph.note_interrupts()
+    yield numbers
+    graph.INTERRUPTED.clear()
+    for number, handler in zip(numbers, before):
+        signal.signal(number, handler)
+
+
+def test_an_interrupt_waits_for_the_end_of_a_piece_of_work(signals, domain_id):
+    """Of a callback, and of the making of a node."""
+    done = []
+
+    class Interrupted(Node):
+
+        def __init__(self, **options):
+            super().__init__('interrupted', **options)
+            self.create_timer(0.001, self.work)
+
+        def work(self):
+            signal.raise_signal(signals[len(done)])
+            done.append(True)
+
     with Graph(domain_id) as live:
-        yield live
-
-
-def test_ctrl_c_waits_until_a_node_is_made(live):
-    with pytest.raises(KeyboardInterrupt):
         live.add(Interrupted, parameters=False)
-    node, = live.nodes
-    assert node.is_made
+        for number in (1, 2):
+            with pytest.raises(KeyboardInterrupt):
+                live.spin_until(lambda: False, 20.0, 'never')
+            assert len(done) == number
+            graph.INTERRUPTED.clear()
 
 
-@pytest.mark.parametrize('name, module', [
-    ('robot', 'turtle_robot'), ('arena', 'arena'), ('catcher', 'catcher')])
-def test_ctrl_c_waits_until_a_module_is_imported(live, monkeypatch, name, module):
-    def importing(imported, *rest):
-        if imported == f'turtle_brick.{module}':
-            Finalized()
-        return real(imported, *rest)
-
-    real = builtins.__import__
-    monkeypatch.setattr(builtins, '__import__', importing)
-    with pytest.raises(KeyboardInterrupt):
-        getattr(live, f'add_{name}')()
-    assert live.nodes == []
+def test_what_does_not_come_is_named(domain_id):
+    with Graph(domain_id) as live, pytest.raises(TimeoutError, match='a brick: not within 0.1 s'):
+        live.spin_until(lambda: False, 0.1, 'a brick')

@@ -29,14 +29,11 @@ from math import cos, dist, inf, pi, sin
 import os
 from random import Random
 import sys
-from threading import Thread
 from time import monotonic, time_ns
-from typing import Any
 import webbrowser
 
 from ament_index_python.packages import get_package_share_path, PackageNotFoundError
-from rclpy.qos import QoSProfile
-from tf2_msgs.msg import TFMessage
+from rclpy.node import Node
 from turtle_brick.arena import commands
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.driving import within_arena
@@ -47,10 +44,7 @@ from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guarante
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.ros.node_main import spare_collector
-from turtle_brick.ros.tf import BASE_LINK, BRICK
-from turtle_brick.tools.graph import Graph
-from turtle_brick.tools.interrupts import INTERRUPTS
-from turtle_brick.view.polling import PollingNode
+from turtle_brick.tools.graph import Graph, note_interrupts
 from turtle_referee.domains import (DomainError, DOMAINS, is_empty, keep_to_this_machine,
                                     LAST_DOMAIN, reserved_domain)
 from turtle_referee.drops import DropWatch
@@ -77,6 +71,11 @@ HOVERING_TIME = 1.0
 NEAR_CENTER = 0.02
 """How far (m) from the center the robot may tilt."""
 
+ROBOT_TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom')
+"""What nobody publishes but a robot and its turtlesim."""
+
+
+# ----------------------------------------------------------------------------------- the domain
 
 class CompanyError(DomainError):
     """Another robot is in the domain."""
@@ -92,38 +91,56 @@ class CompanyError(DomainError):
             f'{doing}): end it, or choose another ROS_DOMAIN_ID')
 
 
-class Lookout(PollingNode):
-    """Find another robot in the domain."""
+@contextmanager
+def chosen_domain() -> Iterator[bool]:
+    """
+    Take the ROS domain that the environment names, else one that nobody on this machine is in.
 
-    TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom')
+    :return: Whether somebody else may be in it.
+    :raises DomainError: there is none, or the environment names none that can be
+    """
+    keep_to_this_machine()
+    local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') == 'LOCALHOST'
+    named = os.environ.get('ROS_DOMAIN_ID')
+    if named:
+        if not named.isdecimal() or int(named) > LAST_DOMAIN:
+            raise DomainError(f'ROS_DOMAIN_ID is {named!r:.40}, but must be a whole number '
+                              f'from 0 to {LAST_DOMAIN}')
+        yield not local or not is_empty(int(named))
+        return
+    # Not 0, where whoever has chosen no domain is: a launch there would mix with this graph.
+    with reserved_domain(DOMAINS[1:]) as domain:
+        os.environ['ROS_DOMAIN_ID'] = str(domain)
+        print(f'In ROS domain {domain}; in another terminal: export ROS_DOMAIN_ID={domain}',
+              flush=True)
+        yield not local
 
-    def __init__(self, **node_options: Any) -> None:
-        """Begin to listen."""
-        super().__init__('lookout', **node_options)
-        self.frames: set[str] = set()
-        self.poll(TFMessage, '/tf', self._hear, QoSProfile(depth=100))
 
-    def _hear(self, message: TFMessage, info: dict[str, int]) -> None:
-        """Take note of the frames that somebody broadcasts."""
-        self.frames.update(transform.child_frame_id for transform in message.transforms)
+def look_out(graph: Graph) -> None:
+    """Raise CompanyError if another robot is found in the domain of a graph that is empty yet."""
+    lookout = graph.add(Node, parameters=False, node_name='lookout')
 
-    def found(self) -> str:
-        """Return what somebody else does that a robot of ours does, or nothing."""
-        self.fetch()
+    def found() -> str:
         return ', '.join([
-            *(f'publishes {topic}' for topic in self.TOPICS if self.count_publishers(topic)),
-            *(f'broadcasts {frame}' for frame in (BASE_LINK, BRICK) if frame in self.frames),
-            *['serves drop'] * bool(self.count_services('drop'))])
+            *(f'publishes {topic}' for topic in ROBOT_TOPICS if lookout.count_publishers(topic)),
+            *['serves drop'] * bool(lookout.count_services('drop'))])
 
+    with suppress(TimeoutError):
+        graph.spin_until(found, DISCOVERY_TIME, 'another robot is found')
+        raise CompanyError(found())
+    graph.remove(lookout)
+
+
+# ----------------------------------------------------------------------------------- the bricks
 
 class Outcome:
-    """What became of a brick, against what physics says; lengths in m, times in s."""
+    """What becomes of a brick, against what physics says; lengths in m, times in s."""
 
     def __init__(self, watch: DropWatch, parameters: Parameters) -> None:
         """
         Compare.
 
-        :param watch: what was seen
+        :param watch: what is seen
         :param parameters: the physical numbers
         """
         self.watch = watch
@@ -134,41 +151,71 @@ class Outcome:
         inside = within_arena(*watch.place[:2]) == watch.place[:2]
         self.promised = guaranteed_distance(watch.place[2], parameters) if inside else -inf
         """How far from the robot the brick may be and is sure to be caught."""
+        self.resting_height = resting_height(parameters)
+
+    def story(self) -> Iterator[tuple[str, str]]:
+        """Yield what is known by now: a word for each event, and a sentence."""
+        watch = self.watch
+        if watch.released is not None:
+            yield 'released', 'it is let go'
+        if watch.decided is not None and watch.released is not None:
+            verdict = 'Unreachable, said' if watch.refusals else 'reachable, decided'
+            time = max(watch.decided - watch.released, 0) * NANO
+            reason = f'it falls for {self.due:.3f} s, the robot needs {self.needed:.3f} s'
+            if watch.place[2] < self.resting_height:
+                reason = 'it starts below where it would lie on the platform'
+            yield 'decided', f'{verdict} {time:.3f} s after the release: {reason}'
+        if watch.landed is not None:
+            yield 'landed', (f'{"caught" if watch.caught else "on the ground"} at '
+                             '({:.2f}, {:.2f}, {:.2f})'.format(*watch.landed)
+                             + f' after {watch.fall_time:.3f} s')
+        if watch.carried_to is not None:
+            yield 'carried', 'at the center, ({:.3f}, {:.3f}): tilting'.format(*watch.carried_to)
+        if watch.floated is not None:
+            yield 'floats', (f'the brick has slid off and floats, {watch.slide_time:.2f} s after '
+                             'the tilt began')
 
     @property
     def faults(self) -> list[str]:
         """Return what went wrong, in words."""
-        watch, found = self.watch, []
-        if watch.down is None:
-            found.append('it has not come down')
-        if len(watch.refusals) > 1:
-            found.append('called Unreachable more than once')
-        if not watch.refusals and not watch.caught:
-            found.append('not called Unreachable, but not caught')
-        if watch.refusals and watch.caught:
-            found.append('called Unreachable, but caught')
-        if watch.refusals and watch.distance <= self.promised:
-            found.append(f'called Unreachable within the promised {self.promised:.2f} m')
-        if watch.caught and watch.floated is None:
-            found.append('caught, but not tipped off')
-        if watch.carried_to is not None and dist(watch.carried_to, CENTER) > NEAR_CENTER:
-            found.append('tilted away from the center')
-        return found
+        watch = self.watch
+        off_center = watch.carried_to is not None and (
+            dist(watch.carried_to, CENTER) > NEAR_CENTER)
+        return [fault for fault, is_so in (
+            ('it has not come down', watch.down is None),
+            ('called Unreachable more than once', len(watch.refusals) > 1),
+            ('not called Unreachable, but not caught', not watch.refusals and not watch.caught),
+            ('called Unreachable, but caught', watch.refusals and watch.caught),
+            (f'called Unreachable within the promised {self.promised:.2f} m',
+             watch.refusals and watch.distance <= self.promised),
+            ('caught, but not tipped off', watch.caught and watch.floated is None),
+            ('tilted away from the center', off_center)) if is_so]
+
+    def row(self) -> str:
+        """Return its row of the summary."""
+        watch = self.watch
+        row = '  ({:5.2f}, {:5.2f}, {:5.2f})'.format(*watch.place)
+        row += f'  {watch.distance:6.2f} m  {self.due:.3f} s  {self.needed:.3f} s  '
+        row += 'Unreachable' if watch.refusals else 'reachable  '
+        if watch.down is not None:
+            row += f'  {"caught" if watch.caught else "ground"}, {watch.fall_time:.3f} s'
+        if watch.carried_to is not None:
+            row += '  ({:.3f}, {:.3f})'.format(*watch.carried_to)
+        if watch.floated is not None:
+            row += f'  in {watch.slide_time:.2f} s'
+        return row + ''.join(f'\n      FAULT: {fault}' for fault in self.faults)
 
 
 class Match(Hands):
     """The graph, and the bricks that are dropped into it."""
 
-    def __init__(self, graph: Graph, parameters: Parameters,
-                 hovering_time: float = HOVERING_TIME) -> None:
+    def __init__(self, graph: Graph, parameters: Parameters) -> None:
         """
         Bring every node up.
 
         :param graph: an empty graph
         :param parameters: those that its nodes have
-        :param hovering_time: how long (s) a brick hovers before it is dropped
         """
-        self.hovering_time = hovering_time
         self.parameters = parameters
         self.start = monotonic()
         graph.add_turtlesim()
@@ -226,99 +273,21 @@ class Match(Hands):
         self.place(brick, 0.0).check()
         self.say('the brick hovers at ({:.2f}, {:.2f}, {:.2f})'.format(*brick)
                  + f', {self.distance_to(brick[:2]):.2f} m from the robot')
-        self.graph.spin_for(self.hovering_time)
-        teller = Teller(self)
-        watch = self.drop(brick, teller.tell)
+        self.graph.spin_for(HOVERING_TIME)
+        told: set[str] = set()
+
+        def tell(watch: DropWatch) -> None:
+            for event, sentence in Outcome(watch, self.parameters).story():
+                if event not in told:
+                    told.add(event)
+                    self.say(sentence if event != 'landed' else sentence
+                             + ', the robot at ({:.2f}, {:.2f})'.format(*self.robot_place()))
+
+        watch = self.drop(brick, tell)
         assert watch.ask is not None
         watch.ask.check()
         self.say('the platform is level, the robot waits')
         return Outcome(watch, self.parameters)
-
-
-class Page:
-    """The page in the browser: a viewer in a process of its own, whose address is told first."""
-
-    def __init__(self, graph: Graph) -> None:
-        """
-        Start the viewer, tell its address, and open a browser if this is a person's terminal.
-
-        :param graph: what to show
-        """
-        self._graph = graph
-        self._url = ''
-        self._ended = self._shown = self._opened = False
-        said, saying = os.pipe()
-        graph.add_process('turtle_brick', 'viewer', stderr=saying)
-        os.close(saying)
-        Thread(target=self._listen, args=(said,), name='viewer', daemon=True).start()
-        graph.spin_until(lambda: self._url or self._ended, START_TIME, 'the viewer starts')
-        if self._url:
-            print(f'The page in the browser: {self._url}', flush=True)
-            display = os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')
-            self._opened = bool(
-                display and sys.stdout.isatty() and webbrowser.open(self._url))
-
-    def _listen(self, said: int) -> None:
-        """Find the address in what the viewer says, and pass the rest on."""
-        with open(said, encoding='utf-8', errors='replace') as lines:
-            for line in lines:
-                head, _, rest = line.strip().partition('Viewer: ')
-                if head or not rest:
-                    sys.stderr.write(line)
-                elif rest.startswith('http'):
-                    self._url = rest
-                else:
-                    self._shown = True
-        self._ended = True
-
-    def await_browser(self) -> None:
-        """Wait some seconds for a browser that was opened to show the page."""
-        if self._opened:
-            with suppress(TimeoutError):
-                self._graph.spin_until(
-                    lambda: self._shown or self._ended, BROWSER_TIME, 'the browser shows the page')
-
-
-class Teller:
-    """Tell what becomes of a brick as it happens, each thing once."""
-
-    def __init__(self, match: Match) -> None:
-        """
-        Begin with the next brick.
-
-        :param match: what it is dropped into
-        """
-        self._match = match
-        self._told: set[str] = set()
-
-    def tell(self, watch: DropWatch) -> None:
-        """Tell what has come to be known."""
-        outcome = Outcome(watch, self._match.parameters)
-        if watch.released is not None:
-            self._say('released', 'it is let go')
-        if watch.decided is not None and watch.released is not None:
-            verdict = 'Unreachable, said' if watch.refusals else 'reachable, decided'
-            time = max(watch.decided - watch.released, 0) * NANO
-            reason = f'it falls for {outcome.due:.3f} s, the robot needs {outcome.needed:.3f} s'
-            if watch.place[2] < resting_height(self._match.parameters):
-                reason = 'it starts below where it would lie on the platform'
-            self._say('decided', f'{verdict} {time:.3f} s after the release: {reason}')
-        if watch.landed is not None:
-            self._say('down', f'{"caught" if watch.caught else "on the ground"} at '
-                      '({:.2f}, {:.2f}, {:.2f})'.format(*watch.landed)
-                      + f' after {watch.fall_time:.3f} s, the robot at '
-                      '({:.2f}, {:.2f})'.format(*self._match.robot_place()))
-        if watch.carried_to is not None:
-            self._say('carried', 'at the center, ({:.3f}, {:.3f}): tilting'.format(
-                *watch.carried_to))
-        if watch.floated is not None:
-            self._say('floats', f'the brick has slid off and floats, {watch.slide_time:.2f} s '
-                      'after the tilt began')
-
-    def _say(self, what: str, text: str) -> None:
-        if what not in self._told:
-            self._told.add(what)
-            self._match.say(text)
 
 
 def random_bricks(match: Match, seed: int, count: int) -> Iterator[Vector]:
@@ -349,69 +318,6 @@ def two_bricks(parameters: Parameters) -> list[Vector]:
     return [parameters.brick_start, (far, far, resting_height(parameters) + 1.0)]
 
 
-def report(outcomes: Sequence[Outcome]) -> None:
-    """Print the summary."""
-    print('\n   brick at            distance   fall     needs    said         came down'
-          '         carried to      tipped off')
-    for outcome in outcomes:
-        watch = outcome.watch
-        row = '  ({:5.2f}, {:5.2f}, {:5.2f})'.format(*watch.place)
-        row += f'  {watch.distance:6.2f} m  {outcome.due:.3f} s  {outcome.needed:.3f} s  '
-        row += 'Unreachable' if watch.refusals else 'reachable  '
-        if watch.down is not None:
-            row += f'  {"caught" if watch.caught else "ground"}, {watch.fall_time:.3f} s'
-        if watch.carried_to is not None:
-            row += '  ({:.3f}, {:.3f})'.format(*watch.carried_to)
-        if watch.floated is not None:
-            row += f'  in {watch.slide_time:.2f} s'
-        print(row)
-        for fault in outcome.faults:
-            print(f'      FAULT: {fault}')
-    print("  fall: from the release to the platform's height; needs: at most, from the decision "
-          f'until the\n  platform is below the brick: {COMMAND_LATENCY:.2f} s for the commands, '
-          'then the way at max_velocity')
-    caught = sum(outcome.watch.caught for outcome in outcomes)
-    refused = sum(bool(outcome.watch.refusals) for outcome in outcomes)
-    faults = sum(bool(outcome.faults) for outcome in outcomes)
-    print(f'\n{len(outcomes)} dropped: {caught} caught, {refused} Unreachable, {faults} at fault')
-
-
-@contextmanager
-def chosen_domain() -> Iterator[bool]:
-    """
-    Take the ROS domain that the environment names, else one that nobody on this machine is in.
-
-    :return: Whether somebody else may be in it.
-    :raises DomainError: there is none, or the environment names none that can be
-    """
-    keep_to_this_machine()
-    local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') == 'LOCALHOST'
-    named = os.environ.get('ROS_DOMAIN_ID')
-    if named:
-        if not named.isdecimal() or int(named) > LAST_DOMAIN:
-            raise DomainError(f'ROS_DOMAIN_ID is {named!r:.40}, but must be a whole number '
-                              f'from 0 to {LAST_DOMAIN}')
-        yield not local or not is_empty(int(named))
-        return
-    # Not 0, where whoever has chosen no domain is: a launch there would mix with this graph.
-    with reserved_domain(DOMAINS[1:]) as domain:
-        os.environ['ROS_DOMAIN_ID'] = str(domain)
-        print(f'In ROS domain {domain}; in another terminal: export ROS_DOMAIN_ID={domain}',
-              flush=True)
-        yield not local
-
-
-def look_out(graph: Graph) -> None:
-    """Raise CompanyError if another robot is found in the domain."""
-    lookout = graph.add(Lookout, parameters=False)
-    try:
-        graph.spin_until(lookout.found, DISCOVERY_TIME, 'another robot is found')
-    except TimeoutError:
-        graph.remove(lookout)
-    else:
-        raise CompanyError(lookout.found())
-
-
 def admitted(place: Sequence[float], parameters: Parameters) -> Vector:
     """Return a place as it was given if a brick could start there, or raise ParameterError."""
     x, y, z = place
@@ -421,47 +327,60 @@ def admitted(place: Sequence[float], parameters: Parameters) -> Vector:
         raise ParameterError(str(error).replace('brick_start', '--place')) from None
 
 
-def main(args: Sequence[str] | None = None) -> int:
-    """Run the demo; return its exit status."""
-    parser = argparse.ArgumentParser(prog='demo', description=__doc__.split('\n\n')[0].strip())
-    parser.add_argument(
-        '--place', nargs=3, type=float, action='append', metavar=('X', 'Y', 'Z'), default=[],
-        help='drop a brick from here (m, in the world) instead of the usual two; repeatable')
-    parser.add_argument(
-        '--drops', type=int, metavar='N', help='drop N random bricks instead')
-    parser.add_argument(
-        '--seed', type=int, default=1, metavar='N', help='of the random bricks (default: 1)')
-    parser.add_argument(
-        '--no-view', action='store_true', help='do not show the graph in a browser')
-    parser.add_argument(
-        '--rviz', action='store_true', help='show it in rviz2, where that is installed')
-    parser.add_argument(
-        '--verbose', action='store_true', help='show what the nodes log, not just warnings')
-    options = parser.parse_args(args)
-    if options.drops is not None and options.drops < 1:
-        parser.error(f'--drops {options.drops}: at least 1')
-    INTERRUPTS.take_over()
-    try:
-        parameters = load()
-        options.place = [admitted(place, parameters) for place in options.place]
-        with chosen_domain() as shared, Graph(quiet=not options.verbose) as graph:
-            if shared:
-                look_out(graph)
-            page = None
-            if options.rviz:
-                graph.add_process('rviz2', 'rviz2', '-d', str(
-                    get_package_share_path('turtle_brick') / 'config' / 'turtle_arena.rviz'))
-            elif not options.no_view:
-                page = Page(graph)
-            return play(Match(graph, parameters), page, options)
-    except KeyboardInterrupt:
-        return 0
-    except PackageNotFoundError as error:
-        print(f'demo: {error.args[0]}', file=sys.stderr)
-        return 1
-    except (DomainError, ParameterError, TimeoutError, ValueError) as error:
-        print(f'demo: {error}', file=sys.stderr)
-        return 1
+# ---------------------------------------------------------------------------------- the program
+
+class Page:
+    """The page in the browser: a viewer in a process of its own, whose address is told first."""
+
+    def __init__(self, graph: Graph) -> None:
+        """
+        Start the viewer, tell its address, and open a browser if this is a person's terminal.
+
+        :param graph: what to show
+        """
+        self._graph = graph
+        self._url = ''
+        self._shown = self._opened = False
+        self._viewer = graph.add_process('turtle_brick', 'viewer', listener=self._listen)
+        graph.spin_until(lambda: self._url or not self._viewer.running, START_TIME,
+                         'the viewer starts')
+        if self._url:
+            print(f'The page in the browser: {self._url}', flush=True)
+            display = os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')
+            self._opened = bool(
+                display and sys.stdout.isatty() and webbrowser.open(self._url))
+
+    def _listen(self, line: str) -> None:
+        """Find the address in what the viewer says, and pass the rest on."""
+        head, _, rest = line.strip().partition('Viewer: ')
+        if head or not rest:
+            sys.stderr.write(line)
+        elif rest.startswith('http'):
+            self._url = rest
+        else:
+            self._shown = True
+
+    def await_browser(self) -> None:
+        """Wait some seconds for a browser that was opened to show the page."""
+        if self._opened:
+            with suppress(TimeoutError):
+                self._graph.spin_until(lambda: self._shown or not self._viewer.running,
+                                       BROWSER_TIME, 'the browser shows the page')
+
+
+def report(outcomes: Sequence[Outcome]) -> None:
+    """Print the summary."""
+    print('\n   brick at            distance   fall     needs    said         came down'
+          '         carried to      tipped off')
+    for outcome in outcomes:
+        print(outcome.row())
+    print("  fall: from the release to the platform's height; needs: at most, from the decision "
+          f'until the\n  platform is below the brick: {COMMAND_LATENCY:.2f} s for the commands, '
+          'then the way at max_velocity')
+    caught = sum(outcome.watch.caught for outcome in outcomes)
+    refused = sum(bool(outcome.watch.refusals) for outcome in outcomes)
+    faults = sum(bool(outcome.faults) for outcome in outcomes)
+    print(f'\n{len(outcomes)} dropped: {caught} caught, {refused} Unreachable, {faults} at fault')
 
 
 def play(match: Match, page: Page | None, options: argparse.Namespace) -> int:
@@ -493,6 +412,49 @@ def play(match: Match, page: Page | None, options: argparse.Namespace) -> int:
                   '/place', '/drop', match.parameters.brick_start)), '', sep='\n')
         match.graph.spin_until(lambda: False, inf, 'Ctrl-C')
     return 0 if good else 1
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the demo; return its exit status."""
+    parser = argparse.ArgumentParser(prog='demo', description=__doc__.split('\n\n')[0].strip())
+    parser.add_argument(
+        '--place', nargs=3, type=float, action='append', metavar=('X', 'Y', 'Z'), default=[],
+        help='drop a brick from here (m, in the world) instead of the usual two; repeatable')
+    parser.add_argument(
+        '--drops', type=int, metavar='N', help='drop N random bricks instead')
+    parser.add_argument(
+        '--seed', type=int, default=1, metavar='N', help='of the random bricks (default: 1)')
+    parser.add_argument(
+        '--no-view', action='store_true', help='do not show the graph in a browser')
+    parser.add_argument(
+        '--rviz', action='store_true', help='show it in rviz2, where that is installed')
+    parser.add_argument(
+        '--verbose', action='store_true', help='show what the nodes log, not just warnings')
+    options = parser.parse_args(args)
+    if options.drops is not None and options.drops < 1:
+        parser.error(f'--drops {options.drops}: at least 1')
+    note_interrupts()
+    try:
+        parameters = load()
+        options.place = [admitted(place, parameters) for place in options.place]
+        with chosen_domain() as shared, Graph(quiet=not options.verbose) as graph:
+            if shared:
+                look_out(graph)
+            page = None
+            if options.rviz:
+                graph.add_process('rviz2', 'rviz2', '-d', str(
+                    get_package_share_path('turtle_brick') / 'config' / 'turtle_arena.rviz'))
+            elif not options.no_view:
+                page = Page(graph)
+            return play(Match(graph, parameters), page, options)
+    except KeyboardInterrupt:
+        return 0
+    except PackageNotFoundError as error:
+        print(f'demo: {error.args[0]}', file=sys.stderr)
+        return 1
+    except (DomainError, ParameterError, TimeoutError, ValueError) as error:
+        print(f'demo: {error}', file=sys.stderr)
+        return 1
 
 
 if __name__ == '__main__':

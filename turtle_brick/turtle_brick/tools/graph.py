@@ -16,7 +16,7 @@
 The whole graph in one process: the very node classes, one executor, real DDS.
 
 Where turtlesim and robot_state_publisher are stand-ins, they are composed too; where the real
-ones are installed, they run beside as child processes.
+ones are installed, they run beside as processes of their own.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,9 +27,11 @@ import os
 from pathlib import Path
 import signal
 import subprocess
+import sys
 from tempfile import TemporaryDirectory
+from threading import Event
 from time import monotonic
-from typing import Any, TYPE_CHECKING, TypeVar
+from typing import Any, TypeVar
 from xml.parsers.expat import ExpatError
 
 from ament_index_python.packages import (get_package_prefix, get_package_share_path,
@@ -38,19 +40,17 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from turtle_brick.arena import Arena
+from turtle_brick.catcher import CatcherNode
 from turtle_brick.core.parameters import default_path
 from turtle_brick.ros.node_main import make_executor
-from turtle_brick.tools.interrupts import INTERRUPTS
+from turtle_brick.turtle_robot import TurtleRobot
+from turtle_referee.processes import close_all, Process
 import xacro
 import yaml
 
-if TYPE_CHECKING:
-    from turtle_brick.arena import Arena
-    from turtle_brick.catcher import CatcherNode
-    from turtle_brick.turtle_robot import TurtleRobot
-
 END_TIME = 15.0
-"""How long (s) a child process may take to end when it is asked to."""
+"""How long (s) a node may take to leave the executor."""
 
 LONGEST_WAIT = 0.02
 """How long (s) the executor waits for work, and a Ctrl-C with it. The same each time: with another
@@ -58,6 +58,25 @@ timeout a SingleThreadedExecutor forgets whose turn it is, and under load the fi
 every turn."""
 
 AnyNode = TypeVar('AnyNode', bound=Node)
+
+INTERRUPTED = Event()
+"""Set by Ctrl-C and SIGTERM, in a process that has called `note_interrupts`."""
+
+
+def note_interrupts() -> None:
+    """
+    Have Ctrl-C and SIGTERM wait for the end of a piece of work of a graph.
+
+    A KeyboardInterrupt in the midst of an import or a callback may be swallowed or cost a node.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: INTERRUPTED.set())
+
+
+def check_interrupts() -> None:
+    """Raise KeyboardInterrupt if a signal has come."""
+    if INTERRUPTED.is_set():
+        raise KeyboardInterrupt
 
 
 def executable(package: str, name: str) -> str:
@@ -72,10 +91,17 @@ def executable(package: str, name: str) -> str:
         raise PackageNotFoundError(f'the package {package} is not installed here') from None
 
 
-def write_parameters(path: Path, parameters: dict[str, Any]) -> Path:
-    """Write parameters for any node into a file; return its path."""
-    path.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}), encoding='utf-8')
-    return path
+def robot_description(params_file: Path) -> str:
+    """
+    Return the URDF of the robot that a file of parameters describes.
+
+    :raises ValueError: xacro cannot make it of them
+    """
+    path = get_package_share_path('turtle_brick') / 'urdf' / 'turtle.urdf.xacro'
+    try:
+        return xacro.process_file(str(path), mappings={'params_file': str(params_file)}).toxml()
+    except (xacro.XacroException, ExpatError) as error:
+        raise ValueError(f'{path}: {str(error).splitlines()[0].strip()}') from error
 
 
 class Child:
@@ -116,12 +142,7 @@ class Child:
 
 
 class Graph:
-    """
-    Nodes in one process that see each other, and whoever else is in their ROS domain.
-
-    A Ctrl-C waits while modules are imported, nodes made, and callbacks run: these would swallow
-    it, and print a traceback.
-    """
+    """Nodes in one process that see each other, and whoever else is in their ROS domain."""
 
     def __init__(self, domain_id: int | None = None, namespace: str = '',
                  params_file: Path | None = None,
@@ -140,17 +161,17 @@ class Graph:
         self.params_file = params_file or default_path()
         if overrides:
             given = yaml.safe_load(self.params_file.read_text(encoding='utf-8'))
-            self.params_file = self._parameter_file(
+            self.params_file = self.parameter_file(
                 {**given['/**']['ros__parameters'], **overrides})
         self._use_sim_time = (overrides or {}).get('use_sim_time', False)
         self.domain_id = domain_id
         self.context = Context()
         self._log_level = ['--log-level', 'warn'] if quiet else []
-        with INTERRUPTS.held():
-            rclpy.init(args=['--ros-args', *self._log_level], context=self.context,
-                       domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)
-            self.executor = make_executor(self.context)
+        rclpy.init(args=['--ros-args', *self._log_level], context=self.context,
+                   domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)
+        self.executor = make_executor(self.context)
         self.nodes: list[Node] = []
+        self._processes: list[Process] = []
         self._children: list[Child] = []
 
     def __enter__(self) -> 'Graph':
@@ -175,11 +196,10 @@ class Graph:
         arguments = ['--ros-args', *ros_arguments]
         if parameters:
             arguments += ['--params-file', str(self.params_file)]
-        with INTERRUPTS.held():
-            node = node_type(context=self.context, cli_args=arguments, use_global_arguments=False,
-                             namespace=self.namespace, **options)
-            self.nodes.append(node)
-            self.executor.add_node(node)
+        node = node_type(context=self.context, cli_args=arguments, use_global_arguments=False,
+                         namespace=self.namespace, **options)
+        self.nodes.append(node)
+        self.executor.add_node(node)
         return node
 
     def remove(self, node: Node) -> None:
@@ -204,79 +224,67 @@ class Graph:
             {**self.robot_parameters(), 'use_sim_time': self._use_sim_time})
 
     def robot_parameters(self) -> dict[str, Any]:
-        """
-        Return robot_state_publisher's parameters, as in the launch files, for our robot.
+        """Return robot_state_publisher's parameters, as in the launch files, for our robot."""
+        return {'robot_description': robot_description(self.params_file),
+                'ignore_timestamp': True}
 
-        :raises ValueError: xacro cannot make its description
-        """
-        return {'robot_description': self.robot_description(), 'ignore_timestamp': True}
-
-    def robot_description(self) -> str:
-        """
-        Return the URDF of the robot that the parameters describe.
-
-        :raises ValueError: xacro cannot make it of them
-        """
-        path = get_package_share_path('turtle_brick') / 'urdf' / 'turtle.urdf.xacro'
-        try:
-            return xacro.process_file(
-                str(path), mappings={'params_file': str(self.params_file)}).toxml()
-        except (xacro.XacroException, ExpatError) as error:
-            raise ValueError(f'{path}: {str(error).splitlines()[0].strip()}') from error
-
-    def add_robot(self) -> 'TurtleRobot':
+    def add_robot(self) -> TurtleRobot:
         """Add turtle_robot, connected to turtlesim as the launch files do it."""
-        # Here and below: nodes are imported where they are needed, since a graph may do without.
-        with INTERRUPTS.held():
-            from turtle_brick.turtle_robot import TurtleRobot
         return self.add(TurtleRobot, '-r', 'cmd_vel:=turtle1/cmd_vel')
 
-    def add_arena(self) -> 'Arena':
+    def add_arena(self) -> Arena:
         """Add the arena."""
-        with INTERRUPTS.held():
-            from turtle_brick.arena import Arena
         return self.add(Arena)
 
-    def add_catcher(self) -> 'CatcherNode':
+    def add_catcher(self) -> CatcherNode:
         """Add the catcher."""
-        with INTERRUPTS.held():
-            from turtle_brick.catcher import CatcherNode
         return self.add(CatcherNode)
 
-    def add_process(self, package: str, name: str, *arguments: str, **streams: Any) -> None:
+    def add_process(self, package: str, name: str, *arguments: str,
+                    listener: Callable[[str], object] = sys.stderr.write) -> Process:
         """
         Start an executable that belongs to the graph, in a process of its own.
 
         :param package: the package it belongs to
         :param name: its name
         :param arguments: its command line
-        :param streams: where its output goes, as for subprocess.Popen; what it prints goes nowhere
-            unless said otherwise
+        :param listener: called with each line that it prints
+        :return: The process.
         :raises PackageNotFoundError: there is no such package; its argument says so
         """
-        environment = {}
-        if self.domain_id is not None:
-            environment['ROS_DOMAIN_ID'] = str(self.domain_id)
         ros_arguments = [*self._log_level]
         if self.namespace:
             # Real nodes refuse a namespace without the slash.
             ros_arguments += ['-r', f'__ns:=/{self.namespace.lstrip("/")}']
         if ros_arguments:
             arguments = (*arguments, '--ros-args', *ros_arguments)
-        self.add_command([executable(package, name), *arguments], environment,
-                         **{'stdout': subprocess.DEVNULL, **streams})
+        domain = {} if self.domain_id is None else {'ROS_DOMAIN_ID': str(self.domain_id)}
+        process = Process([executable(package, name), *arguments], domain, listener)
+        self._processes.append(process)
+        return process
 
-    def add_command(self, command: Sequence[str], environment: dict[str, str] | None = None,
-                    **streams: Any) -> Child:
-        """
-        Start any program that belongs to the graph, and return it.
-
-        :param command: its command line
-        :param environment: variables to set for it, besides those of this process
-        :param streams: where its output goes, as for subprocess.Popen
-        """
-        self._children.append(Child(command, environment, **streams))
+    def add_command(self, command: Sequence[str], **streams: Any) -> Child:
+        """Start any program that belongs to the graph, and return it."""
+        self._children.append(Child(command, None, **streams))
         return self._children[-1]
+
+    def parameter_file(self, parameters: dict[str, Any]) -> Path:
+        """Write parameters for any node into a file of this graph; return its path."""
+        path = Path(self._files.name, f'{len(os.listdir(self._files.name))}.yaml')
+        path.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}),
+                        encoding='utf-8')
+        return path
+
+    def _add_foreign(self, package: str, executable: str, module: str, node_type: str,
+                     parameters: dict[str, Any]) -> Node | None:
+        """Compose a stand-in where there is one, else start the real executable."""
+        # A file, since no command line takes a URDF as the value of a parameter.
+        arguments = ['--params-file', str(self.parameter_file(parameters))]
+        if find_spec(module.partition('.')[0]) is not None:
+            stand_in = getattr(importlib.import_module(module), node_type)
+            return self.add(stand_in, *arguments, parameters=False)
+        self.add_process(package, executable, '--ros-args', *arguments)
+        return None
 
     def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
         """
@@ -286,6 +294,7 @@ class Graph:
         :param timeout: longest time (s) that it may take
         :param what: the condition in words, for the error
         :raises TimeoutError: the condition has not come to hold
+        :raises KeyboardInterrupt: a signal has come that `note_interrupts` takes
         """
         deadline = monotonic() + timeout
         while not condition():
@@ -299,37 +308,21 @@ class Graph:
         while monotonic() < end:
             self._work()
 
+    def _work(self) -> None:
+        """Do one piece of work, or wait for it for a while."""
+        self.executor.spin_once(timeout_sec=LONGEST_WAIT)
+        check_interrupts()
+
     def close(self) -> None:
-        """End every node and child process."""
+        """End every node and process."""
         for child in self._children:
             child.ask_to_end()
             child.see_end(END_TIME)
-        self._children.clear()
+        close_all(self._processes)
+        self._processes.clear()
         self.executor.shutdown()
         for node in self.nodes:
             node.destroy_node()
         self.nodes.clear()
         self.context.try_shutdown()
         self._files.cleanup()
-
-    def _work(self) -> None:
-        """Do one piece of work, or wait for it for a while; a Ctrl-C comes afterwards."""
-        with INTERRUPTS.held():
-            self.executor.spin_once(timeout_sec=LONGEST_WAIT)
-
-    def _parameter_file(self, parameters: dict[str, Any]) -> Path:
-        """Write parameters into a file of this graph; return its path."""
-        return write_parameters(
-            Path(self._files.name, f'{len(os.listdir(self._files.name))}.yaml'), parameters)
-
-    def _add_foreign(self, package: str, executable: str, module: str, node_type: str,
-                     parameters: dict[str, Any]) -> Node | None:
-        """Compose a stand-in where there is one, else start the real executable."""
-        # A file, since no command line takes a URDF as the value of a parameter.
-        arguments = ['--params-file', str(self._parameter_file(parameters))]
-        if find_spec(module.partition('.')[0]) is not None:
-            with INTERRUPTS.held():
-                stand_in = getattr(importlib.import_module(module), node_type)
-            return self.add(stand_in, *arguments, parameters=False)
-        self.add_process(package, executable, '--ros-args', *arguments)
-        return None
