@@ -51,7 +51,7 @@ def test_a_number_of_drops_that_cannot_be_is_refused(no_graph, capsys):
 
 
 @pytest.mark.parametrize('place, domain, words', [
-    ('nan 1 1', '', '--place is [nan, 1.0, 1.0], but must be 3 numbers'),
+    ('nan 1 1', '', '--place is (nan, 1.0, 1.0), but must be 3 numbers'),
     ('1 1 0.05', '', '--place [1.0, 1.0, 0.05] m is below the ground'),
     ('5 5 5', 'abc', "ROS_DOMAIN_ID is 'abc', but must be a whole number from 0 to 232"),
     ('5 5 5', '233', "ROS_DOMAIN_ID is '233'"),

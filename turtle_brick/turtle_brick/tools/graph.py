@@ -19,14 +19,12 @@ Where turtlesim and robot_state_publisher are stand-ins, they are composed too; 
 ones are installed, they run beside as processes of their own.
 """
 
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable
 import importlib
 from importlib.util import find_spec
 import os
 from pathlib import Path
 import signal
-import subprocess
 import sys
 from tempfile import TemporaryDirectory
 from threading import Event
@@ -104,43 +102,6 @@ def robot_description(params_file: Path) -> str:
         raise ValueError(f'{path}: {str(error).splitlines()[0].strip()}') from error
 
 
-class Child:
-    """A program in a process of its own."""
-
-    def __init__(self, command: Sequence[str], environment: dict[str, str] | None = None,
-                 **streams: Any) -> None:
-        """
-        Start it.
-
-        :param command: its command line
-        :param environment: variables to set for it, besides those of this process
-        :param streams: where its output goes, as for subprocess.Popen
-        """
-        display = {} if os.environ.get('DISPLAY') else {'QT_QPA_PLATFORM': 'offscreen'}
-        self._process = subprocess.Popen(
-            command, env={**os.environ, **display, **(environment or {})},
-            stdin=subprocess.DEVNULL, **streams,
-            # A Ctrl-C is for the process that started it, which then ends this one in order.
-            start_new_session=True)
-
-    @property
-    def status(self) -> int | None:
-        """Return its exit status, None while it runs."""
-        return self._process.poll()
-
-    def ask_to_end(self) -> None:
-        """Ask it to end, as Ctrl-C does."""
-        self._process.send_signal(signal.SIGINT)
-
-    def see_end(self, patience: float) -> None:
-        """See that it ends within a time (s), or end it, and whatever it leaves behind."""
-        with suppress(subprocess.TimeoutExpired):
-            self._process.wait(patience)
-        with suppress(ProcessLookupError):
-            os.killpg(self._process.pid, signal.SIGKILL)
-        self._process.wait()
-
-
 class Graph:
     """Nodes in one process that see each other, and whoever else is in their ROS domain."""
 
@@ -172,7 +133,6 @@ class Graph:
         self.executor = make_executor(self.context)
         self.nodes: list[Node] = []
         self._processes: list[Process] = []
-        self._children: list[Child] = []
 
     def __enter__(self) -> 'Graph':
         """Return the graph itself; on leaving it, everything ends."""
@@ -263,11 +223,6 @@ class Graph:
         self._processes.append(process)
         return process
 
-    def add_command(self, command: Sequence[str], **streams: Any) -> Child:
-        """Start any program that belongs to the graph, and return it."""
-        self._children.append(Child(command, None, **streams))
-        return self._children[-1]
-
     def parameter_file(self, parameters: dict[str, Any]) -> Path:
         """Write parameters for any node into a file of this graph; return its path."""
         path = Path(self._files.name, f'{len(os.listdir(self._files.name))}.yaml')
@@ -315,9 +270,6 @@ class Graph:
 
     def close(self) -> None:
         """End every node and process."""
-        for child in self._children:
-            child.ask_to_end()
-            child.see_end(END_TIME)
         close_all(self._processes)
         self._processes.clear()
         self.executor.shutdown()
