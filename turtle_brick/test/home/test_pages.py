@@ -55,7 +55,7 @@ NOT_RUN = {
     'source install/setup.bash': 'it belongs to a workspace of the reader',
     '(python3 turtle_brick/scripts/|ros2 run turtle_brick )referee': 'it has tests of its own',
     'ros2 run turtle_brick benchmark': 'it takes minutes; see test_benchmark.py',
-    'bash turtle_brick/scripts/record_rviz|ffmpeg ': 'it makes the films; it takes rviz2',
+    'python3 turtle_brick/scripts/record_rviz|ffmpeg ': 'it makes the films; it takes rviz2',
     'ros2 run turtle_brick own_node': 'it belongs to the reader',
     'ros2 run turtle_brick lesson$': 'its five parts are run',
 }

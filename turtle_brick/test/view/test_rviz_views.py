@@ -13,14 +13,21 @@
 # limitations under the License.
 """The views of the rviz configurations start near the robot, and show what there is to see."""
 
+from importlib.machinery import SourceFileLoader
+from importlib.util import module_from_spec, spec_from_loader
 from math import cos, pi, sin, tan
+from pathlib import Path
 
 import pytest
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import default_path, load
-from turtle_brick.tools.rviz_recording import configuration, SCENES, SIZE, TURTLESIM_SIZE
 import yaml
+
+SCRIPT = Path(__file__).resolve().parents[2] / 'scripts' / 'record_rviz'
+loader = SourceFileLoader('record_rviz', str(SCRIPT))
+record_rviz = module_from_spec(spec_from_loader('record_rviz', loader))
+loader.exec_module(record_rviz)
 
 CONFIG = default_path().parent
 PARAMETERS = load()
@@ -94,17 +101,17 @@ def test_the_arena_shows_the_brick_at_its_start_and_a_robot_near_enough_to_see_i
 
 
 def test_the_videos_show_both_bricks_and_a_robot_of_a_quarter_of_their_height():
-    content = configuration()
-    for scene in SCENES:
-        x, y, z = scene.brick
+    content = record_rviz.configuration()
+    for film in record_rviz.FILMS:
+        x, y, z = film.brick
         seen(content, (x, y, z + PARAMETERS.brick_size[2] / 2))
         seen(content, (x, y, 0.0))
-    caught = SCENES[0]
+    caught = record_rviz.FILMS[0]
     for place in (CENTER, caught.brick[:2]):
-        assert height_at(content, *place) > SIZE[1] / 4
+        assert height_at(content, *place) > record_rviz.SIZE[1] / 4
 
 
 def test_the_window_of_the_videos_stands_beside_that_of_turtlesim():
-    window = configuration()['Window Geometry']
-    assert (window['X'], window['Y']) == (TURTLESIM_SIZE, 0)
-    assert (window['X'] + window['Width'], window['Height']) == SIZE
+    window = record_rviz.configuration()['Window Geometry']
+    assert (window['X'], window['Y']) == (record_rviz.TURTLESIM_SIZE, 0)
+    assert (window['X'] + window['Width'], window['Height']) == record_rviz.SIZE
