@@ -307,22 +307,14 @@ def test_brick_that_hovers_at_the_platform_is_tried_once():
     assert stage.states == COURSE[1:]
 
 
-def test_brick_that_stalls_on_the_tilted_platform_has_not_left_it():
-    """Seen at one place for 0.2 s, as after a stall of the arena, it is not given up."""
+@pytest.mark.parametrize('seen', (True, False))
+def test_brick_that_stalls_on_the_tilted_platform_has_not_left_it(seen):
+    """At one place for 0.2 s, as after a stall of the arena, or not broadcast any more."""
     stage = stage_in(State.TILTING, 0.2)
-    for _ in range(50):
+    for _ in range(50 if seen else round(0.9 * PATIENCE / STEP / 1e-9)):
         stage.now += STEP
-        stage.see()
-        stage.decide()
-    assert stage.catcher.state is State.TILTING
-    stage.assert_tipped_off()
-
-
-def test_brick_that_is_broadcast_no_more_is_not_taken_for_gone():
-    """While the platform is tilted nothing is known of it: the robot waits."""
-    stage = stage_in(State.TILTING, 0.0)
-    for _ in range(round(0.9 * PATIENCE / 0.02)):
-        stage.now += 5 * STEP
+        if seen:
+            stage.see()
         stage.decide()
     assert stage.catcher.state is State.TILTING
     stage.assert_tipped_off()
@@ -494,27 +486,20 @@ def test_waits_for_a_robot_that_is_out_of_sight_as_long_as_there_is_time(unseen)
     assert stage.states == COURSE
 
 
-@pytest.mark.parametrize('height', (REST + 0.2, 9.0))
-def test_says_unreachable_while_the_robot_is_out_of_sight(height):
-    """Once, when it has the last word, and before the brick is down."""
-    stage = Stage()
-    stage.visible = False
-    stage.drop(5.0, 5.0, height)
-    stage.run(2.0)
-    (told, decision), = stage.actions
-    assert not decision.reachable
-    assert 0.8 * LAST_WORD - 1e-6 <= (decision.contact - told) * 1e-9 <= LAST_WORD
-    assert 'no robot' in decision.reason
-
-
-@pytest.mark.parametrize('brick', ((-0.1, 5.0, 9.0), (*CENTER, REST - 0.1)))
-def test_does_not_wait_for_a_robot_that_could_not_help(brick):
+@pytest.mark.parametrize(('brick', 'hoped_for'), [
+    ((5.0, 5.0, REST + 0.2), True), ((5.0, 5.0, 9.0), True),
+    ((-0.1, 5.0, 9.0), False), ((*CENTER, REST - 0.1), False)])
+def test_says_unreachable_while_the_robot_is_out_of_sight(brick, hoped_for):
+    """Once: at once if no robot could help, else when it has the last word."""
     stage = Stage()
     stage.visible = False
     stage.drop(*brick)
-    stage.run(0.1)
-    (_, decision), = stage.actions
+    stage.run(2.0 if hoped_for else 0.1)
+    (told, decision), = stage.actions
     assert not decision.reachable
+    assert 'no robot' in decision.reason
+    if hoped_for:
+        assert 0.8 * LAST_WORD - 1e-6 <= (decision.contact - told) * 1e-9 <= LAST_WORD
 
 
 @pytest.mark.parametrize('lost', (1, 3))
