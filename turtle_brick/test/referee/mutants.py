@@ -56,8 +56,7 @@ from turtle_brick.core.driving import Driver
 from turtle_brick.core.geometry import distance_to_rectangle, IDENTITY, Pose2D
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.physics import Phase, World
-from turtle_brick.tools.graph import Graph
-from turtle_brick.tools.interrupts import INTERRUPTS
+from turtle_brick.tools.graph import Graph, note_interrupts
 from turtle_brick.turtle_robot import TurtleRobot
 from turtle_referee import referee, trial
 from turtle_referee.domains import reserved_domain
@@ -958,7 +957,7 @@ class ShortTrial(trial.Trial):
 
 def compose(one: Mutant) -> None:
     """Be the graph, until the process is ended."""
-    INTERRUPTS.take_over()
+    note_interrupts()
     try:
         with Graph(namespace=NAMESPACE, quiet=True) as graph:
             one.change(graph)
