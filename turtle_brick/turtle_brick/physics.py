@@ -284,17 +284,12 @@ class World:
 
 
 def _number(name: str, value: Any, positive: bool = False) -> float:
-    """Return a value as a float; raise ValueError if it is not finite or too small."""
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise ValueError(f'{name} is {value!r}, but must be a number')
-    try:
-        number = float(value)
-    except OverflowError:
-        number = inf
-    if not isfinite(number) or number < 0.0 or positive and number == 0.0:
-        raise ValueError(f'{name} is {number:g}, but must be finite and '
+    """Return a value as a float; raise ValueError if it cannot be."""
+    is_number = isinstance(value, Real) and not isinstance(value, bool)
+    if not is_number or not 0.0 <= value < inf or positive and value == 0.0:
+        raise ValueError(f'{name} is {value!r:.20}, but must be a finite number, '
                          f'{"above" if positive else "at least"} 0')
-    return number
+    return float(value)
 
 
 def _check_above_ground(z: float, height: float) -> None:

@@ -53,7 +53,7 @@ def test_identity_changes_nothing():
     assert multiply(IDENTITY, (0.5, 0.5, 0.5, 0.5)) == (0.5, 0.5, 0.5, 0.5)
 
 
-@law(50)
+@law(30)
 @given(q=quaternions(), v=vectors)
 def test_rotation_is_conjugation(q, v):
     """The vector part of q v q* is the definition of the rotation by a unit quaternion."""
@@ -63,13 +63,13 @@ def test_rotation_is_conjugation(q, v):
     assert scalar == pytest.approx(0.0, abs=1e-9)
 
 
-@law(50)
+@law(30)
 @given(p=quaternions(), q=quaternions(), v=vectors)
 def test_product_turns_by_the_right_factor_first(p, q, v):
     assert rotate(multiply(p, q), v) == near(rotate(p, rotate(q, v)))
 
 
-@law(50)
+@law(30)
 @given(q=quaternions())
 def test_axes_are_an_orthonormal_right_handed_frame(q):
     ex, ey, ez = axes(q)
@@ -83,7 +83,7 @@ def test_axes_are_an_orthonormal_right_handed_frame(q):
         assert axis == near(rotate(q, unit))
 
 
-@law(50)
+@law(30)
 @given(angle=angles)
 def test_yaw_turns_left_and_pitch_lowers_the_front(angle):
     assert rotate(from_yaw(angle), (1.0, 0.0, 0.0)) == near((cos(angle), sin(angle), 0.0))
@@ -92,7 +92,7 @@ def test_yaw_turns_left_and_pitch_lowers_the_front(angle):
     assert rotate(from_pitch(angle), (0.0, 1.0, 0.0)) == near((0.0, 1.0, 0.0))
 
 
-@law(50)
+@law(30)
 @given(angle=angles, pitch=st.just(0.0) | st.floats(-1.5, 1.5), sign=st.sampled_from((1, -1)))
 def test_yaw_of_is_the_heading_of_the_x_axis(angle, pitch, sign):
     """Of the two quaternions of a rotation, either will do."""
@@ -102,7 +102,7 @@ def test_yaw_of_is_the_heading_of_the_x_axis(angle, pitch, sign):
     assert (cos(yaw), sin(yaw)) == near((cos(angle), sin(angle)))
 
 
-@law(50)
+@law(30)
 @given(a=poses(), b=poses(), c=poses())
 def test_poses_in_the_plane_form_a_group(a, b, c):
     assert a.compose(Pose2D(0.0, 0.0, 0.0)) == near(a)
@@ -111,7 +111,7 @@ def test_poses_in_the_plane_form_a_group(a, b, c):
     assert a.compose(b).compose(c) == near(a.compose(b.compose(c)))
 
 
-@law(50)
+@law(30)
 @given(a=poses(), b=poses())
 def test_poses_in_the_plane_compose_as_in_space(a, b):
     x, y, z = rotate(from_yaw(a.yaw), (b.x, b.y, 0.0))
@@ -119,14 +119,14 @@ def test_poses_in_the_plane_compose_as_in_space(a, b):
     assert z == 0.0
 
 
-@law(50)
+@law(30)
 @given(p=quaternions(), q=quaternions(), a=vectors, b=vectors, v=vectors)
 def test_a_composed_pose_takes_a_point_through_both(p, q, a, b, v):
     outer, inner = Pose(a, p), Pose(b, q)
     assert outer.compose(inner).transform(v) == near(outer.transform(inner.transform(v)))
 
 
-@law(100)
+@law(60)
 @given(x=st.floats(-2.0, 2.0), y=st.floats(-2.0, 2.0), yaw=angles,
        length=st.floats(0.01, 2.0), width=st.floats(0.01, 2.0))
 def test_distance_to_a_rectangle_is_that_to_its_nearest_side(x, y, yaw, length, width):

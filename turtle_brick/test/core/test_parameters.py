@@ -79,7 +79,7 @@ def test_the_file_the_table_and_the_users_have_the_same_names():
     assert set(content['/**']['ros__parameters']) == set(TABLE) == set.union(*names)
 
 
-@law(100)
+@law(60)
 @given(st.fixed_dictionaries({name: admissible(name) for name in TABLE}))
 def test_values_in_range_are_kept_unless_the_geometry_forbids(mapping):
     height, radius = mapping['platform_height'], mapping['platform_radius']
@@ -105,7 +105,7 @@ def test_values_in_range_are_kept_unless_the_geometry_forbids(mapping):
             assert {type(number) for number in (kept if vector else [kept])} == {float}
 
 
-@law(200)
+@law(120)
 @given(st.sampled_from(sorted(TABLE)), st.integers(0, 2), st.data())
 def test_a_number_that_cannot_be_is_refused_in_one_sentence(name, place, data):
     rule = TABLE[name]

@@ -74,14 +74,14 @@ def test_init_places_a_brick_that_hovers():
 def test_init_refuses_what_cannot_be():
     """The sentence names what and which, and has no more digits than one reads."""
     for name in ('gravity', 'radius', 'dt'):
-        for value in (nan, inf, -inf, -1e-9, 10 ** 400, '1', None, True, (1.0,)):
+        for value in (nan, inf, -inf, -1e-9, '1', None, True, (1.0,)):
             with pytest.raises(ValueError, match=f'^{name} is .{{1,20}}, but must be') as refusal:
                 World(**{'brick': (1, 2, 3), 'gravity': 9.81, 'radius': 0.5, 'dt': 0.1,
                          name: value})
-            assert repr(value)[:5] in str(refusal.value) or value == 10 ** 400
+            assert repr(value) in str(refusal.value)
     assert World((1, 2, 3), 9.81, 0, 0.1)
     for gravity, dt in ((0, 0.1), (9.81, 0)):  # nothing would ever fall
-        with pytest.raises(ValueError, match=' is 0, but must be finite and above 0$'):
+        with pytest.raises(ValueError, match=' is 0, but must be a finite number, above 0$'):
             World((1.0, 2.0, 3.0), gravity, 0.5, dt)
 
 

@@ -81,7 +81,7 @@ def test_every_step_of_a_fall_is_the_closed_form_down_to_the_ground(height, grav
     assert height - 0.5 * gravity * (len(falling) * dt) ** 2 <= LIFT + 1e-9
 
 
-@law(120)
+@law(80)
 @given(place=discs(2.0), x=coordinates, y=coordinates, yaw=headings,
        height=st.floats(1e-3, 20.0), radius=st.floats(0.05, 2.0), gravity=gravities,
        dt=time_steps)
