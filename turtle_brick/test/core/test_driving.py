@@ -220,17 +220,6 @@ def test_goal_may_change_at_any_time(drive, second, part, seed):
     bench.assert_rests(second, rest, rest + 0.3)
 
 
-@pytest.mark.parametrize('speed', (0.5, 3.0, 10.0))
-@pytest.mark.parametrize('goal', ((0.0, 5.0), (5.0, ARENA_SIZE), (ARENA_SIZE, 0.0)))
-def test_drives_to_the_walls_and_away(speed, goal):
-    start = tuple(g + (d if g < 5.5 else -d) for g, d in zip(goal, (0.9, 0.7)))
-    bench = Bench(speed, (*start, 1.0), seed=7)
-    measure(bench, goal)
-    bench.driver.drive_to(*start)
-    rest = bench.now + hypot(0.9, 0.7) / speed + 0.6
-    bench.assert_rests(start, rest, rest + 0.5)
-
-
 @law(25)
 @given(speed=speeds, seed=seeds, away=st.floats(0.0, 4e-4), angle=headings)
 def test_goal_where_it_stands_moves_nothing(speed, seed, away, angle):

@@ -109,7 +109,7 @@ class Brick(NamedTuple):
     def observe(self, stamp: int, position: Vector, parent: str) -> 'Brick':
         """Return the brick once it has been seen at an instant (ns)."""
         if (stamp < self.seen or parent != self.parent
-                or position != self.position and dist(position, self.position) > ROUNDING):
+                or dist(position, self.position) > ROUNDING):
             return Brick(position, stamp, stamp, parent)
         return self._replace(seen=stamp)
 
