@@ -14,15 +14,13 @@
 """
 `ros2` on a running turtle_arena, held to recordings of the real one.
 
-Every record of data/ros2 about what the stand-in has is replayed on one graph. Where the real
-ros2cli is installed, and TURTLE_BRICK_ORACLE set, that is held to the same records, one by one
-because of its daemon, which takes some minutes and shows that the comparison is right.
+Every record of data/ros2 about what the stand-in has is replayed on one graph.
 """
 
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 import contextlib
-from importlib.util import find_spec
+import io
 import os
 from pathlib import Path
 import re
@@ -39,25 +37,19 @@ from rcl_interfaces.msg import IntegerRange, ParameterDescriptor, ParameterEvent
 from rclpy.action import ActionServer
 from rclpy.node import Node
 from recorded import records, with_paths, write_files
+from ros2cli import cli
 from std_srvs.srv import Empty
+from tf2_msgs.srv import FrameGraph
 from turtle_brick.tools.graph import Graph
 from turtle_referee.domains import reserved_domain
 from turtlesim.action import RotateAbsolute
 from turtlesim.msg import Color
 from turtlesim.srv import SetPen
 
-STAND_IN = find_spec('ros2cli.traffic') is not None
-# Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
-pytestmark = pytest.mark.skipif(not STAND_IN and 'TURTLE_BRICK_ORACLE' not in os.environ,
-                                reason='the real ros2cli is not tested here')
-
 RECORDS = records('cli', 'launch_show_args', 'launch_errors')
 
-# How often (s) one looks.
-GLANCE = 0.01
-
-# How long (s) a command may take.
-TIME = 30.0
+# How long (s) a command may take, and how often it is looked at.
+TIME, GLANCE = 30.0, 0.02
 
 # Verbs that the stand-in does not have, by the words of the command.
 LEFT_OUT_VERBS = (
@@ -87,6 +79,11 @@ def verb(record: dict[str, Any]) -> str | None:
 
 REPLAYED = [name for name, record in RECORDS.items()
             if name not in LEFT_OUT and verb(record) is None]
+
+# What needs no graph is done in this process, which takes a hundredth of the time.
+HERE = [name for name in REPLAYED if re.match(
+    '(pkg|interface|launch)( |$)|$|-|[a-z]*( -h| --help)?$|[a-z]+ [a-z]+ -h',
+    ' '.join(RECORDS[name]['command'][1:]))]
 
 # They want the graph for themselves: they count ends of topics that every node has, or change
 # what others see.
@@ -120,8 +117,10 @@ class Outcome(NamedTuple):
 
 # ----------------------------------------------------------------------------------- the graph
 
-def complete(turtlesim: Node, publisher: Node) -> None:
-    """Give the stand-ins of two nodes what they leave out and the recordings show."""
+def complete(turtlesim: Node, publisher: Node, *listeners: Node) -> None:
+    """Give nodes what they leave out, or have done without since, and the recordings show."""
+    for node in listeners:
+        node.create_service(FrameGraph, 'tf2_frames', lambda _, response: response)
     turtlesim.create_publisher(Color, 'turtle1/color_sensor', 10)
     turtlesim.create_service(Empty, 'clear', lambda _, response: response)
     turtlesim.create_service(SetPen, 'turtle1/set_pen', lambda _, response: response)
@@ -151,9 +150,7 @@ def arena() -> Iterator[Node]:
         publisher = graph.add_robot_state_publisher()
         graph.add_robot()
         node = graph.add_arena()
-        graph.add_catcher()
-        if turtlesim and publisher:
-            complete(turtlesim, publisher)
+        complete(turtlesim, publisher, node, graph.add_catcher())
         over = threading.Event()
 
         def spin() -> None:
@@ -235,6 +232,28 @@ def replay(record: dict[str, Any], domain: int, arena: Node, files: Path) -> Out
     return command.end()
 
 
+def run_here(record: dict[str, Any], files: Path, patch: pytest.MonkeyPatch) -> Outcome:
+    """Do a recorded command in this process."""
+    streams = [io.TextIOWrapper(io.BytesIO()) for _ in range(2)]
+    for name, value in (('argv', with_paths(record['command'], files)),
+                        ('stdin', io.StringIO(record.get('stdin', ''))),
+                        ('stdout', streams[0]), ('stderr', streams[1])):
+        patch.setattr(sys, name, value)
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
+    code = ended.value.code
+    if isinstance(code, str):
+        print(code, file=sys.stderr)
+    texts = []
+    for stream in streams:
+        stream.flush()
+        texts.append(stream.buffer.getvalue().decode())
+    return Outcome(1 if isinstance(code, str) else code or 0, *texts)
+
+
 class Replays:
     """What has come of the records that a session tests."""
 
@@ -244,10 +263,10 @@ class Replays:
         self.files = files
         self._empty = empty
         self._outcomes: dict[str, Outcome] = {}
-        with ThreadPoolExecutor(6 if STAND_IN else 1) as pool:
+        with ThreadPoolExecutor(6) as pool:
             for part in (FIRST, REPLAYED):
                 now = [name for name in part if name in wanted and name not in self._outcomes
-                       and name not in ALONE]
+                       and name not in ALONE + HERE]
                 self._outcomes.update(zip(now, pool.map(self._replay, now)))
         for name in ALONE:
             if name in wanted:
@@ -266,19 +285,9 @@ class Replays:
 def replays(arena: Node, files: Path, request: pytest.FixtureRequest) -> Iterator[Replays]:
     """Replay all records that this session tests."""
     with reserved_domain() as empty:
-        deadline = time.monotonic() + TIME  # for a daemon to know the graph
-        while not STAND_IN and time.monotonic() < deadline:
-            names = Command(['ros2', 'node', 'list'], arena.context.get_domain_id()).end().stdout
-            if names.count('/') == 5:
-                break
-        try:
-            yield Replays(arena, empty, files, [
-                item.callspec.params['name'] for item in request.session.items
-                if getattr(item, 'originalname', '') == test_replay.__name__])
-        finally:
-            if not STAND_IN:
-                for domain in (empty, arena.context.get_domain_id()):
-                    Command(['ros2', 'daemon', 'stop'], domain).end()
+        yield Replays(arena, empty, files, [
+            item.callspec.params['name'] for item in request.session.items
+            if getattr(item, 'originalname', '') == test_replay.__name__])
 
 
 # -------------------------------------------------------------------------------- the comparison
@@ -341,21 +350,33 @@ def matches(name: str, recorded: str, printed: str, files: Path) -> bool:
     return re.fullmatch(pattern, comparable(name, printed)) is not None
 
 
-@pytest.mark.parametrize('name', REPLAYED)
-def test_replay(name: str, replays: Replays) -> None:
-    """The command prints what the real one printed, and ends as it did."""
-    record, outcome = RECORDS[name], replays.take(name)
+def assert_same(name: str, outcome: Outcome, files: Path) -> None:
+    """Compare what has come of a command with its record."""
+    record = RECORDS[name]
     assert outcome.status == record['returncode'], outcome
     for recorded, printed in ((record['stdout'], outcome.stdout),
                               (record['stderr'], outcome.stderr)):
-        if not matches(name, recorded, printed, replays.files):
+        if not matches(name, recorded, printed, files):
             assert comparable(name, printed) == comparable(name, recorded)
+
+
+@pytest.mark.parametrize('name', HERE)
+def test_without_a_graph(name: str, files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command prints what the real one printed, and ends as it did."""
+    outcome = run_here(RECORDS[name], files, monkeypatch)
+    monkeypatch.undo()
+    assert_same(name, outcome, files)
+
+
+@pytest.mark.parametrize('name', [name for name in REPLAYED if name not in HERE])
+def test_replay(name: str, replays: Replays) -> None:
+    """The command prints what the real one printed, and ends as it did."""
+    assert_same(name, replays.take(name), replays.files)
 
 
 # ------------------------------------------------------------------ what the stand-in does better
 
-@pytest.mark.skipif(not STAND_IN, reason='the real ros2cli has these verbs')
-@pytest.mark.parametrize('verb', LEFT_OUT_VERBS)
+@pytest.mark.parametrize('verb', ('interface list', 'daemon'))
 def test_what_is_left_out_says_so(verb: str, files: Path, domain_id: int) -> None:
     """One line, whatever follows the verb."""
     outcome = Command(['ros2', *verb.split(), 'a', '--b', '-h'], domain_id).end()
@@ -363,7 +384,6 @@ def test_what_is_left_out_says_so(verb: str, files: Path, domain_id: int) -> Non
         1, '', f'ros2 {verb}: this needs the real ros2cli, which this one stands in for\n')
 
 
-@pytest.mark.skipif(not STAND_IN, reason='the real one leaves its child behind')
 @pytest.mark.parametrize('number, status, said', [
     (signal.SIGTERM, 0, 'got SIGTERM\n'),
     (signal.SIGHUP, 256 - signal.SIGHUP, '[ros2run]: Hangup\n'),
@@ -394,7 +414,6 @@ cli.main()
 """
 
 
-@pytest.mark.skipif(not STAND_IN, reason='the real one prints a traceback')
 @pytest.mark.parametrize('number', (signal.SIGINT, signal.SIGTERM))
 def test_interrupted_in_the_middleware(number: int, domain_id: int) -> None:
     """Whatever the middleware makes of the interruption, the command ends quietly."""
@@ -403,7 +422,6 @@ def test_interrupted_in_the_middleware(number: int, domain_id: int) -> None:
     assert outcome == (number, '', '')
 
 
-@pytest.mark.skipif(not STAND_IN, reason='the real one prints a traceback')
 def test_nobody_reads_on(arena: Node) -> None:
     """A pipe that is closed ends the command quietly, as in `ros2 topic echo ... | head`."""
     command = ['bash', '-c', 'ros2 topic echo /turtle1/pose | head -n 1']

@@ -14,18 +14,15 @@
 """
 The turtlesim_node of this home, from outside: topics, services, parameter, QoS, log, end.
 
-Its motion is held to recordings in test_turtlesim_kinematics.py. Where the real turtlesim is
-installed it is tested itself, without a window, which shows that the tests are right.
+Its motion is held to recordings in test_turtlesim_kinematics.py.
 """
 
 from collections.abc import Callable, Iterator
 from math import hypot, pi
-import os
 import signal
 from statistics import median
 from typing import NamedTuple
 
-from ament_index_python.packages import get_package_prefix, PackageNotFoundError
 from geometry_msgs.msg import Twist
 from live_graph import graph, LiveGraph, NodeProcess, process, Recording
 import pytest
@@ -40,17 +37,7 @@ from turtle_referee.record import rate
 from turtlesim.msg import Pose
 from turtlesim.srv import Kill, Spawn, TeleportAbsolute, TeleportRelative
 
-
-@pytest.fixture(scope='module')
-def command() -> Iterator[list[str]]:
-    """Find the executable; the real one needs no display."""
-    try:
-        get_package_prefix('turtlesim')
-    except PackageNotFoundError as error:
-        pytest.skip(str(error))
-    with pytest.MonkeyPatch.context() as environment:
-        environment.setenv('QT_QPA_PLATFORM', os.environ.get('QT_QPA_PLATFORM', 'offscreen'))
-        yield [executable('turtlesim', 'turtlesim_node')]
+COMMAND = [executable('turtlesim', 'turtlesim_node')]
 
 
 class World(NamedTuple):
@@ -62,11 +49,10 @@ class World(NamedTuple):
 
 
 @pytest.fixture(scope='module')
-def shared(command: list[str]) -> Iterator[World]:
+def shared() -> Iterator[World]:
     """Run one turtlesim for all tests that only talk to it."""
     with reserved_domain() as domain_id:
-        # The real one ends by the signal itself, so that its status is not zero.
-        with process(command, domain_id, stop=None) as turtlesim, graph(domain_id) as live:
+        with process(COMMAND, domain_id) as turtlesim, graph(domain_id) as live:
             yield World(turtlesim, live, 'turtle1')
 
 
@@ -213,10 +199,10 @@ def test_turtles_come_and_go(shared: World) -> None:
     assert spawn('') == 'turtle2'
 
 
-def test_all_names_are_relative(command: list[str], domain_id: int) -> None:
+def test_all_names_are_relative(domain_id: int) -> None:
     """In a namespace everything is under it, and works."""
     arguments = ['--ros-args', '-r', '__ns:=/one/two', '-p', 'holonomic:=true']
-    with process([*command, *arguments], domain_id, stop=None), graph(domain_id) as live:
+    with process([*COMMAND, *arguments], domain_id), graph(domain_id) as live:
         poses = poses_of(live, 'one/two/turtle1')
         live.publisher('one/two/turtle1/cmd_vel', Twist).publish(twist(x=0.3, y=0.4))
         pose = settle(live, poses, lambda pose: pose.linear_velocity > 0.0, 'motion')
@@ -240,16 +226,6 @@ def test_quality_of_service_is_the_real_one(world: World) -> None:
         assert end.qos_profile.durability == DurabilityPolicy.VOLATILE
 
 
-def is_standin() -> bool | None:
-    """Tell whether turtlesim is the stand-in."""
-    try:
-        import turtlesim_standin.node  # noqa: F401
-    except ImportError:
-        return False
-    return True
-
-
-@pytest.mark.skipif(not is_standin(), reason='the real turtlesim is no node of ours')
 def test_a_name_that_cannot_be_is_refused(world: World) -> None:
     """The reason is in the log, nothing is spawned, and the turtles go on."""
     turtlesim, live, turtle = world
@@ -261,22 +237,19 @@ def test_a_name_that_cannot_be_is_refused(world: World) -> None:
     live.wait_for(lambda: len(poses.messages) > 2, 10.0, 'more poses')
 
 
-@pytest.mark.skipif(not is_standin(), reason='the real turtlesim aborts, and dumps core')
-def test_a_parameter_that_cannot_be_ends_it_with_a_sentence(command: list[str],
-                                                            domain_id: int) -> None:
+def test_a_parameter_that_cannot_be_ends_it_with_a_sentence(domain_id: int) -> None:
     """With what the real one says, as far as rclpy has the same words for it."""
-    with process([*command, '--ros-args', '-p', 'holonomic:=abc'], domain_id,
+    with process([*COMMAND, '--ros-args', '-p', 'holonomic:=abc'], domain_id,
                  stop=None) as running:
         assert running.wait(20.0) == 1
         assert "'holonomic' to 'abc'" in running.output
         assert len(running.output.splitlines()) == 1
 
 
-@pytest.mark.skipif(not is_standin(), reason='the real turtlesim is no node of ours')
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_it_ends_quietly(command: list[str], domain_id: int, number: int) -> None:
+def test_it_ends_quietly(domain_id: int, number: int) -> None:
     """Ctrl-C and SIGTERM end it with status 0 and without another word."""
-    with graph(domain_id) as live, process(command, domain_id, stop=None) as running:
+    with graph(domain_id) as live, process(COMMAND, domain_id, stop=None) as running:
         poses_of(live, 'turtle1')
         before = running.output
         assert running.stop(number) == 0
