@@ -34,7 +34,7 @@ from turtle_brick.tools import sweep
 from turtle_brick.tools.drops import promised_distance, simulate, trace
 import yaml
 
-FIGURES = ('map.png', 'margin.png', 'drop.png')
+FIGURES = ('map.png', 'drop.png')
 PARAMETERS = load()
 PLAN = sweep.Plan(grid=False, count=24, heights=(2.0, 9.0), seed=5)
 

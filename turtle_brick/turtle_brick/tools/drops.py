@@ -41,8 +41,8 @@ JITTER = Delays(tick_jitter=0.002, robot_jitter=0.0003)
 class Drop(NamedTuple):
     """What became of a brick; lengths in m, in the world, times in s."""
 
-    index: int
-    """Number of the drop in its sweep, from 0."""
+    number: int
+    """Of the drop in its sweep, from 0."""
     seed: int
     """Of its simulation."""
     result: Result
@@ -96,7 +96,7 @@ class Drop(NamedTuple):
         tilted_x, tilted_y = result.carried_to or (None, None)
         timed = decision if self.margin is not None else None
         return {
-            'index': self.index, 'seed': self.seed,
+            'index': self.number, 'seed': self.seed,
             'brick_x': brick_x, 'brick_y': brick_y, 'brick_z': brick_z,
             'robot_x': result.robot[0], 'robot_y': result.robot[1],
             'distance': self.distance,
@@ -117,12 +117,12 @@ def promised_distance(brick: Vector, parameters: Parameters) -> float:
     return guaranteed_distance(height, parameters) if within_arena(x, y) == (x, y) else -inf
 
 
-def simulate(parameters: Parameters, index: int, seed: int, brick: Vector) -> Drop:
+def simulate(parameters: Parameters, number: int, seed: int, brick: Vector) -> Drop:
     """
     Drop a brick.
 
     :param parameters: the physical numbers
-    :param index: of the drop, to be noted
+    :param number: of the drop, to be noted
     :param seed: of the simulation
     :param brick: where it is released, in the world (m)
     :return: What becomes of it.
@@ -131,7 +131,7 @@ def simulate(parameters: Parameters, index: int, seed: int, brick: Vector) -> Dr
     timing = _Timing(simulation)
     simulation.rest(START_UP)
     result = simulation.drop(brick)
-    return Drop(index, seed, result, promised_distance(brick, parameters),
+    return Drop(number, seed, result, promised_distance(brick, parameters),
                 timing.spare, timing.offset)
 
 

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Figures: the map of the arena, margins, one drop in detail, and the latency of the live graph.
+Figures: the map of the arena, one drop in detail, and the latency of the live graph.
 
 They need no display and leave matplotlib's global state alone.
 """
@@ -24,7 +24,7 @@ from itertools import groupby
 from math import degrees, dist, nan
 from pathlib import Path
 from statistics import median
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
@@ -124,7 +124,8 @@ def reachability_map(drops: Sequence[Drop], parameters: Parameters, cells: int |
         center; None for drops at random places
     :param path: of the PNG
     """
-    x, y, _ = np.array([drop.result.brick for drop in drops]).T
+    x, y, z = np.array([drop.result.brick for drop in drops]).T
+    heights = sorted({z.min(), z.max()})
     least = min(-0.1, *(drop.margin for drop in drops if drop.margin is not None))
     margins = np.array([least if drop.margin is None else drop.margin for drop in drops])
     norm = TwoSlopeNorm(0.0, least, max(0.1, margins.max()))
@@ -148,7 +149,6 @@ def reachability_map(drops: Sequence[Drop], parameters: Parameters, cells: int |
         missed = [drop.result.brick for drop in drops if drop.outcome == 'missed']
         axes.scatter([x for x, _, _ in missed], [y for _, y, _ in missed], s=50.0, c=MISSED,
                      marker='X', linewidths=0.0, zorder=4)
-        heights = _extremes(drops)
         for height in heights:
             for radius, style in ((guaranteed_distance(height, parameters), '-'),
                                   (farthest(height, parameters), FINE_DASHES)):
@@ -161,7 +161,7 @@ def reachability_map(drops: Sequence[Drop], parameters: Parameters, cells: int |
         axes.set(aspect='equal', xlim=(-0.2, ARENA_SIZE + 0.2), ylim=(-0.2, ARENA_SIZE + 0.2),
                  xlabel='x in the world / m', ylabel='y in the world / m',
                  title=f'Where a robot of {parameters.max_velocity:g} m/s catches a brick that '
-                 f'falls from {_in_words(heights)}')
+                 f'falls from {" to ".join(f"{height:.3g}" for height in heights)} m')
         bar = figure.colorbar(ScalarMappable(norm, MARGIN_COLORS), ax=axes, shrink=0.85,
                               pad=0.01, aspect=28)
         bar.ax.spines[:].set_visible(False)
@@ -180,52 +180,6 @@ def reachability_map(drops: Sequence[Drop], parameters: Parameters, cells: int |
             title=f'{len(drops):,} drops: ' + ', '.join(
                 f'{sum(drop.outcome == outcome for drop in drops):,} {outcome}'
                 for outcome in ('caught', 'refused', 'missed')))
-
-
-def _extremes(drops: Sequence[Drop]) -> list[float]:
-    """Return the lowest and the highest release (m) of some drops; one if they are the same."""
-    heights = [drop.result.brick[2] for drop in drops]
-    return sorted({min(heights), max(heights)})
-
-
-def _in_words(heights: Sequence[float]) -> str:
-    """Return one or two heights (m) in words."""
-    return ' to '.join(f'{height:.3g}' for height in heights) + ' m'
-
-
-def margins(drops: Sequence[Drop], parameters: Parameters, path: Path) -> None:
-    """
-    Draw the margins against the distance, as estimated and as measured.
-
-    :param drops: the results
-    :param parameters: the physical numbers
-    :param path: of the PNG
-    """
-    groups = [(f'{outcome}: estimated when the fall was recognized', color,
-               [(drop, drop.margin) for drop in drops if drop.outcome == outcome])
-              for outcome, color in (
-                  ('caught', CAUGHT), ('refused', REFUSED), ('missed', MISSED))]
-    groups.append(('caught: measured, how long the platform had been there', ROBOT, [
-        (drop, drop.spare) for drop in drops if drop.distance > parameters.platform_radius]))
-    with drawn(path, 9.4, 5.2) as figure:
-        whole, near = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
-        for axes, size in ((whole, 1.5), (near, 4.0)):
-            for label, color, timed in groups:
-                points = [(drop.distance - guaranteed_distance(drop.result.brick[2], parameters),
-                           time) for drop, time in timed if time is not None]
-                if points:
-                    axes.plot(*zip(*points), '.', color=color, markersize=size, label=label)
-            axes.axhline(0.0, color=INK, linewidth=0.9)
-            axes.axvline(0.0, color='black', linewidth=1.4)
-            axes.set_xlabel('distance beyond the promised one / m')
-        near.set(xlim=(-0.25, 0.25), title='... at the edge of the promise',
-                 ylim=(-0.3 / parameters.max_velocity, 0.5 / parameters.max_velocity))
-        near.text(-0.005, 0.03, 'a catch is promised', ha='right', fontsize=8.5,
-                  transform=near.get_xaxis_transform())
-        whole.set(ylabel='time to spare / s',
-                  title=f'Time to spare for a brick from {_in_words(_extremes(drops))}')
-        figure.legend(*whole.get_legend_handles_labels(), loc='outside lower center',
-                      ncols=2, markerscale=8.0)
 
 
 def one_drop(trace: Trace, drop: Drop, parameters: Parameters, path: Path) -> None:
@@ -334,6 +288,7 @@ def latency(chains: Sequence[dict[str, float]], path: Path) -> None:
         axes = figure.subplots()
         axes.grid(axis='y', visible=False)
         begin = 0.0
+        look: dict[str, Any]
         for row, (link, (_, what, color)) in enumerate(LINKS.items()):
             end, ends = medians[link], [1e3 * chain[link] for chain in chains]
             axes.barh(row, end - begin, left=begin, height=0.5, color=color, alpha=0.85)
@@ -342,12 +297,12 @@ def latency(chains: Sequence[dict[str, float]], path: Path) -> None:
             if row + 1 < len(LINKS):
                 axes.plot([end, end], [row, row + 1], color=INK, linewidth=0.8, linestyle=':')
             if end - begin > 0.5 * last:
-                place, style = begin + 0.012 * last, {'color': 'white'}
+                place, look = begin + 0.012 * last, {'color': 'white'}
             elif end < 0.5 * last:
-                place, style = max(ends) + 0.012 * last, {}
+                place, look = max(ends) + 0.012 * last, {}
             else:
-                place, style = min(begin, *ends) - 0.012 * last, {'ha': 'right'}
-            axes.text(place, row, f'{end - begin:.1f} ms: {what}', va='center', **style)
+                place, look = min(begin, *ends) - 0.012 * last, {'ha': 'right'}
+            axes.text(place, row, f'{end - begin:.1f} ms: {what}', va='center', **look)
             begin = end
         axes.set_yticks(range(len(LINKS)), [who for who, _, _ in LINKS.values()])
         axes.tick_params(axis='y', length=0)

@@ -16,9 +16,9 @@
 sweep: drop many bricks without ROS, over all cores, and see what is caught, refused or missed.
 
 Every drop begins with the robot at rest in the center of the arena, in a simulation of its own.
-The output is a table, drops.csv, with one row per drop, and figures: the map of the arena, the
-margins against the distance, and one drop in detail. The table depends on the options alone,
-not on the number of workers: the same options give the same file, byte for byte.
+The output is a table, drops.csv, with one row per drop, and figures: the map of the arena, and one
+drop in detail. The table depends on the options alone, not on the number of workers: the same
+options give the same file, byte for byte.
 
 Ctrl-C keeps the drops so far: they are in the table, and the figures show them.
 
@@ -94,10 +94,10 @@ class Plan:
                        random.uniform(*self.heights))
 
     def simulations(self) -> Iterator[tuple[int, int, Vector]]:
-        """Yield index, seed and brick of each drop, in the order of the table."""
+        """Yield number, seed and brick of each drop, in the order of the table."""
         random = Random(f'{self.seed} simulations')
-        for index, brick in enumerate(self.bricks()):
-            yield index, random.getrandbits(32), brick
+        for number, brick in enumerate(self.bricks()):
+            yield number, random.getrandbits(32), brick
 
 
 def heading(parameters: Parameters, plan: Plan) -> str:
@@ -155,7 +155,7 @@ def most_telling(drops: Sequence[Drop]) -> Drop:
     """Return the drop to show: a broken promise, else the tightest catch, else the first."""
     return min(drops, key=lambda drop: (
         not drop.broken, not drop.result.caught,
-        inf if drop.spare is None else drop.spare, drop.index))
+        inf if drop.spare is None else drop.spare, drop.number))
 
 
 def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list[Drop]:
@@ -205,10 +205,9 @@ def draw(drops: Sequence[Drop], parameters: Parameters, plan: Plan, directory: P
     from turtle_brick.tools import plots  # here, since workers have no need of matplotlib
     plots.reachability_map(
         drops, parameters, plan.count if plan.grid else None, directory / 'map.png')
-    plots.margins(drops, parameters, directory / 'margin.png')
     chosen = most_telling(drops)
     plots.one_drop(trace(parameters, chosen), chosen, parameters, directory / 'drop.png')
-    for name in ('map.png', 'margin.png', 'drop.png'):
+    for name in ('map.png', 'drop.png'):
         print(f'  {directory / name}')
 
 
@@ -283,7 +282,7 @@ def main(args: Sequence[str] | None = None) -> int:
     print()
     print(summary(drops))
     for drop in [drop for drop in drops if drop.broken][:10]:
-        print(f'  drop {drop.index} (seed {drop.seed}), {drop.distance:.3f} m away: {drop.broken}')
+        print(f'  drop {drop.number}, seed {drop.seed}, {drop.distance:.3f} m away: {drop.broken}')
     return 0 if is_good(drops) else 1
 
 

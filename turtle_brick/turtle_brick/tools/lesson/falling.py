@@ -17,7 +17,7 @@
 from collections.abc import Iterator, Sequence
 from math import cos, degrees, sin, sqrt
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
@@ -32,6 +32,8 @@ from turtle_brick.tools.plots import CAUGHT, drawn, FAINT, INK, MISSED, REFUSED
 
 DT = STEP * NANO
 """Time (s) of a step of the physics."""
+
+Time = TypeVar('Time', float, np.ndarray)
 
 
 class Moment(NamedTuple):
@@ -91,12 +93,12 @@ def along_slope(brick: Vector, parameters: Parameters) -> float:
     return platform(parameters, parameters.tilt_angle).place_of(brick)[0]
 
 
-def closed_fall(time: float, parameters: Parameters) -> float:
+def closed_fall(time: Time, parameters: Parameters) -> Time:
     """Return the height (m) of the brick a time (s) after its release: z0 - g t^2 / 2."""
     return parameters.brick_start[2] - 0.5 * parameters.gravity_accel * time ** 2
 
 
-def closed_slide(time: float, parameters: Parameters) -> float:
+def closed_slide(time: Time, parameters: Parameters) -> Time:
     """Return how far (m) it has slid a time (s) after the tilt: g sin(angle) t^2 / 2."""
     return 0.5 * parameters.gravity_accel * sin(parameters.tilt_angle) * time ** 2
 
@@ -205,6 +207,7 @@ def draw_from_the_side(axes: Axes, sliding: Sequence[Moment], parameters: Parame
         length, _, thick = parameters.brick_size
         axes.add_patch(Polygon(box(center, length / 2.0, thick / 2.0), facecolor=REFUSED,
                                alpha=0.4 + 0.5 * part, edgecolor='white', zorder=3))
-        axes.text(*(center + 0.13 * across), f'{time:.2f} s', zorder=4)
+        x, z = center + 0.13 * across
+        axes.text(x, z, f'{time:.2f} s', zorder=4)
     axes.set(aspect='equal', xlim=(-0.5, 0.95), ylim=(hinge[1] - 0.6, hinge[1] + 0.5),
              xlabel='x / m', ylabel='height / m', title=f'The slide, at {degrees(angle):.0f}°')

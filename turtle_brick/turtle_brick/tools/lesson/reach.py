@@ -18,6 +18,7 @@ from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from turtle_brick.core.driving import PERIOD, TRANSPORT
@@ -117,17 +118,18 @@ def draw(parameters: Parameters, path: Path) -> None:
                      handletextpad=0.4)
 
         begin = 0.0
+        look: dict[str, Any]
         colors = (REFUSED, FAINT, ROBOT, CAUGHT, ROBOT, '#c9a227')
         for row, ((what, time), color) in enumerate(zip(STEPS_OF_LATENCY, colors)):
             end = begin + 1e3 * time
             chain.barh(row, end - begin, left=begin, height=0.62, color=color)
             if end - begin > 50.0:
-                place, style = begin + 1.0, {'color': 'white'}
+                place, look = begin + 1.0, {'color': 'white'}
             elif begin < 50.0:
-                place, style = end + 1.0, {}
+                place, look = end + 1.0, {}
             else:
-                place, style = begin - 1.0, {'ha': 'right'}
-            chain.text(place, row, f'{what}, {1e3 * time:.0f} ms', va='center', **style)
+                place, look = begin - 1.0, {'ha': 'right'}
+            chain.text(place, row, f'{what}, {1e3 * time:.0f} ms', va='center', **look)
             begin = end
         chain.set(yticks=[], ylim=(len(colors) - 0.5, -0.6), xlim=(0.0, 1e3 * GUARANTEED_LATENCY),
                   xlabel='time since the release / ms',
