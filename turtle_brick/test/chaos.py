@@ -134,6 +134,8 @@ class Scene:
         self.verdicts = live.record('catcher_marker', Marker)
         self.tilts = live.record('tilt', Tilt)
         self.goals = live.record('goal_pose', PoseStamped)
+        self.slow = ''
+        """What has not come as often as it should."""
         self.rates = {live.record('turtle1/pose', TurtlePoseMessage): 62.5,
                       live.record('turtle1/cmd_vel', Twist): 100.0,
                       live.record('odom', Odometry): 100.0,
@@ -190,7 +192,7 @@ class Scene:
         try:
             self.live.wait_for(look, RECOVERY, what)
         except TimeoutError as error:
-            raise Fault(f'{error}; brick {self.phase} at {self.see("brick")}, platform '
+            raise Fault(f'{error}; {self.slow}; brick {self.phase} at {self.see("brick")}, platform '
                         f'{self.see("platform")}, tilt {self.angle:g}, goal {self.goal}') from None
 
     def see(self, frame: str) -> Pose | None:
@@ -232,9 +234,12 @@ class Scene:
             recording.clear()
         begin = monotonic()
         self.live.pass_time(0.4)
-        least = 0.6 * (monotonic() - begin)
-        return all(len(recording.messages) >= least * rate
-                   for recording, rate in self.rates.items())
+        seconds = monotonic() - begin
+        self.slow = ', '.join(
+            f'{len(recording.messages) / seconds:.0f} of {rate:g} Hz'
+            for recording, rate in self.rates.items()
+            if len(recording.messages) < 0.6 * rate * seconds)
+        return not self.slow
 
     def stands(self) -> bool:
         """Tell whether the robot stands still for a while."""

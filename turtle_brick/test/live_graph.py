@@ -30,6 +30,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 import contextlib
 import signal
+from time import monotonic
 from typing import Any, TypeVar
 
 from rclpy.client import Client
@@ -44,7 +45,10 @@ from turtle_referee.record import rate
 
 Result = TypeVar('Result')
 
-PATIENCE = 20.0
+GLANCE = 0.005
+"""How often (s) one looks at what has come."""
+
+PATIENCE = 30.0
 """How long (s) something may take that comes at once on a quiet machine."""
 
 
@@ -85,6 +89,7 @@ class LiveGraph(Graph):
         :param options: passed on to Graph
         """
         super().__init__(domain_id, **options)
+        self._fetched = 0.0
         self._clients: dict[str, Client] = {}
         self._ears = Listener('ears', context=self.context, namespace=self.namespace)
         try:
@@ -121,7 +126,8 @@ class LiveGraph(Graph):
         found: list[Any] = []
 
         def look() -> bool:
-            self._ears.fetch()
+            if monotonic() > self._fetched + GLANCE:
+                self._fetch()
             found[:] = [predicate()]
             return bool(found[0])
 
@@ -131,7 +137,11 @@ class LiveGraph(Graph):
     def pass_time(self, seconds: float) -> None:
         """Let the nodes work for a time (s), and hear what they say."""
         self.spin_for(seconds)
+        self._fetch()
+
+    def _fetch(self) -> None:
         self._ears.fetch()
+        self._fetched = monotonic()
 
     def do(self, action: Callable[[], Result]) -> Result:
         """Do something between two callbacks, and return what it returned."""
