@@ -158,7 +158,8 @@ def drives(draw, longest=3.0):
     """Draw a speed, a start with heading and a goal that is at most so many seconds away."""
     speed = draw(speeds)
     x, y = draw(places())
-    angle, way = draw(headings), speed * draw(st.floats(0.0, longest))
+    angle = draw(headings)
+    way = speed * draw(st.one_of(st.floats(0.0, longest), st.floats(0.0, 0.05)))
     goal = within_arena(x + way * cos(angle), y + way * sin(angle))
     assume(hypot(goal[0] - x, goal[1] - y) > 1e-3)
     return speed, (x, y, draw(headings)), goal
@@ -180,7 +181,9 @@ def measure(bench, goal):
                    if hypot(pose.x - goal[0], pose.y - goal[1]) <= RADIUS)
     assert reached - 0.3 <= max(distance - RADIUS, 0.0) / speed + 0.12
     ex, ey = (goal[0] - x) / distance, (goal[1] - y) / distance
-    assert all(abs((pose.x - x) * ey - (pose.y - y) * ex) <= 0.005 for _, pose in bench.poses)
+    # Beyond, what jitter makes it overshoot may lead it along a wall.
+    assert all(abs((pose.x - x) * ey - (pose.y - y) * ex) <= 0.005
+               for time, pose in bench.poses if time <= reached)
     assert max(hypot(*command[1:]) for command in bench.commands) == pytest.approx(
         min(speed, 0.5 * distance / TICK))
     return max((pose.x - goal[0]) * ex + (pose.y - goal[1]) * ey for _, pose in bench.poses)
