@@ -192,8 +192,9 @@ class Scene:
         try:
             self.live.wait_for(look, RECOVERY, what)
         except TimeoutError as error:
-            raise Fault(f'{error}; {self.slow}; brick {self.phase} at {self.see("brick")}, platform '
-                        f'{self.see("platform")}, tilt {self.angle:g}, goal {self.goal}') from None
+            raise Fault(
+                f'{error}; {self.slow}; brick {self.phase} at {self.see("brick")}, platform '
+                f'{self.see("platform")}, tilt {self.angle:g}, goal {self.goal}') from None
 
     def see(self, frame: str) -> Pose | None:
         """Return where a frame is in the world, None if that is not known."""

@@ -14,8 +14,7 @@
 
 """The arena in a live graph: a fall by its stamps, its services, its markers."""
 
-from math import hypot, inf, nan, pi, sqrt
-from random import Random
+from math import inf, nan, pi, sqrt
 from threading import Event
 
 from live_graph import graph, PATIENCE
@@ -268,37 +267,6 @@ def test_markers(bench):
     assert bench.drop().success
     bench.until(lambda: bricks.last.text == 'falling', 'it is shown to fall')
     assert bricks.last.color != brick.color
-
-
-def test_random_calls(bench):
-    """Whatever is asked in whatever order: the node answers, and the brick breaks no law."""
-    random = Random(1)
-    refused = 0
-    for _ in range(300):
-        choice = random.random()
-        if choice < 0.4:
-            location = [random.uniform(4.0, 6.0), random.uniform(4.0, 6.0),
-                        random.uniform(-0.5, 3.0)]
-            if random.random() < 0.1:
-                location[random.randrange(3)] = random.choice((nan, inf, -inf))
-            response = bench.place(*location)
-        elif choice < 0.8:
-            response = bench.drop()
-        else:
-            bench.platform.pose = (5.0, 5.0, random.uniform(-pi, pi),
-                                   random.choice((0.0, 0.0, 0.5, -0.5, 3.0)))
-            continue
-        assert response.message
-        refused += not response.success
-        x, y, z = bench.world.brick
-        if bench.world.phase is Phase.RIDING:
-            assert hypot(x - 5.0, y - 5.0) < 2.0
-        else:
-            assert z >= HALF_HEIGHT or bench.world.phase is Phase.FLOATING
-    assert 30 < refused < 270
-    bench.stand(LEVEL)
-    assert bench.place(5.0, 5.0, 3.0).success and bench.drop().success
-    bench.until(Phase.RIDING, 'the brick on the platform')
 
 
 def test_a_platform_that_is_not_heard_of_any_more_is_absent(bench):

@@ -267,7 +267,7 @@ def test_the_platforms_joint_is_the_last_finite_tilt(bench, warned):
 
 
 def test_without_a_turtle(domain_id, capfd):
-    """100 times per second nothing is to move; own frames are nowhere, and nonsense changes that not."""
+    """100 times per second nothing is to move; poses that no turtle has change nothing."""
     with graph(domain_id) as live:
         robot = live.add_robot()
         outputs = [live.record('turtle1/cmd_vel', Twist), live.record('joint_states', JointState)]

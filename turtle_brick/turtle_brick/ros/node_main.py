@@ -47,8 +47,8 @@ SLEEP_TIME = 0.1
 wheels never sleeps: it takes the end of time for the past."""
 
 END_TIME = 5
-"""Longest time (s) that the end may take: then the kernel ends the process. At its end Fast DDS has
-been seen to wait for ever, in one process of 700 whose neighbors ended as well."""
+"""Longest time (s) that the end may take: then the kernel ends the process. At its end Fast DDS
+has been seen to wait for ever, in one process of 700 whose neighbors ended as well."""
 
 _asked_to_end = Event()
 
