@@ -155,13 +155,6 @@ def test_drop_falls_for_one_timestep():
         assert gap(world.brick, (1.0, 2.0, expected)) <= 1e-12
 
 
-@pytest.mark.parametrize('phase', (Phase.RIDING, Phase.GROUNDED))
-def test_drop_leaves_alone_what_lies(phase):
-    world = in_phase(phase)
-    world.drop()
-    assert_undisturbed(world, phase)
-
-
 def test_step_is_drop_while_the_brick_falls(monkeypatch):
     """The member that the assignment asks for is what the arena runs."""
     dropped = []
@@ -176,10 +169,12 @@ def test_step_is_drop_while_the_brick_falls(monkeypatch):
 
 
 @pytest.mark.parametrize('phase', (Phase.FALLING, Phase.RIDING, Phase.GROUNDED))
-def test_release_is_refused_with_what_the_brick_does(phase):
+def test_release_is_refused_with_what_the_brick_does_and_drop_leaves_alone_what_lies(phase):
     world = in_phase(phase)
     with pytest.raises(ValueError, match=PLACES[phase]):
         world.release()
+    if phase is not Phase.FALLING:
+        world.drop()
     assert_undisturbed(world, phase)
 
 
@@ -205,15 +200,6 @@ def test_brick_may_stand_on_the_ground():
     world.release()
     world.step()
     assert (world.brick, world.phase) == ((1.0, 1.0, LIFT), Phase.GROUNDED)
-
-
-def test_floating_brick_falls_from_where_it_floats():
-    world = in_phase(Phase.FLOATING)
-    x, y, z = world.brick
-    world.platform = platform_at(x=9.0)
-    world.release()
-    world.step()
-    assert gap(world.brick, (x, y, z - 0.5 * GRAVITY * DT ** 2)) <= 1e-12
 
 
 @pytest.mark.parametrize('x, phase', [(RADIUS, Phase.RIDING), (RADIUS + 1e-9, Phase.GROUNDED)])
