@@ -53,13 +53,15 @@ USUAL = {'platform_height': 1.0, 'platform_radius': 0.5, 'wheel_radius': 0.2,
 class Hands:
     """What a user does with a graph."""
 
-    def __init__(self, graph: Spins, observer: Observer) -> None:
+    def __init__(self, graph: Spins, observer: Observer, patience: float = PATIENCE) -> None:
         """
         Do nothing yet.
 
         :param graph: spins the observer
         :param observer: hears and asks
+        :param patience: how long (s) something may take that should be done at once
         """
+        self.patience = patience
         self.graph = graph
         self.observer = observer
         self.record = observer.record
@@ -117,15 +119,15 @@ class Hands:
     def go(self, goal: tuple[float, float]) -> Drive | None:
         """Send the robot somewhere and wait until it rests; return the drive, if it is known."""
         start = self.robot()
-        if start is None or not self.until(self.observer.hears_goals, PATIENCE):
+        if start is None or not self.until(self.observer.hears_goals, self.patience):
             return None
         begin, way = time_ns(), self.distance_to(goal)
         if not way < 2.0 * ARENA_SIZE:
             way = 0.0  # A robot that is not in the arena is not waited for.
         self.observer.send_goal(*goal)
         # It has to set off first: what rests in the beginning has not arrived.
-        if way < 0.02 or self.until(lambda: self.distance_to(start) > 0.01, PATIENCE):
-            self.until(self.is_at_rest, way / self.number('max_velocity') * 2.0 + PATIENCE)
+        if way < 0.02 or self.until(lambda: self.distance_to(start) > 0.01, self.patience):
+            self.until(self.is_at_rest, way / self.number('max_velocity') * 2.0 + self.patience)
         drive = Drive(begin, time_ns(), start, goal)
         self.record.drives.append(drive)
         return drive
@@ -143,11 +145,11 @@ class Hands:
         """
         begin = time_ns()
         try:
-            self.until(lambda: self.has(service), PATIENCE)
+            self.until(lambda: self.has(service), self.patience)
             future = self.observer.client(service).call_async(request())
         except LookupError as error:
             return Ask(begin, time_ns(), what, False, False, str(error))
-        if not self.until(future.done, PATIENCE):
+        if not self.until(future.done, self.patience):
             return Ask(begin, time_ns(), what, False, False, f'{service} does not answer')
         response = future.result()
         return Ask(begin, time_ns(), what, True, bool(getattr(response, 'success', True)),
@@ -183,7 +185,7 @@ class Hands:
         try:
             watch.asked = time_ns()
             watch.ask = self.ask('drop', self.observer.request_drop, 'drop')
-            if watch.ask.answered and self.until(lambda: watch.released, PATIENCE):
+            if watch.ask.answered and self.until(lambda: watch.released, self.patience):
                 self._see_out(watch)
         finally:
             self.observer.on_news = lambda: None
@@ -194,12 +196,12 @@ class Hands:
     def _see_out(self, watch: DropWatch) -> None:
         """Wait until all is over with a brick that falls."""
         fall = sqrt(2.0 * max(watch.place[2], 0.1) / self.number('gravity_accel'))
-        self.until(lambda: watch.down, fall * 1.5 + PATIENCE)
+        self.until(lambda: watch.down, fall * 1.5 + self.patience)
         if watch.caught:
             across = ARENA_SIZE / self.number('max_velocity')
-            self.until(lambda: watch.tilted, across * 1.5 + PATIENCE)
-            self.until(lambda: watch.floated, 2.0 * PATIENCE)
-            self.until(lambda: watch.levelled and self.is_at_rest(), PATIENCE)
+            self.until(lambda: watch.tilted, across * 1.5 + self.patience)
+            self.until(lambda: watch.floated, 2.0 * self.patience)
+            self.until(lambda: watch.levelled and self.is_at_rest(), self.patience)
         else:
             self.graph.spin_for(AFTER)
-            self.until(self.is_at_rest, PATIENCE)
+            self.until(self.is_at_rest, self.patience)

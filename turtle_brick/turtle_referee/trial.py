@@ -19,7 +19,7 @@ The robot rests, drives in eight directions and tilts its platform; bricks are p
 of reach and within reach. Every wait has an end: a graph that does not answer costs some seconds.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import cos, pi, sin
 from time import monotonic, time_ns
 from typing import NamedTuple
@@ -36,54 +36,61 @@ from turtle_referee.rules import Broken, Open
 from turtle_referee.spinning import Spins
 from turtle_referee.stalls import StallWatch
 
-IDLE = 3.0
-"""How long (s) the robot is watched at rest."""
-
 MEETING = 10.0
 """How long (s) it may take to hear of everything in a graph that runs."""
 
 LEG = 1.5
-"""Length (m) of each of the eight legs."""
+"""Length (m) of each leg."""
 
 SHORTEST_LEG = 0.3
 """Length (m) of a leg of the slowest robots."""
-
-TILTS = (0.5, -0.4, 0.25, 0.0)
-"""The angles (rad) that are asked for."""
-
-DROPS = (
-    ('the brick is out of reach by far', 0.25, 0.7, -0.25),
-    ('the brick is above the robot', 0.00, 0.0, 0.3),
-    ('the brick is in reach', 0.10, 0.4, 0.15),
-    ('the brick is just out of reach', 0.65, 0.6, -0.05),
-    ('the brick is just in reach', 0.40, 0.8, 0.03),
-    ('both may be right', 0.90, 0.5, None),
-    ('the brick is in reach', 0.60, 0.7, 0.10),
-)
-"""What is dropped: why, its direction (turns), how long (s) the robot would drive at its greatest
-speed until its platform is below the brick, and the time (s) that is left over: on top of the
-time to react if positive, missing to a robot that sets off at once if negative. None: half of the
-time to react is left, so that nobody can say from outside whether the brick can be caught."""
 
 RIM = 0.3
 """How far (m) inside the arena bricks are dropped."""
 
 
-class Placing(NamedTuple):
-    """Where a brick is dropped from, and whether it can be caught."""
+class Drop(NamedTuple):
+    """Where a brick is dropped from."""
 
     words: str
-    place: Vector
-    reachable: bool | None
-    """None where both may be right."""
+    turns: float
+    """Its direction from the center."""
+    way: float
+    """How long (s) the robot would drive at its greatest speed until its platform is below it."""
+    left: float | None
+    """The time (s) that is left over: on top of the time to react if positive, missing to a robot
+    that sets off at once if negative. None: half of the time to react is left, so that nobody can
+    say from outside whether the brick can be caught."""
+
+
+FAR_OUT = Drop('the brick is out of reach by far', 0.25, 0.7, -0.25)
+ABOVE = Drop('the brick is above the robot', 0.00, 0.0, 0.3)
+IN_REACH = Drop('the brick is in reach', 0.10, 0.4, 0.15)
+JUST_OUT = Drop('the brick is just out of reach', 0.65, 0.6, -0.05)
+JUST_IN = Drop('the brick is just in reach', 0.40, 0.8, 0.03)
+DOUBTFUL = Drop('both may be right', 0.90, 0.5, None)
+IN_REACH_TOO = Drop('the brick is in reach', 0.60, 0.7, 0.10)
+
+
+class Program(NamedTuple):
+    """How much of each is asked for."""
+
+    idle: float = 3.0
+    """How long (s) the robot is watched at rest."""
+    legs: int = 8
+    """How many legs it drives, each in another direction, that end where they began."""
+    tilts: Sequence[float] = (0.5, -0.4, 0.25, 0.0)
+    """The angles (rad) that are asked for."""
+    drops: Sequence[Drop] = (FAR_OUT, ABOVE, IN_REACH, JUST_OUT, JUST_IN, DOUBTFUL, IN_REACH_TOO)
 
 
 class Trial(Hands):
     """All that is asked of a graph."""
 
     def __init__(self, graph: Spins, observer: Observer, reaction: float,
-                 say: Callable[[str], None], patience: float = MEETING,
-                 limit: float = 150.0, is_alive: Callable[[], bool] = lambda: True) -> None:
+                 say: Callable[[str], None], meeting: float = MEETING,
+                 is_alive: Callable[[], bool] = lambda: True, program: Program = Program(),
+                 limit: float = 150.0, patience: float = PATIENCE) -> None:
         """
         Ask for nothing yet.
 
@@ -91,16 +98,19 @@ class Trial(Hands):
         :param observer: hears and asks
         :param reaction: time (s) that an implementation may need from release to motion
         :param say: told what is being done
-        :param patience: how long (s) the graph may take to be there
-        :param limit: time (s) after which nothing new is begun
+        :param meeting: how long (s) the graph may take to be there
         :param is_alive: tells whether what was started for it still runs
+        :param program: how much of each is asked for
+        :param limit: time (s) after which nothing new is begun
+        :param patience: how long (s) something may take that should be done at once
         """
-        super().__init__(graph, observer)
+        super().__init__(graph, observer, patience)
         self.reaction = reaction
         self.say = say
-        self.patience = patience
-        self.end = monotonic() + limit
+        self.meeting = meeting
         self.is_alive = is_alive
+        self.program = program
+        self.end = monotonic() + limit
 
     def run(self) -> None:
         """Go through the whole programme."""
@@ -119,7 +129,7 @@ class Trial(Hands):
         """Wait until the graph is there; tell whether there is anything."""
         record = self.record
         self.say('looking for the graph')
-        self.until(lambda: self.sees_everything() or not self.is_alive(), self.patience)
+        self.until(lambda: self.sees_everything() or not self.is_alive(), self.meeting)
         self.read_numbers()
         record.notes += self.observer.doubts()
         if not record.is_empty() or self.has('place'):
@@ -134,10 +144,10 @@ class Trial(Hands):
         if set(NUMBERS) - set(numbers):
             nodes = self.observer.others()
             # Some may have no such service, or not answer.
-            self.until(lambda: all(map(self.observer.has_parameters, nodes)), PATIENCE)
+            self.until(lambda: all(map(self.observer.has_parameters, nodes)), self.patience)
             asked = [self.observer.ask_parameters(node) for node in nodes
                      if self.observer.has_parameters(node)]
-            self.until(lambda: all(one.done() for one in asked), 2.0 * PATIENCE)
+            self.until(lambda: all(one.done() for one in asked), 2.0 * self.patience)
             for one in asked:
                 values = one.result().values if one.done() and one.result() else []
                 for name, value in zip(NUMBERS, values):
@@ -155,22 +165,22 @@ class Trial(Hands):
         """Watch the robot at rest."""
         self.say('at rest')
         begin = time_ns()
-        self.graph.spin_for(IDLE)
+        self.graph.spin_for(self.program.idle)
         self.record.idle.append((begin, time_ns()))
 
     def drive(self) -> None:
-        """Drive eight legs, each in another direction, that end where they began."""
+        """Drive some legs."""
         leg = min(LEG, max(SHORTEST_LEG, self.number('max_velocity')))
         if self.go(CENTER) is None:
             self.record.notes.append('nobody hears goal_pose, or says where the robot is')
             return
-        for number in range(8):
+        for number in range(self.program.legs):
+            turns = number / self.program.legs
             start = self.robot()
             if start is None or monotonic() > self.end:
                 return
-            angle = number * pi / 4.0
-            self.say(f'driving {45 * number} degrees')
-            drive = self.go((start[0] + leg * cos(angle), start[1] + leg * sin(angle)))
+            self.say(f'driving {360.0 * turns:.0f} degrees')
+            drive = self.go(beside(start, turns, leg))
             if drive is None or self.distance_to(start) < 0.01:
                 self.record.notes.append('the robot does not drive')
                 return
@@ -179,7 +189,7 @@ class Trial(Hands):
     def tilt(self) -> None:
         """Tilt the platform to and fro."""
         self.say('tilting')
-        for angle in TILTS:
+        for angle in self.program.tilts:
             begin = time_ns()
             try:
                 self.observer.send_tilt(angle)
@@ -189,26 +199,21 @@ class Trial(Hands):
             self.graph.spin_for(0.6)
             self.record.tilts.append(Ask(begin, time_ns(), angle))
 
-    def placings(self) -> list[Placing]:
-        """Return from where bricks are dropped around the robot at the center."""
+    def place_of(self, drop: Drop) -> tuple[Vector, bool | None]:
+        """Return from where a brick is dropped, and whether it can be caught, if that is sure."""
         speed, radius = self.number('max_velocity'), self.number('platform_radius')
-        gravity, rest = self.number('gravity_accel'), self.number('platform_height')
-        known = set(NUMBERS) <= set(self.record.profile.numbers)
-        found = []
-        for words, turn, way, left in DROPS:
-            distance = radius + way * speed if way else 0.3 * radius
-            if distance > ARENA_SIZE / 2.0 - RIM:
-                distance = ARENA_SIZE / 2.0 - RIM
-                way = (distance - radius) / speed
-            spare = self.reaction / 2.0 if left is None else (
-                left if left < 0.0 else self.reaction + left)
-            time = max(way + spare, 0.1)
-            angle = 2.0 * pi * turn
-            # With half a brick to spare, whose height nobody knows yet.
-            height = rest + self.half_height() + gravity * time * time / 2.0
-            place = (CENTER[0] + distance * cos(angle), CENTER[1] + distance * sin(angle), height)
-            found.append(Placing(words, place, left > 0.0 if known and left is not None else None))
-        return found
+        distance, way = (radius + drop.way * speed if drop.way else 0.3 * radius), drop.way
+        if distance > ARENA_SIZE / 2.0 - RIM:
+            distance = ARENA_SIZE / 2.0 - RIM
+            way = (distance - radius) / speed
+        spare = self.reaction / 2.0 if drop.left is None else (
+            drop.left if drop.left < 0.0 else self.reaction + drop.left)
+        # With half a brick to spare, whose height nobody may know.
+        height = (self.number('platform_height') + self.half_height()
+                  + self.number('gravity_accel') * max(way + spare, 0.1) ** 2 / 2.0)
+        known = drop.left is not None and set(NUMBERS) <= set(self.record.profile.numbers)
+        return ((*beside(CENTER, drop.turns, distance), height),
+                drop.left is not None and drop.left > 0.0 if known else None)
 
     def half_height(self) -> float:
         """Return half the brick's height (m), as its marker has it; 0 where none tells."""
@@ -223,23 +228,29 @@ class Trial(Hands):
         if self.record.frame('brick') is None:
             self.record.notes.append('there is no brick')
         failures = 0
-        for placing in self.placings():
+        for drop in self.program.drops:
             if monotonic() > self.end or failures > 1:
-                self.record.notes.append(f'not dropped any more: {placing.words}')
+                self.record.notes.append(f'not dropped any more: {drop.words}')
                 continue
-            self.say(f'{placing.words}, at ({placing.place[0]:.2f}, {placing.place[1]:.2f}, '
-                     f'{placing.place[2]:.2f})')
+            place, reachable = self.place_of(drop)
+            self.say(f'{drop.words}, at ' + '({:.2f}, {:.2f}, {:.2f})'.format(*place))
             if self.distance_to(CENTER) > 0.02:
                 self.go(CENTER)
-            ask = self.place(placing.place)
+            ask = self.place(place)
             if not (ask.answered and ask.accepted):
                 failures += 1
                 continue
-            watch = self.drop(placing.place)
+            watch = self.drop(place)
             failures += watch.released is None
-            watch.should = placing.reachable
+            watch.should = reachable
             if watch.floated and not any(one.left_alone for one in self.record.drops):
                 # Where it floats, it stays, wherever the robot goes.
                 watch.left_alone = time_ns()
                 self.go((CENTER[0] + 0.8, CENTER[1]))
                 watch.end = time_ns()
+
+
+def beside(place: Sequence[float], turns: float, distance: float) -> tuple[float, float]:
+    """Return a point at a distance (m) from another, in a direction."""
+    angle = 2.0 * pi * turns
+    return place[0] + distance * cos(angle), place[1] + distance * sin(angle)

@@ -21,6 +21,7 @@ test_referee_live.py has it watch graphs, mutants.py has it find faults in them.
 from io import StringIO
 import json
 from math import cos, inf, nan, pi, sin, sqrt
+from pathlib import Path
 import sys
 from types import SimpleNamespace
 from xml.etree import ElementTree
@@ -33,9 +34,8 @@ import numpy
 import pytest
 from rich.console import Console
 from sensor_msgs.msg import JointState
-from turtle_brick.core.parameters import load
-from turtle_brick.tools.graph import Graph, robot_description
-from turtle_referee import arena_rules, catcher_rules, referee, robot_rules, telling
+from turtle_brick.core.parameters import default_path, load
+from turtle_referee import referee, telling
 from turtle_referee.constants import NANOSECONDS
 from turtle_referee.drops import DropWatch, MOVED
 from turtle_referee.geometry import Pose, pose, turn, UPRIGHT
@@ -44,9 +44,12 @@ from turtle_referee.record import Drive, Frame, Heard, MarkerHeard, Record, Samp
 from turtle_referee.referee import judge
 from turtle_referee.rules import BROKEN, Judgement, KEPT, OPEN, Plot, Series
 from visualization_msgs.msg import Marker
+import xacro
 
 BEGIN = 1_800_000_000 * NANOSECONDS
 """When all of this is said to have happened (ns)."""
+
+URDF = Path(__file__).parents[2] / 'urdf' / 'turtle.urdf.xacro'
 
 PARAMETERS = load()
 NUMBERS = Profile.from_parameters(PARAMETERS).numbers
@@ -101,9 +104,14 @@ def brick_marker():
     return marker
 
 
-def find(rules, name, record):
+def find(name, record):
     """Return what one rule finds."""
-    return next(rule for rule in rules.RULES.in_order if rule.name == name)(record)
+    return next(rule for rule in referee.RULES if rule.name == name)(record)
+
+
+def marks(record, names):
+    """Return which of some rules are not kept."""
+    return {name for name in names if find(name, record).mark != KEPT}
 
 
 # ------------------------------------------------------------------------------------------ rates
@@ -128,7 +136,7 @@ def test_rates_go_by_stamps(rate, delays, driven):
     if abs(abs(rate - 100.0) - 2.0) < 0.2:
         return
     for name in ('rate: base_link', 'rate: odom'):
-        assert find(robot_rules, name, record).mark == KEPT_OR_BROKEN[abs(rate - 100.0) < 2.0]
+        assert find(name, record).mark == KEPT_OR_BROKEN[abs(rate - 100.0) < 2.0]
 
 
 def test_who_is_not_driven_has_its_rate_at_rest():
@@ -136,7 +144,7 @@ def test_who_is_not_driven_has_its_rate_at_rest():
     record.idle = [(at(0.0), at(3.0))]
     say_frame(record, 'brick', 'world', (
         (number / 250.0, upright(*PLACE)) for number in range(750)))
-    assert find(robot_rules, 'rate: brick', record).mark == KEPT
+    assert find('rate: brick', record).mark == KEPT
 
 
 def test_a_machine_without_time_breaks_no_rate():
@@ -144,11 +152,11 @@ def test_a_machine_without_time_breaks_no_rate():
     record.idle = [(at(0.0), at(3.0))]
     say_frame(record, 'base_link', 'odom', (
         (number / 80.0, upright(0.0, 0.0, 0.0)) for number in range(240)))
-    assert find(robot_rules, 'rate: base_link', record).mark == BROKEN
+    assert find('rate: base_link', record).mark == BROKEN
     record.stalls = [(at(1.0), at(1.02))]
-    assert find(robot_rules, 'rate: base_link', record).mark == BROKEN
+    assert find('rate: base_link', record).mark == BROKEN
     record.stalls = [(at(1.0), at(1.05))]
-    judgement = find(robot_rules, 'rate: base_link', record)
+    judgement = find('rate: base_link', record)
     assert (judgement.mark, 'stood still for 0.05 s' in judgement.measured) == (OPEN, True)
 
 
@@ -158,28 +166,50 @@ def test_what_is_broken_also_while_the_machine_has_time_is_broken():
     for begin, off in ((0.0, 0.2), (1.0, 0.0)):
         record.drives.append(Drive(at(begin), at(begin + 0.9), (0.0, 0.0), (1.0, 0.0)))
         record.topics['pose'].append(Heard(at(begin + 0.5), SimpleNamespace(x=1.0 - off, y=0.0)))
-    assert find(robot_rules, 'drive: goal', record).mark == BROKEN
+    assert find('drive: goal', record).mark == BROKEN
     record.stalls = [(at(0.2), at(0.4))]
-    assert find(robot_rules, 'drive: goal', record).mark == OPEN
+    assert find('drive: goal', record).mark == OPEN
     record.stalls = [(at(1.2), at(1.4))]
-    assert find(robot_rules, 'drive: goal', record).mark == BROKEN
+    assert find('drive: goal', record).mark == BROKEN
 
 
 # ---------------------------------------------------------------------------------- the robot
 
 @pytest.fixture(scope='module')
-def description(domain_of_module):
+def description():
     """Return the URDF of the robot."""
-    with Graph(domain_of_module) as graph:
-        return robot_description(graph.params_file)
+    return xacro.process_file(str(URDF), mappings={'params_file': str(default_path())}).toxml()
 
 
-@pytest.fixture(scope='module')
-def domain_of_module():
-    """Reserve a ROS domain."""
-    from turtle_referee.domains import reserved_domain
-    with reserved_domain() as domain:
-        yield domain
+def describe(record, description):
+    """Have the robot described."""
+    record.topics['robot_description'] = [Heard(at(0.0), SimpleNamespace(data=description))]
+
+
+URDF_FAULTS = {
+    'URDF: base_link': [("link[@name='base_link']/visual/geometry/box", 'size', '0.3 0.3 0.27')],
+    'URDF: platform': [("link[@name='platform']/visual/origin", 'rpy', '0.05 0 0'),
+                       ("link[@name='platform']/visual/origin", 'rpy', '0 -0.05 0')],
+    'URDF: room to turn': [("link[@name='base_link']/visual/origin", 'xyz', '0 0 1.1')],
+    'URDF: post': [("link[@name='post']/visual/origin", 'xyz', '0.03 0 0')],
+    'URDF: stem': [("link[@name='stem']/visual/origin", 'xyz', '0 0 0.9')],
+    'URDF: wheel': [("link[@name='wheel']/visual/origin", 'rpy', '0 0 0'),
+                    ("joint[@name='wheel_joint']", 'type', 'revolute')],
+    'URDF: colors': [("link[@name='platform']/visual/material", 'name', 'green')],
+    'URDF: numbers': [("link[@name='wheel']/visual/geometry/cylinder", 'radius', '0.22'),
+                      ("link[@name='platform']/visual/origin", 'xyz', '0 0 0.1')],
+}
+
+
+@pytest.mark.parametrize('rule, path, attribute, value', [
+    (rule, *edit) for rule, edits in URDF_FAULTS.items() for edit in edits])
+def test_faults_of_the_urdf_are_found(description, rule, path, attribute, value):
+    robot = ElementTree.fromstring(description)
+    robot.find(path).set(attribute, value)
+    for text, broken in ((description, set()), (ElementTree.tostring(robot, 'unicode'), {rule})):
+        record = new_record()
+        describe(record, text)
+        assert marks(record, URDF_FAULTS) == broken
 
 
 def drive(record, slip=1.0, crooked=0.0, count=8):
@@ -203,25 +233,25 @@ def drive(record, slip=1.0, crooked=0.0, count=8):
         (x, y), angle = goal, angle + 1.5 * slip
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(slip=floats(0.9, 1.1))
 def test_wheels_roll(description, slip):
     record = new_record()
-    record.topics['robot_description'] = [Heard(at(0.0), SimpleNamespace(data=description))]
+    describe(record, description)
     drive(record, slip=slip)
     if 0.022 < abs(slip - 1.0) < 0.028:
         return
-    assert find(robot_rules, 'drive: rolling', record).mark == KEPT_OR_BROKEN[
+    assert find('drive: rolling', record).mark == KEPT_OR_BROKEN[
         abs(slip - 1.0) < 0.025]
-    assert find(robot_rules, 'drive: stem', record).mark == KEPT
+    assert find('drive: stem', record).mark == KEPT
 
 
-@pytest.mark.parametrize('degrees', (-20.0, -6.0, -4.0, 0.0, 4.0, 6.0, 90.0))
+@pytest.mark.parametrize('degrees', (-6.0, 4.0, 90.0))
 def test_stems_point_along_the_motion(description, degrees):
     record = new_record()
-    record.topics['robot_description'] = [Heard(at(0.0), SimpleNamespace(data=description))]
+    describe(record, description)
     drive(record, crooked=degrees * pi / 180.0)
-    assert find(robot_rules, 'drive: stem', record).mark == KEPT_OR_BROKEN[abs(degrees) < 5.0]
+    assert find('drive: stem', record).mark == KEPT_OR_BROKEN[abs(degrees) < 5.0]
 
 
 # --------------------------------------------------------------------------------- the brick
@@ -246,17 +276,17 @@ def fall(record, gravity=9.81, step=0.004, floor=HEIGHT / 2.0, aside=0.0, place=
     return watch
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(configured=floats(1.0, 20.0), factor=floats(0.8, 1.2), step=floats(0.002, 0.02))
 def test_falls_have_their_acceleration(configured, factor, step):
     record = new_record(gravity_accel=configured)
     watch = fall(record, configured * factor, step)
     if 0.018 < abs(factor - 1.0) < 0.022:
         return
-    judgement = find(arena_rules, 'fall: acceleration', record)
+    judgement = find('fall: acceleration', record)
     assert judgement.mark == KEPT_OR_BROKEN[abs(factor - 1.0) < 0.02], judgement
-    assert find(arena_rules, 'fall: course', record).mark == KEPT
-    assert find(arena_rules, 'fall: ground', record).mark == KEPT
+    assert find('fall: course', record).mark == KEPT
+    assert find('fall: ground', record).mark == KEPT
     due = sqrt(2.0 * (PLACE[2] - HEIGHT / 2.0) / (configured * factor))
     # It is seen to fall when it has gone down by MOVED.
     unseen = sqrt(2.0 * MOVED / (configured * factor))
@@ -268,23 +298,23 @@ def test_a_fall_that_the_machine_did_not_disturb_is_judged():
     record = new_record()
     fall(record, gravity=9.0)
     record.stalls = [(at(0.1), at(0.3))]
-    assert find(arena_rules, 'fall: acceleration', record).mark == BROKEN
+    assert find('fall: acceleration', record).mark == BROKEN
     record.stalls = [(at(0.8), at(0.9))]
-    assert find(arena_rules, 'fall: acceleration', record).mark == OPEN
+    assert find('fall: acceleration', record).mark == OPEN
 
 
 @pytest.mark.parametrize('aside, kept', ((0.0, True), (0.002, True), (0.05, False)))
 def test_falls_go_straight_down(aside, kept):
     record = new_record()
     fall(record, aside=aside)
-    assert find(arena_rules, 'fall: course', record).mark == KEPT_OR_BROKEN[kept]
+    assert find('fall: course', record).mark == KEPT_OR_BROKEN[kept]
 
 
-@pytest.mark.parametrize('floor', (-0.1, 0.0, HEIGHT / 2.0, 0.3))
+@pytest.mark.parametrize('floor', (0.0, HEIGHT / 2.0, 0.3))
 def test_the_ground_is_at_0(floor):
     record = new_record()
     fall(record, floor=floor, place=(5.5, 5.5, 2.0))
-    assert find(arena_rules, 'fall: ground', record).mark == KEPT_OR_BROKEN[
+    assert find('fall: ground', record).mark == KEPT_OR_BROKEN[
         floor == HEIGHT / 2.0]
 
 
@@ -302,7 +332,7 @@ def tip(record, pull=1.0, angle=0.5, stop=None, drift=0.0):
     stop = stop if stop is not None else NUMBERS['platform_radius'] + LENGTH / 2.0
     place = (5.5, 5.5, 4.0)
     down = sqrt(2.0 * (4.0 - REST) / 9.81) + 0.5
-    ticks = [number * 0.004 for number in range(1250)]
+    ticks = [number * 0.008 for number in range(625)]
     tilted, level = 2.0, 4.0
     slope = [pitch(angle if tilted <= now < level else 0.0) for now in ticks]
     say_frame(record, 'platform', 'world', (
@@ -334,13 +364,7 @@ SLIDING = ('slide: law', 'slide: end', 'brick: floats', 'brick: rides', 'brick: 
            'again', 'fall: platform', 'fall: acceleration')
 
 
-def marks(record, names=SLIDING):
-    """Return which of some rules find something broken."""
-    found = {one.name: one for one in judge(record)}
-    return {name for name in names if found[name].mark != KEPT}
-
-
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(angle=floats(0.2, 1.2))
 def test_slides_follow_the_closed_form(angle):
     record = new_record()
@@ -348,7 +372,7 @@ def test_slides_follow_the_closed_form(angle):
     assert watch.caught
     due = sqrt(2.0 * (NUMBERS['platform_radius'] + LENGTH / 2.0) / (9.81 * sin(angle)))
     assert watch.slide_time == pytest.approx(due, abs=0.05)
-    assert marks(record) == set()
+    assert marks(record, SLIDING) == set()
 
 
 @pytest.mark.parametrize('fault, broken', (
@@ -362,7 +386,7 @@ def test_slides_follow_the_closed_form(angle):
 def test_slides_are_judged(fault, broken):
     record = new_record()
     tip(record, **fault)
-    assert marks(record) == broken
+    assert marks(record, SLIDING) == broken
 
 
 @settings(max_examples=10, deadline=None)
@@ -375,7 +399,7 @@ def test_the_brick_has_the_angle_of_the_platform(angle):
     frame.samples = [one._replace(pose=one.pose._replace(
         axes=one.pose.axes @ pitch(angle))) for one in frame.samples]
     if abs(abs(angle) - 0.02) > 0.002:
-        assert find(arena_rules, 'brick: angle', record).mark == KEPT_OR_BROKEN[
+        assert find('brick: angle', record).mark == KEPT_OR_BROKEN[
             abs(angle) < 0.02]
 
 
@@ -396,7 +420,7 @@ def refuse(record, text='Unreachable', lifetime=0.0, removed=None, kind=Marker.T
     return watch
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(length=floats(0.5, 6.0), removed=booleans(),
        action=sampled_from((Marker.DELETE, Marker.DELETEALL)))
 def test_texts_last_3_seconds(length, removed, action):
@@ -407,17 +431,17 @@ def test_texts_last_3_seconds(length, removed, action):
     else:
         refuse(record, lifetime=length)
     if abs(abs(length - 3.0) - 0.3) > 1e-3:
-        assert find(catcher_rules, 'text: time', record).mark == KEPT_OR_BROKEN[
+        assert find('text: time', record).mark == KEPT_OR_BROKEN[
             abs(length - 3.0) < 0.3]
 
 
 def test_a_text_that_is_repeated_lasts_from_the_first_to_the_end_of_the_last():
     record = new_record()
     refuse(record, lifetime=1.0, repeated=(1.6, 2.6))
-    assert find(catcher_rules, 'text: time', record).mark == KEPT
+    assert find('text: time', record).mark == KEPT
     record = new_record()
     refuse(record, lifetime=3.0, repeated=(1.6, 2.6))
-    assert find(catcher_rules, 'text: time', record).mark == BROKEN
+    assert find('text: time', record).mark == BROKEN
 
 
 @pytest.mark.parametrize('fault', ({'text': 'unreachable!'}, {'text': 'UNREACHABLE'},
@@ -425,10 +449,10 @@ def test_a_text_that_is_repeated_lasts_from_the_first_to_the_end_of_the_last():
 def test_the_text_is_the_word(fault):
     record = new_record()
     refuse(record, lifetime=3.0)
-    assert find(catcher_rules, 'text: kind', record).mark == KEPT
+    assert find('text: kind', record).mark == KEPT
     record = new_record()
     refuse(record, lifetime=3.0, **fault)
-    assert find(catcher_rules, 'text: kind', record).mark == BROKEN
+    assert find('text: kind', record).mark == BROKEN
 
 
 def test_silence_is_broken():
@@ -458,8 +482,8 @@ def test_walls_last(latched, times, seen):
             marker.pose.position.x, marker.pose.position.y = x, y
             marker.scale.x, marker.scale.y, marker.scale.z = length, width, 0.5
             show(record, marker, seconds, '/walls')
-    assert find(arena_rules, 'walls: size', record).mark == KEPT
-    assert find(arena_rules, 'walls: to be seen', record).mark == KEPT_OR_BROKEN[seen]
+    assert find('walls: size', record).mark == KEPT
+    assert find('walls: to be seen', record).mark == KEPT_OR_BROKEN[seen]
 
 
 # -------------------------------------------------------------------------------- odd records
