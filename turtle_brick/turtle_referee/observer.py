@@ -22,7 +22,7 @@ any implementation will do. It also asks for what a user would, and says nothing
 from collections import Counter
 from collections.abc import Callable, Sequence
 from importlib import import_module
-from time import monotonic
+from time import monotonic, time_ns
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
@@ -34,7 +34,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from tf2_msgs.msg import TFMessage
-from turtle_referee.names import NUMBERS, Profile
+from turtle_referee.constants import NANO
+from turtle_referee.names import Profile
 from turtle_referee.record import Heard, MarkerHeard, Record
 
 DEPTH = 2000
@@ -42,6 +43,9 @@ DEPTH = 2000
 
 FETCH_PERIOD = 0.02
 """Time (s) after which what has come is fetched."""
+
+LATE = 0.03
+"""How late (s) that may be: later, the machine stood still, or had no processor for who wakes up."""
 
 LOOK_PERIOD = 0.5
 """Time (s) after which new topics are looked for."""
@@ -168,6 +172,7 @@ class Observer(Node):
         self._topics_told: dict[str, Publisher] = {}
         self._services_asked: dict[str, Client] = {}
         self._looked_at = 0.0
+        self._fetched_at = time_ns()
         for topic, static in (('/tf', False), ('/tf_static', True)):
             self.listener.listen(
                 TFMessage, topic, self._transform_keeper(static), how_to_hear(static))
@@ -178,6 +183,9 @@ class Observer(Node):
         if monotonic() - self._looked_at > LOOK_PERIOD:
             self._looked_at = monotonic()
             self.look_around()
+        last, self._fetched_at = self._fetched_at, time_ns()
+        if (self._fetched_at - last) * NANO > FETCH_PERIOD + LATE:
+            self.record.stalls.append((last, self._fetched_at))
         self.listener.fetch()
         self.on_news()
 
@@ -351,10 +359,10 @@ class Observer(Node):
         """Tell whether a node can be asked for its parameters."""
         return self._parameter_client(node).service_is_ready()
 
-    def ask_parameters(self, node: str) -> Any:
-        """Ask a node for the numbers; return the future of the answer."""
-        return self._parameter_client(node).call_async(
-            GetParameters.Request(names=list(NUMBERS)))
+    def ask_parameter(self, node: str, name: str) -> Any:
+        """Ask a node for a number; return the future of the answer."""
+        # One by one: who lacks one of several gives none of them.
+        return self._parameter_client(node).call_async(GetParameters.Request(names=[name]))
 
     def _parameter_client(self, node: str) -> Client:
         """Return the client of a node's parameters, made when it is needed first."""

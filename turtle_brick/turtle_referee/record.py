@@ -197,7 +197,7 @@ class Record:
         self.places: list[Ask] = []
         self.drops: list[Any] = []
         self.stalls: list[tuple[int, int]] = []
-        """From when to when the machine had no time."""
+        """From when to when the machine had no time for who listens."""
         self.notes: list[str] = []
         """What went wrong in the referee's own programme."""
 

@@ -34,7 +34,6 @@ from turtle_referee.record import Ask
 from turtle_referee.robot_model import RobotModel
 from turtle_referee.rules import Broken, Open
 from turtle_referee.spinning import Spins
-from turtle_referee.stalls import StallWatch
 
 MEETING = 10.0
 """How long (s) it may take to hear of everything in a graph that runs."""
@@ -114,14 +113,11 @@ class Trial(Hands):
 
     def run(self) -> None:
         """Go through the whole programme."""
-        watch = StallWatch()
-        with watch:
-            if self.meet():
-                self.rest()
-                self.drive()
-                self.tilt()
-                self.drop_all()
-            self.record.stalls = watch.stalls()
+        if self.meet():
+            self.rest()
+            self.drive()
+            self.tilt()
+            self.drop_all()
 
     # ------------------------------------------------------------------------------- the start
 
@@ -145,12 +141,12 @@ class Trial(Hands):
             nodes = self.observer.others()
             # Some may have no such service, or not answer.
             self.until(lambda: all(map(self.observer.has_parameters, nodes)), self.patience)
-            asked = [self.observer.ask_parameters(node) for node in nodes
-                     if self.observer.has_parameters(node)]
-            self.until(lambda: all(one.done() for one in asked), 2.0 * self.patience)
-            for one in asked:
-                values = one.result().values if one.done() and one.result() else []
-                for name, value in zip(NUMBERS, values):
+            asked = [(name, self.observer.ask_parameter(node, name)) for node in nodes
+                     if self.observer.has_parameters(node) for name in NUMBERS]
+            self.until(lambda: all(future.done() for _, future in asked), 2.0 * self.patience)
+            for name, future in asked:
+                values = future.result().values if future.done() and future.result() else []
+                for value in values:
                     number = {2: value.integer_value, 3: value.double_value}.get(value.type, 0.0)
                     if 0.0 < number < 1e9:
                         numbers.setdefault(name, float(number))
