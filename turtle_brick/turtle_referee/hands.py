@@ -134,30 +134,30 @@ class Hands:
 
     # ------------------------------------------------------------------------------- the brick
 
-    def ask(self, service: str, request: Callable[[], Any], what: Any) -> Ask:
+    def ask(self, service: str, place: Vector | None = None) -> Ask:
         """
         Call a service.
 
         :param service: 'place' or 'drop'
-        :param request: makes the request
-        :param what: what is asked for, to be remembered
+        :param place: where to put the brick (m)
         :return: The answer, or that there was none.
         """
         begin = time_ns()
         try:
             self.until(lambda: self.has(service), self.patience)
-            future = self.observer.client(service).call_async(request())
+            future = self.observer.client(service).call_async(
+                self.observer.request(service, place))
         except LookupError as error:
-            return Ask(begin, time_ns(), what, False, False, str(error))
+            return Ask(begin, time_ns(), place, False, False, str(error))
         if not self.until(future.done, self.patience):
-            return Ask(begin, time_ns(), what, False, False, f'{service} does not answer')
+            return Ask(begin, time_ns(), place, False, False, f'{service} does not answer')
         response = future.result()
-        return Ask(begin, time_ns(), what, True, bool(getattr(response, 'success', True)),
+        return Ask(begin, time_ns(), place, True, bool(getattr(response, 'success', True)),
                    str(getattr(response, 'message', '')))
 
     def place(self, place: Vector, hovering: float = HOVERING) -> Ask:
         """Place the brick (m), and let it hover for a time (s)."""
-        ask = self.ask('place', lambda: self.observer.request_place(place), place)
+        ask = self.ask('place', place)
         if ask.answered:
             self.graph.spin_for(hovering)
         ask = ask._replace(end=time_ns())
@@ -184,7 +184,7 @@ class Hands:
         self.observer.on_news = look
         try:
             watch.asked = time_ns()
-            watch.ask = self.ask('drop', self.observer.request_drop, 'drop')
+            watch.ask = self.ask('drop')
             if watch.ask.answered and self.until(lambda: watch.released, self.patience):
                 self._see_out(watch)
         finally:

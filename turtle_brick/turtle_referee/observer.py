@@ -45,7 +45,7 @@ FETCH_PERIOD = 0.02
 """Time (s) after which what has come is fetched."""
 
 LATE = 0.03
-"""How late (s) that may be: later, the machine stood still, or had no processor for who wakes up."""
+"""How late (s) that may be: later, the machine stood still, or had no processor to spare."""
 
 LOOK_PERIOD = 0.5
 """Time (s) after which new topics are looked for."""
@@ -100,6 +100,11 @@ Keep = Callable[[Any, Any], None]
 """Called with a message, and with its source_timestamp and so on (rclpy's MessageInfo)."""
 
 
+def keeper(messages: list[Heard]) -> Keep:
+    """Return what adds a message to a list, with when it was published."""
+    return lambda message, info: messages.append(Heard(info['source_timestamp'], message))
+
+
 class Listener(Node):
     """
     Keep what is heard, each message with when it was published.
@@ -130,8 +135,7 @@ class Listener(Node):
         :return: A list to which `fetch` adds what has come.
         """
         messages: list[Heard] = []
-        self.listen(message_type, topic, lambda message, info: messages.append(
-            Heard(info['source_timestamp'], message)), qos)
+        self.listen(message_type, topic, keeper(messages), qos)
         return messages
 
     def listen(self, message_type: Any, topic: str, keep: Keep,
@@ -215,7 +219,7 @@ class Observer(Node):
             types = there.get(full, [])
             usable = [kind for kind in types if kind in TYPES.get(name, types)]
             if usable and full not in self._heard_topics:
-                self._join(full, usable[0], self._keeper(name))
+                self._join(full, usable[0], keeper(record.topics[name]))
         for topic, types in there.items():
             for kind in MARKER_TYPES:
                 if kind in types and topic not in self._heard_topics:
@@ -232,7 +236,7 @@ class Observer(Node):
         try:
             self.listener.listen(load_type(kind), topic, keep, how_to_hear(latched, reliable))
         except LookupError as error:
-            self.note(str(error))
+            self.record.notes.append(str(error))
         return latched
 
     def doubts(self) -> list[str]:
@@ -250,15 +254,6 @@ class Observer(Node):
                          f'{there[0].lstrip("/") or "/"}')
         return found
 
-    def note(self, sentence: str) -> None:
-        """Keep what went wrong, once."""
-        if sentence not in self.record.notes:
-            self.record.notes.append(sentence)
-
-    def _keeper(self, name: str) -> Keep:
-        messages = self.record.topics[name]
-        return lambda message, info: messages.append(Heard(info['source_timestamp'], message))
-
     def _marker_keeper(self, topic: str) -> Keep:
         def keep(message: Any, info: Any) -> None:
             for marker in getattr(message, 'markers', [message]):
@@ -269,8 +264,8 @@ class Observer(Node):
         def keep(message: TFMessage, info: Any) -> None:
             for transform in message.transforms:
                 self.record.add_transform(
-                    info['source_timestamp'], info['publication_sequence_number'] or 0,
-                    transform, static)
+                    info['source_timestamp'], info['publication_sequence_number'] or 0, transform,
+                    static)
         return keep
 
     # ------------------------------------------------------------------- what a user would do
@@ -293,30 +288,22 @@ class Observer(Node):
         return self.count_publishers(self.record.profile.topics['goal_pose']) > (
             'goal_pose' in self._topics_told)
 
-    def tilt_type(self) -> Any:
-        """
-        Return the type of the tilt topic, as its hearers have it.
-
-        :raises LookupError: nobody hears it, or the type is not installed here
-        """
-        topic = self.resolve_topic_name(self.record.profile.topics['tilt'])
-        kinds = sorted({info.topic_type for info in self.get_subscriptions_info_by_topic(topic)
-                        if full_name(info) != self.get_fully_qualified_name()})
-        if not kinds:
-            raise LookupError(f'nobody hears {topic}')
-        return load_type(kinds[0])
-
     def send_tilt(self, angle: float) -> None:
         """
-        Tilt the platform (rad).
+        Tilt the platform (rad), with the first field for a number that the topic's type has.
 
         :raises LookupError: it can't be asked for; the text says why
         """
-        message = self.tilt_type()()
-        field = angle_field(message)
-        if field is None:
-            raise LookupError(f'{type(message).__name__} has no field for an angle')
-        setattr(message, field, float(angle))
+        topic = self.resolve_topic_name(self.record.profile.topics['tilt'])
+        kinds = sorted({info.topic_type for info in self.get_subscriptions_info_by_topic(topic)})
+        if not kinds:
+            raise LookupError(f'nobody hears {topic}')
+        message = load_type(kinds[0])()
+        fields = [name for name, kind in message.get_fields_and_field_types().items()
+                  if kind in ('double', 'float')]
+        if not fields:
+            raise LookupError(f'{kinds[0]} has no field for an angle')
+        setattr(message, fields[0], float(angle))
         self._publisher('tilt', type(message)).publish(message)
 
     def _publisher(self, name: str, message_type: Any) -> Publisher:
@@ -340,19 +327,18 @@ class Observer(Node):
             self._services_asked[name] = self.create_client(load_type(kinds[0]), full)
         return self._services_asked[name]
 
-    def request_place(self, place: Sequence[float]) -> Any:
-        """Return a request to put the brick somewhere (m); LookupError if it has no place."""
-        request = self.client('place').srv_type.Request()
-        if not fill(request, place):
-            raise LookupError('the request of place has no fields x, y and z')
-        return request
+    def request(self, name: str, place: Sequence[float] | None = None) -> Any:
+        """
+        Return a request to put the brick somewhere (m), or to drop it.
 
-    def request_drop(self) -> Any:
-        """Return a request to drop the brick; LookupError if there is no such service."""
-        request = self.client('drop').srv_type.Request()
-        for name, kind in request.get_fields_and_field_types().items():
+        :raises LookupError: it can't be asked for; the text says why
+        """
+        request = self.client(name).srv_type.Request()
+        if place is not None and not fill(request, place):
+            raise LookupError(f'the request of {name} has no fields x, y and z')
+        for field, kind in request.get_fields_and_field_types().items():
             if kind == 'boolean':
-                setattr(request, name, True)
+                setattr(request, field, True)
         return request
 
     def has_parameters(self, node: str) -> bool:
@@ -383,9 +369,3 @@ def how_to_hear(latched: bool, reliable: bool = True) -> QoSProfile:
 def full_name(info: TopicEndpointInfo) -> str:
     """Return the full name of the node that has a publisher or subscription."""
     return f'{info.node_namespace.rstrip("/")}/{info.node_name}'
-
-
-def angle_field(message: Any) -> str | None:
-    """Return the name of a message's first field of a floating-point number, None without one."""
-    return next((name for name, kind in message.get_fields_and_field_types().items()
-                 if kind in ('double', 'float')), None)

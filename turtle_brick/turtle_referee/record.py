@@ -18,10 +18,11 @@ What was heard of a graph, and when. No ROS: messages are looked at, and none is
 Instants are integer nanoseconds of the system's clock, lengths in m, angles in rad.
 """
 
-from bisect import bisect_left
-from collections.abc import Iterator, Sequence
+from bisect import bisect_left, insort
+from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from math import dist, isfinite
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 from turtle_referee.constants import NANO, NANOSECONDS
@@ -59,6 +60,15 @@ class Sample(NamedTuple):
     pose: Pose
 
 
+stamp_of_sample = attrgetter('stamp')
+
+
+def during(items: list[Any], begin: int, end: int | None, when: Callable[[Any], int]) -> list[Any]:
+    """Return the items of a span of time (ns), of a list in the order of when they were."""
+    last = len(items) if end is None else bisect_left(items, end, key=when)
+    return items[bisect_left(items, begin, key=when):last]
+
+
 class Frame:
     """All that was broadcast of a frame."""
 
@@ -75,20 +85,17 @@ class Frame:
         """The first that was heard: where a static frame is, whoever says otherwise later."""
         self.samples: list[Sample] = []
         """In the order of their stamps."""
-        self.published: list[int] = []
+        self.published: list[tuple[int, Sample]] = []
+        """In the order of their arrival, each with when it was published."""
         self.numbers: list[int] = []
         """Of the messages, as their publishers count them, in the order of arrival."""
 
     def add(self, published: int, number: int, sample: Sample) -> None:
         """Take note of a transform."""
         self.first = self.first or sample
-        self.published.append(published)
+        self.published.append((published, sample))
         self.numbers.append(number)
-        if not self.samples or sample.stamp >= self.samples[-1].stamp:
-            self.samples.append(sample)
-        else:
-            place = bisect_left(self.samples, sample.stamp, key=lambda one: one.stamp)
-            self.samples.insert(place, sample)
+        insort(self.samples, sample, key=stamp_of_sample)
 
     @property
     def parents(self) -> set[str]:
@@ -102,21 +109,17 @@ class Frame:
 
     def heard(self, begin: int, end: int | None = None) -> list[tuple[int, Sample]]:
         """Return what was published in a span of time (ns), each with when it was."""
-        first = bisect_left(self.published, begin)
-        last = len(self.published) if end is None else bisect_left(self.published, end)
-        return list(zip(self.published[first:last], self.samples[first:last]))
+        return during(self.published, begin, end, lambda one: one[0])
 
     def between(self, begin: int, end: int) -> list[Sample]:
         """Return the transforms with stamps in a span of time (ns)."""
-        first = bisect_left(self.samples, begin, key=lambda one: one.stamp)
-        last = bisect_left(self.samples, end, key=lambda one: one.stamp)
-        return self.samples[first:last]
+        return during(self.samples, begin, end, stamp_of_sample)
 
     def at(self, stamp: int) -> Sample | None:
         """Return the transform at an instant (ns), interpolated; None where it is not known."""
         if self.static:
             return self.first
-        place = bisect_left(self.samples, stamp, key=lambda one: one.stamp)
+        place = bisect_left(self.samples, stamp, key=stamp_of_sample)
         before = self.samples[max(place - 1, 0)]
         after = self.samples[min(place, len(self.samples) - 1)]
         if after.stamp == stamp:
@@ -275,11 +278,7 @@ class Record:
 
     def heard(self, topic: str, begin: int = 0, end: int | None = None) -> list[Heard]:
         """Return the messages of a topic that were published in a span of time (ns)."""
-        messages = self.topics[topic]
-        first = bisect_left(messages, begin, key=lambda one: one.published)
-        last = len(messages) if end is None else bisect_left(
-            messages, end, key=lambda one: one.published)
-        return messages[first:last]
+        return during(self.topics[topic], begin, end, lambda one: one.published)
 
     def joint(self, name: str, begin: int, end: int) -> list[tuple[int, float]]:
         """Return the positions (rad) of a joint, each with its stamp (ns)."""

@@ -211,7 +211,7 @@ def test_services_may_have_other_names_and_types(domain_id):
             services={'place': 'put', 'drop': 'let_go'}))
         user = Hands(graph, observer)
         place = user.place((1.0, 2.0, 3.0), hovering=0.0)
-        drop = user.ask('drop', observer.request_drop, 'drop')
+        drop = user.ask('drop')
     assert (place.answered, place.accepted, odd.place) == (True, True, (1.0, 2.0, 3.0))
     assert (drop.answered, drop.accepted, odd.dropped) == (True, True, True)
     assert not fill(Trigger.Request(), (1.0, 2.0, 3.0))

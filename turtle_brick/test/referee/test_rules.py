@@ -12,37 +12,31 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-The referee's rules on records that are made up, and its words. No graph.
+"""The referee's rules on records that are made up. No graph."""
 
-test_referee_live.py has it watch graphs, mutants.py has it find faults in them.
-"""
-
-from io import StringIO
-import json
+from copy import deepcopy
 from math import cos, inf, nan, pi, sin, sqrt
 from pathlib import Path
-import sys
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, Twist
 from hypothesis import given, settings
 from hypothesis.strategies import booleans, floats, lists, sampled_from
 from nav_msgs.msg import Odometry
 import numpy
 import pytest
-from rich.console import Console
 from sensor_msgs.msg import JointState
 from turtle_brick.core.parameters import default_path, load
-from turtle_referee import referee, telling
-from turtle_referee.constants import NANOSECONDS
+from turtle_referee import referee
+from turtle_referee.constants import CENTER, NANOSECONDS
 from turtle_referee.drops import DropWatch, MOVED
 from turtle_referee.geometry import Pose, pose, turn, UPRIGHT
-from turtle_referee.names import Profile, ProfileError
-from turtle_referee.record import Drive, Frame, Heard, MarkerHeard, Record, Sample
+from turtle_referee.names import Profile
+from turtle_referee.record import Ask, Drive, Frame, Heard, MarkerHeard, Record, Sample
 from turtle_referee.referee import judge
-from turtle_referee.rules import BROKEN, Judgement, KEPT, OPEN, Plot, Series
+from turtle_referee.robot_model import RobotModel
+from turtle_referee.rules import BROKEN, KEPT, OPEN
 from visualization_msgs.msg import Marker
 import xacro
 
@@ -73,9 +67,9 @@ def new_record(**numbers):
     return Record(Profile(numbers={**NUMBERS, **numbers}))
 
 
-def say_frame(record, child, parent, track):
+def say_frame(record, child, parent, track, static=False):
     """Have a frame broadcast: (time in s, Pose) each."""
-    frame = record.frames.setdefault(child, Frame(False))
+    frame = record.frames.setdefault(child, Frame(static))
     for number, (seconds, there) in enumerate(track, len(frame.samples)):
         frame.add(at(seconds), number, Sample(at(seconds), parent, there))
 
@@ -212,25 +206,129 @@ def test_faults_of_the_urdf_are_found(description, rule, path, attribute, value)
         assert marks(record, URDF_FAULTS) == broken
 
 
+def stamped(message, seconds):
+    """Return a message that was published when its stamp says."""
+    stamp = message.header.stamp
+    stamp.sec, stamp.nanosec = divmod(at(seconds), NANOSECONDS)
+    return Heard(at(seconds), message)
+
+
 def drive(record, slip=1.0, crooked=0.0, count=8):
-    """Have the robot drive some legs of 1.5 m, and its joints say what they do."""
+    """Have the robot rest for a second and drive some legs of 1.5 m, and say what it does."""
+    record.idle = [(at(-1.0), at(0.0))]
+    say_frame(record, 'odom', 'world', [(-1.0, upright(*CENTER, 0.0))], static=True)
     x = y = angle = 0.0
-    for leg in range(count):
+    for leg in range(-1, count):
+        length = 1.5 * (leg >= 0)
         heading, begin = leg * 2.0 * pi / count, leg * 1.0
-        goal = x + 1.5 * cos(heading), y + 1.5 * sin(heading)
-        record.drives.append(Drive(at(begin), at(begin + 0.99), (x, y), goal))
-        track = []
+        goal = x + length * cos(heading), y + length * sin(heading)
+        if leg >= 0:
+            record.drives.append(Drive(at(begin), at(begin + 0.99), (x + CENTER[0], y + CENTER[1]),
+                                       (goal[0] + CENTER[0], goal[1] + CENTER[1])))
         for step in range(100):
-            way = min(step * 0.03, 1.5)
-            seconds = begin + step * 0.01
-            track.append((seconds, upright(x + way * cos(heading), y + way * sin(heading), 0.0)))
-            joints = JointState(name=['stem_joint', 'wheel_joint'], position=[
-                heading + crooked, (angle + way * slip) / NUMBERS['wheel_radius']])
-            stamp = joints.header.stamp
-            stamp.sec, stamp.nanosec = divmod(at(seconds), NANOSECONDS)
-            record.topics['joint_states'].append(Heard(at(seconds), joints))
-        say_frame(record, 'base_link', 'odom', track)
-        (x, y), angle = goal, angle + 1.5 * slip
+            way, seconds = min(step * 0.03, length), begin + step * 0.01
+            here = upright(x + way * cos(heading), y + way * sin(heading), 0.0)
+            twist = Twist()
+            twist.linear.x, twist.linear.y = (
+                (3.0 * cos(heading), 3.0 * sin(heading)) if way < length else (0.0, 0.0))
+            odometry = Odometry(child_frame_id='base_link')
+            odometry.header.frame_id, odometry.twist.twist = 'odom', deepcopy(twist)
+            odometry.pose.pose.position.x, odometry.pose.pose.position.y = here.position[:2]
+            joints = JointState(name=['stem_joint', 'wheel_joint', 'platform_joint'], position=[
+                heading + crooked, (angle + way * slip) / NUMBERS['wheel_radius'], 0.0])
+            say_frame(record, 'base_link', 'odom', [(seconds, here)])
+            record.topics['joint_states'].append(stamped(joints, seconds))
+            record.topics['odom'].append(stamped(odometry, seconds))
+            record.topics['cmd_vel'].append(Heard(at(seconds), twist))
+            record.topics['pose'].append(Heard(at(seconds), SimpleNamespace(
+                x=here.position[0] + CENTER[0], y=here.position[1] + CENTER[1])))
+        (x, y), angle = goal, angle + length * slip
+
+
+def shift(sample, dx):
+    """Return a transform that is some way (m) to the side."""
+    return sample._replace(pose=sample.pose._replace(position=sample.pose.position + (dx, 0, 0)))
+
+
+def odom_moves(record):
+    frame = record.frames['odom']
+    frame.add(at(0.5), 1, shift(frame.samples[0], 0.02))
+
+
+def turtle_elsewhere(record):
+    for heard in record.topics['pose']:
+        heard.message.y += 0.02
+
+
+def no_platform(record):
+    del record.frames['platform']
+
+
+def brick_below_nothing(record):
+    record.frames['brick'].samples[-1] = record.frames['brick'].samples[-1]._replace(parent='sky')
+
+
+def two_count(record):
+    record.frames['base_link'].numbers[:8] = [7, 0] * 4
+
+
+def absolute_name(record):
+    record.speakers['/walls'] = {'/judged/arena'}
+
+
+def commands_missing(record):
+    del record.topics['cmd_vel'][::20]
+
+
+def no_twist(record):
+    for heard in record.topics['odom']:
+        heard.message.twist.twist = Twist()
+
+
+def one_more_joint(record):
+    record.topics['joint_states'][-1].message.name.append('antenna_joint')
+
+
+def beside_the_line(record):
+    record.topics['pose'][120].message.y += 0.06
+
+
+def beyond_the_goal(record):
+    record.topics['pose'][170].message.x += 0.06
+
+
+def short_of_the_goal(record):
+    first = record.drives[0]
+    record.drives[0] = first._replace(goal=(first.goal[0] + 0.08, first.goal[1]))
+
+
+def too_fast(record):
+    record.topics['cmd_vel'][120].message.linear.y = 0.3
+
+
+ROBOT_FAULTS = {
+    'frames: odom': odom_moves, 'frames: base_link': turtle_elsewhere, 'frames: robot': no_platform,
+    'frames: broadcasters': two_count, 'names: relative': absolute_name,
+    'rate: cmd_vel': commands_missing, 'odom: twist': no_twist,
+    'joint_states: names': one_more_joint, 'drive: straight': beside_the_line,
+    'drive: overshoot': beyond_the_goal, 'drive: goal': short_of_the_goal,
+    'drive: speed': too_fast}
+
+
+@pytest.mark.parametrize('rule', (None, *ROBOT_FAULTS))
+def test_faults_of_the_robot_are_found(description, rule):
+    """What is broken is found, and nothing else is broken."""
+    record = new_record()
+    describe(record, description)
+    for joint in RobotModel(description, 'platform').joints:
+        say_frame(record, joint.child, joint.parent, [(-1.0, joint.origin)])
+    drive(record, count=2)
+    record.namespace, record.speakers = '/judged', {'/judged/odom': {'/judged/turtle_robot'}}
+    if rule is not None:
+        ROBOT_FAULTS[rule](record)
+    assert marks(record, (*ROBOT_FAULTS, 'drive: rolling', 'drive: stem', 'odom: pose',
+                          'frames: world', 'cmd_vel: at rest', 'rate: base_link')) == (
+        {rule} - {None})
 
 
 @settings(max_examples=5, deadline=None)
@@ -389,6 +487,65 @@ def test_slides_are_judged(fault, broken):
     assert marks(record, SLIDING) == broken
 
 
+def placed_beside(record):
+    record.places[0] = record.places[0]._replace(what=(5.52, 5.5, 4.0))
+
+
+def place_refused(record):
+    record.places[0] = record.places[0]._replace(accepted=False)
+
+
+def late_drop(record):
+    record.drops[0].ask = Ask(at(-0.2), at(-0.1), None)
+
+
+def drop_unanswered(record):
+    record.drops[0].ask = record.drops[0].ask._replace(answered=False)
+
+
+def brick_drifts(record):
+    samples = record.frames['brick'].samples
+    samples[5] = shift(samples[5], 0.002)
+
+
+def brick_lags(record):
+    samples = record.frames['brick'].samples
+    samples[210:215] = [shift(sample, 0.3) for sample in samples[210:215]]
+
+
+def marker_shown_once(record):
+    record.latched.clear()
+
+
+def invisible(record):
+    record.markers[0].marker.color.a = 0.0
+
+
+def tilted_elsewhere(record):
+    record.drops[0].carried_to = numpy.array((5.75, 5.5))
+
+
+ARENA_FAULTS = (
+    ('place', placed_beside), ('place', place_refused), ('drop', late_drop),
+    ('drop', drop_unanswered), ('brick: hovers', brick_drifts), ('brick: rides', brick_lags),
+    ('brick marker: to be seen', marker_shown_once), ('markers: frames', invisible),
+    ('frames: brick', brick_below_nothing), ('carry', tilted_elsewhere), (None, lambda record: 0))
+
+
+@pytest.mark.parametrize('rule, fault', ARENA_FAULTS)
+def test_faults_of_the_arena_are_found(rule, fault):
+    """What is broken is found, and nothing else is broken."""
+    record = new_record()
+    watch = tip(record)
+    watch.ask = Ask(at(0.45), at(0.46), None)
+    record.idle = [(at(0.0), at(0.45))]
+    record.places = [Ask(at(0.0), at(0.45), watch.place)]
+    record.latched['/marker'] = True
+    fault(record)
+    assert marks(record, {*SLIDING, *(one for one, _ in ARENA_FAULTS if one),
+                          'brick marker: place'}) == {rule} - {None}
+
+
 @settings(max_examples=10, deadline=None)
 @given(angle=floats(-1.0, 1.0))
 def test_the_brick_has_the_angle_of_the_platform(angle):
@@ -525,114 +682,3 @@ def test_whatever_is_heard_is_judged(values):
     record.drops = [watch]
     watch.end = at(1.0)
     assert len(judge(record)) == len(judge(Record(Profile())))
-
-
-# --------------------------------------------------------------------------------- how it is told
-
-JUDGEMENTS = [
-    Judgement('a', 'words <b> & "more"', 'x [red]', KEPT, '1 < 2 & [bold]3[/bold]', Plot(
-        'Title <&>', 'x (m)', 'y & z', [Series('<points>', [0.0, 1.0, nan], [1.0, inf, 2.0])],
-        Series('line', [0.0, 1.0], [0.0, 1.0]))),
-    Judgement('b', 'ж', 'ö', BROKEN, '-' * 300, Plot(
-        'Empty', '', '', [], Series('', [], []))),
-    Judgement('c', '', '', OPEN, '')]
-
-
-def test_the_page_is_a_page():
-    page = telling.page(JUDGEMENTS, {'seconds': 1.0, 'file': '<tag>'})
-    doctype, text = page[:15], page[15:]
-    assert doctype == '<!DOCTYPE html>'
-    # Every tag but these is closed, so that what is no XML is a mistake.
-    for tag in ('meta charset="utf-8"', 'meta name="viewport" content="width=device-width"'):
-        text = text.replace(f'<{tag}>', f'<{tag}/>')
-    root = ElementTree.fromstring(text.replace('<br>', '<br/>'))
-    pytest.importorskip('matplotlib')
-    assert len(root.findall('.//{http://www.w3.org/2000/svg}svg')) == 2
-    assert len(root.findall('.//table/tr')) == 1 + len(JUDGEMENTS)
-
-
-def test_the_json_has_everything():
-    told = json.loads(telling.as_json(JUDGEMENTS, {'seconds': nan, 'notes': ['ö']}),
-                      parse_constant=pytest.fail)
-    assert [one['mark'] for one in told['requirements']] == [KEPT, BROKEN, OPEN]
-    assert told['requirements'][0]['plot']['points'][0]['y'] == [1.0, None, 2.0]
-    assert told['seconds'] is None and told['notes'] == ['ö']
-
-
-def test_the_table_shows_words_as_they_are():
-    told = StringIO()
-    telling.print_table(JUDGEMENTS, Console(file=told, width=120))
-    assert '[bold]3[/bold]' in told.getvalue() and 'x [red]' in told.getvalue()
-    assert telling.summary(JUDGEMENTS) == '1 ✔ kept, 1 ✗ broken, 1 – open'
-
-
-def test_what_is_not_kept_is_told_again():
-    broken, unknown = telling.not_kept(JUDGEMENTS)
-    assert broken.startswith(f'{BROKEN} {JUDGEMENTS[1].name}: {JUDGEMENTS[1].measured}')
-    assert broken.endswith(f'; expected: {JUDGEMENTS[1].expected}')
-    assert unknown == f'{OPEN} {JUDGEMENTS[2].name}: {JUDGEMENTS[2].measured}'
-
-
-# ---------------------------------------------------------------------------------- the profile
-
-@pytest.mark.parametrize('text, complaint', (
-    ('topics: {tlit: x}', 'unknown topics.tlit, there are: cmd_vel'),
-    ('names: {}', "unknown section 'names', there are: topics, services, frames, numbers"),
-    ('topics: {tilt: 3}', 'topics.tilt is 3, but must be a name'),
-    ('topics: {tilt: ""}', "topics.tilt is '', but must be a name"),
-    ('numbers: {platform_radius: -1}', 'numbers.platform_radius is -1, but must be a number'),
-    ('numbers: {platform_radius: yes}', 'numbers.platform_radius is True, but must be a number'),
-    ('numbers: {platform_radius: .nan}', 'platform_radius is nan, but must be a number above 0'),
-    ('numbers: {platform_radius: wide}', "platform_radius is 'wide', but must be a number"),
-    ('topics: tilt', "'tilt' is no mapping"),
-    ('- 1', '[1] is no mapping'),
-    ('{', 'while parsing'),
-    ('\x00', 'unacceptable character'),
-))
-def test_profiles_that_can_not_be_used(tmp_path, text, complaint):
-    path = tmp_path / 'profile.yaml'
-    path.write_text(text)
-    with pytest.raises(ProfileError) as caught:
-        Profile().load(path)
-    assert complaint in str(caught.value)
-    assert str(path) in str(caught.value) and '\n' not in str(caught.value)
-
-
-@pytest.mark.parametrize('option, complaint', (
-    ('topics.tilt', 'is not of the form SECTION.NAME:=VALUE'),
-    ('tilt:=x', 'is not of the form SECTION.NAME:=VALUE'),
-    ('topics.tilt:=', "topics.tilt is '', but must be a name"),
-    ('numbers.wheel_radius:=[', 'while parsing'),
-    ('numbers.wheel_radius:=big', "numbers.wheel_radius is 'big', but must be a number"),
-))
-def test_options_that_can_not_be_used(option, complaint):
-    with pytest.raises(ProfileError) as caught:
-        Profile().set_entry(option)
-    assert complaint in str(caught.value) and '\n' not in str(caught.value)
-
-
-def test_what_differs_is_taken_over(tmp_path):
-    path = tmp_path / 'profile.yaml'
-    path.write_text('topics: {tilt: tray}\nframes: {platform: tray}\nnumbers: {wheel_radius: 1}')
-    profile = Profile()
-    profile.load(path)
-    profile.set_entry('numbers.gravity_accel:=3')
-    profile.set_entry('services.place:=put')
-    assert (profile.topics['tilt'], profile.topics['odom']) == ('tray', 'odom')
-    assert (profile.frames['platform'], profile.services['place']) == ('tray', 'put')
-    assert profile.numbers == {'wheel_radius': 1.0, 'gravity_accel': 3.0}
-
-
-def test_numbers_come_from_a_parameter_file(tmp_path):
-    path = tmp_path / 'turtle.yaml'
-    path.write_text('turtle_robot:\n  ros__parameters: {wheel_radius: 0.3, other: x}\n'
-                    '/arena:\n  ros__parameters: {gravity_accel: 5}\n')
-    profile = Profile()
-    profile.load_parameters(path)
-    assert profile.numbers == {'wheel_radius': 0.3, 'gravity_accel': 5.0}
-
-
-@pytest.mark.parametrize('dashes', [['--'], []])
-def test_the_command_is_found_behind_dashes_that_ros2_run_may_have_taken(dashes):
-    options, command = referee.parse(['--reaction', '0.4', *dashes, sys.executable, '-c', 'pass'])
-    assert (options.reaction, command) == (0.4, [sys.executable, '-c', 'pass'])

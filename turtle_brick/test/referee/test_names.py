@@ -1,0 +1,83 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""What an implementation calls things, as it is said in files and options."""
+
+import sys
+
+import pytest
+from turtle_referee import referee
+from turtle_referee.names import Profile, ProfileError
+
+
+@pytest.mark.parametrize('text, complaint', (
+    ('topics: {tlit: x}', 'unknown topics.tlit, there are: cmd_vel'),
+    ('names: {}', "unknown section 'names', there are: topics, services, frames, numbers"),
+    ('topics: {tilt: 3}', 'topics.tilt is 3, but must be a name'),
+    ('topics: {tilt: ""}', "topics.tilt is '', but must be a name"),
+    ('numbers: {platform_radius: -1}', 'numbers.platform_radius is -1, but must be a number'),
+    ('numbers: {platform_radius: yes}', 'numbers.platform_radius is True, but must be a number'),
+    ('numbers: {platform_radius: .nan}', 'platform_radius is nan, but must be a number above 0'),
+    ('numbers: {platform_radius: wide}', "platform_radius is 'wide', but must be a number"),
+    ('topics: tilt', "'tilt' is no mapping"),
+    ('- 1', '[1] is no mapping'),
+    ('{', 'while parsing'),
+    ('\x00', 'unacceptable character'),
+))
+def test_profiles_that_can_not_be_used(tmp_path, text, complaint):
+    path = tmp_path / 'profile.yaml'
+    path.write_text(text)
+    with pytest.raises(ProfileError) as caught:
+        Profile().load(path)
+    assert complaint in str(caught.value)
+    assert str(path) in str(caught.value) and '\n' not in str(caught.value)
+
+
+@pytest.mark.parametrize('option, complaint', (
+    ('topics.tilt', 'is not of the form SECTION.NAME:=VALUE'),
+    ('tilt:=x', 'is not of the form SECTION.NAME:=VALUE'),
+    ('topics.tilt:=', "topics.tilt is '', but must be a name"),
+    ('numbers.wheel_radius:=[', 'while parsing'),
+    ('numbers.wheel_radius:=big', "numbers.wheel_radius is 'big', but must be a number"),
+))
+def test_options_that_can_not_be_used(option, complaint):
+    with pytest.raises(ProfileError) as caught:
+        Profile().set_entry(option)
+    assert complaint in str(caught.value) and '\n' not in str(caught.value)
+
+
+def test_what_differs_is_taken_over(tmp_path):
+    path = tmp_path / 'profile.yaml'
+    path.write_text('topics: {tilt: tray}\nframes: {platform: tray}\nnumbers: {wheel_radius: 1}')
+    profile = Profile()
+    profile.load(path)
+    profile.set_entry('numbers.gravity_accel:=3')
+    profile.set_entry('services.place:=put')
+    assert (profile.topics['tilt'], profile.topics['odom']) == ('tray', 'odom')
+    assert (profile.frames['platform'], profile.services['place']) == ('tray', 'put')
+    assert profile.numbers == {'wheel_radius': 1.0, 'gravity_accel': 3.0}
+
+
+def test_numbers_come_from_a_parameter_file(tmp_path):
+    path = tmp_path / 'turtle.yaml'
+    path.write_text('turtle_robot:\n  ros__parameters: {wheel_radius: 0.3, other: x}\n'
+                    '/arena:\n  ros__parameters: {gravity_accel: 5}\n')
+    profile = Profile()
+    profile.load_parameters(path)
+    assert profile.numbers == {'wheel_radius': 0.3, 'gravity_accel': 5.0}
+
+
+@pytest.mark.parametrize('dashes', [['--'], []])
+def test_the_command_is_found_behind_dashes_that_ros2_run_may_have_taken(dashes):
+    options, command = referee.parse(['--reaction', '0.4', *dashes, sys.executable, '-c', 'pass'])
+    assert (options.reaction, command) == (0.4, [sys.executable, '-c', 'pass'])
