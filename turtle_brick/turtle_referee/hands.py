@@ -26,6 +26,7 @@ from typing import Any
 from turtle_referee.constants import ARENA_SIZE, NANOSECONDS
 from turtle_referee.drops import DropWatch
 from turtle_referee.geometry import Vector
+from turtle_referee.names import FRAMES
 from turtle_referee.observer import Observer
 from turtle_referee.record import Ask, Drive, plateau
 from turtle_referee.spinning import Spins
@@ -83,7 +84,7 @@ class Hands:
         record = self.record
         topics = ('pose', 'cmd_vel', 'odom', 'joint_states', 'robot_description')
         return bool(all(record.topics[name] for name in topics) and record.markers
-                    and record.brick(time_ns()) and record.platform(time_ns())
+                    and all(record.frame(name) for name in FRAMES if name != 'world')
                     and self.has('place') and self.has('drop') and self.observer.hears_goals()
                     and self.observer.has_catcher())
 

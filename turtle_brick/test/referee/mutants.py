@@ -106,7 +106,7 @@ def show_longer(message: Any) -> None:
 def stay_at_center(message: Any) -> None:
     """Send the robot to the center, wherever the brick falls."""
     place = message.pose.position
-    if dist((place.x, place.y), CENTER) < 3.0:
+    if dist((place.x, place.y), CENTER) > 1.0:
         place.x, place.y = CENTER
 
 
@@ -115,7 +115,7 @@ ON_THE_MOVE = (
            'tf_static', add_lost_frame),
     Mutant({'rate: joint_states'}, '97 joint states per second', 'joint_states', every(33)),
     Mutant({'cmd_vel: at rest'}, 'commands at rest turn the robot to and fro',
-           'cmd_vel', swing(0.01)),
+           'cmd_vel', swing(1e-6)),
     Mutant({'odom: pose'}, 'the odometry is 2 cm from the transform', 'odom', shift),
     Mutant({'drive: stem'}, 'the stem points 20 degrees beside the motion',
            'joint_states', turn_stem),
@@ -130,7 +130,7 @@ WITH_BRICKS = (
            'goal_pose', stay_at_center),
     Mutant({'again'}, 'the platform stays tilted', 'tilt', lambda message: message.angle != 0.0))
 
-OTHER_NUMBERS = {'gravity_accel': 8.0, 'wheel_radius': 0.25, 'max_velocity': 3.3,
+OTHER_NUMBERS = {'gravity_accel': 6.0, 'wheel_radius': 0.25, 'max_velocity': 3.3,
                  'platform_height': 1.8}
 """Parameters of a graph that is said to have others."""
 

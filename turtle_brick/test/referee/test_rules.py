@@ -307,8 +307,8 @@ def too_fast(record):
 
 
 ROBOT_FAULTS = {
-    'frames: odom': odom_moves, 'frames: base_link': turtle_elsewhere, 'frames: robot': no_platform,
-    'frames: broadcasters': two_count, 'names: relative': absolute_name,
+    'frames: odom': odom_moves, 'frames: base_link': turtle_elsewhere,
+    'frames: robot': no_platform, 'frames: broadcasters': two_count, 'names: relative': absolute_name,
     'rate: cmd_vel': commands_missing, 'odom: twist': no_twist,
     'joint_states: names': one_more_joint, 'drive: straight': beside_the_line,
     'drive: overshoot': beyond_the_goal, 'drive: goal': short_of_the_goal,
