@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from laws import law
 import pytest
 from turtle_brick.core.geometry import (axes, distance_to_rectangle, from_pitch, from_yaw,
-                                        multiply, Pose, Pose2D, rotate, yaw_of)
+                                        multiply, Pose, Pose2D, rotate)
 
 angles = st.floats(-2.0 * pi, 2.0 * pi)
 lengths = st.floats(-20.0, 20.0)
@@ -84,16 +84,6 @@ def test_yaw_turns_left_and_pitch_lowers_the_front(angle):
     assert rotate(from_yaw(angle), (0.0, 0.0, 1.0)) == near((0.0, 0.0, 1.0))
     assert rotate(from_pitch(angle), (1.0, 0.0, 0.0)) == near((cos(angle), 0.0, -sin(angle)))
     assert rotate(from_pitch(angle), (0.0, 1.0, 0.0)) == near((0.0, 1.0, 0.0))
-
-
-@law(30)
-@given(angle=angles, pitch=st.just(0.0) | st.floats(-1.5, 1.5), sign=st.sampled_from((1, -1)))
-def test_yaw_of_is_the_heading_of_the_x_axis(angle, pitch, sign):
-    """Of the two quaternions of a rotation, either will do."""
-    q = multiply(from_yaw(angle), from_pitch(pitch))
-    yaw = yaw_of(tuple(sign * part for part in q))
-    assert -pi <= yaw <= pi
-    assert (cos(yaw), sin(yaw)) == near((cos(angle), sin(angle)))
 
 
 @law(30)

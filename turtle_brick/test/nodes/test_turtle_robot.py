@@ -24,7 +24,7 @@ import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from tf2_ros import StaticTransformBroadcaster
-from turtle_brick.core.geometry import from_yaw, Pose, yaw_of
+from turtle_brick.core.geometry import from_yaw, Pose
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
 from turtle_brick.ros.tf import transform_message
 from turtle_brick.tools.graph import executable
@@ -125,8 +125,8 @@ def test_odom_is_the_first_pose_heading_included(bench):
     (transform,) = statics.messages
     assert transform.header.frame_id == 'world'
     place, turn = transform.transform.translation, transform.transform.rotation
-    assert (place.x, place.y, place.z, yaw_of((turn.x, turn.y, turn.z, turn.w))) == pytest.approx(
-        (3.0, 4.0, 0.0, 1.0), abs=1e-6)
+    assert (place.x, place.y, place.z) == pytest.approx((3.0, 4.0, 0.0), abs=1e-6)
+    assert (turn.x, turn.y, turn.z, turn.w) == pytest.approx(from_yaw(1.0), abs=1e-6)
     # In odom the turtle is where a look from there would find it.
     dx, dy = 8.0 - 3.0, 2.0 - 4.0
     seen = bench.odometry.last.pose.pose.position

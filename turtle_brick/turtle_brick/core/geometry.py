@@ -19,7 +19,7 @@ Quaternions are unit quaternions (x, y, z, w), in the order of geometry_msgs/Qua
 maps a point p of its own frame to rotate(orientation, p) + position in the parent frame.
 """
 
-from math import atan2, cos, hypot, sin
+from math import cos, hypot, sin
 from typing import NamedTuple
 
 Vector = tuple[float, float, float]
@@ -102,12 +102,6 @@ def rotate(q: Quaternion, v: Vector) -> Vector:
     return (v[0] * ex[0] + v[1] * ey[0] + v[2] * ez[0],
             v[0] * ex[1] + v[1] * ey[1] + v[2] * ez[1],
             v[0] * ex[2] + v[1] * ey[2] + v[2] * ez[2])
-
-
-def yaw_of(q: Quaternion) -> float:
-    """Return the heading (rad, in [-pi, pi]) of the x axis of a frame that stands upright."""
-    x, y, z, w = q
-    return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def distance_to_rectangle(x: float, y: float, yaw: float, length: float, width: float) -> float:
