@@ -163,6 +163,7 @@ def test_robot_that_is_seen_moving_goes_on_at_full_speed_until_it_has_stood_for_
     seen_at(track, 1.0, 5.0, 5.0)
     robot = seen_at(track, 1.01, 5.003, 5.004)
     assert robot.bound_for == (pytest.approx((5.003 + 0.6 * WAY, 5.004 + 0.8 * WAY)),)
+    assert not robot.at_rest and robot.reserve == 0.0
     assert seen_at(track, 1.075, 5.003, 5.004).bound_for == robot.bound_for
     assert seen_at(track, 1.09, 5.003, 5.004).at_rest
     assert seen_at(track, 1.1, 5.003 + 1e-10, 5.004).at_rest
@@ -189,6 +190,7 @@ def test_robot_that_was_seen_for_too_short_a_time_may_be_going_anywhere():
     track = Track(PARAMETERS.max_velocity)
     for begin in (1.0, 2.0):
         assert seen_at(track, begin, 5.0).reserve == WAY
+        assert not seen_at(track, begin, 5.0).at_rest
         assert seen_at(track, begin + 0.069, 5.0).reserve == WAY
         assert seen_at(track, begin + 0.071, 5.0).at_rest
         assert track.seen == seconds(begin + 0.071)
