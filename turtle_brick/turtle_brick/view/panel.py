@@ -141,7 +141,7 @@ class Panel:
     def suggest_place(self, position: Vector) -> None:
         """Fill in a place for the brick (m)."""
         x, y, z = (round(part, 2) for part in position)
-        self._place.value = (x, y, z)
+        self._place.value = (x, y, z)  # type: ignore[misc]
 
     def show_brick(self, text: str, color: Color | None) -> None:
         """Show what the brick does, and in which color."""
@@ -173,7 +173,7 @@ class Panel:
         """Move the slider to the angle (rad) of the platform, unless somebody is at it."""
         shown = round(min(max(angle, -STEEPEST), STEEPEST), 2)
         if monotonic() - self._dragged >= HANDS_OFF and shown != self._tilt.value:
-            self._tilt.value = shown
+            self._tilt.value = shown  # type: ignore[misc]
 
     def show_curves(self, columns: Sequence[Sequence[float | None]]) -> None:
         """Plot what there was: the times (s), then the values of each of CURVES."""

@@ -80,14 +80,16 @@ class Scene:
         for name in self._shown.keys() - things.keys():
             self._shown.pop(name)[0].remove()
         for name, thing in things.items():
-            node, before = self._shown.get(name, (None, None))
-            if before is None or before._replace(pose=thing.pose) != thing:
-                if node is not None:
-                    node.remove()
-                node = self._add(name, thing)
+            if name not in self._shown:
+                self._shown[name] = (self._add(name, thing), thing)
+                continue
+            node, before = self._shown[name]
+            if before._replace(pose=thing.pose) != thing:
+                node.remove()
+                self._shown[name] = (self._add(name, thing), thing)
             elif before.pose != thing.pose:
                 node.position, node.wxyz = thing.pose.position, _wxyz(thing.pose)
-            self._shown[name] = (node, thing)
+                self._shown[name] = (node, thing)
 
     def focus_on(self, x: float, y: float) -> None:
         """

@@ -116,8 +116,10 @@ class Viewer(Node):
         self._orders: deque[Callable[[], None]] = deque()
         self._calls: list[tuple[Future, str, int, Callable[[], None]]] = []
         buffer = Buffer()
-        orders = Orders(*map(self._soon, (
-            self.place, self.drop, self.drop_at_random, self.tilt, self.go)))
+        orders = Orders(
+            place=self._soon(self.place), drop=self._soon(self.drop),
+            drop_at_random=self._soon(self.drop_at_random), tilt=self._soon(self.tilt),
+            go=self._soon(self.go))
 
         def lay_out() -> Page:
             scene = Scene(self.server.viser)
