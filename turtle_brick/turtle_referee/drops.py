@@ -22,6 +22,7 @@ by it what happens. Instants are integer nanoseconds, lengths in m, times in s.
 from collections import deque
 from math import dist
 
+import numpy
 from turtle_referee.constants import NANO, UNREACHABLE
 from turtle_referee.geometry import Array, inclination, Pose, Vector
 from turtle_referee.record import Ask, plateau, Record
@@ -132,10 +133,11 @@ class DropWatch:
         """Take note of what has been heard since the last time."""
         record = self._record
         self._look_for_verdicts()
-        for stamp, pose in record.brick_track(self._looked_at + 1, 1 << 62):
-            self._looked_at = stamp
-            self._track.append((stamp, pose.position))
-            self._follow(stamp, pose)
+        with numpy.errstate(all='ignore'):
+            for stamp, pose in record.brick_track(self._looked_at + 1, 1 << 62):
+                self._looked_at = stamp
+                self._track.append((stamp, pose.position))
+                self._follow(stamp, pose)
 
     def _look_for_verdicts(self) -> None:
         markers = self._record.markers
