@@ -38,7 +38,7 @@ from tf2_msgs.msg import TFMessage
 from tf2_msgs.srv import FrameGraph
 import tf2_ros
 from tf2_ros import (Buffer, ExtrapolationException, LookupException, StaticTransformBroadcaster,
-                     TransformBroadcaster, TransformException, TransformListener)
+                     TransformBroadcaster, TransformListener)
 
 DATA = Path(__file__).parents[1] / 'data' / 'tf2'
 RECORDED = json.loads((DATA / 'tf2_recorded.json').read_text())
