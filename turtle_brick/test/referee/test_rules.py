@@ -665,7 +665,7 @@ def test_whatever_is_heard_is_judged(values):
     marker = brick_marker()
     marker.pose.position.x, marker.scale.x, marker.text = next(value), next(value), 'Unreachable'
     show(record, marker, 0.1)
-    watch = DropWatch(record, at(0.0), PLACE, record.platform(at(0.1)))
+    watch = DropWatch(record, at(0.0), PLACE, None)
     watch.asked = at(0.0)
     watch.look()
     record.drops = [watch]
