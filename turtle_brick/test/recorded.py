@@ -48,7 +48,7 @@ def with_parameters(record, text):
         names = sorted(set(names).difference(then).union(today(node)))
         return match[0].replace(match[2], ''.join(f'  {name}\n' for name in names))
 
-    text = re.sub(r'(?:^/(\w+):\n)?((?:  \S+\n)+)', listed, text, flags=re.M)
+    text = re.sub(r'(?:^/(\w+):\n)?((?:  \S*[^\s:]\n)+)', listed, text, flags=re.M)
     return text.replace(', '.join(then), ', '.join(today(asked))) if asked in USED else text
 
 
