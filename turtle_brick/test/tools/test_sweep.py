@@ -134,6 +134,12 @@ def test_random_bricks_fill_the_arena_between_the_heights():
         assert high - 0.01 * (high - low) <= max(values) <= high
 
 
+def test_every_drop_has_a_simulation_of_its_own():
+    numbers, seeds, bricks = zip(*PLAN.simulations())
+    assert numbers == tuple(range(PLAN.drops)) and bricks == tuple(PLAN.bricks())
+    assert len(set(seeds)) == PLAN.drops
+
+
 # -------------------------------------------------------------------------------- the promises
 
 def test_broken_promises_are_found(caught, refused):

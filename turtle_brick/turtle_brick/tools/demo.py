@@ -32,7 +32,7 @@ import sys
 from time import monotonic, time_ns
 import webbrowser
 
-from ament_index_python.packages import get_package_share_path, PackageNotFoundError
+from ament_index_python.packages import PackageNotFoundError
 from rclpy.node import Node
 from turtle_brick.arena import commands
 from turtle_brick.core.catch_logic import CENTER
@@ -427,8 +427,6 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument(
         '--no-view', action='store_true', help='do not show the graph in a browser')
     parser.add_argument(
-        '--rviz', action='store_true', help='show it in rviz2, where that is installed')
-    parser.add_argument(
         '--verbose', action='store_true', help='show what the nodes log, not just warnings')
     options = parser.parse_args(args)
     if options.drops is not None and options.drops < 1:
@@ -440,12 +438,7 @@ def main(args: Sequence[str] | None = None) -> int:
         with chosen_domain() as shared, Graph(quiet=not options.verbose) as graph:
             if shared:
                 look_out(graph)
-            page = None
-            if options.rviz:
-                graph.add_process('rviz2', 'rviz2', '-d', str(
-                    get_package_share_path('turtle_brick') / 'config' / 'turtle_arena.rviz'))
-            elif not options.no_view:
-                page = Page(graph)
+            page = None if options.no_view else Page(graph)
             return play(Match(graph, parameters), page, options)
     except KeyboardInterrupt:
         return 0

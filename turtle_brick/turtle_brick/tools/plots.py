@@ -169,14 +169,14 @@ def reachability_map(drops: Sequence[Drop], parameters: Parameters, cells: int |
         for place, words in ((0.25, 'refused: too late by'), (0.75, 'caught: to spare')):
             bar.ax.annotate(words, (4.8, place), xycoords='axes fraction', rotation=90,
                             ha='center', va='center')
-        figure.legend(
+        axes.legend(
             [Line2D([], [], color='black', linewidth=1.5, linestyle=style)
              for style in ('-', FINE_DASHES)],
             [f'within this a catch is promised: {parameters.max_velocity:g} m/s x (fall - '
              f'{GUARANTEED_LATENCY:g} s) + radius of the platform',
              'beyond this no robot is in time, not even without any latency'
              + (' (both for the lowest and the highest)' if len(heights) > 1 else '')],
-            loc='outside lower center', alignment='left',
+            loc='upper left', bbox_to_anchor=(0.0, -0.08), alignment='left',
             title=f'{len(drops):,} drops: ' + ', '.join(
                 f'{sum(drop.outcome == outcome for drop in drops):,} {outcome}'
                 for outcome in ('caught', 'refused', 'missed')))
