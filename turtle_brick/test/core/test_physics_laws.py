@@ -27,10 +27,11 @@ from hypothesis import strategies as st
 from hypothesis.stateful import initialize, invariant, precondition, rule, RuleBasedStateMachine
 from laws import law
 import pytest
-from turtle_brick.core.tilting_platform import LEVEL_TOLERANCE
+from turtle_brick.core.geometry import Pose
+from turtle_brick.core.tilting_platform import LEVEL_TOLERANCE, Platform
 from turtle_brick.physics import CONTACT_TOLERANCE, Phase, World
-from worlds import (advance, axes_of, brick_in, gap, LIFT, on_platform, PLACES, platform_at,
-                    RADIUS, riding, SIZE, THICKNESS, TOP, upright_of)
+from worlds import (advance, axes_of, brick_in, DT, gap, GRAVITY, HINGE, LIFT, on_platform, PLACES,
+                    platform_at, RADIUS, riding, SIZE, THICKNESS, TOP, upright_of)
 
 VISIBLY_TILTED = 0.002
 """Angle (rad) from which a platform catches nothing: a millimetre at its rim."""
@@ -197,6 +198,19 @@ def test_slide_on_a_platform_that_moves_in_every_way(place, yaw, gravity, dt, pr
             distance = clearance((u, v), -yaw)
             if abs(distance - RADIUS) > 1e-9:
                 assert world.phase is (Phase.FLOATING if distance > RADIUS else Phase.RIDING)
+
+
+@law(20)
+@given(roll=tilts)
+def test_slide_on_a_platform_that_leans_sideways(roll):
+    """Nothing here leans it so, but TF may say that it does."""
+    world = riding()
+    world.platform = Platform(Pose((0.0, 0.0, HINGE), (sin(roll / 2), 0.0, 0.0, cos(roll / 2))))
+    for step in range(1, 6):
+        world.step()
+        v, w = -0.5 * GRAVITY * sin(roll) * (step * DT) ** 2, THICKNESS + LIFT
+        assert gap(world.brick, (0.0, v * cos(roll) - w * sin(roll),
+                                 HINGE + v * sin(roll) + w * cos(roll))) <= 1e-12
 
 
 @law(40)

@@ -21,7 +21,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from laws import law
 import pytest
-from turtle_brick.core.tilting_platform import LEVEL_TOLERANCE
+from turtle_brick.core.geometry import multiply, Pose
+from turtle_brick.core.tilting_platform import LEVEL_TOLERANCE, Platform
 from worlds import axes_of, gap, HINGE, platform_at
 
 angles = st.floats(-2.0 * pi, 2.0 * pi)
@@ -40,6 +41,10 @@ def test_axes_hinge_and_points_are_those_of_the_pose(x, y, yaw, tilt, u, v, w):
     assert gap(point, platform.pose.transform((u, v, w))) <= 1e-12
     assert gap(platform.place_of(point), (u, v)) <= 1e-12
     assert platform.point(0.0, 0.0, 0.0) == (x, y, HINGE)
+    # Also of one that leans in every direction.
+    lean = multiply(platform.pose.orientation, (0.6, 0.0, 0.0, 0.8))
+    leaning = Platform(Pose((x, y, 0.0), lean))
+    assert gap(leaning.place_of(leaning.point(u, v, w)), (u, v)) <= 1e-12
 
 
 @law(40)
