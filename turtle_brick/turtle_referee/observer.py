@@ -109,9 +109,9 @@ class Listener(Node):
     """
     Keep what is heard, each message with when it was published.
 
-    No executor spins it. What has come waits in the middleware until it is fetched: nobody is woken
-    by each of a thousand messages per second. Each comes with when it was published, which the
-    EventsExecutor of rclpy 7.1 cannot pass on to a callback.
+    No executor spins it. What has come waits in the middleware until it is fetched: nobody is
+    woken by each of a thousand messages per second. Each comes with when it was published, which
+    the EventsExecutor of rclpy 7.1 cannot pass on to a callback.
     """
 
     def __init__(self, name: str = 'listener', **node_options: Any) -> None:
