@@ -154,6 +154,13 @@ def test_every_link_is_where_tf_says(place, yaw, pitch):
     assert bench.paper.focus == (ARENA_CENTER, ARENA_CENTER)
 
 
+def test_a_robot_that_is_nowhere_yet_is_not_drawn_beside_a_brick(bench):
+    bench.robot()
+    bench.transform('world', 'brick', (7.0, 7.0, 7.0))
+    assert bench.draw() == {}
+    assert bench.paper.focus == (ARENA_CENTER, ARENA_CENTER)
+
+
 def test_another_robot_takes_the_place_of_the_first(bench):
     bench.robot()
     assert bench.warnings == [('robot_description', 'The viewer draws boxes, cylinders and '
