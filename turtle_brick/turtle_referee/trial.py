@@ -166,6 +166,8 @@ class Trial(Hands):
 
     def drive(self) -> None:
         """Drive some legs."""
+        if not self.program.legs:
+            return
         leg = min(LEG, max(SHORTEST_LEG, self.number('max_velocity')))
         if self.go(CENTER) is None:
             self.record.notes.append('nobody hears goal_pose, or says where the robot is')
