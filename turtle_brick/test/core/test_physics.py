@@ -20,6 +20,7 @@ from math import inf, nan, pi
 
 import pytest
 from turtle_brick.core.geometry import IDENTITY, Pose
+from turtle_brick.core.parameters import load
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.physics import Phase, World
 from worlds import (advance, brick_in, DT, gap, GRAVITY, in_phase, LIFT, on_platform, PLACES,
@@ -69,6 +70,15 @@ def test_init_places_a_brick_that_hovers():
     assert (world.size, world.thickness, world.platform) == ((0.0, 0.0, 0.0), 0.0, None)
     world.step()
     assert world.brick == (1.0, 2.0, 3.0)
+
+
+def test_parameters_make_a_world_of_250_steps_per_second():
+    parameters = load()
+    world = World.from_parameters(parameters)
+    assert (world.brick, world.size) == (parameters.brick_start, parameters.brick_size)
+    assert world.thickness == parameters.platform_thickness
+    world.drop()
+    assert world.fall_time == pytest.approx(1 / 250)
 
 
 def test_init_refuses_what_cannot_be():
