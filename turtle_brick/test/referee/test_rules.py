@@ -634,6 +634,18 @@ def test_walls_last(latched, times, seen):
 
 # -------------------------------------------------------------------------------- odd records
 
+def test_a_frame_is_known_between_its_transforms_that_are_close():
+    record = new_record()
+    for seconds, parent in ((0.0, 'world'), (0.1, 'world'), (0.3, 'world'), (0.4, 'platform')):
+        say_frame(record, 'brick', parent, [(seconds, upright(seconds, 0.0, 0.0))])
+    frame = record.frames['brick']
+    assert frame.at(at(0.05)).pose.position[0] == pytest.approx(0.05)
+    assert frame.at(at(0.2)) is None
+    assert frame.at(at(0.35)) == frame.samples[2]
+    assert frame.at(at(0.44)) == frame.samples[-1]
+    assert frame.at(at(0.46)) is None
+
+
 def test_nothing_heard_is_judged():
     found = judge(Record(Profile()))
     assert KEPT not in {one.mark for one in found}
