@@ -15,247 +15,190 @@
 The Driver with turtlesim's kinematics in the loop, at the real rates, and CommandPath alone.
 
 turtlesim ticks every 16 ms and takes one command per tick from its queue of seven; commands are
-published every 10 ms; both jitter, and messages take some time. `Bench` plays this in the order
-of time, with random phases.
+published every 10 ms; both jitter, and messages take some time.
 """
 
 from collections import deque
-from math import cos, exp, hypot, log, pi, sin
+from dataclasses import replace
+from itertools import pairwise
+from math import cos, exp, hypot, inf, log, pi, sin
 from random import Random
 
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from laws import law
+from laws import law, seconds
 import pytest
 from turtle_brick.core.driving import CommandPath, Driver, PERIOD, STALE, travel_time, within_arena
+from turtle_brick.core.parameters import load
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, TICK, Turtle, TurtlePose
+from turtle_brick.tools.simulation import Delays, Simulation, TICK_PERIOD
 
 RADIUS = 0.5
-TRANSPORT = 0.0004
 # The longest time from publishing a command to the tick that takes it.
 QUEUE = 0.077
 
 
-class Bench:
-    """turtlesim, a Driver and what lies between them; instants in s from the start."""
+class Bench(Simulation):
+    """Robot and turtlesim of a simulation, watched, without arena and catcher; instants in s."""
 
-    def __init__(self, max_velocity, start=(5.5, 5.5, 0.0), seed=0, jitter=True):
-        self.random = Random(seed)
-        self.max_velocity = max_velocity
-        self.turtle = Turtle(*start, holonomic=True)
-        self.driver = Driver(max_velocity)
-        self.tick_jitter, self.cycle_jitter = (0.002, 0.0003) if jitter else (0.0, 0.0)
-        self.now = 0.0
-        self.tick_grid = self.tick_at = self.random.uniform(0.0, TICK)
-        self.cycle_grid = self.cycle_at = self.random.uniform(0.0, PERIOD)
-        self.commands_on_their_way = deque()
-        self.poses_on_their_way = deque()
+    def __init__(self, speed, start=(5.5, 5.5, 0.0), seed=0, jitter=True, driver=None):
+        delays = Delays(tick_jitter=0.002, robot_jitter=0.0003) if jitter else Delays()
+        super().__init__(replace(load(), max_velocity=speed), seed, delays, start)
+        self._physics_at = self._catcher_at = inf
+        self.driver = driver or self.driver
+        self.speed = speed
         self.poses = []
         self.commands = []
+        self.rest(0.3)
 
-    def run(self, until):
-        """Let time pass up to an instant."""
-        while min(self.tick_at, self.cycle_at) <= until:
-            if self.tick_at <= self.cycle_at:
-                self.now = self.tick_at
-                self.tick()
-            else:
-                self.now = self.cycle_at
-                self.cycle()
-        self.now = until
+    def _tick(self, now):
+        super()._tick(now)
+        self.poses.append((now * 1e-9, self.turtle.pose))
 
-    def tick(self):
-        """Do what turtlesim does every 16 ms."""
-        now, inbox = self.now, self.commands_on_their_way
-        while inbox and inbox[0][0] <= now:
-            _, linear_x, linear_y = inbox.popleft()
-            self.turtle.command(linear_x, linear_y, 0.0)
-        pose = self.turtle.tick(now)
-        self.poses.append((now, pose))
-        self.poses_on_their_way.append((now + TRANSPORT, pose))
-        self.tick_grid += TICK
-        self.tick_at = max(self.tick_grid + self.random.gauss(0.0, self.tick_jitter), now + 1e-4)
-
-    def cycle(self):
-        """Do what the robot does 100 times per second, for each cycle that is due."""
-        now = self.now
-        self.hear(now)
-        due = 1
-        self.cycle_grid += PERIOD
-        while self.cycle_grid < now - PERIOD / 2.0:
-            self.cycle_grid += PERIOD
-            due += 1
-        for _ in range(due):
-            command = self.driver.command(now)
-            assert hypot(*command) <= self.max_velocity * (1.0 + 1e-12)
-            self.commands.append((now, *command))
-            self.commands_on_their_way.append((now + TRANSPORT, *command))
-        self.cycle_at = max(
-            self.cycle_grid + self.random.gauss(0.0, self.cycle_jitter), now + 1e-4)
-
-    def hear(self, now):
-        """Let the driver have the poses that have arrived by now."""
-        inbox = self.poses_on_their_way
-        while inbox and inbox[0][0] <= now:
-            self.driver.observe(*inbox.popleft())
+    def _cycle(self, now):
+        super()._cycle(now)
+        command = self._to_turtle[-1][1:]
+        assert hypot(*command) <= self.speed * (1.0 + 1e-12)
+        self.commands.append((now * 1e-9, command))
 
     def stall_robot(self, length):
-        """Keep the robot busy with something else: it hears and says nothing for a while."""
-        end = self.now + length
-        while self.tick_at < end:
-            self.now = self.tick_at
-            self.tick()
+        """Keep the robot from hearing and saying anything for a while."""
+        self._robot_at = end = self.now + seconds(length)
+        self.rest(length)
         # Everything that arrived meanwhile is heard when it is over, timers first.
-        self.now = self.cycle_at = end
-        late, self.poses_on_their_way = self.poses_on_their_way, deque()
-        self.cycle()
-        for _, pose in late:
-            self.driver.observe(end + 1e-4, pose)
+        self._to_driver = deque((end + 100_000, pose) for _, pose in self._to_driver)
 
     def stall_turtlesim(self, length):
         """Keep turtlesim from ticking for a while; the ticks are lost, its queue is not."""
-        self.tick_at = self.now + length
-        while self.tick_grid < self.tick_at:
-            self.tick_grid += TICK
+        self._tick_at = self.now + seconds(length)
+        while self._tick_grid < self._tick_at:
+            self._tick_grid += TICK_PERIOD
+        self.rest(length)
 
     def restart_turtlesim(self, away, start):
         """Replace turtlesim by a new one after a while; what is sent meanwhile is lost."""
-        self.tick_at = self.tick_grid = self.now + 2.0 * away
-        self.run(self.now + away)
-        self.commands_on_their_way.clear()
-        self.turtle = Turtle(*start, holonomic=True, now=self.now)
-        self.tick_at = self.tick_grid = self.now
+        self._tick_at = inf
+        self.rest(away)
+        self._to_turtle.clear()
+        self.turtle = Turtle(*start, holonomic=True, now=self.now * 1e-9)
+        self._tick_at = self._tick_grid = self.now
 
     def distance(self, goal):
         """Return how far the turtle is from a goal."""
         return hypot(self.turtle.pose.x - goal[0], self.turtle.pose.y - goal[1])
 
-    def assert_rests(self, goal, since, until):
-        """See that the turtle rests at its goal from an instant on, and is told nothing else."""
-        self.run(until)
-        assert self.poses[-1][0] > until - 0.1
-        for time, pose in self.poses:
-            assert time < since or hypot(pose.x - goal[0], pose.y - goal[1]) <= 0.005
-        for time, linear_x, linear_y in self.commands:
-            assert time < since or linear_x == linear_y == 0.0
+    def send(self, goal, part=0.0):
+        """Send the robot to a goal, and wait for a part of the time that the way takes."""
+        way = self.distance(goal)
+        self.driver.drive_to(*goal)
+        self.rest(part * way / self.speed)
+
+    def assert_rests(self, goal, after, time=0.3):
+        """See that from so long after now, for a time, the turtle is told to rest at its goal."""
+        since = self.now * 1e-9 + after
+        self.rest(after + time)
+        assert self.poses[-1][0] > since + time - 0.1
+        assert all(hypot(pose.x - goal[0], pose.y - goal[1]) <= 0.005
+                   for at, pose in self.poses if at >= since)
+        assert all(command == (0.0, 0.0) for at, command in self.commands if at >= since)
         assert self.driver.arrived
 
-
-@st.composite
-def places(draw):
-    """Draw a place in the arena."""
-    inside = st.floats(0.0, ARENA_SIZE)
-    return draw(inside), draw(inside)
+    def assert_arrives(self, goal, late=0.0):
+        """See that the turtle drives to its goal at once and rests there."""
+        self.assert_rests(goal, self.distance(goal) / self.speed + 0.6 + late)
 
 
+def ways(start, goal, poses):
+    """Return how far poses are on the straight way to a goal: beyond the goal, and aside (m)."""
+    length = hypot(goal[0] - start[0], goal[1] - start[1])
+    ex, ey = (goal[0] - start[0]) / length, (goal[1] - start[1]) / length
+    return [((pose.x - goal[0]) * ex + (pose.y - goal[1]) * ey,
+             abs((pose.x - goal[0]) * ey - (pose.y - goal[1]) * ex)) for _, pose in poses]
+
+
+def at_most(reach, start, place):
+    """Return the point on the way to a place that is at most so far (m) away."""
+    part = min(1.0, reach / max(hypot(place[0] - start[0], place[1] - start[1]), 1e-9))
+    return start[0] + part * (place[0] - start[0]), start[1] + part * (place[1] - start[1])
+
+
+inside = st.floats(0.0, ARENA_SIZE)
+places = st.tuples(inside, inside)
 speeds = st.builds(exp, st.floats(log(0.1), log(10.0)))
 headings = st.floats(-pi, pi)
 seeds = st.integers(0, 2 ** 32)
 
 
 @st.composite
-def drives(draw, longest=3.0):
-    """Draw a speed, a start with heading and a goal that is at most so many seconds away."""
+def drives(draw, longest=3.0, jitter=True):
+    """Draw a robot at rest and a goal that is at most so many seconds away."""
     speed = draw(speeds)
-    x, y = draw(places())
+    x, y = draw(places)
     angle = draw(headings)
     way = speed * draw(st.one_of(st.floats(0.0, longest), st.floats(0.0, 0.05)))
     goal = within_arena(x + way * cos(angle), y + way * sin(angle))
     assume(hypot(goal[0] - x, goal[1] - y) > 1e-3)
-    return speed, (x, y, draw(headings)), goal
-
-
-def measure(bench, goal):
-    """
-    Drive to a goal that is given at 0.3 s, straight, in time and without hunting.
-
-    :return: the overshoot (m), from the pose at which the order finds it at rest
-    """
-    bench.run(0.3)
-    x, y = bench.turtle.pose[:2]
-    distance, speed = bench.distance(goal), bench.max_velocity
-    bench.driver.drive_to(*goal)
-    bench.assert_rests(goal, 0.3 + distance / speed + 0.6, 0.3 + distance / speed + 1.2)
-
-    reached = next(time for time, pose in bench.poses
-                   if hypot(pose.x - goal[0], pose.y - goal[1]) <= RADIUS)
-    assert reached - 0.3 <= max(distance - RADIUS, 0.0) / speed + 0.12
-    ex, ey = (goal[0] - x) / distance, (goal[1] - y) / distance
-    # Beyond, what jitter makes it overshoot may lead it along a wall.
-    assert all(abs((pose.x - x) * ey - (pose.y - y) * ex) <= 0.005
-               for time, pose in bench.poses if time <= reached)
-    assert max(hypot(*command[1:]) for command in bench.commands) == pytest.approx(
-        min(speed, 0.5 * distance / TICK))
-    return max((pose.x - goal[0]) * ex + (pose.y - goal[1]) * ey for _, pose in bench.poses)
+    return Bench(speed, (x, y, draw(headings)), draw(seeds), jitter), goal
 
 
 # --------------------------------------------------------------------------------- the closed loop
 
-@law(70)
-@given(drive=drives(), seed=seeds, jitter=st.booleans())
-def test_arrives_in_time_without_overshoot_and_rests(drive, seed, jitter):
-    """With ticks that jitter by 2 ms and commands that jitter by 0.3 ms, or without."""
-    speed, start, goal = drive
-    bench = Bench(speed, start, seed, jitter)
-    assert measure(bench, goal) <= (0.020 * speed if jitter else 0.001 * speed + 1e-5)
+@law(60)
+@given(data=st.data(), jitter=st.booleans())
+def test_arrives_in_time_without_overshoot_and_rests(data, jitter):
+    """Straight; with ticks that jitter by 2 ms and commands that jitter by 0.3 ms, or without."""
+    bench, goal = data.draw(drives(jitter=jitter))
+    start, distance, speed = bench.turtle.pose, bench.distance(goal), bench.speed
+    begin = bench.now * 1e-9
+    bench.send(goal)
+    bench.assert_rests(goal, distance / speed + 0.6, 0.6)
+    count, reached = next((index, time) for index, (time, pose) in enumerate(bench.poses)
+                          if hypot(pose.x - goal[0], pose.y - goal[1]) <= RADIUS)
+    assert reached - begin <= max(distance - RADIUS, 0.0) / speed + 0.12
+    beyond, aside = zip(*ways(start, goal, bench.poses))
+    assert max(beyond) <= (0.020 * speed if jitter else 0.001 * speed + 1e-5)
+    # Beyond, what jitter makes it overshoot may lead it along a wall.
+    assert max(aside[:count + 1]) <= 0.005
+    assert max(hypot(*command) for _, command in bench.commands) == pytest.approx(
+        min(speed, 0.5 * distance / TICK))
     # The goal that is sent again moves nothing, not even the millimetre that jitter has left.
-    bench.driver.drive_to(*goal)
-    since = bench.now
-    bench.assert_rests(goal, since, since + 0.3)
+    bench.send(goal)
+    bench.assert_rests(goal, 0.0)
 
 
 @law(40)
-@given(drive=drives(1.5), second=places(), part=st.floats(0.0, 1.2), seed=seeds)
-def test_goal_may_change_at_any_time(drive, second, part, seed):
+@given(drive=drives(1.5), second=places, part=st.floats(0.0, 1.2))
+def test_goal_may_change_at_any_time(drive, second, part):
     """It first obeys what is in the queue, then drives to the new goal as to any other."""
-    speed, start, goal = drive
-    bench = Bench(speed, start, seed)
-    bench.run(0.3)
-    bench.driver.drive_to(*goal)
-    changed = 0.3 + part * bench.distance(goal) / speed
-    bench.run(changed)
-    way = min(bench.distance(second), 1.5 * speed) / max(bench.distance(second), 1e-9)
-    x, y = bench.turtle.pose[:2]
-    second = x + way * (second[0] - x), y + way * (second[1] - y)
-    bench.driver.drive_to(*second)
+    bench, goal = drive
+    bench.send(goal, part)
+    second = at_most(1.5 * bench.speed, bench.turtle.pose, second)
+    bench.send(second)
     # What is in the queue, and the wait for the next cycle, may lead away from it.
-    rest = changed + bench.distance(second) / speed + 0.6 + QUEUE + PERIOD
-    bench.assert_rests(second, rest, rest + 0.3)
+    bench.assert_arrives(second, QUEUE + PERIOD)
 
 
 @law(25)
 @given(speed=speeds, seed=seeds, away=st.floats(0.0, 4e-4), angle=headings)
 def test_goal_where_it_stands_moves_nothing(speed, seed, away, angle):
     bench = Bench(speed, seed=seed)
-    bench.run(0.2)
-    bench.driver.drive_to(5.5 + away * cos(angle), 5.5 + away * sin(angle))
-    bench.run(0.6)
-    assert all(command[1:] == (0.0, 0.0) for command in bench.commands)
-    assert bench.driver.arrived
+    bench.send((5.5 + away * cos(angle), 5.5 + away * sin(angle)))
+    bench.assert_rests((5.5, 5.5), 0.0)
 
 
 @law(30)
-@given(drive=drives(), theta=headings, part=st.floats(0.0, 1.0), place=places(), seed=seeds)
-def test_teleported_turtle_drives_straight_to_its_goal(drive, theta, part, place, seed):
+@given(drive=drives(), theta=headings, part=st.floats(0.0, 1.0), place=places)
+def test_teleported_turtle_drives_straight_to_its_goal(drive, theta, part, place):
     """From wherever it was put with whatever heading, once its queue has been obeyed."""
-    speed, start, goal = drive
-    bench = Bench(speed, start, seed)
-    bench.run(0.3)
-    bench.driver.drive_to(*goal)
-    bench.run(0.3 + part * bench.distance(goal) / speed)
-    away = min(1.0, 1.5 * speed / max(hypot(place[0] - goal[0], place[1] - goal[1]), 1e-9))
-    bench.turtle.teleport_absolute(goal[0] + away * (place[0] - goal[0]),
-                                   goal[1] + away * (place[1] - goal[1]), theta)
-    bench.run(bench.now + QUEUE + 2.0 * TICK)
-    seen = len(bench.poses)
-    x, y = bench.turtle.pose[:2]
-    distance = bench.distance(goal)
-    rest = bench.now + distance / speed + 0.6
-    bench.assert_rests(goal, rest, rest + 0.3)
+    bench, goal = drive
+    bench.send(goal, part)
+    bench.turtle.teleport_absolute(*at_most(1.5 * bench.speed, goal, place), theta)
+    bench.rest(QUEUE + 2.0 * TICK)
+    seen, start, distance = len(bench.poses), bench.turtle.pose, bench.distance(goal)
+    bench.assert_arrives(goal)
     assume(distance > 0.01)
-    for _, pose in bench.poses[seen:]:
-        aside = ((pose.x - x) * (goal[1] - y) - (pose.y - y) * (goal[0] - x)) / distance
-        assert abs(aside) <= 0.005 + 0.005 * speed
+    assert all(aside <= 0.005 + 0.005 * bench.speed
+               for _, aside in ways(start, goal, bench.poses[seen:]))
 
 
 # --------------------------------------------------------------------------------- what goes wrong
@@ -263,41 +206,30 @@ def test_teleported_turtle_drives_straight_to_its_goal(drive, theta, part, place
 def test_stands_still_without_a_goal_and_without_a_pose():
     driver = Driver(3.0)
     assert driver.pose is None
-    for cycle in range(50):
-        assert driver.command(cycle * PERIOD) == (0.0, 0.0)
+    assert driver.command(0.0) == (0.0, 0.0)
     driver.drive_to(1.0, 1.0)
-    for cycle in range(50, 100):
-        assert driver.command(cycle * PERIOD) == (0.0, 0.0)
+    assert driver.command(PERIOD) == (0.0, 0.0)
     assert not driver.arrived
     bench = Bench(3.0)
-    bench.run(0.5)
     assert bench.driver.goal is None
-    assert all(command[1:] == (0.0, 0.0) for command in bench.commands)
+    assert {command for _, command in bench.commands} == {(0.0, 0.0)}
 
 
 @law(30)
-@given(speed=speeds, start=places(), theta=headings, restart=places(), again=headings,
-       after=st.floats(0.0, 0.4), away=st.floats(0.3, 1.5), seed=seeds)
+@given(drive=drives(1.0), restart=places, again=headings, after=st.floats(0.0, 0.4),
+       away=st.floats(0.3, 1.5))
 def test_stands_while_the_pose_is_stale_and_goes_on_with_a_new_turtlesim(
-        speed, start, theta, restart, again, after, away, seed):
+        drive, restart, again, after, away):
     """Which begins at another place, with another heading and an empty queue."""
-    way = min(1.0, speed / 12.0)
-    restart = start[0] + way * (restart[0] - start[0]), start[1] + way * (restart[1] - start[1])
-    goal = within_arena(start[0] + speed, start[1])
-    bench = Bench(speed, (*start, theta), seed)
-    bench.run(0.3)
-    bench.driver.drive_to(*goal)
-    bench.run(0.3 + after)
-    gone, last = bench.now, bench.poses[-1][0]
-    bench.restart_turtlesim(away, (*restart, again))
-    silent = [command for command in bench.commands if last + STALE + 0.001 < command[0]]
+    bench, goal = drive
+    bench.send(goal)
+    bench.rest(after)
+    last = bench.poses[-1][0]
+    bench.restart_turtlesim(away, (*at_most(bench.speed, goal, restart), again))
+    silent = [command for at, command in bench.commands if last + STALE + 0.001 < at]
     assert len(silent) >= (away - STALE - TICK) / PERIOD - 2
-    assert all(command[1:] == (0.0, 0.0) for command in silent)
-    assert bench.now == pytest.approx(gone + away)
-    rest = bench.now + bench.distance(goal) / speed + 0.6
-    bench.poses.clear()
-    bench.commands.clear()
-    bench.assert_rests(goal, rest, rest + 0.3)
+    assert all(command == (0.0, 0.0) for command in silent)
+    bench.assert_arrives(goal)
 
 
 def test_pose_becomes_stale_after_so_long():
@@ -309,78 +241,58 @@ def test_pose_becomes_stale_after_so_long():
 
 
 @law(50)
-@given(drive=drives(1.0), part=st.floats(0.0, 1.0), length=st.floats(0.01, 0.6), seed=seeds,
-       own=st.booleans())
-def test_survives_a_stall(drive, part, length, seed, own):
+@given(drive=drives(1.0), part=st.floats(0.0, 1.0), length=st.floats(0.01, 0.6), own=st.booleans())
+def test_survives_a_stall(drive, part, length, own):
     """
     Of turtlesim, which takes one command per tick all the same, or its own.
 
     In one of its own, what turtlesim has in its queue lasts for seven ticks; then turtlesim goes
     on with the last command.
     """
-    speed, start, goal = drive
-    bench = Bench(speed, start, seed)
-    bench.run(0.3)
-    (x, y), distance = bench.turtle.pose[:2], bench.distance(goal)
-    bench.driver.drive_to(*goal)
-    bench.run(0.3 + part * distance / speed)
-    if own:
-        bench.stall_robot(length)
-    else:
-        bench.stall_turtlesim(length)
-    rest = bench.now + length + distance / speed + (0.8 if own else 0.6)
-    bench.assert_rests(goal, rest, rest + 0.3)
-    ex, ey = (goal[0] - x) / distance, (goal[1] - y) / distance
-    overshoot = max((pose.x - goal[0]) * ex + (pose.y - goal[1]) * ey for _, pose in bench.poses)
-    assert overshoot <= (0.020 + (length if own else 0.0)) * speed
+    bench, goal = drive
+    start = bench.turtle.pose
+    bench.send(goal, part)
+    (bench.stall_robot if own else bench.stall_turtlesim)(length)
+    bench.assert_arrives(goal, 0.2 if own else 0.0)
+    overshoot = max(beyond for beyond, _ in ways(start, goal, bench.poses))
+    assert overshoot <= (0.020 + (length if own else 0.0)) * bench.speed
 
 
 # ------------------------------------------------------------------------------ what it is made of
 
-@law(30)
-@given(seed=seeds, theta=headings, hold=st.integers(1, 30), wall=st.booleans())
-def test_predicts_the_pose_at_which_a_command_takes_effect(seed, theta, hold, wall):
-    """
-    Whatever was commanded before, a while of standing still first; walls included.
+class Wanderer(CommandPath):
+    """A driver that turns at random; each of its commands has a speed of its own."""
 
-    Every command has a speed of its own, so that the poses tell which one a tick has taken.
-    """
-    random = Random(seed)
-    turtle = Turtle(0.05 if wall else 5.5, 5.5, theta, holonomic=True)
-    path = CommandPath()
-    tick_at, publish_at = random.uniform(0.0, TICK), random.uniform(0.0, PERIOD)
-    to_turtle, to_path = deque(), deque()
-    predicted, taken_after = {}, {}
-    angle = count = 0
-    while len(predicted) < 100:
-        if tick_at <= publish_at:
-            while to_turtle and to_turtle[0][0] <= tick_at:
-                _, linear_x, linear_y = to_turtle.popleft()
-                turtle.command(linear_x, linear_y, 0.0)
-            before = turtle.pose
-            pose = turtle.tick(tick_at)
-            taken_after.setdefault(round(pose.linear_velocity, 4), before)
-            to_path.append((tick_at + TRANSPORT, pose))
-            tick_at += TICK
-        else:
-            while to_path and to_path[0][0] <= publish_at:
-                path.observe(*to_path.popleft())
-            if count % hold == 0:
-                angle = random.uniform(-pi, pi)
-            speed = 0.0
-            if path.pose is not None:
-                speed = round(0.5 + 0.01 * count, 4)
-                predicted[speed] = path.predict(publish_at)
-            count += 1
-            command = speed * cos(angle), speed * sin(angle)
-            path.publish(publish_at, *command)
-            to_turtle.append((publish_at + TRANSPORT, *command))
-            publish_at += PERIOD
+    def __init__(self, random, hold):
+        super().__init__()
+        self.random, self.hold = random, hold
+        self.predicted = {}
+
+    def command(self, now):
+        """Publish a command, and note where it is predicted to take effect."""
+        count, speed = len(self.predicted), 0.0
+        if count % self.hold == 0:
+            self.angle = self.random.uniform(-pi, pi)
+        if self.pose is not None:
+            speed = round(0.5 + 0.01 * count, 4)
+            self.predicted[speed] = self.predict(now)
+        velocity = speed * cos(self.angle), speed * sin(self.angle)
+        self.publish(now, *velocity)
+        return velocity
+
+
+@law(30)
+@given(seed=seeds, theta=headings, hold=st.integers(1, 30), x=st.sampled_from((0.05, 5.5)))
+def test_predicts_the_pose_at_which_a_command_takes_effect(seed, theta, hold, x):
+    """Whatever was commanded before, a while of standing still first; walls included."""
+    driver = Wanderer(Random(seed), hold)
+    bench = Bench(2.0, (x, 5.5, theta), seed, jitter=False, driver=driver)
+    bench.rest(0.72)
     compared = 0
-    for speed, (x, y) in predicted.items():
-        if speed in taken_after:
-            before = taken_after[speed]
-            assert hypot(before.x - x, before.y - y) <= 1e-5
+    for (_, before), (_, pose) in pairwise(bench.poses):
+        predicted = driver.predicted.pop(round(pose.linear_velocity, 4), None)
+        if predicted is not None:
+            assert hypot(before.x - predicted[0], before.y - predicted[1]) <= 1e-5
             compared += 1
     # 62.5 of 100 are taken, less those that are on their way in the end.
     assert compared >= 55
@@ -394,12 +306,10 @@ def test_travel_time_is_what_the_way_takes_at_most(speed, radius, part, angle, s
     distance = min(radius + part * speed, 5.4)
     bench = Bench(speed, (5.5, 5.5, 0.3), seed, jitter=False)
     goal = 5.5 + distance * cos(angle), 5.5 + distance * sin(angle)
-    bench.run(0.3)
-    rest = bench.turtle.pose
-    distance = bench.distance(goal)
-    bench.driver.drive_to(*goal)
-    bench.run(0.3 + distance / speed + 0.6)
-    first = next((time for time, pose in bench.poses if pose[:2] != rest[:2]), 0.0)
+    start, distance = bench.turtle.pose, bench.distance(goal)
+    bench.send(goal, 1.0)
+    bench.rest(0.6)
+    first = next((time for time, pose in bench.poses if pose[:2] != start[:2]), 0.0)
     reached = next(time for time, pose in bench.poses
                    if hypot(pose.x - goal[0], pose.y - goal[1]) <= radius)
     # The approach begins in the middle of a tick: that costs up to 0.09 of one.
