@@ -23,18 +23,17 @@ from laws import law
 import pytest
 from turtle_brick.core.catch_logic import Catcher
 from turtle_brick.core.fall_detection import Fall, FallDetector
-from turtle_brick.core.geometry import from_pitch, from_yaw, IDENTITY, multiply, Pose
+from turtle_brick.core.geometry import IDENTITY, Pose
 from turtle_brick.core.parameters import load
 from turtle_brick.core.reachability import resting_height
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.physics import Phase, World
+from worlds import platform_at, riding
 
 PARAMETERS = load()
 GRAVITY = PARAMETERS.gravity_accel
 REST = resting_height(PARAMETERS)
 STEP = 4_000_000
 SECOND = 1_000_000_000
-
 
 gravities = st.floats(0.5, 30.0)
 heights = st.floats(0.5, 30.0)
@@ -76,19 +75,20 @@ class Watch:
         return None
 
 
-@law(100)
+@law(120)
 @given(x=coordinates, y=coordinates, height=heights, gravity=gravities, spacing=intervals,
        hovering=st.integers(0, 5), part=st.floats(0.0, 1.0))
 def test_fall_is_known_by_its_third_sample_with_its_course(
         x, y, height, gravity, spacing, hovering, part):
-    """Whenever it is released, and however it is sampled at 50 Hz or more."""
+    """Whenever it is released, also up to 2 s before it is seen, and however it is sampled."""
     watch = Watch(spacing, gravity)
     watch.hover(x, y, height, hovering)
-    release = watch.now - round(part * watch.spacing[-1]) if hovering else watch.now
+    release = watch.now - round(part * (watch.spacing[-1] if hovering else 2 * SECOND))
     # The first of these may be the release itself; three more are in the fall.
     fall = watch.fall(x, y, height, release, 4)
     assert fall is not None
     assert fall.stamp <= watch.now
+    assert fall.speed == pytest.approx(gravity * (fall.stamp - release) * 1e-9, abs=1e-3)
     for drop in (0.3, 0.5, 5.0, 25.0):
         contact = release + sqrt(2.0 * drop / gravity) * 1e9
         if contact > fall.stamp:
@@ -96,22 +96,8 @@ def test_fall_is_known_by_its_third_sample_with_its_course(
             assert abs(estimate - contact) <= 1e6
     assert fall.position[:2] == (x, y)
     # It is one fall, down to the end.
-    recognized = watch.recognized
     watch.fall(x, y, height, release, 100)
-    assert watch.recognized == recognized == 1
-
-
-@law(50)
-@given(height=heights, speed=st.floats(0.0, 20.0), gravity=gravities, spacing=intervals)
-def test_fall_is_known_when_it_is_first_seen_halfway(height, speed, gravity, spacing):
-    watch = Watch(spacing, gravity)
-    start = watch.now
-    for _ in range(3):
-        time = (watch.now - start) * 1e-9
-        watch.see(1.0, 2.0, height - speed * time - 0.5 * gravity * time * time)
     assert watch.recognized == 1
-    time = (watch.detector.fall.stamp - start) * 1e-9
-    assert watch.detector.fall.speed == pytest.approx(speed + gravity * time, abs=1e-3)
 
 
 @law(60)
@@ -136,22 +122,14 @@ def test_being_placed_is_no_fall(spacing, gravity, places):
         st.floats(-0.04, 0.04), st.floats(-0.3, 0.3)), min_size=1, max_size=8))
 def test_riding_and_sliding_are_no_fall(gravity, every, place, programme):
     """On a platform that is tilted at once by up to 86 degrees, drives and turns."""
-    world = World((5.0 + place[0], 5.0 + place[1], REST + 0.001), gravity,
-                  PARAMETERS.platform_radius, STEP * 1e-9)
-    world.size, world.thickness = PARAMETERS.brick_size, PARAMETERS.platform_thickness
-    hinge = PARAMETERS.platform_height - PARAMETERS.platform_thickness
-    world.platform = Platform(Pose((5.0, 5.0, hinge), from_yaw(0.0)))
-    world.release()
-    while world.phase is Phase.FALLING:
-        world.step()
+    world = riding(place, 5.0, 5.0, gravity=gravity)
     watch = Watch([every * STEP], gravity)
     x = y = 5.0
     yaw = step = 0
     for steps, tilt, dx, dy, dyaw in programme:
         for _ in range(steps):
             x, y, yaw = x + dx, y + dy, yaw + dyaw
-            world.platform = Platform(
-                Pose((x, y, hinge), multiply(from_yaw(yaw), from_pitch(tilt))))
+            world.platform = platform_at(x, y, yaw, tilt)
             world.step()
             step += 1
             if step % every == 0:

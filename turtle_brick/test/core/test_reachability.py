@@ -25,26 +25,23 @@ from turtle_brick.core.driving import travel_time
 from turtle_brick.core.fall_detection import Fall
 from turtle_brick.core.geometry import from_pitch, Pose
 from turtle_brick.core.parameters import load
-from turtle_brick.core.reachability import (CARRY_ON, COMMAND_LATENCY, LEVEL_LATENCY, reach,
-                                            resting_height, RobotMotion, Track)
+from turtle_brick.core.reachability import (CARRY_ON, COMMAND_LATENCY, guaranteed_distance,
+                                            LEVEL_LATENCY, reach, resting_height, RobotMotion,
+                                            Track)
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 
 PARAMETERS = load()
 GRAVITY = PARAMETERS.gravity_accel
 REST = resting_height(PARAMETERS)
-
 SECOND = 1_000_000_000
-
-
-gravities = st.floats(0.5, 30.0)
 
 
 @st.composite
 def settings_of_robot(draw):
     """Draw parameters of another robot on another planet."""
     return replace(PARAMETERS, max_velocity=draw(st.floats(0.1, 10.0)),
-                   gravity_accel=draw(gravities), platform_height=draw(st.floats(1.5, 5.0)))
+                   gravity_accel=draw(st.floats(0.5, 30.0)), platform_height=draw(st.floats(1.5, 5.0)))
 
 
 inside = st.floats(0.0, ARENA_SIZE)
@@ -77,8 +74,10 @@ def test_reachable_is_what_the_robot_has_the_time_for(
         assert decision.needed >= COMMAND_LATENCY + way / parameters.max_velocity - 1e-12
     assert decision.reachable == (decision.needed <= max(decision.available, 0.0))
     assert decision.reachable == (decision.reason == '')
+    promised = parameters.max_velocity * (available + late - 0.13) + parameters.platform_radius
+    assert guaranteed_distance(fall.z, parameters) == pytest.approx(promised, abs=1e-6)
     # A fall is known by its third sample, 8 ms later.
-    if way > 0.0 and way <= parameters.max_velocity * (available + late - 0.13) and late <= 0.01:
+    if way > 0.0 and distance <= promised and late <= 0.01:
         assert decision.reachable
 
 
@@ -109,20 +108,17 @@ def test_brick_below_the_platform_or_outside_the_arena_is_out_of_reach():
         assert reach(Fall(SECOND, x, y, z, 0.0), SECOND, RobotMotion(x, y), PARAMETERS).reachable
 
 
-def test_brick_of_a_robot_that_is_not_known_is_out_of_reach():
-    decision = reach(Fall(SECOND, 5.0, 5.0, 9.0, 0.0), SECOND, None, PARAMETERS)
-    assert not decision.reachable
-    assert 'no robot' in decision.reason
-    assert decision.needed == inf
-
-
 def test_reason_says_what_is_missing():
-    decision = reach(Fall(SECOND, 9.0, 5.0, 2.0, 0.0), SECOND, RobotMotion(5.0, 5.0), PARAMETERS)
+    fall = Fall(SECOND, 9.0, 5.0, 2.0, 0.0)
+    decision = reach(fall, SECOND, RobotMotion(5.0, 5.0), PARAMETERS)
     assert not decision.reachable
     assert '4.00 m' in decision.reason
     assert f'{decision.needed:.3f} s' in decision.reason
     assert f'{decision.available:.3f} s' in decision.reason
     assert f'{-decision.margin:.3f} s too early' in decision.reason
+    decision = reach(fall, SECOND, None, PARAMETERS)
+    assert (decision.reachable, decision.needed) == (False, inf)
+    assert 'no robot' in decision.reason
 
 
 def test_tilted_platform_must_be_leveled_in_time():

@@ -26,7 +26,8 @@ import pytest
 from turtle_brick.core.catch_logic import AT_GOAL, CENTER, State
 from turtle_brick.core.driving import travel_time
 from turtle_brick.core.parameters import load
-from turtle_brick.core.reachability import COMMAND_LATENCY, resting_height
+from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guaranteed_distance,
+                                            GUARANTEED_LATENCY, resting_height)
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.physics import Phase
 from turtle_brick.tools.simulation import Delays, drops, Simulation
@@ -38,16 +39,6 @@ STEP = 0.004
 DELAYS = [Delays(), Delays(tick_jitter=0.002, robot_jitter=0.0003),
           Delays(0.0010, 0.0040, 0.002, 0.0003)]
 JITTER = DELAYS[1:]
-
-
-def fall_time(parameters, z):
-    """Return the time (s) from the release at a height to the contact with the platform."""
-    return sqrt(2.0 * (z - resting_height(parameters)) / parameters.gravity_accel)
-
-
-def promised_distance(parameters, z):
-    """Return the distance (m) inside which nothing is refused."""
-    return parameters.max_velocity * (fall_time(parameters, z) - 0.13) + parameters.platform_radius
 
 
 def simulate(parameters=PARAMETERS, *arguments):
@@ -74,7 +65,7 @@ def place_near_the_limit(random, simulation):
     """Return where a brick may be dropped, most often near the limit of what can be reached."""
     parameters = simulation.parameters
     z = resting_height(parameters) + exp(random.uniform(log(0.3), log(12.0)))
-    limit = promised_distance(parameters, z)
+    limit = guaranteed_distance(z, parameters)
     pose = simulation.turtle.pose
     for _ in range(100):
         part = random.uniform(0.95, 1.05) if random.random() < 0.7 else random.uniform(0.2, 1.2)
@@ -114,15 +105,14 @@ def test_both_promises_hold(delays):
             assert decision is result.decision, case
             # What is out of reach isn't caught either: the robot stays where it is.
             assert result.caught is decision.reachable, case
-            distance = dist(result.brick[:2], result.robot)
-            assert decision.reachable or distance > promised_distance(
-                parameters, result.brick[2]), case
+            promised = guaranteed_distance(result.brick[2], parameters)
+            assert decision.reachable or dist(result.brick[:2], result.robot) > promised, case
             assert 0.008 - 1e-9 <= result.decision_time <= 0.012 + 1e-9, case
             assert result.decision.available == pytest.approx(
-                fall_time(parameters, result.brick[2]) - result.decision_time, abs=STEP), case
+                fall_time(result.brick[2], parameters) - result.decision_time, abs=STEP), case
             assert result.finished and simulation.catcher.state is State.WAITING, case
             if result.caught:
-                late = result.fall_time - fall_time(parameters, result.brick[2])
+                late = result.fall_time - fall_time(result.brick[2], parameters)
                 assert 0.0 <= late <= STEP + 1e-9, case
                 assert dist(result.carried_to, CENTER) <= AT_GOAL, case
                 assert simulation.world.phase is Phase.FLOATING, case
@@ -175,7 +165,7 @@ def test_robot_that_turns_back_is_reckoned_with(delays):
             simulation.world.release()
             simulation.rest(pause)
         z = resting_height(parameters) + random.uniform(0.8, 3.0)
-        reach = speed * (fall_time(parameters, z) - 0.012 - COMMAND_LATENCY)
+        reach = speed * (fall_time(z, parameters) - 0.012 - COMMAND_LATENCY)
         x = simulation.turtle.pose.x + parameters.platform_radius + reach * random.uniform(0.7, 1)
         simulation.world.brick = (x, 5.5, z)
         falls_as_said(simulation)
@@ -207,7 +197,7 @@ def test_latency_that_is_reckoned_with_is_enough_and_not_too_much(delays):
         latencies.append((simulation.now - decided) * 1e-9 - travel)
     assert COMMAND_LATENCY - 0.025 <= max(latencies) <= COMMAND_LATENCY
     # The third sample of the fall is 12 ms after the release at the latest.
-    assert COMMAND_LATENCY + 0.012 <= 0.13
+    assert COMMAND_LATENCY + 0.012 <= GUARANTEED_LATENCY == 0.13
 
 
 @pytest.mark.parametrize('tilt', (0.3, 0.7, 1.2))
