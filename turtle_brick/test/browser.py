@@ -20,15 +20,15 @@ which comes with viser.
 """
 
 from base64 import b64decode
+from contextlib import ExitStack
 import json
 import os
-import re
 import shutil
-import subprocess
 from tempfile import TemporaryDirectory
-from threading import Thread
 from time import monotonic
 from typing import Any
+
+from turtle_referee.processes import Process
 
 NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable')
 """Possible names of the program."""
@@ -44,89 +44,77 @@ OPTIONS = (
     '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader')
 
 
-class BrowserError(RuntimeError):
-    """The browser does not start, does not answer or does not show what it should."""
-
-
 def find_chromium() -> str | None:
     """Return the path of Chromium, None if it is not installed."""
     return next(filter(None, map(shutil.which, NAMES)), None)
 
 
 class Chromium:
-    """A browser with one page."""
+    """A browser with one page, as long as its context."""
 
     def __init__(self, width: int = 1280, height: int = 720) -> None:
         """
-        Start it.
+        Start nothing yet.
 
         :param width: of the page (pixels)
         :param height: of the page (pixels)
-        :raises BrowserError: it is not installed, or does not start
         """
-        program = find_chromium()
-        if program is None:
-            raise BrowserError('Chromium is not installed: apt-get install chromium')
-        self._profile = TemporaryDirectory(ignore_cleanup_errors=True)
-        options = [*OPTIONS, f'--window-size={width},{height}',
-                   f'--user-data-dir={self._profile.name}']
-        if os.geteuid() == 0:
-            options.append('--no-sandbox')  # it does not work for root
-        self._process = subprocess.Popen(
-            [program, *options, 'about:blank'], stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors='replace',
-            start_new_session=True)
+        self._size = width, height
+        self._stack = ExitStack()
         self._connection: Any = None
         self._session = ''
         self._calls = 0
-        try:
-            self._connect()
+
+    def __enter__(self) -> 'Chromium':
+        """Start it, and attach to its page."""
+        from websockets.sync.client import connect
+        program = find_chromium()
+        assert program is not None
+        width, height = self._size
+        with self._stack as stack:
+            profile = stack.enter_context(TemporaryDirectory(ignore_cleanup_errors=True))
+            options = [*OPTIONS, f'--window-size={width},{height}', f'--user-data-dir={profile}']
+            if os.geteuid() == 0:
+                options.append('--no-sandbox')  # it does not work for root
+            process = stack.enter_context(Process([program, *options, 'about:blank']))
+            address = process.wait_for_output(r'DevTools listening on (ws://\S+)\s', TIMEOUT)[1]
+            self._connection = stack.enter_context(
+                connect(address, max_size=None, open_timeout=TIMEOUT))
+            target = next(target for target in self._call('Target.getTargets')['targetInfos']
+                          if target['type'] == 'page')
+            self._session = self._call(
+                'Target.attachToTarget', targetId=target['targetId'], flatten=True)['sessionId']
             self._call('Page.enable')
             self._call('Emulation.setDeviceMetricsOverride', width=width, height=height,
                        deviceScaleFactor=1, mobile=False)
-        except BaseException:
-            self.close()
-            raise
-
-    def __enter__(self) -> 'Chromium':
-        """Return the browser itself; on leaving it, it ends."""
+            self._stack = stack.pop_all()
         return self
 
     def __exit__(self, *_: object) -> None:
         """End it."""
-        self.close()
+        self._stack.close()
 
     def go_to(self, url: str) -> None:
         """Go to a page."""
         answer = self._call('Page.navigate', url=url)
-        if answer.get('errorText'):
-            raise BrowserError(f'{url}: {answer["errorText"]}')
+        assert not answer.get('errorText'), f'{url}: {answer["errorText"]}'
 
     def evaluate(self, expression: str) -> Any:
         """Return the value of a JavaScript expression, or of the promise that it is."""
         answer = self._call('Runtime.evaluate', expression=expression, awaitPromise=True,
                             returnByValue=True)
-        if 'exceptionDetails' in answer:
-            raise BrowserError(f'{expression}: {json.dumps(answer["exceptionDetails"])}')
+        assert 'exceptionDetails' not in answer, f'{expression}: {answer["exceptionDetails"]}'
         return answer['result'].get('value')
 
-    def wait_for(self, expression: str, timeout: float = TIMEOUT) -> None:
-        """
-        Wait until a JavaScript expression is true.
-
-        :param expression: evaluated again and again
-        :param timeout: longest time (s) that it may take
-        :raises BrowserError: it does not become true in time
-        """
-        deadline = monotonic() + timeout
-        while monotonic() < deadline:
-            if self.evaluate(
-                    'new Promise(done => { const end = performance.now() + 1000;'
-                    f' const look = () => {{ const found = Boolean({expression});'
-                    ' if (found || performance.now() > end) done(found);'
-                    ' else setTimeout(look, 20); }; look(); })'):
-                return
-        raise BrowserError(f'{expression}: not true within {timeout:g} s')
+    def wait_for(self, expression: str) -> None:
+        """Wait until a JavaScript expression, which is evaluated again and again, is true."""
+        deadline = monotonic() + TIMEOUT
+        while not self.evaluate(
+                'new Promise(done => { const end = performance.now() + 1000;'
+                f' const look = () => {{ const found = Boolean({expression});'
+                ' if (found || performance.now() > end) done(found);'
+                ' else setTimeout(look, 20); }; look(); })'):
+            assert monotonic() < deadline, f'{expression}: not true within {TIMEOUT:g} s'
 
     def click(self, x: float, y: float, times: int = 1) -> None:
         """Click at a point of the page (pixels); three times in a text selects it."""
@@ -152,61 +140,15 @@ class Chromium:
         """Return a picture of the page, as a PNG file."""
         return b64decode(self._call('Page.captureScreenshot', format='png')['data'])
 
-    def close(self) -> None:
-        """End the browser."""
-        try:
-            if self._connection is not None:
-                self._session = ''
-                self._call('Browser.close')
-                self._connection.close()
-            else:
-                self._process.terminate()
-            self._process.wait(10.0)
-        except (BrowserError, OSError, subprocess.TimeoutExpired):
-            self._process.kill()
-            self._process.wait()
-        self._profile.cleanup()
-
-    def _connect(self) -> None:
-        """Attach to the page, once the browser prints where it listens."""
-        from websockets.sync.client import connect
-        output = self._process.stderr
-        assert output is not None
-        said = []
-        for line in output:
-            said.append(line.strip())
-            address = re.match(r'DevTools listening on (ws://\S+)', line)
-            if address:
-                break
-        else:
-            raise BrowserError(f'Chromium does not start: {" ".join(said[-3:])}')
-        # Its further output is not needed, but has to be read.
-        Thread(target=output.read, daemon=True).start()
-        self._connection = connect(address.group(1), max_size=None, open_timeout=TIMEOUT)
-        target = next(target for target in self._call('Target.getTargets')['targetInfos']
-                      if target['type'] == 'page')
-        self._session = self._call(
-            'Target.attachToTarget', targetId=target['targetId'], flatten=True)['sessionId']
-
     def _call(self, method: str, **parameters: Any) -> Any:
         """Call a method of the DevTools protocol."""
-        from websockets.exceptions import ConnectionClosed
         self._calls += 1
         message = {'id': self._calls, 'method': method, 'params': parameters}
         if self._session:
             message['sessionId'] = self._session
-        try:
-            self._connection.send(json.dumps(message))
-            while True:
-                answer = json.loads(self._connection.recv(timeout=TIMEOUT))
-                if answer.get('id') == self._calls:
-                    break
-        except TimeoutError:
-            raise BrowserError(f'{method}: no answer within {TIMEOUT:g} s') from None
-        except ConnectionClosed:
-            if method == 'Browser.close':
-                return {}
-            raise BrowserError(f'{method}: Chromium has ended') from None
-        if 'error' in answer:
-            raise BrowserError(f'{method}: {answer["error"]["message"]}')
+        self._connection.send(json.dumps(message))
+        answer: dict[str, Any] = {}
+        while answer.get('id') != self._calls:
+            answer = json.loads(self._connection.recv(timeout=TIMEOUT))
+        assert 'error' not in answer, f'{method}: {answer["error"]["message"]}'
         return answer['result']
