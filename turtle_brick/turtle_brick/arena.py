@@ -47,7 +47,7 @@ from rclpy.node import Node
 from rclpy.time import Time
 from std_srvs.srv import Trigger
 from tf2_ros import Buffer, TransformBroadcaster
-from turtle_brick.core.geometry import Pose, Vector
+from turtle_brick.core.geometry import Color, Pose, Vector
 from turtle_brick.core.parameters import ArenaParameters
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import due_instant, NANO, StepClock
@@ -66,9 +66,6 @@ arrives before its frame is known, as may happen during discovery."""
 
 WALL_THICKNESS = 0.1
 """Thickness of the walls (m), which stand outside the arena."""
-
-Color = tuple[float, float, float, float]
-"""Red, green, blue and opacity, each in [0, 1]."""
 
 WALL_COLOR: Color = (0.55, 0.62, 0.72, 1.0)
 

@@ -90,14 +90,14 @@ def test_things_are_drawn_moved_changed_and_removed(page):
 
     shapes = tuple(Shape(kind, (1.0, 2.0, 3.0), RED, Pose((1.0, 0.0, 0.0), from_yaw(1.0)))
                    for kind in ('box', 'cylinder', 'sphere'))
-    shapes += (Shape('text', (0.5, 0.5, 0.5), RED, text='<b>text</b>'),
-               Shape('lines', (0.1, 0.1, 0.1), RED, points=((0, 0, 0), (1, 1, 1))))
+    shapes += (Shape('text', (0.5, 0.5, 0.25), RED, text='<b>text</b>'),)
     for position, yaw in (((0.0, 0.0, 0.0), 0.0), ((1.0, 2.0, 3.0), 0.5)):
         page.scene.show({'a/b': Thing(shapes, Pose(position, from_yaw(yaw)))})
         first = node()
         x, y, z, w = from_yaw(yaw)
         assert tuple(first.position) == position and tuple(first.wxyz) == (w, x, y, z)
-    parts = [node(f'/{number}') for number in range(5)]
+    parts = [node(f'/{number}') for number in range(4)]
+    assert (parts[3].text, parts[3].font_scene_height) == ('<b>text</b>', 0.25)
     assert all(part.scale == (1.0, 2.0, 3.0) for part in parts[:3])
     x, y, z, w = from_yaw(1.0)
     assert all(tuple(part.wxyz) == pytest.approx((w, x, y, z)) for part in parts[:3])

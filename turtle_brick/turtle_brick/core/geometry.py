@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Vectors, rotations and poses as plain tuples.
+Vectors, rotations, poses and colors as plain tuples.
 
 Quaternions are unit quaternions (x, y, z, w), in the order of geometry_msgs/Quaternion; a pose
 maps a point p of its own frame to rotate(orientation, p) + position in the parent frame.
@@ -24,6 +24,9 @@ from typing import NamedTuple
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+
+Color = tuple[float, float, float, float]
+"""Red, green, blue and opacity, each in [0, 1]."""
 
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 

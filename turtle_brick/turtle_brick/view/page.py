@@ -290,10 +290,8 @@ class Page:
         transform = self._lookup(frame, stamp)
         return pose_of(transform.transform) if transform is not None else None
 
-    def _pose_drawn(self, frame: str, stamp: int = 0) -> Pose | None:
-        """Return the pose of a frame at a stamp or else at the instant drawn, None if unknown."""
-        if stamp:
-            return self._pose(frame, stamp)
+    def _pose_drawn(self, frame: str) -> Pose | None:
+        """Return the pose of a frame at the instant that is drawn, None if unknown."""
         if frame not in self._poses:
             # What has stopped coming is unknown at this instant: it is where it was last.
             self._poses[frame] = self._pose(frame, self._instant) or self._pose(frame)

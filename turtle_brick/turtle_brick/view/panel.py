@@ -21,12 +21,11 @@ from time import monotonic
 from typing import NamedTuple
 
 import numpy
-from turtle_brick.core.geometry import Vector
+from turtle_brick.core.geometry import Color, Vector
 from turtle_brick.core.time_steps import NANOSECONDS
 from turtle_brick.physics import Phase
 from turtle_brick.view.measures import Curves
 from turtle_brick.view.scene import ABOVE, look, NEAR, Scene
-from turtle_brick.view.shapes import Color
 import viser
 
 GREEN = (46, 125, 70)

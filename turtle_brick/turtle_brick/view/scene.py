@@ -141,10 +141,6 @@ class Scene:
                 self._scene.add_label(
                     path, shape.text, font_size_mode='scene', anchor='center-center',
                     font_scene_height=shape.size[2], **where)
-            case 'lines':
-                ends = numpy.array(shape.points, dtype=numpy.float32).reshape((-1, 2, 3))
-                self._scene.add_line_segments(
-                    path, ends, (red, green, blue), thickness=shape.size[0], **where)
 
 
 def _wxyz(pose: Pose) -> tuple[float, float, float, float]:

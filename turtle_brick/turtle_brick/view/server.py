@@ -46,7 +46,12 @@ PORTS = 100
 
 
 class PageServer:
-    """Serves a page, drawn with viser, to whoever uses the page's own address."""
+    """
+    Serves a page, drawn with viser, to whoever uses the page's own address.
+
+    viser has no option to refuse a request, nor passes any on to the websockets server that it
+    makes: so `serve`, of websockets, is replaced by a guarded one while viser begins to serve.
+    """
 
     def __init__(self, host: str, port: int, title: str) -> None:
         """
@@ -69,7 +74,6 @@ class PageServer:
             return serve(*arguments, process_request=process, **options)
 
         rich.get_console().quiet = True  # viser talks to it
-        # viser passes no options on to the websockets server that it makes.
         with patch.object(websockets_server, 'serve', guarded_serve):
             self.viser = viser.ViserServer(host, free_port(host, port), title, verbose=False)
         self.port = self.viser.get_port()

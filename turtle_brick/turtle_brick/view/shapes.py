@@ -23,11 +23,8 @@ from math import cos, sin
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from turtle_brick.core.geometry import (from_pitch, from_yaw, IDENTITY, multiply, Pose, Quaternion,
-                                        Vector)
-
-Color = tuple[float, float, float, float]
-"""Red, green, blue and opacity, each in [0, 1]."""
+from turtle_brick.core.geometry import (Color, from_pitch, from_yaw, IDENTITY, multiply, Pose,
+                                        Quaternion, Vector)
 
 GRAY: Color = (0.7, 0.7, 0.7, 1.0)
 """Color of a visual without a material."""
@@ -39,18 +36,16 @@ LARGEST = 1e6
 
 
 class Shape(NamedTuple):
-    """A colored solid, text or set of lines in some frame."""
+    """A colored solid or text in some frame."""
 
     kind: str
-    """'box', 'cylinder' (its axis is z), 'sphere', 'text' (upright) or 'lines'."""
+    """'box', 'cylinder' (its axis is z), 'sphere' or 'text' (upright)."""
     size: Vector
-    """Extents (m) along its own x, y and z; of a text its height, of lines their width."""
+    """Extents (m) along its own x, y and z; of a text only the last one counts."""
     color: Color
     pose: Pose = ORIGIN
     """Pose of its center in its frame."""
     text: str = ''
-    points: tuple[Vector, ...] = ()
-    """The ends of the lines in the shape's own frame (m), two each."""
 
 
 class Thing(NamedTuple):
