@@ -22,7 +22,7 @@ test_simulation.
 from collections import deque
 from dataclasses import replace
 from itertools import product
-from math import cos, dist, hypot, pi, sin, sqrt
+from math import cos, dist, hypot, pi, sin
 from random import Random
 from types import SimpleNamespace
 
@@ -240,19 +240,6 @@ def test_platform_is_tilted_and_leveled_smoothly():
     for (begin, before), (end, after) in zip(angles, angles[1:]):
         if end - begin <= 20_000_000:
             assert abs(after - before) <= 1.001 * wanted * pi / 2.0 / RAMP * 0.02
-
-
-def test_decides_once_per_fall():
-    stage = Stage()
-    stage.drop(6.0, 6.0, 12.0)
-    stage.reach_state(State.CARRYING)
-    decision, = stage.told(Decision)
-    assert decision is stage.catcher.decision
-    assert decision.reachable
-    assert (stage.now - decision.contact) * 1e-9 == pytest.approx(0.0, abs=0.025)
-    # It is known 8 ms after the release, and when it will be down.
-    assert decision.available == pytest.approx(
-        sqrt(2.0 * (12.0 - REST) / GRAVITY) - 0.012, abs=0.005)
 
 
 @pytest.mark.parametrize(('brick', 'robot', 'reason'), [
