@@ -20,21 +20,18 @@ import pytest
 
 
 @pytest.fixture
-def scene():
+def scene(domain_id):
     """Start the graph as processes."""
-    scene = Scene(Random(10))
-    yield scene
-    scene.close()
+    with Scene(domain_id, Random(10)) as scene:
+        yield scene
 
 
 def test_a_brick_that_rides_is_carried_off_whoever_dies_or_stands_still(scene):
-    """The catcher is killed while it carries a brick, then the arena is frozen, then fired at."""
+    """The catcher is killed while it carries a brick, the arena frozen; then all is fired at."""
+    scene.look()
+    scene.recover()
     scene.go_to('carrying')
     scene.deal('catcher', None)
+    scene.deal('arena', 0.3)
     scene.recover()
-    scene.go_to('carrying')
-    scene.deal('arena', 2.0)
-    scene.recover()
-    scene.fire(500)
-    scene.calm_down()
-    scene.play()
+    scene.stand_fire(200)

@@ -89,12 +89,6 @@ def executable(package: str, name: str) -> str:
         raise PackageNotFoundError(f'the package {package} is not installed here') from None
 
 
-def write_parameters(path: Path, parameters: dict[str, Any]) -> Path:
-    """Write parameters for any node into a file; return its path."""
-    path.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}), encoding='utf-8')
-    return path
-
-
 def robot_description(params_file: Path) -> str:
     """
     Return the URDF of the robot that a file of parameters describes.
@@ -128,7 +122,7 @@ class Graph:
         self.params_file = params_file or default_path()
         if overrides:
             given = yaml.safe_load(self.params_file.read_text(encoding='utf-8'))
-            self.params_file = self._parameter_file(
+            self.params_file = self.parameter_file(
                 {**given['/**']['ros__parameters'], **overrides})
         self._use_sim_time = (overrides or {}).get('use_sim_time', False)
         self.domain_id = domain_id
@@ -229,16 +223,17 @@ class Graph:
         self._processes.append(process)
         return process
 
-    def _parameter_file(self, parameters: dict[str, Any]) -> Path:
-        """Write parameters into a file of this graph; return its path."""
-        return write_parameters(
-            Path(self._files.name, f'{len(os.listdir(self._files.name))}.yaml'), parameters)
+    def parameter_file(self, parameters: dict[str, Any]) -> Path:
+        """Write parameters for any node into a file of this graph; return its path."""
+        path = Path(self._files.name, f'{len(os.listdir(self._files.name))}.yaml')
+        path.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}), encoding='utf-8')
+        return path
 
     def _add_foreign(self, package: str, executable: str, module: str, node_type: str,
                      parameters: dict[str, Any]) -> Node | None:
         """Compose a stand-in where there is one, else start the real executable."""
         # A file, since no command line takes a URDF as the value of a parameter.
-        arguments = ['--params-file', str(self._parameter_file(parameters))]
+        arguments = ['--params-file', str(self.parameter_file(parameters))]
         if find_spec(module.partition('.')[0]) is not None:
             stand_in = getattr(importlib.import_module(module), node_type)
             return self.add(stand_in, *arguments, parameters=False)
