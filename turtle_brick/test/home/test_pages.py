@@ -44,7 +44,7 @@ import yaml
 PACKAGE = Path(__file__).resolve().parents[2]
 ROOT = PACKAGE.parent
 PAGES = [ROOT / 'README.md', *sorted(PACKAGE.glob('doc/**/*.md'))]
-TIMEOUT = 60.0
+TIMEOUT = 180.0
 
 PROGRAMS = ('bash', 'colcon', 'export', 'pip', 'python3', 'ros2', 'rosdep', 'source', 'sudo')
 """With what a command in the text begins."""
@@ -66,7 +66,7 @@ ARENA = 'ros2 launch turtle_brick turtle_arena.launch.py'
 
 LASTING = {
     'ros2 launch turtle_brick show_turtle': 'Robot initialized',
-    'ros2 run turtle_brick sweep': '%|drops',
+    'ros2 run turtle_brick sweep': 'drops, into ',
     'ros2 run turtle_brick viewer': 'http://',
     'ros2 topic hz': 'average rate: ',
     'bash turtle_brick/scripts/demo': 'http://',

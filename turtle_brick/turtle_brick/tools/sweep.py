@@ -177,8 +177,10 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list
         on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
         results = Parallel(options.workers, return_as='generator')(
             delayed(simulate)(parameters, *one) for one in plan.simulations())
-        signal.signal(signal.SIGINT, on_interrupt)
         try:
+            signal.signal(signal.SIGINT, on_interrupt)
+            # Not before a Ctrl-C keeps the drops: who reads this may send one.
+            print(f'{plan.drops:,} drops, into {options.output.resolve()}', flush=True)
             for drop in tqdm(results, total=plan.drops, unit=' drops', disable=None):
                 row = drop.row()
                 if not drops:
@@ -272,7 +274,6 @@ def main(args: Sequence[str] | None = None) -> int:
     options, parameters, plan = parse(args)
     try:
         options.output.mkdir(parents=True, exist_ok=True)
-        print(f'{plan.drops:,} drops, into {options.output.resolve()}', flush=True)
         drops = run(options, parameters, plan)
         if drops and options.figures:
             draw(drops, parameters, plan, options.output)
