@@ -15,13 +15,13 @@
 
 from importlib.util import find_spec
 from itertools import product
-from math import isnan, nan, tan
+from math import isnan, nan
 import re
 from types import SimpleNamespace
 
 from hypothesis import given
 from hypothesis import strategies as st
-import numpy
+from perspective import seen_from
 import pytest
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.geometry import from_yaw, Pose
@@ -57,17 +57,6 @@ def page():
         for name in panels.Orders._fields)))
     yield SimpleNamespace(scene=scene, panel=panel, orders=orders, viser=server.viser)
     server.close()
-
-
-def seen_from(camera, point):
-    """Return where a point of the world (m) is seen, in heights of the picture from its middle."""
-    forward = numpy.subtract(camera.look_at, camera.position)
-    forward /= numpy.linalg.norm(forward)
-    right = numpy.cross(forward, (0.0, 0.0, 1.0))
-    right /= numpy.linalg.norm(right)
-    ray = numpy.subtract(point, camera.position)
-    scale = 0.5 / tan(camera.field_of_view / 2.0) / (ray @ forward)
-    return scale * (ray @ right), scale * (ray @ numpy.cross(right, forward))
 
 
 @given(st.tuples(COORDINATES, COORDINATES, st.floats(0.1, 50.0)), COORDINATES, COORDINATES)
@@ -139,13 +128,13 @@ def test_what_is_followed_stays_where_it_is_before_the_cameras(page):
 
 def test_the_robot_is_near_and_the_brick_in_sight_in_the_first_view():
     parameters = load()
-    foot = seen_from(NEAR, (*CENTER, 0.0))[1]
-    top = seen_from(NEAR, (*CENTER, parameters.platform_height))[1]
+    foot = seen_from(*NEAR, (*CENTER, 0.0))[1]
+    top = seen_from(*NEAR, (*CENTER, parameters.platform_height))[1]
     assert top - foot >= 0.25 and foot > -0.5
-    across, up = seen_from(NEAR, parameters.brick_start)
+    across, up = seen_from(*NEAR, parameters.brick_start)
     assert up < 0.48 and abs(across) < 0.48, 'even where the page is as wide as it is high'
     for corner in product((0.0, ARENA_SIZE), repeat=2):
-        across, up = seen_from(ABOVE, (*corner, 0.0))
+        across, up = seen_from(*ABOVE, (*corner, 0.0))
         assert 0.4 < abs(across) < 0.48 and 0.4 < abs(up) < 0.48
 
 

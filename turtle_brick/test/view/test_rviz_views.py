@@ -15,28 +15,29 @@
 
 from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_loader
-from math import cos, pi, sin, tan
+from math import cos, pi, sin
 from pathlib import Path
 
+from perspective import seen_from
 import pytest
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import default_path, load
 import yaml
 
-SCRIPT = Path(__file__).resolve().parents[2] / 'scripts' / 'record_rviz'
-loader = SourceFileLoader('record_rviz', str(SCRIPT))
-record_rviz = module_from_spec(spec_from_loader('record_rviz', loader))
-loader.exec_module(record_rviz)
-
 CONFIG = default_path().parent
+SCRIPT = Path(__file__).resolve().parents[2] / 'scripts' / 'record_rviz'
 PARAMETERS = load()
 
-#: Half the height of the picture per distance, at Ogre's default field of view of 45 degrees.
-HALF_HEIGHT = tan(pi / 8)
+FIELD_OF_VIEW = pi / 4.0
+"""Ogre's default (rad)."""
 
-#: Width and height of what a window has around the 3D view: the Displays panel, bars and edges.
 FRAME = 380, 91
+"""Width and height of what a window has around the 3D view: the Displays panel, bars and edges."""
+
+record_rviz = module_from_spec(spec_from_loader(
+    'record_rviz', SourceFileLoader('record_rviz', str(SCRIPT))))
+record_rviz.__spec__.loader.exec_module(record_rviz)
 
 
 def read(name: str) -> dict:
@@ -56,30 +57,22 @@ def size_of(content: dict) -> tuple[int, int]:
 
 
 def seen(content: dict, point: Vector) -> float:
-    """
-    See that a point is in the picture of an Orbit view, and return where.
-
-    :param content: the configuration
-    :param point: in the view's target frame (m)
-    :return: How far it is up from the center, in half heights of the picture.
-    """
+    """See that a point of its target frame (m) is in an Orbit view; return how high, in heights."""
     view = view_of(content)
-    yaw, pitch = view['Yaw'], view['Pitch']
-    x, y, z = (point[i] - view['Focal Point'][axis] for i, axis in enumerate('XYZ'))
-    inward = x * cos(yaw) + y * sin(yaw)
-    depth = view['Distance'] - inward * cos(pitch) - z * sin(pitch)
-    assert depth > 0
-    right, up = y * cos(yaw) - x * sin(yaw), z * cos(pitch) - inward * sin(pitch)
+    yaw, pitch, distance = view['Yaw'], view['Pitch'], view['Distance']
+    x, y, z = look_at = tuple(view['Focal Point'][axis] for axis in 'XYZ')
+    position = (x + distance * cos(yaw) * cos(pitch), y + distance * sin(yaw) * cos(pitch),
+                z + distance * sin(pitch))
+    right, up = seen_from(position, look_at, FIELD_OF_VIEW, point)
     width, height = size_of(content)
-    assert abs(right) / depth / HALF_HEIGHT < width / height
-    assert abs(up) / depth / HALF_HEIGHT < 1.0
-    return up / depth / HALF_HEIGHT
+    assert abs(right) < width / height / 2.0 and abs(up) < 0.5
+    return up
 
 
 def height_at(content: dict, x: float, y: float) -> float:
     """Return the height (pixels) of the robot at a place, where all of it is seen."""
-    top, bottom = (seen(content, (x, y, z)) for z in (PARAMETERS.platform_height, 0.0))
-    return (top - bottom) / 2 * size_of(content)[1]
+    return size_of(content)[1] * (seen(content, (x, y, PARAMETERS.platform_height))
+                                  - seen(content, (x, y, 0.0)))
 
 
 @pytest.mark.parametrize('name', ['show_turtle', 'run_turtle'])

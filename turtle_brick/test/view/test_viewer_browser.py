@@ -15,12 +15,12 @@
 
 from importlib.util import find_spec
 from io import BytesIO
-from math import tan
 
 from browser import Chromium, find_chromium
 from geometry_msgs.msg import PoseStamped
 from live_graph import graph, process
 import numpy
+from perspective import seen_from
 import pytest
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.parameters import load
@@ -67,17 +67,11 @@ class Page(Chromium):
             one if kind == 'button' else f'document.getElementById({one}.htmlFor)'))
 
     def pixel_of(self, point, camera):
-        """Return where on the page a point of the world (m) is, by the rules of perspective."""
+        """Return where on the page a point of the world (m) is."""
         left, top, width, height = self.evaluate(
             f'(box => [box.x, box.y, box.width, box.height])({CANVAS})')
-        forward = numpy.subtract(camera.look_at, camera.position)
-        forward /= numpy.linalg.norm(forward)
-        right = numpy.cross(forward, (0.0, 0.0, 1.0))
-        right /= numpy.linalg.norm(right)
-        ray = numpy.subtract(point, camera.position)
-        scale = height / 2.0 / tan(camera.field_of_view / 2.0) / (ray @ forward)
-        return (left + width / 2.0 + scale * (ray @ right),
-                top + height / 2.0 - scale * (ray @ numpy.cross(right, forward)))
+        right, up = seen_from(*camera, point)
+        return left + width / 2.0 + height * right, top + height / 2.0 - height * up
 
     def see(self, camera, *sights):
         """Wait until points (m) have colors (shares of red, green and blue) as they should."""
