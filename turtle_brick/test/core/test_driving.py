@@ -28,7 +28,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from laws import law, seconds
 import pytest
-from turtle_brick.core.driving import CommandPath, Driver, PERIOD, STALE, travel_time, within_arena
+from turtle_brick.core.driving import (CommandPath, Driver, PERIOD, STALE, TickClock, travel_time,
+                                       within_arena)
 from turtle_brick.core.parameters import load
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, TICK, Turtle, TurtlePose
 from turtle_brick.tools.simulation import Delays, Simulation, TICK_PERIOD
@@ -232,6 +233,17 @@ def test_stands_while_the_pose_is_stale_and_goes_on_with_a_new_turtlesim(
     bench.assert_arrives(goal)
 
 
+@pytest.mark.parametrize(('away', 'arrived'), [
+    ((0.0004,), True), ((0.0006,), False), ((0.0004, 0.0029), True), ((0.0004, 0.0031), False)])
+def test_stops_at_its_goal_and_stays_until_it_is_farther_away(away, arrived):
+    driver = Driver(3.0)
+    driver.drive_to(5.0, 5.0)
+    for tick, distance in enumerate(away):
+        driver.observe(tick * TICK, TurtlePose(5.0 + distance, 5.0, 0.0, 0.0, 0.0))
+        driver.command(tick * TICK)
+    assert driver.arrived is arrived
+
+
 def test_pose_becomes_stale_after_so_long():
     path = CommandPath()
     assert path.is_stale(0.0)
@@ -259,6 +271,19 @@ def test_survives_a_stall(drive, part, length, own):
 
 
 # ------------------------------------------------------------------------------ what it is made of
+
+def test_grid_of_ticks_follows_the_poses():
+    """Slowly; but at once when one comes far too early, or three in a row come late."""
+    for period in (0.99 * TICK, 1.01 * TICK):
+        clock = TickClock()
+        for number in range(1000):
+            clock.observe(number * period)
+            assert abs(clock.last - number * period) < 0.22 * TICK
+    clock = TickClock()
+    for now, grid in ((0.0, 0.0), (1.4, 1.02), (1.41, 1.41), (3.0, 2.41), (4.0, 3.41), (5.0, 5.0)):
+        clock.observe(now * TICK)
+        assert clock.last == pytest.approx(grid * TICK)
+
 
 class Wanderer(CommandPath):
     """A driver that turns at random; each of its commands has a speed of its own."""
