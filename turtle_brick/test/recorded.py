@@ -11,17 +11,28 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
+"""The real launch and ros2: what was recorded, the files it was done with, and to do it again."""
 
-"""The recordings of the real launch and ros2, and the files that were recorded with."""
-
+from contextlib import suppress
 from dataclasses import fields
+import fcntl
 import json
+import os
 from pathlib import Path
+import pty
 import re
+import signal
+import subprocess
+import termios
+import threading
+from time import monotonic
 
 from turtle_brick.core.parameters import ArenaParameters, CatcherParameters, RobotParameters
 
 DATA = Path(__file__).parent / 'data' / 'ros2'
+TIME, GLANCE = 30.0, 0.02
+"""How long (s) a command may take to do something, and how often it is looked at."""
+
 USED = {'arena': ArenaParameters, 'catcher': CatcherParameters, 'turtle_robot': RobotParameters}
 
 
@@ -65,3 +76,75 @@ def with_paths(words, files):
     """Return the words of a recorded command, with the folder that those files are in now."""
     return [word.replace('$FILES', str(files)).replace('$PROBE', f'{files}/probe')
             for word in words]
+
+
+class Command:
+    """A command that runs in a process group of its own, as a shell starts it."""
+
+    def __init__(self, words, environment, stdin=None, terminal=False, cwd=None):
+        """Start it: in a terminal or with pipes, of which the first may have a text and an end."""
+        self.text, self.error = '', ''
+        self.changed = threading.Condition()
+        self.terminal, other = pty.openpty() if terminal else (None, subprocess.PIPE)
+        self.popen = subprocess.Popen(
+            words, env=environment, cwd=cwd, start_new_session=True, stdin=other, stdout=other,
+            stderr=other, preexec_fn=(lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))
+            if terminal else None)
+        if terminal:
+            os.close(other)
+            ends = [(self.terminal, 'text')]
+        else:
+            ends = [(self.popen.stdout.fileno(), 'text'), (self.popen.stderr.fileno(), 'error')]
+        self.readers = [threading.Thread(target=self._read, args=end, daemon=True) for end in ends]
+        for reader in self.readers:
+            reader.start()
+        if stdin is not None:
+            self.popen.stdin.write(stdin.encode())
+            self.popen.stdin.close()
+
+    def _read(self, end, name):
+        data = b' '
+        while data:
+            data = b''
+            with suppress(OSError):  # the terminal's way to say that it is over
+                data = os.read(end, 65536)
+            with self.changed:
+                setattr(self, name, getattr(self, name) + data.decode(errors='replace'))
+                self.changed.notify_all()
+
+    def wait_for(self, condition):
+        """Wait until something is so, or it has ended, or the time is over; tell if it is so."""
+        deadline = monotonic() + TIME
+        with self.changed:
+            while not condition() and self.popen.poll() is None and monotonic() < deadline:
+                self.changed.wait(GLANCE)
+            return condition()
+
+    def has_said(self, pattern, times=1):
+        """Tell whether whole lines of it have a pattern so often."""
+        return len(re.findall(pattern, self.text[:self.text.rfind('\n') + 1], re.M)) >= times
+
+    def send(self, name, whom):
+        """Send a signal by its name to the process, or to its group."""
+        with suppress(ProcessLookupError):
+            (os.killpg if whom == 'group' else os.kill)(self.popen.pid, getattr(signal, name))
+
+    def left(self):
+        """Return the processes of its group that live."""
+        found = []
+        for stat in Path('/proc').glob('[0-9]*/stat'):
+            with suppress(OSError):
+                state, _, group = stat.read_text().rpartition(')')[2].split()[:3]
+                if int(group) == self.popen.pid and state != 'Z':
+                    found.append(stat.parent.name)
+        return found
+
+    def end(self):
+        """Wait until it has ended; return its status, and what is left of it, which then goes."""
+        try:
+            status = self.popen.wait(2 * TIME)
+            for reader in self.readers:
+                reader.join(10)
+            return status, self.left()
+        finally:
+            self.send('SIGKILL', 'group')

@@ -22,18 +22,18 @@ since nearly all that they do is wait.
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 import importlib.metadata
 import json
 import os
 from pathlib import Path
-import pty
 import re
-import signal
 import subprocess
 import sys
 from tempfile import gettempdir
 import threading
 from types import SimpleNamespace
+from typing import NamedTuple
 
 from ament_index_python.packages import get_package_share_directory
 import launch
@@ -41,7 +41,7 @@ from launch.actions import IncludeLaunchDescription
 from launch.launch_description_sources import (AnyLaunchDescriptionSource,
                                                get_launch_description_from_any_launch_file)
 import pytest
-from recorded import DATA, with_paths, write_files
+from recorded import Command, DATA, with_paths, write_files
 import yaml
 
 # Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
@@ -151,41 +151,30 @@ def test_arguments_are_shown(record, files, environment):
     assert shown == expected
 
 
-class Starts:
-    """Takes the place of subprocess.Popen: notes what is to be started, and starts little."""
-
-    def __init__(self, monkeypatch):
-        self.found = []
-        popen = subprocess.Popen
-
-        def start(command, **options):
-            self.found.append((command, options))
-            return popen(['true'], **{**options, 'shell': False, 'cwd': None, 'env': None})
-
-        outputs = {}
-
-        def run(command, real=subprocess.run, **options):
-            if command[0] == 'xacro':  # takes half a second, each time the same
-                return outputs.setdefault(str(command), outputs.get(str(command))
-                                          or real(command, **options))
-            return real(command, **options)
-
-        monkeypatch.setattr(launch.actions, 'subprocess', SimpleNamespace(
-            Popen=start, PIPE=subprocess.PIPE))
-        monkeypatch.setattr(launch.substitutions, 'subprocess', SimpleNamespace(
-            run=run, PIPE=subprocess.PIPE, STDOUT=subprocess.STDOUT))
+@cache
+def xacro(*arguments):
+    """Run xacro, which takes half a second, each time the same."""
+    return subprocess.run(['xacro', *arguments], capture_output=True, text=True)
 
 
-DESCRIPTION = {}
+@pytest.fixture
+def starts(monkeypatch):
+    """Return what is started, with its options; in its place is started what ends at once."""
+    found = []
 
+    def start(command, **options):
+        found.append((command, options))
+        return subprocess.Popen(['true'], **{**options, 'shell': False, 'cwd': None, 'env': None})
 
-def described(files):
-    """Return the robot's description, made once."""
-    if not DESCRIPTION:
-        DESCRIPTION['text'] = subprocess.run(
-            ['xacro', f'{SHARE}/urdf/turtle.urdf.xacro'], stdout=subprocess.PIPE, text=True,
-            check=True).stdout
-    return DESCRIPTION['text']
+    def run_once(command, **options):
+        return xacro(*command[1:]) if command[0] == 'xacro' else (
+            subprocess.run(command, **options))
+
+    monkeypatch.setattr(launch.actions, 'subprocess', SimpleNamespace(
+        Popen=start, PIPE=subprocess.PIPE))
+    monkeypatch.setattr(launch.substitutions, 'subprocess', SimpleNamespace(
+        run=run_once, PIPE=subprocess.PIPE, STDOUT=subprocess.STDOUT))
+    return found
 
 
 def process_record(command, options, temporary, files, inherited):
@@ -200,7 +189,7 @@ def process_record(command, options, temporary, files, inherited):
                 for name, value in node['ros__parameters'].items():
                     if isinstance(value, tuple):
                         value = ['$TUPLE', *value]
-                    if value == described(files):
+                    if value == xacro(f'{SHARE}/urdf/turtle.urdf.xacro').stdout:
                         value = '$STDOUT(xacro $SHARE/urdf/turtle.urdf.xacro)'
                     node['ros__parameters'][name] = value
             written[f'$TMP{len(temporary)}'] = content
@@ -215,10 +204,9 @@ def process_record(command, options, temporary, files, inherited):
 
 
 @pytest.mark.parametrize('record', recorded('features', 'processes'))
-def test_processes_are_those_recorded(record, files, environment, monkeypatch, capfd):
+def test_processes_are_those_recorded(record, files, environment, starts, monkeypatch, capfd):
     for name, value in (record.get('environment') or {}).items():
         monkeypatch.setenv(name, value)
-    starts = Starts(monkeypatch)
     before = dict(os.environ)
     status = launched(*found_in(record['command'], files))
     said = normal(capfd.readouterr().out, files, launch.substitutions.launch_config.log_dir)
@@ -228,7 +216,7 @@ def test_processes_are_those_recorded(record, files, environment, monkeypatch, c
     for line in record.get('log', ()):
         assert line in said.split('\n')
     temporary = []
-    found = [process_record(*each, temporary, files, before) for each in starts.found]
+    found = [process_record(*each, temporary, files, before) for each in starts]
     expected = [{'argv': [' '.join(each['argv'])] if '|' in each['argv'] else each['argv'],
                  'cwd': each.get('cwd'), 'files': each.get('files', {}),
                  'environment': each['environment']} for each in record['processes']]
@@ -271,128 +259,79 @@ sys.exit(service.run())
 """
 
 
-class Run:
-    """A recorded command, done again."""
+class Run(NamedTuple):
+    """What a recorded command, done again, has said and left."""
 
-    def __init__(self, record, files, top):
-        self.record = record
-        self.log = top / 'log'
-        self.top = top
-        environment = {
-            **os.environ, 'ROS_LOG_DIR': str(self.log), 'HOME': str(top / 'home'),
-            'COLUMNS': '100', 'PYTHON_COLORS': '0',  # tracebacks as before Python 3.13
-            'PYTHONPATH': os.pathsep.join(
-                [str(Path(__file__).parents[1]), os.environ.get('PYTHONPATH', '')]),
-            'AMENT_PREFIX_PATH': f'{files}/probe:{os.environ["AMENT_PREFIX_PATH"]}'}
+    status: int
+    text: str
+    error: str
+    left: list[str]
+    top: Path
+
+
+def run(record, files, top):
+    """Do a recorded command again, with the signals that were sent and what was typed."""
+    environment = {
+        **os.environ, 'ROS_LOG_DIR': str(top / 'log'), 'HOME': str(top / 'home'),
+        'COLUMNS': '100', 'PYTHON_COLORS': '0',  # tracebacks as before Python 3.13
+        'PYTHONPATH': os.pathsep.join(
+            [str(Path(__file__).parents[1]), os.environ.get('PYTHONPATH', '')]),
+        'AMENT_PREFIX_PATH': f'{files}/probe:{os.environ["AMENT_PREFIX_PATH"]}'}
+    if record['name'] == 'respawn_exit_0':
+        environment['LIFE'] = '4'  # long enough to see it live and interrupt it
+    for name, value in (record.get('environment') or {}).items():
+        environment.pop(name, None)
+        if value is not None:
+            environment[name] = value.replace('$WORK', str(top))
+    words = record['command']
+    if isinstance(words, str):  # with a pipe to head
+        words = ['bash', '-c', '"$0" -c "$1" "$2" | head -3; echo "${PIPESTATUS[*]}"',
+                 sys.executable, LAUNCH, f'{files}/dynamic/chatter.launch.xml']
+    elif words[0] == 'ros2':
+        if '-a' in words:
+            environment['OVERRIDE_LAUNCH_PROCESS_OUTPUT'] = 'both'
+        words = [sys.executable, '-c', LAUNCH, found_in(words, files)[0]]
+    else:
+        words = [sys.executable if word == 'python' else word
+                 for word in with_paths(words, files)]
+    command = Command(words, environment, record.get('stdin'), record.get('terminal'), top)
+    try:
+        act(record, command)
+    finally:
+        status, left = command.end()
+    return Run(status, command.text, command.error, left, top)
+
+
+def act(record, command):
+    """Send the signals that were sent, and type what was typed."""
+    def wait_for(text, times=1):
+        assert command.wait_for(lambda: command.has_said(text, times)), (
+            f'no {text!r} in:\n{command.text}{command.error}')
+
+    for (kind, what), number, whom in record.get('signals') or (
+            [(('line', 'stdin is'), 'SIGINT', 'process')]
+            if record.get('ended_by_recorder') else ()):
         if record['name'] == 'respawn_exit_0':
-            environment['LIFE'] = '4'  # long enough to see it live and interrupt it
-        for name, value in (record.get('environment') or {}).items():
-            environment.pop(name, None)
-            if value is not None:
-                environment[name] = value.replace('$WORK', str(top))
-        command = record['command']
-        if isinstance(command, str):  # with a pipe to head
-            command = ['bash', '-c', '"$0" -c "$1" "$2" | head -3; echo "${PIPESTATUS[*]}"',
-                       sys.executable, LAUNCH, f'{files}/dynamic/chatter.launch.xml']
-        elif command[0] == 'ros2':
-            if '-a' in command:
-                environment['OVERRIDE_LAUNCH_PROCESS_OUTPUT'] = 'both'
-            path, arguments = found_in(command, files)
-            command = [sys.executable, '-c', LAUNCH, path]
+            wait_for('dying soon', 3)  # not while Python starts, which says much then
+        elif kind == 'after':
+            pass_time(what)
+        elif kind == 't':
+            wait_for('ready')
         else:
-            command = [sys.executable if part == 'python' else part
-                       for part in with_paths(command, files)]
-        self.terminal = None
-        options = {'stdin': subprocess.PIPE, 'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE}
-        if record.get('terminal'):
-            self.terminal, other = pty.openpty()
-            options = {'stdin': other, 'stdout': other, 'stderr': other, 'preexec_fn': lambda: (
-                __import__('fcntl').ioctl(0, __import__('termios').TIOCSCTTY, 0))}
-        self.text, self.error = '', ''
-        self.changed = threading.Condition()
-        self.popen = subprocess.Popen(
-            command, env=environment, start_new_session=True, cwd=top, **options)
-        if self.terminal:
-            os.close(other)
-        readers = [threading.Thread(target=self.read, args=each, daemon=True) for each in (
-            [(self.terminal, 'text')] if self.terminal else
-            [(self.popen.stdout.fileno(), 'text'), (self.popen.stderr.fileno(), 'error')])]
-        for reader in readers:
-            reader.start()
-        if record.get('stdin') is not None:
-            self.popen.communicate  # its end is closed below
-            self.popen.stdin.write(record['stdin'].encode())
-            self.popen.stdin.close()
-        try:
-            self.act()
-            self.status = self.popen.wait(60)
-            for reader in readers:
-                reader.join(10)
-            self.left = self.group()
-        finally:
-            for pid in self.group():
-                os.kill(pid, signal.SIGKILL)
+            wait_for(*(what if isinstance(what, list) else (what,)))
+            if what == 'stdin is':
+                pass_time(0.6)  # it reads: a signal just before that goes unheard in Python
+        command.send(number, whom)
+    said = ('ready', 2) if record['name'] == 'terminal_ctrl_c' else ('stdin is',)
+    for key in record.get('typed') or ():
+        wait_for(*said)
+        os.write(command.terminal, key.encode())
+        said = (key.strip(),)
 
-    def group(self):
-        """Return the processes that are left of it."""
-        return [int(path.name) for path in Path('/proc').glob('[0-9]*')
-                if self.in_group(path)]
 
-    def in_group(self, path):
-        """Tell whether a process belongs to it and lives."""
-        try:
-            state, _, group = (path / 'stat').read_text().rpartition(')')[2].split()[:3]
-        except OSError:
-            return False
-        return int(group) == self.popen.pid and state != 'Z'
-
-    def read(self, end, name):
-        """Read what it writes."""
-        while True:
-            try:
-                data = os.read(end, 65536)
-            except OSError:
-                data = b''
-            with self.changed:
-                setattr(self, name, getattr(self, name) + data.decode(errors='replace'))
-                self.changed.notify_all()
-            if not data:
-                return
-
-    def wait_for(self, text, times):
-        """Wait until it has written a text so often."""
-        with self.changed:
-            assert self.changed.wait_for(lambda: self.text.count(text) >= times, 30), (
-                f'no {text!r} in:\n{self.text}{self.error}')
-
-    def pause(self, seconds):
-        """Let time pass, which is what was recorded."""
-        with self.changed:
-            self.changed.wait_for(lambda: False, seconds)
-
-    def act(self):
-        """Send the signals that were sent, and type what was typed."""
-        for (kind, what), number, whom in self.record.get('signals') or (
-                [(('line', 'stdin is'), 'SIGINT', 'process')]
-                if self.record.get('ended_by_recorder') else ()):
-            if kind == 'line':
-                if 'respawn_exit_0' in str(self.record['command']):
-                    what = ['dying soon', 3]  # not while Python starts, which says much then
-                self.wait_for(*(what if isinstance(what, list) else (what, 1)))
-                if what == 'stdin is':
-                    self.pause(0.6)  # it reads: a signal just before that goes unheard in Python
-            elif kind == 't':
-                self.wait_for('ready', 1)
-            else:
-                self.pause(what)
-            (os.killpg if whom == 'group' else os.kill)(
-                self.popen.pid, getattr(signal, number))
-        for key in self.record.get('typed') or ():
-            self.wait_for('ready' if 'two_wait' in str(self.record['command']) else 'stdin is', 1)
-            if 'two_wait' in str(self.record['command']):
-                self.wait_for('ready', 2)
-            os.write(self.terminal, key.encode())
-            self.wait_for(key.strip().replace('\x03', '^C'), 1)
+def pass_time(seconds):
+    """Let time pass, which is what was recorded."""
+    threading.Event().wait(seconds)
 
 
 COMMANDS = [param for param in recorded('dynamic', 'logs_and_terminal', 'testing')
@@ -410,7 +349,7 @@ def runs(files, tmp_path_factory):
     tops = {param.id: tmp_path_factory.mktemp('run') for param in COMMANDS}
     with ThreadPoolExecutor(8) as pool:
         slow_first = sorted(COMMANDS, key=lambda param: -param.values[0].get('seconds', 1))
-        futures = {param.id: pool.submit(Run, param.values[0], files, tops[param.id])
+        futures = {param.id: pool.submit(run, param.values[0], files, tops[param.id])
                    for param in slow_first}
     return futures
 
@@ -442,58 +381,53 @@ def has_ended(text):
 
 @pytest.mark.parametrize('record', recorded('dynamic', 'logs_and_terminal'))
 def test_runs_are_those_recorded(record, runs, files):
-    run = runs[record['name']].result()
-    (log_dir,) = (path.parent for path in run.top.rglob('launch.log'))
-    said = normal(run.text, files, log_dir).replace(str(run.top), '$WORK')
+    done = runs[record['name']].result()
+    (log_dir,) = (path.parent for path in done.top.rglob('launch.log'))
+    said = normal(done.text, files, log_dir).replace(str(done.top), '$WORK')
     expected = record['stdout']
     if '$RUN' in expected:
         expected = re.sub(r'\$WORK/\S*\$RUN', '$LOGDIR', expected)
-    for text in record.get('files_written', {}).items():
-        written = {re.sub('^.*/', '', name): text.replace('\n', '')
-                   for name, text in record['files_written'].items()}
-        for name, text in written.items():
-            found = normal((log_dir / name).read_text(), files).replace(str(run.top), '$WORK')
-            found = re.sub(r'(?m)^\d+\.\d+ ', '$STAMP ', found).replace(log_dir.name, '$RUN')
-            text = text.replace('$HOME', '$WORK/home').replace('$WORK', '$WORK')
-            assert sorted(found.replace('\n', '').split('$STAMP')) == sorted(
-                text.split('$STAMP'))
+    for name, text in record.get('files_written', {}).items():
+        found = normal((log_dir / Path(name).name).read_text(), files)
+        found = re.sub(r'(?m)^\d+\.\d+ ', '$STAMP ', found.replace(str(done.top), '$WORK'))
+        found, text = (each.replace('\n', '').split('$STAMP') for each in (
+            found.replace(log_dir.name, '$RUN'), text.replace('$HOME', '$WORK/home')))
+        assert sorted(found) == sorted(text)
     # Python is interrupted by launch while it says that the terminal has interrupted it.
     said = re.sub(r'(\[ask-1\] )object refcount.*(?:\r?\n\1(?:object |lost sys).*)*',
                   r'\1KeyboardInterrupt', said)
     if record['name'] == 'ctrl_c_twice':  # the second may come too late
         said, expected = (re.sub('\n.* again, ignoring...', '', text) for text in (said, expected))
     if record['name'].startswith(('sigterm', 'sigquit')):  # the real one leaves its processes
-        assert not run.left
+        assert not done.left
         for number in '12':
             assert f"sending signal 'SIGTERM' to process[wait-{number}]" in said
             assert f'[wait-{number}] got SIGTERM' in said
             assert f'[INFO] [wait-{number}]: process has finished cleanly' in said
     elif record['name'] == 'stdout_closed_early':
         assert said.split('\n')[-2] == expected.split('\n')[-2] == '120 0'
-        assert run.error == ''
-    elif 'kill' in record['name']:
-        assert by_speaker(said) == by_speaker(expected)
+        assert done.error == ''
     else:
         assert by_speaker(said) == by_speaker(expected)
-        assert run.error == '' and not run.left
-    assert run.status == record['returncode']
+        assert 'kill' in record['name'] or not (done.error or done.left)
+    assert done.status == record['returncode']
 
 
 @pytest.mark.parametrize('record', recorded('testing'))
 def test_test_runs_are_those_recorded(record, runs, files):
     if record['name'].startswith('pytest_'):
-        run = runs['pytest'].result()  # one for all files, since it is slow to start
-        said = normal(run.text, files).replace('NO TESTS RAN', 'OK')  # as below
+        done = runs['pytest'].result()  # one for all files, since it is slow to start
+        said = normal(done.text, files).replace('NO TESTS RAN', 'OK')  # as below
         outcome = {0: 'PASSED', 1: 'FAILED', 5: r'SKIPPED \[1\]'}[record['returncode']]
         assert re.search(rf'\n{outcome} \S*{Path(record["command"][-1]).name}', said)
         for part in re.findall(r'(?s)\n(FAIL: .*?)(?=\n===|\n--- Cap)', record['stdout']):
             assert part.strip() in said
         return
-    run = runs[record['name']].result()
-    assert run.status == record['returncode']
+    done = runs[record['name']].result()
+    assert done.status == record['returncode']
     said, error, expected, complaint = (
         has_ended(re.sub(r'(?m)^(\[.*log files.*below ).*', r'\1$LOGDIR', normal(text, files)))
-        for text in (run.text, run.error, record['stdout'], record['stderr']))
+        for text in (done.text, done.error, record['stdout'], record['stderr']))
     said, expected = (sorted(sum(by_speaker(text).values(), [])) for text in (said, expected))
     assert said == expected
     # from 3.12 on unittest says so of no tests

@@ -13,16 +13,17 @@
 # limitations under the License.
 """The stand-in of robot_state_publisher against recordings of the real one."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 import contextlib
 from functools import partial
-from itertools import repeat
 import json
 from pathlib import Path
 import signal
 from typing import Any
 
-from live_graph import graph, LiveGraph, NodeProcess, process, Recording
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import TransformStamped
+from live_graph import graph, LiveGraph, process, Recording
 import pytest
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
@@ -30,7 +31,7 @@ from rclpy.qos import DurabilityPolicy, qos_profile_sensor_data, QoSProfile
 from robot_state_publisher.description import DescriptionError, parse
 from robot_state_publisher.node import RobotStatePublisher
 from sensor_msgs.msg import JointState
-from std_msgs.msg import String
+from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 from turtle_brick.tools.graph import executable
 
@@ -39,11 +40,6 @@ URDF = (DATA / 'r2.urdf').read_text()
 RECORDINGS = [json.loads(path.read_text()) for path in sorted(DATA.glob('rsp_*.json'))]
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 SECOND = 1_000_000_000
-
-
-def by_name(name: str) -> dict[str, Any]:
-    """Find a recording."""
-    return next(recording for recording in RECORDINGS if recording['name'] == name)
 
 
 def nanoseconds(stamp: Sequence[int]) -> int:
@@ -83,26 +79,33 @@ def shift_to_past(live: LiveGraph, recording: dict[str, Any]) -> int:
     return now - SECOND - nanoseconds(recording['sent'][-1]['stamp'])
 
 
+@contextlib.contextmanager
+def running(domain_id: int, **parameters: Any
+            ) -> Iterator[tuple[LiveGraph, RobotStatePublisher, Recording]]:
+    """Run the node with parameters; return the graph, the node and what it says on /tf."""
+    overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+    with graph(domain_id, partial(RobotStatePublisher, parameter_overrides=overrides)) as live:
+        node = live.nodes[-1]
+        tf = live.record('/tf', TFMessage, QoSProfile(depth=500))
+        live.wait_for(lambda: node.count_subscribers('/tf') == 1, 10.0, 'a listener')
+        yield live, node, tf
+
+
 @pytest.mark.parametrize('recording', RECORDINGS, ids=lambda recording: recording['name'])
 def test_every_recorded_joint_state_has_its_recorded_effect(
         recording: dict[str, Any], domain_id: int) -> None:
     """Message by message: which are thinned out, what the others move, what is latched."""
     urdf = (DATA / recording.get('urdf', 'r2.urdf')).read_text()
-    overrides = [Parameter(name, value=value) for name, value in
-                 {'robot_description': urdf, **recording['params']}.items()]
-    with graph(domain_id, partial(RobotStatePublisher, parameter_overrides=overrides)) as live:
-        node = live.nodes[-1]
-        tf = live.record('/tf', TFMessage, QoSProfile(depth=500))
+    parameters = {'robot_description': urdf, **recording['params']}
+    with running(domain_id, **parameters) as (live, node, tf):
         static = live.record('/tf_static', TFMessage, LATCHED)
-        live.wait_for(lambda: node.count_subscribers('/tf') == 1, 10.0, 'a listener')
         shift = shift_to_past(live, recording)
         for row in recording['sent']:
             node.joint_states_callback(joint_state(row, shift))
         # What comes last shows that nothing more is to come.
-        last = {'name': ['j3'], 'position': [0.25], 'stamp': [9 * SECOND, 0]}
-        end = joint_state(last, 0)
-        end.header.stamp = live.listener.get_clock().now().to_msg()
-        node.joint_states_callback(end)
+        end = JointState(name=['j3'], position=[0.25], header=Header(
+            stamp=live.listener.get_clock().now().to_msg()))
+        live.publisher('joint_states', JointState, qos_profile_sensor_data).publish(end)
         live.wait_for(lambda: tf.messages and tf.last.transforms[0].header.stamp
                       == end.header.stamp, 10.0, 'the end')
         live.wait_for(lambda: static.messages, 10.0, 'the static transforms')
@@ -115,11 +118,7 @@ def test_every_recorded_joint_state_has_its_recorded_effect(
 
 def test_a_stamp_of_the_future_does_not_silence_it(domain_id: int) -> None:
     """The interval runs from the node's clock, if that is earlier than the last stamp."""
-    overrides = [Parameter('robot_description', value=URDF)]
-    with graph(domain_id, partial(RobotStatePublisher, parameter_overrides=overrides)) as live:
-        node = live.nodes[-1]
-        tf = live.record('/tf', TFMessage)
-        live.wait_for(lambda: node.count_subscribers('/tf') == 1, 10.0, 'a listener')
+    with running(domain_id, robot_description=URDF) as (live, node, tf):
         for ahead in (100, 0, 10):
             state = JointState(name=['j1'], position=[float(ahead)])
             now = live.listener.get_clock().now().nanoseconds
@@ -132,111 +131,72 @@ def test_a_stamp_of_the_future_does_not_silence_it(domain_id: int) -> None:
 
 def test_no_limit_and_no_stamps(domain_id: int) -> None:
     """At zero Hz nothing is thinned out that is in order, and on demand nothing at all."""
-    for parameter, stamps in ((Parameter('publish_frequency', value=0.0), (5, 5, 6)),
-                              (Parameter('ignore_timestamp', value=True), (5, 0, 4))):
-        overrides = [Parameter('robot_description', value=URDF), parameter]
-        with graph(domain_id, partial(RobotStatePublisher, parameter_overrides=overrides)) as live:
-            node = live.nodes[-1]
-            tf = live.record('/tf', TFMessage)
-            live.wait_for(lambda: node.count_subscribers('/tf') == 1, 10.0, 'a listener')
+    for parameter, stamps in (({'publish_frequency': 0.0}, (5, 5, 6)),
+                              ({'ignore_timestamp': True}, (5, 0, 4))):
+        with running(domain_id, robot_description=URDF, **parameter) as (live, node, tf):
             for stamp in stamps:
-                state = JointState(name=['j1'], position=[1.0])
-                state.header.stamp.sec = stamp
-                node.joint_states_callback(state)
+                node.joint_states_callback(JointState(
+                    name=['j1'], position=[1.0], header=Header(stamp=Time(sec=stamp))))
             live.wait_for(lambda: len(tf.messages) == 3, 10.0, 'three messages')
+
+
+def set_parameter(live: LiveGraph, name: str, value: Any) -> bool:
+    """Set a parameter of the node, and tell whether it took it."""
+    return live.call('robot_state_publisher/set_parameters', SetParameters, SetParameters.Request(
+        parameters=[Parameter(name, value=value).to_parameter_msg()])).results[0].successful
+
+
+def test_parameters_can_change_while_it_runs(domain_id: int) -> None:
+    """A new robot is published, a bad one refused, and a prefix counts from the next message."""
+    with running(domain_id, robot_description=URDF) as (live, node, tf):
+        static = live.record('/tf_static', TFMessage, LATCHED)
+        description = live.record('robot_description', String, LATCHED)
+        live.wait_for(lambda: static.messages and description.messages, 20.0, 'what is latched')
+        for bad in ('', '<robot name="x"><link/>', 'no robot at all'):
+            assert not set_parameter(live, 'robot_description', bad)
+        assert not set_parameter(live, 'publish_frequency', 1001.0)
+        assert not set_parameter(live, 'publish_frequency', -1.0)
+
+        def moved(second: int) -> TransformStamped:
+            """Move a joint, and return what that says of it."""
+            node.joint_states_callback(JointState(
+                name=['j1'], position=[1.0], header=Header(stamp=Time(sec=second))))
+            return live.wait_for(lambda: tf.messages and tf.last.transforms[0].header.stamp.sec
+                                 == second and tf.last, 10.0, 'its transform').transforms[0]
+
+        changed = URDF.replace('xyz="0.3 0 0.1"', 'xyz="0.4 0 0.1"').replace(
+            'xyz="0 0 0.05"', 'xyz="0 0 0.06"')
+        assert moved(1).transform.translation.z == 0.05
+        assert set_parameter(live, 'robot_description', changed)
+        live.wait_for(lambda: description.last.data == changed
+                      and static.last.transforms[0].transform.translation.x == 0.4,
+                      10.0, 'the new robot')
+        assert [t.child_frame_id for t in static.last.transforms] == ['fixed_link']
+        assert moved(2).transform.translation.z == 0.06
+        assert set_parameter(live, 'frame_prefix', 'bot2/')
+        found = moved(3)
+        assert (found.header.frame_id, found.child_frame_id) == ('bot2/base_link', 'bot2/link1')
 
 
 # ------------------------------------------------------------------------------- as a process
 
 @pytest.fixture
-def command(tmp_path: Path) -> list[str]:
-    """Write the command that runs the executable with the recorded robot, at 1000 Hz."""
-    parameters = tmp_path / 'parameters.yaml'
-    parameters.write_text(json.dumps({'/**': {'ros__parameters': {
-        'robot_description': URDF, 'publish_frequency': 1000.0}}}))
-    return [executable('robot_state_publisher', 'robot_state_publisher'),
-            '--ros-args', '--params-file', str(parameters)]
-
-
-@pytest.fixture
-def publisher(command: list[str], domain_id: int) -> Iterator[NodeProcess]:
-    """Run it until the test ends, with Ctrl-C and status 0."""
-    with process(command, domain_id) as running:
-        yield running
-
-
-def ask(live: LiveGraph, states: Iterable[JointState],
-        answer: Callable[[], list[TFMessage]]) -> list[TFMessage]:
-    """Publish joint states, one after the other, until there is an answer."""
-    sender = live.publisher('joint_states', JointState, qos_profile_sensor_data)
-    for state in states:
-        sender.publish(state)
-        with contextlib.suppress(TimeoutError):
-            return live.wait_for(answer, 0.2, 'transforms')
-    raise TimeoutError('the joint states had no effect that was heard')
-
-
-def listen(live: LiveGraph, row: dict[str, Any], shift: int) -> Recording:
-    """Record /tf."""
-    tf = live.record('/tf', TFMessage)
-    earlier = (joint_state(row, shift - seconds * SECOND) for seconds in range(100, 0, -1))
-    ask(live, earlier, lambda: tf.messages)
-    return tf
-
-
-def send(live: LiveGraph, state: JointState, tf: Recording) -> TFMessage:
-    """Publish a joint state until it has an effect."""
-    def answer() -> list[TFMessage]:
-        """Find what has that stamp."""
-        return [message for message in tf.messages
-                if message.transforms and message.transforms[0].header.stamp == state.header.stamp]
-
-    # A second copy has no effect: its stamp is not later than the first one's.
-    return ask(live, repeat(state, 50), answer)[0]
-
-
-def set_parameter(live: LiveGraph, name: str, value: Any) -> Any:
-    """Set a parameter of the node, and return what it answers."""
-    return live.call('robot_state_publisher/set_parameters', SetParameters, SetParameters.Request(
-        parameters=[Parameter(name, value=value).to_parameter_msg()])).results[0]
-
-
-def test_parameters_can_change_while_it_runs(publisher: NodeProcess, domain_id: int) -> None:
-    """A new robot is published, a bad one refused, and a prefix counts from the next message."""
-    recording = by_name('partial_joints_and_unknown')
-    with graph(domain_id) as live:
-        static = live.record('/tf_static', TFMessage, LATCHED)
-        description = live.record('robot_description', String, LATCHED)
-        live.wait_for(lambda: static.messages and description.messages, 20.0, 'what is latched')
-        for bad in ('', '<robot name="x"><link/>', 'no robot at all'):
-            assert not set_parameter(live, 'robot_description', bad).successful
-        assert not set_parameter(live, 'publish_frequency', 1001.0).successful
-        assert not set_parameter(live, 'publish_frequency', -1.0).successful
-
-        shift = shift_to_past(live, recording)
-        first, _, second, *_ = recording['sent']
-        tf = listen(live, first, shift)
-        send(live, joint_state(first, shift), tf)
-        changed = URDF.replace('xyz="0.3 0 0.1"', 'xyz="0.4 0 0.1"').replace(
-            'xyz="0 0 0.05"', 'xyz="0 0 0.06"')
-        assert set_parameter(live, 'robot_description', changed).successful
-        live.wait_for(lambda: description.last.data == changed
-                      and static.last.transforms[0].transform.translation.x == 0.4,
-                      10.0, 'the new robot')
-        assert [t.child_frame_id for t in static.last.transforms] == ['fixed_link']
-        moved, = send(live, joint_state({**first, 'stamp': second['stamp']}, shift), tf).transforms
-        assert (moved.child_frame_id, moved.transform.translation.z) == ('link1', 0.06)
-
-        assert set_parameter(live, 'frame_prefix', 'bot2/').successful
-        moved, = send(live, joint_state(
-            {**first, 'stamp': recording['sent'][3]['stamp']}, shift), tf).transforms
-        assert (moved.header.frame_id, moved.child_frame_id) == ('bot2/base_link', 'bot2/link1')
+def command(tmp_path: Path) -> Callable[..., list[str]]:
+    """Return what writes the command that runs the executable with parameters."""
+    def write(**parameters: Any) -> list[str]:
+        file = tmp_path / 'parameters.yaml'
+        file.write_text(json.dumps(
+            {'/**': {'ros__parameters': {'robot_description': URDF, **parameters}}}))
+        return [executable('robot_state_publisher', 'robot_state_publisher'),
+                '--ros-args', '--params-file', str(file)]
+    return write
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_it_ends_quietly(command: list[str], domain_id: int, number: int) -> None:
+def test_it_ends_quietly(command: Callable[..., list[str]], domain_id: int, number: int) -> None:
     """Ctrl-C and SIGTERM end it with status 0 and without another word."""
-    with graph(domain_id) as live, process(command, domain_id, stop=None) as running:
+    with graph(domain_id) as live, process(
+            command(publish_frequency=1000.0), domain_id, stop=None) as running:
         live.publisher('joint_states', JointState, qos_profile_sensor_data, timeout=20.0)
         running.wait_for_output('Robot initialized', 20.0)
         before = running.output
@@ -251,13 +211,10 @@ def test_it_ends_quietly(command: list[str], domain_id: int, number: int) -> Non
     ('publish_frequency', 'abc', 'publish_frequency'),
 ])
 def test_a_bad_parameter_ends_it_with_a_sentence(
-        name: str, value: Any, reason: str, domain_id: int, tmp_path: Path) -> None:
+        command: Callable[..., list[str]], name: str, value: Any, reason: str,
+        domain_id: int) -> None:
     """The sentence says what is wrong; there is no traceback and no success."""
-    parameters = tmp_path / 'parameters.yaml'
-    parameters.write_text(json.dumps(
-        {'/**': {'ros__parameters': {'robot_description': URDF, name: value}}}))
-    with process([executable('robot_state_publisher', 'robot_state_publisher'), '--ros-args',
-                  '--params-file', str(parameters)], domain_id, stop=None) as running:
+    with process(command(**{name: value}), domain_id, stop=None) as running:
         assert running.wait(20.0) == 1
         assert reason in running.output
         assert len(running.output.strip().splitlines()) == 1
