@@ -17,18 +17,17 @@
 Every record of data/ros2 about what the stand-in has is replayed on one graph.
 """
 
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 import contextlib
+from contextlib import AbstractContextManager
 import io
 import os
 from pathlib import Path
 import re
 import signal
-import subprocess
 import sys
 import threading
-import time
 from typing import Any, NamedTuple
 
 from ament_index_python.packages import get_package_share_directory
@@ -36,8 +35,10 @@ import pytest
 from rcl_interfaces.msg import IntegerRange, ParameterDescriptor, ParameterEvent
 from rclpy.action import ActionServer
 from rclpy.node import Node
-from recorded import records, with_paths, write_files
-from ros2cli import cli
+from recorded import Command, records, with_paths, write_files
+from ros2cli import cli, traffic
+import ros2cli.graph as cli_graph
+from ros2cli.graph import Observer
 from std_srvs.srv import Empty
 from tf2_msgs.srv import FrameGraph
 from turtle_brick.tools.graph import Graph
@@ -47,9 +48,6 @@ from turtlesim.msg import Color
 from turtlesim.srv import SetPen
 
 RECORDS = records('cli', 'launch_show_args', 'launch_errors')
-
-# How long (s) a command may take, and how often it is looked at.
-TIME, GLANCE = 30.0, 0.02
 
 # Verbs that the stand-in does not have, by the words of the command.
 LEFT_OUT_VERBS = (
@@ -80,19 +78,17 @@ def verb(record: dict[str, Any]) -> str | None:
 REPLAYED = [name for name, record in RECORDS.items()
             if name not in LEFT_OUT and verb(record) is None]
 
-# What needs no graph is done in this process, which takes a hundredth of the time.
-HERE = [name for name in REPLAYED if re.match(
-    '(pkg|interface|launch)( |$)|$|-|[a-z]*( -h| --help)?$|[a-z]+ [a-z]+ -h',
-    ' '.join(RECORDS[name]['command'][1:]))]
+# These are commands in processes of their own, as a user's are: what gets a signal, what starts
+# processes, what sees an empty graph, and for each way into the graph and out of it one. The
+# others are done in this process, in which a node enters the graph at once.
+PROCESSES = [name for name in REPLAYED if RECORDS[name].get('signals') or re.match(
+    'run_(?!help|unk)|empty|ros2_run|echo_transient|node_list$|node_info_catcher|topic_type$|'
+    'echo_once$|echo_latched_w|pub_times|call_place_refused|param_list_all|'
+    'param_get_double|param_set_unknown|pub_bad_topic', name)]
 
-# They want the graph for themselves: they count ends of topics that every node has, or change
-# what others see.
-ALONE = [name for name in REPLAYED if re.match(
-    'topic_list_verbose|param_set|call_(place|drop|int|stdin|unknown|wrong)|service_call_w',
-    name)]
-
-# They come before those that add to the graph.
-FIRST = [name for name in REPLAYED if not re.match('echo|pub|topic_hz', name)]
+# They come last, since they change what others see.
+HERE = sorted(set(REPLAYED).difference(PROCESSES), key=lambda name: (
+    re.match('param_set|(service_)?call', name) is not None, REPLAYED.index(name)))
 
 
 @pytest.fixture(scope='module')
@@ -155,7 +151,7 @@ def arena() -> Iterator[Node]:
 
         def spin() -> None:
             while not over.is_set():
-                graph.spin_for(GLANCE)
+                graph.spin_for(0.02)
 
         spinning = threading.Thread(target=spin, name='arena')
         spinning.start()
@@ -168,68 +164,71 @@ def arena() -> Iterator[Node]:
 
 # ---------------------------------------------------------------------------------- the replay
 
-class Command:
-    """A command that runs, with what it has printed so far."""
+def start(words: list[str], domain: int, stdin: str = '') -> Command:
+    """Start a command in a domain."""
+    return Command(words, {**os.environ, 'ROS_DOMAIN_ID': str(domain)}, stdin)
 
-    def __init__(self, words: list[str], domain: int, stdin: str = '') -> None:
-        """Start it in a process group of its own, as a shell does."""
-        self.popen = subprocess.Popen(
-            words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            text=True, env={**os.environ, 'ROS_DOMAIN_ID': str(domain)}, start_new_session=True)
-        self.popen.stdin.write(stdin)
-        self.popen.stdin.close()
-        self.lines: list[str] = []
-        self.errors: list[str] = []
-        self.readers = [
-            threading.Thread(target=lines.extend, args=(stream,))
-            for lines, stream in ((self.lines, self.popen.stdout),
-                                  (self.errors, self.popen.stderr))]
-        for reader in self.readers:
-            reader.start()
 
-    def wait_for(self, condition: Callable[[], Any]) -> None:
-        """Wait until something is so, or the command has ended, or the time is over."""
-        deadline = time.monotonic() + TIME
-        while not condition() and self.popen.poll() is None and time.monotonic() < deadline:
-            time.sleep(GLANCE)
-
-    def end(self) -> Outcome:
-        """Wait until it has ended; what is left of it then, and after a time all of it, goes."""
-        self.wait_for(lambda: False)
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self.popen.pid, signal.SIGKILL)
-        for reader in self.readers:
-            reader.join()
-        return Outcome(self.popen.wait(), ''.join(self.lines), ''.join(self.errors))
+def outcome(command: Command) -> Outcome:
+    """Wait until a command has ended."""
+    return Outcome(command.end()[0], command.text, command.error)
 
 
 def replay(record: dict[str, Any], domain: int, arena: Node, files: Path) -> Outcome:
     """Do what was recorded, with its signals when what they waited for has come."""
-    command = Command(
-        with_paths(record['command'], files), domain, record.get('stdin', ''))
+    command = start(with_paths(record['command'], files), domain, record.get('stdin', ''))
     topics = [word for word in record['command'][3:] if word.startswith('/')]
     expected = record['stdout'].replace('$MORE\n', '').count('\n')
 
-    def reached(when: list[Any]) -> bool:
+    def reached(kind: str, what: Any) -> bool:
         """Return whether what a signal waits for has come."""
-        if when[0] == 'line':
-            pattern, number = when[1] if isinstance(when[1], list) else (when[1], 1)
-            return sum(1 for line in command.lines if re.search(pattern, line)) >= number
+        if kind == 'line':
+            return command.text.endswith('\n') and command.has_said(
+                *(what if isinstance(what, list) else [what]))
         # After some seconds, when it was waiting: for what it has told, or as a subscription.
         name = f'_ros2cli_{command.popen.pid}'
-        return len(command.lines) >= expected if expected else any(
+        return command.has_said('\n', expected) if expected else any(
             info.node_name == name for topic in topics
             for info in arena.get_subscriptions_info_by_topic(topic))
 
     signals = [] if record['stderr'] else list(record.get('signals', ()))
     if record.get('ended_by_recorder'):
-        signals.append([signals[-1][0] if signals else ['t'], 'SIGINT', 'group'])
+        signals.append([signals[-1][0] if signals else ['t', 0], 'SIGINT', 'group'])
     for when, name, whom in signals:
-        command.wait_for(lambda: reached(when))
-        with contextlib.suppress(ProcessLookupError):
-            (os.kill if whom == 'process' else os.killpg)(
-                command.popen.pid, getattr(signal, name))
-    return command.end()
+        command.wait_for(lambda: reached(*when))
+        command.send(name, whom)
+    return outcome(command)
+
+
+@pytest.fixture(scope='module')
+def outcomes(arena: Node, files: Path, request: pytest.FixtureRequest
+             ) -> Iterator[dict[str, Future]]:
+    """Do the commands again that this session tests, several at a time: most of them wait."""
+    wanted = [item.callspec.params['name'] for item in request.session.items
+              if getattr(item, 'originalname', '') == test_command.__name__]
+    with reserved_domain() as empty, ThreadPoolExecutor(6) as pool:
+        yield {name: pool.submit(
+            replay, RECORDS[name],
+            empty if name.startswith('empty') else arena.context.get_domain_id(), arena, files)
+            for name in wanted}
+
+
+@pytest.fixture(scope='module')
+def near(arena: Node) -> Iterator[Callable[..., AbstractContextManager[Observer]]]:
+    """Enter the arena's domain; return what lets a command in this process enter the graph."""
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv('ROS_DOMAIN_ID', str(arena.context.get_domain_id()))
+        with cli_graph.observer():  # waits until the graph is known
+
+            @contextlib.contextmanager
+            def observer(found: object = None, name: str | None = None) -> Iterator[Observer]:
+                """Do without the wait."""
+                node = Observer(name)
+                yield node
+                node.destroy_node()
+
+            yield observer
+        signal.alarm(0)
 
 
 def run_here(record: dict[str, Any], files: Path, patch: pytest.MonkeyPatch) -> Outcome:
@@ -252,42 +251,6 @@ def run_here(record: dict[str, Any], files: Path, patch: pytest.MonkeyPatch) -> 
         stream.flush()
         texts.append(stream.buffer.getvalue().decode())
     return Outcome(1 if isinstance(code, str) else code or 0, *texts)
-
-
-class Replays:
-    """What has come of the records that a session tests."""
-
-    def __init__(self, arena: Node, empty: int, files: Path, wanted: Iterable[str]) -> None:
-        """Replay as many at once as do not disturb each other."""
-        self._arena = arena
-        self.files = files
-        self._empty = empty
-        self._outcomes: dict[str, Outcome] = {}
-        with ThreadPoolExecutor(6) as pool:
-            for part in (FIRST, REPLAYED):
-                now = [name for name in part if name in wanted and name not in self._outcomes
-                       and name not in ALONE + HERE]
-                self._outcomes.update(zip(now, pool.map(self._replay, now)))
-        for name in ALONE:
-            if name in wanted:
-                self._outcomes[name] = self._replay(name)
-
-    def _replay(self, name: str) -> Outcome:
-        domain = self._empty if name.startswith('empty') else self._arena.context.get_domain_id()
-        return replay(RECORDS[name], domain, self._arena, self.files)
-
-    def take(self, name: str) -> Outcome:
-        """Return what has come of a record; who asks again has it replayed again."""
-        return self._outcomes.pop(name, None) or self._replay(name)
-
-
-@pytest.fixture(scope='module')
-def replays(arena: Node, files: Path, request: pytest.FixtureRequest) -> Iterator[Replays]:
-    """Replay all records that this session tests."""
-    with reserved_domain() as empty:
-        yield Replays(arena, empty, files, [
-            item.callspec.params['name'] for item in request.session.items
-            if getattr(item, 'originalname', '') == test_replay.__name__])
 
 
 # -------------------------------------------------------------------------------- the comparison
@@ -314,7 +277,7 @@ MAY_DIFFER = (
 
 # What another node answers, and says in its own words, and what the graph has got since.
 ANSWERS = {
-    'topic_list_verbose': r'(/tf_static.*\] )\d( subscribers)',
+    'topic_list_verbose': r'(/(?:tf_static|parameter_events|rosout) .*\] )\d+( )',
     **dict.fromkeys(('call_drop_again', 'service_call_without_slash'), r'(Response\().*()'),
     **dict.fromkeys((name for name in RECORDS if name.startswith('param_set')), r'(failed: ).*()'),
     # what xacro makes of the comments differs between its versions
@@ -350,28 +313,30 @@ def matches(name: str, recorded: str, printed: str, files: Path) -> bool:
     return re.fullmatch(pattern, comparable(name, printed)) is not None
 
 
-def assert_same(name: str, outcome: Outcome, files: Path) -> None:
+def assert_same(name: str, done: Outcome, files: Path) -> None:
     """Compare what has come of a command with its record."""
     record = RECORDS[name]
-    assert outcome.status == record['returncode'], outcome
-    for recorded, printed in ((record['stdout'], outcome.stdout),
-                              (record['stderr'], outcome.stderr)):
+    assert done.status == record['returncode'], done
+    for recorded, printed in ((record['stdout'], done.stdout),
+                              (record['stderr'], done.stderr)):
         if not matches(name, recorded, printed, files):
             assert comparable(name, printed) == comparable(name, recorded)
 
 
+@pytest.mark.parametrize('name', PROCESSES)
+def test_command(name: str, outcomes: dict[str, Future], files: Path) -> None:
+    """The command prints what the real one printed, and ends as it did."""
+    assert_same(name, outcomes[name].result(), files)
+
+
 @pytest.mark.parametrize('name', HERE)
-def test_without_a_graph(name: str, files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The command prints what the real one printed, and ends as it did."""
-    outcome = run_here(RECORDS[name], files, monkeypatch)
+def test_verb(name: str, near: Callable, files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """So does what the command does, in this process."""
+    for module in (cli_graph, traffic):
+        monkeypatch.setattr(module, 'observer', near)
+    done = run_here(RECORDS[name], files, monkeypatch)
     monkeypatch.undo()
-    assert_same(name, outcome, files)
-
-
-@pytest.mark.parametrize('name', [name for name in REPLAYED if name not in HERE])
-def test_replay(name: str, replays: Replays) -> None:
-    """The command prints what the real one printed, and ends as it did."""
-    assert_same(name, replays.take(name), replays.files)
+    assert_same(name, done, files)
 
 
 # ------------------------------------------------------------------ what the stand-in does better
@@ -379,8 +344,7 @@ def test_replay(name: str, replays: Replays) -> None:
 @pytest.mark.parametrize('verb', ('interface list', 'daemon'))
 def test_what_is_left_out_says_so(verb: str, files: Path, domain_id: int) -> None:
     """One line, whatever follows the verb."""
-    outcome = Command(['ros2', *verb.split(), 'a', '--b', '-h'], domain_id).end()
-    assert outcome == (
+    assert outcome(start(['ros2', *verb.split(), 'a', '--b', '-h'], domain_id)) == (
         1, '', f'ros2 {verb}: this needs the real ros2cli, which this one stands in for\n')
 
 
@@ -392,11 +356,11 @@ def test_run_passes_signals_on(number: int, status: int, said: str, files: Path,
                                domain_id: int) -> None:
     """The child ends too, and its status is that of the command."""
     before = signal.signal(number, signal.SIG_DFL)  # under nohup a child would ignore SIGHUP
-    command = Command(['ros2', 'run', 'probe', 'wait'], domain_id)
+    command = start(['ros2', 'run', 'probe', 'wait'], domain_id)
     signal.signal(number, before)
-    command.wait_for(lambda: command.lines)
-    os.kill(command.popen.pid, number)
-    assert command.end() == (status, f'ready\n{said}', '')
+    command.wait_for(lambda: command.has_said('ready'))
+    command.send(number.name, 'process')
+    assert outcome(command) == (status, f'ready\n{said}', '')
 
 
 # What pybind11 makes of an exception that comes in a callback.
@@ -417,14 +381,14 @@ cli.main()
 @pytest.mark.parametrize('number', (signal.SIGINT, signal.SIGTERM))
 def test_interrupted_in_the_middleware(number: int, domain_id: int) -> None:
     """Whatever the middleware makes of the interruption, the command ends quietly."""
-    outcome = Command([sys.executable, '-c', SWALLOWED, 'topic', 'echo', '/odom',
-                       'nav_msgs/msg/Odometry', str(int(number))], domain_id).end()
-    assert outcome == (number, '', '')
+    command = start([sys.executable, '-c', SWALLOWED, 'topic', 'echo', '/odom',
+                     'nav_msgs/msg/Odometry', str(int(number))], domain_id)
+    assert outcome(command) == (number, '', '')
 
 
 def test_nobody_reads_on(arena: Node) -> None:
     """A pipe that is closed ends the command quietly, as in `ros2 topic echo ... | head`."""
     command = ['bash', '-c', 'ros2 topic echo /turtle1/pose | head -n 1']
-    outcome = Command(command, arena.context.get_domain_id()).end()
-    assert (outcome.status, outcome.stderr) == (0, '')
-    assert outcome.stdout.startswith('x: ')
+    done = outcome(start(command, arena.context.get_domain_id()))
+    assert (done.status, done.stderr) == (0, '')
+    assert done.stdout.startswith('x: ')
