@@ -57,7 +57,7 @@ def size_of(content: dict) -> tuple[int, int]:
 
 
 def seen(content: dict, point: Vector) -> float:
-    """See that a point of its target frame (m) is in an Orbit view; return how high, in heights."""
+    """See that an Orbit view shows a point of its frame (m); return how high, in heights."""
     view = view_of(content)
     yaw, pitch, distance = view['Yaw'], view['Pitch'], view['Distance']
     x, y, z = look_at = tuple(view['Focal Point'][axis] for axis in 'XYZ')

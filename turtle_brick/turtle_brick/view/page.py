@@ -140,15 +140,16 @@ class Page:
         except ValueError as error:
             self._warn(topic, f'A marker on {topic} is left out: {error}')
             return
-        if message.action == Marker.ADD and topic == BRICK_MARKER:
+        if message.action != Marker.ADD:
+            return
+        if topic == BRICK_MARKER:
             phase = PHASES.get(message.text)
             self._account.see_phase(phase)
             if phase is not None:
                 color = message.color
                 self._brick_colors[phase] = (color.r, color.g, color.b, color.a)
-        elif message.action == Marker.ADD and topic == CATCHER_MARKER:
-            if message.type == Marker.TEXT_VIEW_FACING and message.text == UNREACHABLE:
-                self._account.see_unreachable()
+        elif topic == CATCHER_MARKER and message.text == UNREACHABLE:
+            self._account.see_unreachable()
 
     def hear_goal(self, message: PoseStamped) -> None:
         """Hear where the robot is sent."""
