@@ -41,7 +41,8 @@ SECOND = 1_000_000_000
 def settings_of_robot(draw):
     """Draw parameters of another robot on another planet."""
     return replace(PARAMETERS, max_velocity=draw(st.floats(0.1, 10.0)),
-                   gravity_accel=draw(st.floats(0.5, 30.0)), platform_height=draw(st.floats(1.5, 5.0)))
+                   gravity_accel=draw(st.floats(0.5, 30.0)),
+                   platform_height=draw(st.floats(1.5, 5.0)))
 
 
 inside = st.floats(0.0, ARENA_SIZE)
