@@ -84,7 +84,7 @@ REPLAYED = [name for name, record in RECORDS.items()
 PROCESSES = [name for name in REPLAYED if RECORDS[name].get('signals') or re.match(
     'run_(?!help|unk)|empty|ros2_run|echo_transient|node_list$|node_info_catcher|topic_type$|'
     'echo_once$|echo_latched_w|pub_times|call_place_refused|param_list_all|'
-    'param_get_double|param_set_unknown|pub_bad_topic', name)]
+    'param_get_double|param_set_unknown|pub_bad_topic|pub_wrong_value', name)]
 
 # They come last, since they change what others see.
 HERE = sorted(set(REPLAYED).difference(PROCESSES), key=lambda name: (
@@ -205,7 +205,7 @@ def outcomes(arena: Node, files: Path, request: pytest.FixtureRequest
              ) -> Iterator[dict[str, Future]]:
     """Do the commands again that this session tests, several at a time: most of them wait."""
     wanted = [item.callspec.params['name'] for item in request.session.items
-              if getattr(item, 'originalname', '') == test_command.__name__]
+              if getattr(item, 'function', None) is test_command]
     with reserved_domain() as empty, ThreadPoolExecutor(6) as pool:
         yield {name: pool.submit(
             replay, RECORDS[name],

@@ -45,6 +45,11 @@ CANVAS = 'document.querySelector("canvas").getBoundingClientRect()'
 """A JavaScript expression for the part of the page with the scene."""
 
 
+CLOSE_NOTICES = 'document.querySelectorAll(".mantine-Notification-closeButton")' \
+    '.forEach(one => one.click())'
+"""Closes what viser says of a browser without a graphics card, in front of the scene."""
+
+
 class Page(Chromium):
     """The page in a browser."""
 
@@ -77,6 +82,7 @@ class Page(Chromium):
         """Wait until points (m) have colors (shares of red, green and blue) as they should."""
         from PIL import Image
         for _ in range(20):
+            self.evaluate(CLOSE_NOTICES)
             picture = numpy.asarray(Image.open(BytesIO(self.screenshot())).convert('RGB'), float)
             colors = []
             for point, _ in sights:

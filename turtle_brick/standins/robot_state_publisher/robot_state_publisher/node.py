@@ -254,7 +254,7 @@ def main(args: list[str] | None = None) -> str | None:
     # Under launch, a terminal's Ctrl-C comes twice.
     for number in (SIGINT, SIGTERM):
         signal(number, SIG_IGN)
-    alarm(5)  # Fast DDS may wait for ever
+    alarm(4)  # Fast DDS may wait for ever
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()

@@ -103,7 +103,7 @@ def observer(found=None, name=None):
         graph.discover(found)
         yield graph
     finally:
-        signal.alarm(5)  # Fast DDS may wait for ever
+        signal.alarm(4)  # Fast DDS may wait for ever
         rclpy.try_shutdown()
 
 
