@@ -36,7 +36,7 @@ pytestmark = [
                        reason='viser, which draws the page, is not installed here')]
 
 TIMEOUT = 60.0
-WIDTH, HEIGHT = 800, 420
+WIDTH, HEIGHT = 960, 480
 
 GROUND = (7.0, 4.5, 0.0)
 """A point of the ground that nothing hides."""
