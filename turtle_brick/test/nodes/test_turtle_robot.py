@@ -78,8 +78,12 @@ class Bench:
         """Teleport the turtle."""
         self.live.call('turtle1/teleport_absolute', TeleportAbsolute,
                        TeleportAbsolute.Request(x=x, y=y, theta=theta))
-        self.live.wait_for(lambda: self.pose and dist((self.pose.x, self.pose.y), (x, y)) < 1e-3,
-                           PATIENCE, 'its pose to show it')
+        self.live.wait_for(
+            lambda: self.pose and dist((self.pose.x, self.pose.y, self.pose.theta), (x, y, theta))
+            < 1e-3, PATIENCE, 'its pose to show it')
+        self.poses.clear()
+        self.live.wait_for(lambda: len(self.poses.messages) > 2, PATIENCE,
+                           'the robot to have seen it too')
 
     def arrive(self, x, y):
         """Wait until the turtle stands at a place, within 5 mm, and nothing else is asked for."""
