@@ -268,7 +268,8 @@ class Scene(Graph):
         gun = self.add(Node, parameters=False, node_name='gun')
         self.spin_for(1.0)  # to discover all
         topics = {name: load_type(kinds[0]) for name, kinds in gun.get_topic_names_and_types()
-                  if name not in ('/rosout', '/parameter_events')}
+                  # a part that begins with _ is hidden: turtlesim's actions
+                  if name not in ('/rosout', '/parameter_events') and '/_' not in name}
         services = {name: load_type(kinds[0]) for name, kinds in gun.get_service_names_and_types()
                     if name in ('/place', '/drop')}
         # Who speaks to late joiners, too, is heard by everybody.
