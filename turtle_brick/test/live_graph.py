@@ -38,7 +38,6 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
-from turtle_brick.ros.node_main import spare_collector
 from turtle_brick.tools.graph import Graph
 from turtle_referee.observer import DEPTH, Listener
 from turtle_referee.processes import Process
