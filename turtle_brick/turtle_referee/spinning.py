@@ -11,34 +11,77 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""What lets a node work while somebody waits."""
+"""What lets nodes work while somebody waits, until Ctrl-C."""
 
 from collections.abc import Callable
 import signal
+from threading import Event
 from time import monotonic
-from typing import Any, Protocol
+from typing import Any
 
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 LONGEST_WAIT = 0.02
-"""How long (s) the executor waits for work, and a Ctrl-C with it."""
+"""How long (s) the executor waits for work, and a Ctrl-C with it. The same each time: with another
+timeout a SingleThreadedExecutor forgets whose turn it is, and under load the first node would have
+every turn."""
+
+INTERRUPTED = Event()
+"""Set by Ctrl-C and SIGTERM, in a process that has called `note_interrupts`."""
 
 
-class Spins(Protocol):
-    """Lets nodes work: a `Spinner`, or a graph with more nodes."""
+def note_interrupts() -> dict[int, Any]:
+    """
+    Have Ctrl-C and SIGTERM wait for the end of a piece of work of a graph.
+
+    A KeyboardInterrupt in the midst of an import or a callback may be swallowed or cost a node.
+
+    :return: The handlers of the two signals so far.
+    """
+    INTERRUPTED.clear()
+    return {number: signal.signal(number, lambda *_: INTERRUPTED.set())
+            for number in (signal.SIGINT, signal.SIGTERM)}
+
+
+class Spins:
+    """Nodes of an executor that work while somebody waits."""
+
+    executor: Executor
 
     def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
-        """Let nodes work until a condition holds; TimeoutError after a time (s)."""
+        """
+        Let the nodes work until a condition holds.
+
+        :param condition: asked after each piece of work
+        :param timeout: longest time (s) that it may take
+        :param what: the condition in words, for the error
+        :raises TimeoutError: the condition has not come to hold
+        :raises KeyboardInterrupt: a signal has come that `note_interrupts` takes
+        """
+        deadline = monotonic() + timeout
+        while not condition():
+            if monotonic() > deadline:
+                raise TimeoutError(f'{what}: not within {timeout:g} s')
+            self._work()
 
     def spin_for(self, seconds: float) -> None:
-        """Let nodes work for a time (s)."""
+        """Let the nodes work for a time (s)."""
+        end = monotonic() + seconds
+        while monotonic() < end:
+            self._work()
+
+    def _work(self) -> None:
+        """Do one piece of work, or wait for it for a while."""
+        self.executor.spin_once(timeout_sec=LONGEST_WAIT)
+        if INTERRUPTED.is_set():
+            raise KeyboardInterrupt
 
 
-class Spinner:
+class Spinner(Spins):
     """One node, spun while somebody waits; Ctrl-C or SIGTERM end that as KeyboardInterrupt."""
 
     def __init__(self, make_node: Callable[..., Node], namespace: str = '') -> None:
@@ -48,17 +91,14 @@ class Spinner:
         :param make_node: its class, or anything that makes it of a node's keyword arguments
         :param namespace: that it is in
         """
-        self.context = Context()
-        rclpy.init(args=['--ros-args', '--log-level', 'warn'], context=self.context,
+        self._context = Context()
+        rclpy.init(args=['--ros-args', '--log-level', 'warn'], context=self._context,
                    signal_handler_options=SignalHandlerOptions.NO)
-        self.node: Any = make_node(context=self.context, namespace=namespace,
+        self.node: Any = make_node(context=self._context, namespace=namespace,
                                    use_global_arguments=False)
-        self._executor = SingleThreadedExecutor(context=self.context)
-        self._executor.add_node(self.node)
-        self._interrupted = False
-        # An interrupt in the middle of a callback would be swallowed, or tear it.
-        self._handlers = {number: signal.signal(number, self._interrupt)
-                          for number in (signal.SIGINT, signal.SIGTERM)}
+        self.executor = SingleThreadedExecutor(context=self._context)
+        self.executor.add_node(self.node)
+        self._handlers = note_interrupts()
 
     def __enter__(self) -> 'Spinner':
         """Return the spinner; on leaving it, the node ends."""
@@ -66,30 +106,8 @@ class Spinner:
 
     def __exit__(self, *_: object) -> None:
         """End the node."""
-        self._executor.shutdown()
+        self.executor.shutdown()
         self.node.destroy_node()
-        self.context.try_shutdown()
+        self._context.try_shutdown()
         for number, handler in self._handlers.items():
             signal.signal(number, handler)
-
-    def _interrupt(self, number: int, frame: object) -> None:
-        self._interrupted = True
-
-    def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
-        """Let the node work until a condition holds; TimeoutError after a time (s)."""
-        deadline = monotonic() + timeout
-        while not condition():
-            if monotonic() > deadline:
-                raise TimeoutError(f'{what}: not within {timeout:g} s')
-            self._work()
-
-    def spin_for(self, seconds: float) -> None:
-        """Let the node work for a time (s)."""
-        end = monotonic() + seconds
-        while monotonic() < end:
-            self._work()
-
-    def _work(self) -> None:
-        if self._interrupted:
-            raise KeyboardInterrupt
-        self._executor.spin_once(timeout_sec=LONGEST_WAIT)

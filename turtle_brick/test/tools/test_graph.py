@@ -18,19 +18,17 @@ import signal
 
 import pytest
 from rclpy.node import Node
-from turtle_brick.tools import graph
 from turtle_brick.tools.graph import Graph
+from turtle_referee.spinning import INTERRUPTED, note_interrupts
 
 
 @pytest.fixture
 def signals():
     """Have signals noted, and give them back to whoever had them before."""
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    before = [signal.getsignal(number) for number in numbers]
-    graph.note_interrupts()
-    yield numbers
-    graph.INTERRUPTED.clear()
-    for number, handler in zip(numbers, before):
+    before = note_interrupts()
+    yield list(before)
+    INTERRUPTED.clear()
+    for number, handler in before.items():
         signal.signal(number, handler)
 
 
@@ -54,7 +52,7 @@ def test_an_interrupt_waits_for_the_end_of_a_piece_of_work(signals, domain_id):
             with pytest.raises(KeyboardInterrupt):
                 live.spin_until(lambda: False, 20.0, 'never')
             assert len(done) == number
-            graph.INTERRUPTED.clear()
+            INTERRUPTED.clear()
 
 
 def test_what_does_not_come_is_named(domain_id):

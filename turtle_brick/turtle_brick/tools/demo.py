@@ -44,13 +44,14 @@ from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guarante
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.ros.node_main import spare_collector
-from turtle_brick.tools.graph import Graph, note_interrupts
+from turtle_brick.tools.graph import Graph
 from turtle_referee.domains import (DomainError, DOMAINS, is_empty, keep_to_this_machine,
                                     LAST_DOMAIN, reserved_domain)
 from turtle_referee.drops import DropWatch
 from turtle_referee.hands import Hands
 from turtle_referee.names import Profile
 from turtle_referee.observer import Observer
+from turtle_referee.spinning import note_interrupts
 
 START_TIME = 30.0
 """How long (s) the graph may take to come up."""

@@ -24,11 +24,8 @@ import importlib
 from importlib.util import find_spec
 import os
 from pathlib import Path
-import signal
 import sys
 from tempfile import TemporaryDirectory
-from threading import Event
-from time import monotonic
 from typing import Any, TypeVar
 from xml.parsers.expat import ExpatError
 
@@ -44,37 +41,14 @@ from turtle_brick.core.parameters import default_path
 from turtle_brick.ros.node_main import make_executor
 from turtle_brick.turtle_robot import TurtleRobot
 from turtle_referee.processes import close_all, Process
+from turtle_referee.spinning import Spins
 import xacro
 import yaml
 
 END_TIME = 15.0
 """How long (s) a node may take to leave the executor."""
 
-LONGEST_WAIT = 0.02
-"""How long (s) the executor waits for work, and a Ctrl-C with it. The same each time: with another
-timeout a SingleThreadedExecutor forgets whose turn it is, and under load the first node would have
-every turn."""
-
 AnyNode = TypeVar('AnyNode', bound=Node)
-
-INTERRUPTED = Event()
-"""Set by Ctrl-C and SIGTERM, in a process that has called `note_interrupts`."""
-
-
-def note_interrupts() -> None:
-    """
-    Have Ctrl-C and SIGTERM wait for the end of a piece of work of a graph.
-
-    A KeyboardInterrupt in the midst of an import or a callback may be swallowed or cost a node.
-    """
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: INTERRUPTED.set())
-
-
-def check_interrupts() -> None:
-    """Raise KeyboardInterrupt if a signal has come."""
-    if INTERRUPTED.is_set():
-        raise KeyboardInterrupt
 
 
 def executable(package: str, name: str) -> str:
@@ -102,7 +76,7 @@ def robot_description(params_file: Path) -> str:
         raise ValueError(f'{path}: {str(error).splitlines()[0].strip()}') from error
 
 
-class Graph:
+class Graph(Spins):
     """Nodes in one process that see each other, and whoever else is in their ROS domain."""
 
     def __init__(self, domain_id: int | None = None, namespace: str = '',
@@ -239,33 +213,6 @@ class Graph:
             return self.add(stand_in, *arguments, parameters=False)
         self.add_process(package, executable, '--ros-args', *arguments)
         return None
-
-    def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
-        """
-        Let the nodes work until a condition holds.
-
-        :param condition: asked after each piece of work
-        :param timeout: longest time (s) that it may take
-        :param what: the condition in words, for the error
-        :raises TimeoutError: the condition has not come to hold
-        :raises KeyboardInterrupt: a signal has come that `note_interrupts` takes
-        """
-        deadline = monotonic() + timeout
-        while not condition():
-            if monotonic() > deadline:
-                raise TimeoutError(f'{what}: not within {timeout:g} s')
-            self._work()
-
-    def spin_for(self, seconds: float) -> None:
-        """Let the nodes work for a time (s)."""
-        end = monotonic() + seconds
-        while monotonic() < end:
-            self._work()
-
-    def _work(self) -> None:
-        """Do one piece of work, or wait for it for a while."""
-        self.executor.spin_once(timeout_sec=LONGEST_WAIT)
-        check_interrupts()
 
     def close(self) -> None:
         """End every node and process."""
