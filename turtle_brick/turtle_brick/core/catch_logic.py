@@ -111,7 +111,7 @@ class Brick(NamedTuple):
         if (stamp < self.seen or parent != self.parent
                 or dist(position, self.position) > ROUNDING):
             return Brick(position, stamp, stamp, parent)
-        return self._replace(seen=stamp)
+        return Brick(self.position, stamp, self.moved, parent)
 
 
 class Sight(NamedTuple):

@@ -99,24 +99,23 @@ class FallDetector:
             if stamp == last:
                 return False
             if (stamp < last or abs(x - x_last) + abs(y - y_last) > self.SIDEWAYS
-                    or self._is_off_course(stamp, z)):
+                    or self.fall is not None and self._is_off_course(self.fall, stamp, z)):
                 samples.clear()
                 self.fall = None
         samples.append((stamp, x, y, z))
-        if self.fall is not None or len(samples) < 3:
+        if self.fall is not None or len(samples) < 3 or z >= samples[-2][3]:
             return False
         self.fall = self._recognize()
         return self.fall is not None
 
-    def _is_off_course(self, stamp: int, z: float) -> bool:
-        """Tell whether a height (m) at an instant (ns) is not on the course of the fall."""
-        return self.fall is not None and (
-            abs(self.fall.height(stamp, self.gravity) - z) > self.DEVIATION)
+    def _is_off_course(self, fall: Fall, stamp: int, z: float) -> bool:
+        """Tell whether a height (m) at an instant (ns) is not on the course of a fall."""
+        return abs(fall.height(stamp, self.gravity) - z) > self.DEVIATION
 
     def _recognize(self) -> Fall | None:
         """Return the fall of which the samples are a part, None if they aren't."""
         (t0, x0, y0, z0), (t1, _, _, z1), (t2, x2, y2, z2) = self._samples
-        if not z0 > z1 > z2 or hypot(x2 - x0, y2 - y0) > self.STRAIGHT * (z0 - z2):
+        if not z0 > z1 or hypot(x2 - x0, y2 - y0) > self.STRAIGHT * (z0 - z2):
             return None
         first, second = (t1 - t0) * NANO, (t2 - t1) * NANO
         speed_before, speed_after = (z0 - z1) / first, (z1 - z2) / second

@@ -150,8 +150,9 @@ class _Timing:
         """Measure since when the platform has been under the brick."""
         world, now = self._simulation.world, self._simulation.now
         falling = world.phase is Phase.FALLING
-        lands = world.phase is Phase.RIDING and self.spare is None
-        if world.platform is None or not (falling or lands):
+        if not falling and (world.phase is not Phase.RIDING or self.spare is not None):
+            return
+        if world.platform is None:
             return
         x, y, _ = world.platform.pose.position
         distance = hypot(world.brick[0] - x, world.brick[1] - y)
@@ -161,7 +162,7 @@ class _Timing:
             return
         if self._under is None:
             self._under = now
-        if lands:
+        if not falling:
             self.spare = (now - self._under) * NANO
             self.offset = distance
 
