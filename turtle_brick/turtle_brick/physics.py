@@ -15,8 +15,9 @@
 """
 The physics of the arena: a brick that hovers, falls, rides on a platform, slides off and floats.
 
-A fall is the closed form z = z0 - g t^2 / 2 of the whole time since the release, not a sum of
-steps; a slide is the closed form of the constant acceleration g sin(angle) over each step.
+A fall is free fall in closed form, z = z0 - g t^2 / 2 of the whole time since the release, not a
+sum of steps; a slide is that of a body on a smooth incline, with the constant acceleration
+g sin(angle) over each step.
 
 The brick is a box; its location is its center, and it touches something with its bottom, half its
 height below. It is inclined like the platform at all times, or as the platform was seen last; it
@@ -59,7 +60,16 @@ class Phase(Enum):
 
 
 class World:
-    """Keep track of the physics of the world."""
+    """
+    Keep track of the physics of the world.
+
+    The four arguments alone make a brick that is a point and a platform of no thickness, which is
+    nowhere until it is set: `size`, `thickness` and `platform` say more.
+
+    The constructor raises ValueError if gravity or dt is not a finite number above 0, or radius
+    not one of at least 0. Like the setter of `brick`, it does so too if the location is not three
+    finite numbers, or so low that the brick's bottom would be under the ground.
+    """
 
     def __init__(self, brick, gravity, radius, dt):  # noqa: D406,D407,D413,D417
         """

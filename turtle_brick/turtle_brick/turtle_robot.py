@@ -15,6 +15,8 @@
 """
 turtle_robot: makes turtlesim's turtle a robot with odometry, joints and a goal to drive to.
 
+Units and axes are those of REP 103, the frames those of REP 105, with world in the place of map.
+
 Publishes, each 100 times per second, whether the robot moves or not:
     cmd_vel (geometry_msgs/Twist): velocity in the robot's own frame (m/s); zero at rest, without
         a goal and before the first pose of the turtle

@@ -59,7 +59,7 @@ def words(text):
      """),
 ])
 def test_definition_is_that_of_the_assignment(member, signature, docstring):
-    assert World.__doc__ == 'Keep track of the physics of the world.'
+    assert inspect.getdoc(World).startswith('Keep track of the physics of the world.\n')
     assert str(inspect.signature(member)) == signature
     assert words(member.__doc__) == words(docstring)
 

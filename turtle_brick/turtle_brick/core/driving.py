@@ -19,7 +19,7 @@ turtlesim keeps the last seven commands and takes the oldest of them every 16 ms
 100 Hz keep this queue full: each is taken 60 to 70 ms after it was published, and some never are.
 A controller that steers by the last pose therefore overshoots by 0.07 s of motion and hunts about
 the goal. This one mirrors the queue (`CommandPath`), predicts where the turtle will be when the
-next command takes effect, and steers from there (`Driver`).
+next command takes effect, and steers from there (`Driver`): a Smith predictor.
 
 No clock is read here: times are passed in, in seconds of one steady clock.
 """

@@ -15,7 +15,8 @@
 """
 Recognize a falling brick from its positions.
 
-`FallDetector` tells a fall from other motions; `Fall` is its course.
+`FallDetector` tells a fall from other motions; `Fall` is its course, that of free fall without
+drag: z - v t - g t^2 / 2.
 Instants are integer nanoseconds of one clock.
 """
 
@@ -63,8 +64,8 @@ class FallDetector:
     """
     Recognize free fall in a sequence of positions.
 
-    Three positions straight down, whose second difference is the acceleration due to gravity, are
-    a fall. At 250 Hz it is known after 8 ms.
+    Three positions straight down, whose second divided difference is the acceleration due to
+    gravity, are a fall. At 250 Hz it is known after 8 ms.
     """
 
     TOLERANCE = 0.1

@@ -15,8 +15,9 @@
 """
 Vectors, rotations, poses and colors as plain tuples.
 
-Quaternions are unit quaternions (x, y, z, w), in the order of geometry_msgs/Quaternion; a pose
-maps a point p of its own frame to rotate(orientation, p) + position in the parent frame.
+Units and axes are those of REP 103: SI, right-handed, z up, yaw counter-clockwise. Quaternions are
+unit quaternions (x, y, z, w), in the order of geometry_msgs/Quaternion; a pose maps a point p of
+its own frame to rotate(orientation, p) + position in the parent frame.
 """
 
 from math import cos, hypot, sin

@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-Odometry of a robot on one wheel, from the poses of turtlesim's turtle.
+Odometry of a robot on one wheel, from the poses of turtlesim's turtle; frames as in REP 105.
 
-The wheel rolls without slipping along the path that the turtle really travels: not while a wall
-stops it, and not when it is teleported.
+The wheel rolls without slipping (path = radius * angle) along the path that the turtle really
+travels: not while a wall stops it, and not when it is teleported.
 """
 
 from math import atan2, hypot, pi

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 
-"""The platform that a brick lands on, rides on and slides off."""
+"""The platform that a brick lands on, rides on and slides off; axes as in REP 103."""
 
 from __future__ import annotations
 
