@@ -12,9 +12,9 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Worlds with a brick in every phase, for the tests of physics."""
+"""Worlds with a brick in every phase, and where things must be in them, reckoned by hand."""
 
-from math import cos, sin
+from math import cos, hypot, inf, sin
 
 from turtle_brick.core.geometry import Pose
 from turtle_brick.core.tilting_platform import Platform
@@ -74,6 +74,21 @@ def gap(one, other):
     """Return the largest difference between two tuples of numbers, of equal length."""
     assert len(one) == len(other)
     return max(abs(a - b) for a, b in zip(one, other))
+
+
+def distance_to_sides(x, y, yaw, length, width):
+    """Return how far the nearest point of a rectangle is from the origin, side by side."""
+    corners = [(x + cos(yaw) * a - sin(yaw) * b, y + sin(yaw) * a + cos(yaw) * b)
+               for a, b in ((length / 2, width / 2), (-length / 2, width / 2),
+                            (-length / 2, -width / 2), (length / 2, -width / 2))]
+    nearest, covered = inf, True
+    for (ax, ay), (bx, by) in zip(corners, corners[1:] + corners[:1]):
+        dx, dy = bx - ax, by - ay
+        part = min(max(-(ax * dx + ay * dy) / (dx * dx + dy * dy), 0.0), 1.0)
+        nearest = min(nearest, hypot(ax + part * dx, ay + part * dy))
+        # Counter-clockwise, the inside is to the left of every side.
+        covered = covered and ax * by - ay * bx > 0.0
+    return 0.0 if covered else nearest
 
 
 def brick_in(brick, gravity=GRAVITY, dt=DT, radius=RADIUS, platform=None):

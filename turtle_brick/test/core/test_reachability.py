@@ -15,7 +15,7 @@
 """Reach: the verdict on a fall, held to closed forms and to the times that it is made of."""
 
 from dataclasses import replace
-from math import cos, hypot, inf, sin, sqrt
+from math import hypot, inf, sqrt
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -36,20 +36,15 @@ GRAVITY = PARAMETERS.gravity_accel
 REST = resting_height(PARAMETERS)
 SECOND = 1_000_000_000
 
-
-@st.composite
-def settings_of_robot(draw):
-    """Draw parameters of another robot on another planet."""
-    return replace(PARAMETERS, max_velocity=draw(st.floats(0.1, 10.0)),
-                   gravity_accel=draw(st.floats(0.5, 30.0)),
-                   platform_height=draw(st.floats(1.5, 5.0)))
-
-
 inside = st.floats(0.0, ARENA_SIZE)
+other_robots = st.builds(
+    lambda speed, gravity, height: replace(PARAMETERS, max_velocity=speed, gravity_accel=gravity,
+                                           platform_height=height),
+    st.floats(0.1, 10.0), st.floats(0.5, 30.0), st.floats(1.5, 5.0))
 
 
-@law(120)
-@given(parameters=settings_of_robot(), x=inside, y=inside, robot_x=inside, robot_y=inside,
+@law(80)
+@given(parameters=other_robots, x=inside, y=inside, robot_x=inside, robot_y=inside,
        above=st.floats(0.0, 20.0), late=st.floats(0.0, 0.05))
 def test_reachable_is_what_the_robot_has_the_time_for(
         parameters, x, y, robot_x, robot_y, above, late):
@@ -67,12 +62,8 @@ def test_reachable_is_what_the_robot_has_the_time_for(
     assert decision.contact == pytest.approx(SECOND + seconds(available + late), abs=1e3)
     assert decision.margin == decision.available - decision.needed
     way = distance - parameters.platform_radius
-    if way <= 0.0:
-        assert decision.needed == 0.0
-    else:
-        assert decision.needed == COMMAND_LATENCY + travel_time(
-            distance, parameters.platform_radius, parameters.max_velocity)
-        assert decision.needed >= COMMAND_LATENCY + way / parameters.max_velocity - 1e-12
+    assert decision.needed == (0.0 if way <= 0.0 else COMMAND_LATENCY + travel_time(
+        distance, parameters.platform_radius, parameters.max_velocity))
     assert decision.reachable == (decision.needed <= max(decision.available, 0.0))
     assert decision.reachable == (decision.reason == '')
     promised = parameters.max_velocity * (available + late - 0.13) + parameters.platform_radius
@@ -80,22 +71,6 @@ def test_reachable_is_what_the_robot_has_the_time_for(
     # A fall is known by its third sample, 8 ms later.
     if way > 0.0 and distance <= promised and late <= 0.01:
         assert decision.reachable
-
-
-@law(60)
-@given(parameters=settings_of_robot(), distance=st.floats(0.0, 5.0), more=st.floats(0.0, 5.0),
-       above=st.floats(0.0, 20.0), higher=st.floats(0.0, 20.0), angle=st.floats(0.0, 1.5))
-def test_nearer_or_higher_is_no_harder_to_reach(
-        parameters, distance, more, above, higher, angle):
-    def decide(distance, above):
-        fall = Fall(SECOND, distance * cos(angle), distance * sin(angle),
-                    resting_height(parameters) + above, 0.0)
-        return reach(fall, SECOND, RobotMotion(0.0, 0.0), parameters)
-
-    decision = decide(distance, above)
-    for easier in (decide(distance, above + higher), decide(distance / (1.0 + more), above)):
-        assert easier.margin >= decision.margin - 1e-9
-        assert easier.reachable or not decision.reachable
 
 
 def test_brick_below_the_platform_or_outside_the_arena_is_out_of_reach():
@@ -107,16 +82,18 @@ def test_brick_below_the_platform_or_outside_the_arena_is_out_of_reach():
         assert word in decision.reason
     for x, y, z in ((5.0, 5.0, REST), (0.0, 5.0, 9.0), (5.0, ARENA_SIZE, 9.0)):
         assert reach(Fall(SECOND, x, y, z, 0.0), SECOND, RobotMotion(x, y), PARAMETERS).reachable
+    passed = Fall(SECOND, 5.0, 5.0, REST - 0.01, 3.0)
+    assert 'passed' in reach(passed, SECOND, RobotMotion(5.0, 5.0), PARAMETERS).reason
+    assert guaranteed_distance(REST - 0.01, PARAMETERS) == -inf
 
 
 def test_reason_says_what_is_missing():
     fall = Fall(SECOND, 9.0, 5.0, 2.0, 0.0)
     decision = reach(fall, SECOND, RobotMotion(5.0, 5.0), PARAMETERS)
     assert not decision.reachable
-    assert '4.00 m' in decision.reason
-    assert f'{decision.needed:.3f} s' in decision.reason
-    assert f'{decision.available:.3f} s' in decision.reason
-    assert f'{-decision.margin:.3f} s too early' in decision.reason
+    assert decision.reason == (
+        f'the robot, 4.00 m away, needs {decision.needed:.3f} s and the brick is down in '
+        f'{decision.available:.3f} s, {-decision.margin:.3f} s too early')
     decision = reach(fall, SECOND, None, PARAMETERS)
     assert (decision.reachable, decision.needed) == (False, inf)
     assert 'no robot' in decision.reason
@@ -132,12 +109,11 @@ def test_tilted_platform_must_be_leveled_in_time():
     assert decide(LEVEL_LATENCY + 0.001, False).reachable
 
 
-@law(40)
+@law(30)
 @given(bound_for=st.lists(st.tuples(inside, inside), max_size=4), above=st.floats(0.0, 20.0))
 def test_robot_that_moves_counts_where_it_may_be_carried_farthest(bound_for, above):
-    robot = RobotMotion(5.0, 5.0, tuple(bound_for))
     fall = Fall(SECOND, 6.0, 7.0, REST + above, 0.0)
-    decision = reach(fall, SECOND, robot, PARAMETERS)
+    decision = reach(fall, SECOND, RobotMotion(5.0, 5.0, tuple(bound_for)), PARAMETERS)
     margins = [reach(fall, SECOND, RobotMotion(x, y), PARAMETERS).margin
                for x, y in [(5.0, 5.0), *bound_for]]
     assert decision.margin == min(margins)
@@ -157,7 +133,7 @@ def seen_at(track, time, x, y=5.0, tilt=0.0, level=True):
 
 def test_robot_that_is_seen_moving_goes_on_at_full_speed_until_it_has_stood_for_a_while():
     track = Track(PARAMETERS.max_velocity)
-    seen_at(track, 1.0, 5.0, 5.0)
+    seen_at(track, 1.0, 5.0)
     robot = seen_at(track, 1.01, 5.003, 5.004)
     assert robot.bound_for == (pytest.approx((5.003 + 0.6 * WAY, 5.004 + 0.8 * WAY)),)
     assert not robot.at_rest and robot.reserve == 0.0
@@ -187,10 +163,8 @@ def test_robot_that_was_seen_for_too_short_a_time_may_be_going_anywhere():
     track = Track(PARAMETERS.max_velocity)
     for begin in (1.0, 2.0):
         assert seen_at(track, begin, 5.0).reserve == WAY
-        assert not seen_at(track, begin, 5.0).at_rest
         assert seen_at(track, begin + 0.069, 5.0).reserve == WAY
         assert seen_at(track, begin + 0.071, 5.0).at_rest
-        assert track.seen == seconds(begin + 0.071)
         assert track.observe(seconds(begin + 0.1), None, True) is None
         assert (track.seen, track.unseen) == (seconds(begin + 0.071), seconds(begin + 0.1))
 
@@ -199,6 +173,5 @@ def test_platform_is_level_if_it_was_ordered_so_and_is_seen_so():
     track = Track(PARAMETERS.max_velocity)
     assert seen_at(track, 1.0, 5.0).level
     assert not seen_at(track, 1.1, 5.0, level=False).level
-    assert track.level_seen == seconds(1.1)
     assert not seen_at(track, 1.2, 5.0, tilt=0.01).level
     assert track.level_seen == seconds(1.1)
