@@ -17,7 +17,8 @@ The kinematics of turtlesim, tick for tick and bit for bit, without ROS.
 What turtlesim 1.8 does every 16 ms, in its order (TurtleFrame::onUpdate, Turtle::update): each
 turtle takes at most one velocity command from its queue of seven, carries out the teleports that
 are waiting, stops if the last command is more than a second old, turns, moves along the new
-heading, is clamped to the arena, and publishes its pose. The time step is always 0.016 s, however late a tick is.
+heading, is clamped to the arena, and publishes its pose. The time step is always 0.016 s, however
+late a tick is.
 
 Positions are kept as turtlesim keeps them: x to the right and y downward from the upper left
 corner, in double precision. Arguments and results have y upward and, as in turtlesim's messages,
