@@ -29,12 +29,10 @@ THICKNESS = 0.04
 HINGE = 3.0
 TOP = HINGE + THICKNESS
 
-PLACES = {
-    Phase.HOVERING: 'hovering',
-    Phase.FALLING: 'already falling',
-    Phase.RIDING: 'on the platform',
-    Phase.FLOATING: 'floating',
-    Phase.GROUNDED: 'on the ground',
+REFUSALS = {
+    Phase.FALLING: 'already falling$',
+    Phase.RIDING: 'on the platform$',
+    Phase.GROUNDED: 'on the ground: place it first$',
 }
 
 

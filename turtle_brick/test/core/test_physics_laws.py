@@ -20,18 +20,19 @@ What a platform's axes are, how far a rectangle is from a point and where a bric
 computed here by hand, not by the modules under test.
 """
 
-from math import cos, floor, hypot, inf, isfinite, pi, sin, sqrt
+from math import cos, floor, hypot, isfinite, pi, sin, sqrt
 
-from hypothesis import assume, example, given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import initialize, invariant, precondition, rule, RuleBasedStateMachine
 from laws import law
 import pytest
 from turtle_brick.core.geometry import Pose
-from turtle_brick.core.tilting_platform import LEVEL_TOLERANCE, Platform
-from turtle_brick.physics import CONTACT_TOLERANCE, Phase, World
-from worlds import (advance, axes_of, brick_in, DT, gap, GRAVITY, HINGE, LIFT, on_platform, PLACES,
-                    platform_at, RADIUS, riding, SIZE, THICKNESS, TOP, upright_of)
+from turtle_brick.core.tilting_platform import Platform
+from turtle_brick.physics import Phase
+from worlds import (advance, axes_of, brick_in, distance_to_sides, DT, gap, GRAVITY, HINGE, LIFT,
+                    on_platform, platform_at, RADIUS, REFUSALS, riding, SIZE, THICKNESS, TOP,
+                    upright_of)
 
 VISIBLY_TILTED = 0.002
 """Angle (rad) from which a platform catches nothing: a millimetre at its rim."""
@@ -57,129 +58,55 @@ def forward_of(quaternion):
     return (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y))
 
 
-@law(20)
-@given(steps=st.integers(1, 1000), gravity=st.floats(0.01, 19.0))
-@example(steps=250, gravity=9.81)
-@example(steps=99_991, gravity=9.81)
-def test_one_second_of_fall_from_ten_metres_at_any_timestep(steps, gravity):
-    world = World((1.5, -2.5, 10.0), gravity, 0.5, 1.0 / steps)
-    for _ in range(steps):
-        world.drop()
-    assert gap(world.brick, (1.5, -2.5, 10.0 - gravity / 2.0)) <= 1e-9
+@law(40)
+@given(place=discs(2.0), yaw=headings, height=st.floats(1e-3, 20.0), radius=st.floats(0.05, 2.0),
+       gravity=gravities, dt=time_steps, late=st.integers(-3, 3) | st.integers(0, 100),
+       comes=st.booleans(), away=st.sampled_from((None, 'elsewhere', VISIBLY_TILTED, pi)) | tilts)
+def test_brick_lands_if_the_platform_is_there_in_the_step_that_leads_below_its_top(
+        place, yaw, height, radius, gravity, dt, late, comes, away):
+    """
+    Within the radius of its axis, and level: before and after, it may be anywhere.
 
-
-@law(80)
-@given(place=discs(2.0), x=coordinates, y=coordinates, yaw=headings,
-       height=st.floats(1e-3, 20.0), radius=st.floats(0.05, 2.0), gravity=gravities,
-       dt=time_steps)
-def test_brick_lands_if_its_center_is_within_the_radius(
-        place, x, y, yaw, height, radius, gravity, dt):
-    """And then at once and at no other height; else it goes down to the ground."""
-    u, v = place
+    A brick that has passed is never caught.
+    """
+    crossing = floor(sqrt(2.0 * height / gravity) / dt) + 1
+    after, before = (0.5 * gravity * (step * dt) ** 2 for step in (crossing, crossing - 1))
+    assume(before < height - 1e-6 and height + 1e-6 < after)
+    (u, v), x, y = place, 3.0, -2.0
     assume(abs(hypot(u, v) - radius) > 1e-9)
-    rest = TOP + LIFT
-    world = brick_in((x + u, y + v, rest + height), gravity, dt, radius, platform_at(x, y, yaw))
+    here = platform_at(x, y, yaw)
+    if away is not None:
+        away = platform_at(x + 5.0, y) if away == 'elsewhere' else platform_at(x, y, yaw, away)
+    world = brick_in((x + u, y + v, TOP + LIFT + height), gravity, dt, radius,
+                     away if comes else here)
     world.release()
-    *falling, last = advance(world, Phase.FALLING)
-    assert [location[:2] for location in falling] == [(x + u, y + v)] * len(falling)
-    if hypot(u, v) < radius:
-        assert world.phase is Phase.RIDING
-        assert all(z >= rest - CONTACT_TOLERANCE for _, _, z in falling)
-        assert gap(last, (x + u, y + v, rest)) <= 1e-12
-        # Not a step too late: the closed form would be below the top.
-        assert rest + height - 0.5 * gravity * (len(falling) * dt) ** 2 < rest + 1e-12
+    step = 0
+    while world.phase is Phase.FALLING:
+        course = TOP + LIFT + height - 0.5 * gravity * (step * dt) ** 2
+        assert gap(world.brick, (x + u, y + v, course)) <= 1e-9
+        step += 1
+        if step == max(crossing + late, 1):
+            world.platform = here if comes else away
+        world.step()
+    if comes == (late <= 0) and hypot(u, v) < radius:
+        assert (world.phase, step) == (Phase.RIDING, crossing)
+        assert gap(world.brick, (x + u, y + v, TOP + LIFT)) <= 1e-12
     else:
         assert world.phase is Phase.GROUNDED
-        assert gap(last, (x + u, y + v, LIFT)) <= 1e-12
+        assert gap(world.brick, (x + u, y + v, LIFT)) <= 1e-12
 
 
-@law(60)
-@given(place=discs(RADIUS), depth=st.floats(2e-9, 1e-3) | st.floats(2e-9, TOP - 0.1),
-       tilt=st.just(0.0) | st.floats(-0.5, 0.5), dt=time_steps)
-def test_brick_that_has_passed_is_never_caught(place, depth, tilt, dt):
-    """A platform that arrives, or is leveled, above the bottom of the brick comes too late."""
-    elsewhere = (platform_at(x=5.0) if abs(tilt) < 2.0 * LEVEL_TOLERANCE
-                 else platform_at(tilt=tilt))
-    world = brick_in((*place, TOP + LIFT + 1.0), dt=dt, platform=elsewhere)
-    world.release()
-    while world.brick[2] - LIFT > TOP - depth and world.phase is Phase.FALLING:
-        world.step()
-    world.platform = platform_at()
-    advance(world, Phase.FALLING)
-    assert world.phase is Phase.GROUNDED
-    assert gap(world.brick, (*place, LIFT)) <= 1e-12
-
-
-@law(40)
-@given(place=discs(RADIUS), dt=time_steps, gravity=gravities, there=st.booleans())
-def test_where_the_platform_is_in_the_last_step_counts(place, dt, gravity, there):
-    world = brick_in((*place, TOP + LIFT + 1.0), gravity, dt,
-                     platform=None if there else platform_at())
-    world.release()
-    for _ in range(floor(sqrt(2.0 / gravity) / dt - 1e-6)):
-        world.step()
-    world.platform = platform_at(x=0.0 if there else 3.0)
-    advance(world, Phase.FALLING)
-    assert world.phase is (Phase.RIDING if there else Phase.GROUNDED)
-    assert gap(world.brick, (*place, TOP + LIFT if there else LIFT)) <= 1e-12
-
-
-@law(60)
-@given(place=discs(RADIUS), yaw=headings, dt=time_steps, tilt=st.one_of(
-    st.floats(VISIBLY_TILTED, 2.0 * pi - VISIBLY_TILTED),
-    st.sampled_from((pi / 2.0, pi, VISIBLY_TILTED))))
-def test_brick_falls_past_a_tilted_platform(place, yaw, dt, tilt):
-    world = brick_in((*place, TOP + 2.0), dt=dt, platform=platform_at(yaw=yaw, tilt=tilt))
-    world.release()
-    advance(world, Phase.FALLING)
-    assert world.phase is Phase.GROUNDED
-    assert gap(world.brick, (*place, LIFT)) <= 1e-12
-
-
-def clearance(place, yaw):
-    """Return how far the nearest point of the brick's bottom is from the platform's axis."""
-    (u, v), (length, width, _) = place, SIZE
-    corners = [(u + cos(yaw) * a - sin(yaw) * b, v + sin(yaw) * a + cos(yaw) * b)
-               for a, b in ((length / 2, width / 2), (-length / 2, width / 2),
-                            (-length / 2, -width / 2), (length / 2, -width / 2))]
-    nearest, covered = inf, True
-    for (ax, ay), (bx, by) in zip(corners, corners[1:] + corners[:1]):
-        dx, dy = bx - ax, by - ay
-        part = min(max(-(ax * dx + ay * dy) / (dx * dx + dy * dy), 0.0), 1.0)
-        nearest = min(nearest, hypot(ax + part * dx, ay + part * dy))
-        covered = covered and ax * by - ay * bx > 0.0
-    return 0.0 if covered else nearest
-
-
-@law(60)
-@given(place=discs(RADIUS), x=coordinates, y=coordinates, yaw=headings, tilt=tilts,
-       gravity=st.floats(2.0, 30.0), dt=time_steps)
-def test_slide_is_that_of_a_free_body_on_a_smooth_incline(place, x, y, yaw, tilt, gravity, dt):
-    """From any place, to either side, until the trailing edge has cleared, then no further."""
-    world = riding(place, x, y, yaw, gravity=gravity, dt=dt)
-    world.platform = platform_at(x, y, yaw, tilt)
-    ex, _, _ = axes_of(yaw, tilt)
-    start = on_platform(place, x, y, yaw, tilt)
-    _, *locations = advance(world, Phase.RIDING)
-    assert world.phase is Phase.FLOATING
-    paths = [0.5 * gravity * sin(tilt) * (step * dt) ** 2 for step in range(len(locations) + 1)]
-    for path, location in zip(paths[1:], locations):
-        assert gap(location, [a + path * b for a, b in zip(start, ex)]) <= 1e-9
-    # The brick has kept its heading of 0 in the world, so -yaw on the platform.
-    assert clearance((place[0] + paths[-1], place[1]), -yaw) > RADIUS - 1e-9
-    assert clearance((place[0] + paths[-2], place[1]), -yaw) <= RADIUS + 1e-9
-
-
-@law(80)
+@law(50)
 @given(place=discs(RADIUS), yaw=headings, gravity=gravities, dt=time_steps,
-       programme=st.lists(st.tuples(st.floats(-1.5, 1.5) | st.just(0.0), st.integers(1, 10),
+       programme=st.lists(st.tuples(st.floats(-1.5, 1.5) | st.just(0.0), st.integers(1, 40),
                                     coordinates, coordinates, headings),
-                          min_size=1, max_size=10))
+                          min_size=1, max_size=5))
 def test_slide_on_a_platform_that_moves_in_every_way(place, yaw, gravity, dt, programme):
     """
-    A change of angle keeps the speed, also a change to level; driving and turning have no force.
+    Gravity's pull along the platform's x is all there is in its plane; the brick turns with it.
 
-    In the platform's plane gravity's pull along its x is all there is; the brick turns with it.
+    A change of angle keeps the speed, also a change to level; driving and turning have no force.
+    Once the trailing edge has cleared, the brick floats.
     """
     world = riding(place, yaw=yaw, gravity=gravity, dt=dt)
     (u, v), speed = place, 0.0
@@ -195,12 +122,13 @@ def test_slide_on_a_platform_that_moves_in_every_way(place, yaw, gravity, dt, pr
             u, speed = u + speed * dt + 0.5 * pull * dt ** 2, speed + pull * dt
             assert gap(world.brick, on_platform((u, v), x, y, heading, tilt)) <= 1e-9
             assert gap(forward_of(world.orientation), forward) <= 1e-9
-            distance = clearance((u, v), -yaw)
+            # The brick had a heading of 0 in the world when it landed.
+            distance = distance_to_sides(u, v, -yaw, *SIZE[:2])
             if abs(distance - RADIUS) > 1e-9:
                 assert world.phase is (Phase.FLOATING if distance > RADIUS else Phase.RIDING)
 
 
-@law(20)
+@law(10)
 @given(roll=tilts)
 def test_slide_on_a_platform_that_leans_sideways(roll):
     """Nothing here leans it so, but TF may say that it does."""
@@ -265,7 +193,7 @@ class AnyOrder(RuleBasedStateMachine):
             assert self.world.phase is Phase.FALLING
             self.released_at, self.fallen = before[2], 0
         else:
-            with pytest.raises(ValueError, match=PLACES[phase]):
+            with pytest.raises(ValueError, match=REFUSALS[phase]):
                 self.world.release()
             assert self.world.phase is phase
         assert self.world.brick == before
@@ -316,20 +244,8 @@ class AnyOrder(RuleBasedStateMachine):
         assert gap(brick[:2], (x, y)) <= 1e-12
         if phase is Phase.FALLING:
             assert abs(brick[2] - course) <= 1e-9
-            assert not (self.lands(x, y) and z - LIFT >= TOP > course - LIFT + 1e-9)
-        elif phase is Phase.RIDING:
-            assert self.lands(x, y)
-            assert z - LIFT >= TOP - 2.0 * CONTACT_TOLERANCE
-            assert course - LIFT < TOP + 1e-9
-        else:
-            assert (phase, brick[2]) == (Phase.GROUNDED, LIFT)
-            assert course <= LIFT + 1e-9
-
-    def lands(self, x, y):
-        if self.motion is None:
-            return False
-        px, py, _, tilt = self.motion
-        return cos(tilt) > cos(LEVEL_TOLERANCE) - 1e-12 and hypot(x - px, y - py) <= RADIUS
+        elif phase is Phase.GROUNDED:
+            assert brick[2] == LIFT
 
     @invariant()
     def brick_is_somewhere(self):
@@ -358,5 +274,5 @@ class AnyOrder(RuleBasedStateMachine):
 
 
 AnyOrder.TestCase.settings = settings(
-    max_examples=40, stateful_step_count=25, derandomize=True, deadline=None)
+    max_examples=25, stateful_step_count=20, derandomize=True, deadline=None)
 test_laws_hold_in_any_order = AnyOrder.TestCase
