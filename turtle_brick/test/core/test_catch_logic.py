@@ -21,17 +21,15 @@ test_simulation.
 
 from collections import deque
 from dataclasses import replace
-from itertools import product
 from math import cos, dist, hypot, pi, sin
 from random import Random
-from types import SimpleNamespace
 
 from hypothesis import given
 from hypothesis import strategies as st
 from laws import law, seconds
 import pytest
 from turtle_brick.core.catch_logic import (AT_GOAL, Catcher, CENTER, DriveOrder, LAST_WORD,
-                                           PATIENCE, Progress, RAMP, State, TiltOrder, transition)
+                                           PATIENCE, Progress, RAMP, State, TiltOrder)
 from turtle_brick.core.driving import within_arena
 from turtle_brick.core.geometry import from_pitch, Pose
 from turtle_brick.core.parameters import load
@@ -44,49 +42,11 @@ GRAVITY = PARAMETERS.gravity_accel
 REST = resting_height(PARAMETERS)
 SECOND = 1_000_000_000
 
-# Each state's ways out, in the order of their priority; none taken: the state stays.
-WAYS_OUT = {
-    State.WAITING: [
-        (State.CARRYING, lambda seen: seen.lying and not seen.hovers)],
-    State.APPROACHING: [
-        (State.CARRYING, lambda seen: seen.on_platform),
-        (State.LEVELING, lambda seen: not seen.falling)],
-    State.CARRYING: [
-        (State.LEVELING, lambda seen: not seen.on_platform and not seen.following),
-        (State.TILTING, lambda seen: seen.at_center)],
-    State.TILTING: [
-        (State.LEVELING, lambda seen: seen.off_platform or seen.out_of_patience)],
-    State.LEVELING: [
-        (State.WAITING, lambda seen: seen.level_ordered)],
-}
-
-
-def sights():
-    """Return every combination of what can be seen."""
-    flags = ('falling', 'on_platform', 'following', 'at_center', 'off_platform',
-             'out_of_patience', 'level_ordered', 'lying', 'hovers', 'blind')
-    for decision, *values in product((None, False, True), *[(False, True)] * len(flags)):
-        seen = SimpleNamespace(decision=decision, **dict(zip(flags, values)))
-        seen.now = seconds(PATIENCE) + (1 if seen.out_of_patience else -1) + SECOND
-        seen.brick = SimpleNamespace(moved=7 if seen.hovers else 8)
-        seen.arrived_at = lambda goal, seen=seen: seen.at_center and goal == CENTER
-        yield seen
-
-
-def test_every_state_under_everything_that_can_be_seen():
-    for seen, state in product(sights(), State):
-        following = next((other for other, leads in WAYS_OUT[state] if leads(seen)), state)
-        if seen.blind and state is not State.LEVELING:
-            following = state
-        if seen.decision:
-            following = State.APPROACHING
-        assert transition(Progress(state, since=SECOND, left_behind=7), seen) is following
-
 
 class Stage:
     """A Catcher, a World, and a robot that does what it is told without delay."""
 
-    def __init__(self, parameters=PARAMETERS, robot=CENTER, every=1, noise=0.0):
+    def __init__(self, parameters=PARAMETERS, robot=CENTER, every=1):
         self.parameters = parameters
         self.catcher = Catcher(parameters)
         self.world = World.from_parameters(parameters)
@@ -95,7 +55,6 @@ class Stage:
         self.angle = 0.0
         self.visible = True
         self.every = every
-        self.noise = noise
         self.random = Random(1)
         self.now = 100 * SECOND
         self.brick_ahead = self.catcher_ahead = 0
@@ -105,8 +64,8 @@ class Stage:
         self.run(0.3)
 
     def platform(self):
-        """Return the platform as it is seen."""
-        x, y = (value + self.random.uniform(-self.noise, self.noise) for value in self.robot)
+        """Return the platform as it is seen: two transforms of what rests need not be equal."""
+        x, y = (value + self.random.uniform(-1e-12, 1e-12) for value in self.robot)
         hinge = self.parameters.platform_height - self.parameters.platform_thickness
         return Platform(Pose((x, y, hinge), from_pitch(self.angle)))
 
@@ -128,9 +87,9 @@ class Stage:
 
     def see(self):
         """Have the catcher see the brick; return whether it began to fall."""
-        position = tuple(value + self.random.uniform(-self.noise, self.noise)
-                         for value in self.world.brick)
-        return self.catcher.see_brick(self.now + self.brick_ahead, position)
+        x, y, z = self.world.brick
+        return self.catcher.see_brick(
+            self.now + self.brick_ahead, (x, y, z + self.random.uniform(-1e-12, 1e-12)))
 
     def move(self):
         """Drive towards the goal for one step, at full speed."""
@@ -167,18 +126,18 @@ class Stage:
         """Return the actions of a kind."""
         return [action for _, action in self.actions if isinstance(action, kind)]
 
-    def assert_tipped_off(self, refusals=0):
-        """Go on until the catcher waits: the brick floats, and as many were called unreachable."""
+    def assert_tipped_off(self):
+        """Go on until the catcher waits, after all its states: the brick floats."""
         self.reach_state(State.WAITING)
+        assert self.states in (COURSE, COURSE[1:])
         assert self.world.phase is Phase.FLOATING
         assert self.angle == 0.0
-        assert sum(not decision.reachable for decision in self.told(Decision)) == refusals
+        assert all(decision.reachable for decision in self.told(Decision))
 
     def assert_next_is_caught(self):
         """Drop another brick: it is caught, carried and tipped off."""
         self.drop(4.0, 5.0, 9.0)
         self.assert_tipped_off()
-        assert self.states == COURSE
 
 
 def stage_in(state, after=0.1):
@@ -194,7 +153,7 @@ COURSE = [State.APPROACHING, State.CARRYING, State.TILTING, State.LEVELING, Stat
 any_stage = pytest.mark.parametrize('state', COURSE[:4])
 
 
-@pytest.mark.parametrize('every', (1, 3, 5))
+@pytest.mark.parametrize('every', (1, 5))
 def test_catches_carries_and_tips_off_any_number_of_bricks(every):
     """Also where the brick is seen no more than 50 times per second."""
     stage = Stage(every=every)
@@ -206,21 +165,7 @@ def test_catches_carries_and_tips_off_any_number_of_bricks(every):
         assert dist(stage.robot, CENTER) <= AT_GOAL
         assert stage.world.phase is Phase.RIDING
         stage.assert_tipped_off()
-        assert stage.states == COURSE
         assert stage.told(DriveOrder) == [DriveOrder(x, y), DriveOrder(*CENTER)]
-
-
-def test_rounding_is_no_motion():
-    """Two transforms of what stands still need not be equal to the last bit."""
-    stage = Stage(noise=1e-12)
-    # A robot at rest, with so little to spare that a moving one would be refused.
-    stage.drop(7.0, 5.5, REST + 0.5 * GRAVITY * 0.5 ** 2)
-    stage.reach_state(State.TILTING)
-    tilted = stage.now
-    stage.assert_tipped_off()
-    assert stage.states == COURSE
-    assert stage.now - tilted < seconds(0.5 * PATIENCE)
-    assert stage.catcher.decision.margin < 0.1
 
 
 def test_platform_is_tilted_and_leveled_smoothly():
@@ -260,23 +205,12 @@ def test_says_unreachable_once_where_the_brick_is(brick, robot, reason):
         assert stage.states == []
 
 
-def test_brick_that_is_caught_by_luck_is_tipped_off():
-    """It was called unreachable, but there it lies: it is carried like any other."""
-    stage = Stage(robot=(11.0, 5.0))
-    stage.drop(11.2, 5.0, 9.0)
-    stage.assert_tipped_off(refusals=1)
-    assert stage.states == COURSE[1:]
-
-
-@law(12)
-@given(start=st.sampled_from((CENTER, (3.0, 8.0))),
-       above=st.sampled_from((0.0, 1e-9, 1e-4, 3e-4, 4e-4, 0.001, 0.01, 0.1)))
-def test_brick_that_is_dropped_onto_the_robot_from_just_above_is_carried_off(start, above):
+@pytest.mark.parametrize('above', (0.0, 1e-9, 4e-4, 0.01))
+def test_brick_that_is_dropped_onto_the_robot_from_just_above_is_carried_off(above):
     """It is never called unreachable, however late its fall is seen, if it is seen at all."""
-    stage = Stage(robot=start)
-    stage.drop(start[0] + 0.1, start[1], REST + above)
+    stage = Stage(robot=(3.0, 8.0))
+    stage.drop(3.1, 8.0, REST + above)
     stage.reach_state(State.CARRYING, 1.2)
-    assert stage.told(DriveOrder)[-1] == DriveOrder(*CENTER)
     stage.assert_tipped_off()
 
 
@@ -294,7 +228,6 @@ def test_brick_that_hovers_at_the_platform_is_tried_once():
     stage.run(0.1)
     stage.catcher.see_brick(stage.now, stage.world.brick, 'platform')
     stage.assert_tipped_off()
-    assert stage.states == COURSE[1:]
 
 
 @pytest.mark.parametrize('seen', (True, False))
@@ -322,13 +255,12 @@ def test_gives_up_a_brick_that_keeps_moving_on_the_platform():
     assert stage.catcher.state is State.LEVELING
 
 
-@pytest.mark.parametrize('delay', (0.1, 0.45))
-def test_brick_that_comes_far_behind_is_still_carried(delay):
+def test_brick_that_comes_far_behind_is_still_carried():
     """On a busy machine the arena moves it with where the platform was some time ago."""
     stage = Stage()
     stage.drop(8.5, 8.0, 14.0)
     stage.reach_state(State.CARRYING)
-    past = deque(maxlen=round(delay / (STEP * 1e-9)))
+    past = deque(maxlen=round(0.45 / STEP / 1e-9))
     while stage.catcher.state is State.CARRYING:
         stage.now += STEP
         stage.move()
@@ -340,22 +272,22 @@ def test_brick_that_comes_far_behind_is_still_carried(delay):
     assert stage.states[-1] is State.TILTING
     assert dist(stage.robot, CENTER) <= AT_GOAL
     stage.assert_tipped_off()
-    assert stage.states == COURSE
 
 
 # ---------------------------------------------------------------------------------- at any stage
 
-@law(16)
-@given(state=st.sampled_from(COURSE[:4]), after=st.floats(0.0, 0.3), place=st.sampled_from((
-    (2.0, 3.0, 7.0), (9.0, 9.0, REST), (6.0, 6.0, REST + 0.1), (5.0, 5.0, 0.06))))
-def test_brick_that_is_taken_away_at_any_stage(state, after, place):
-    """Wherever it is put, the robot levels and waits, and catches the next."""
-    stage = stage_in(state, after)
-    stage.world.brick = place
+@any_stage
+@pytest.mark.parametrize('place', [(9.0, 9.0, REST), (6.0, 6.0, REST + 0.1), None])
+def test_brick_that_is_taken_away_or_robot_that_is_lost_at_any_stage(state, place):
+    """Wherever the brick is put, the robot levels and waits, and catches the next."""
+    stage = stage_in(state)
+    if place:
+        stage.world.brick = place
+    else:
+        stage.visible = False
     assert stage.run(2.5, lambda: stage.catcher.state is State.WAITING), stage.states
     assert stage.angle == 0.0
-    stage.run(1.0)
-    assert stage.catcher.state is State.WAITING
+    stage.visible = True
     stage.assert_next_is_caught()
 
 
@@ -371,21 +303,17 @@ def test_brick_that_is_dropped_anew_at_any_stage(state):
     assert stage.world.phase is Phase.RIDING
     assert stage.told(DriveOrder)[-2:] == [DriveOrder(4.0, 4.0), DriveOrder(*CENTER)]
     stage.assert_tipped_off()
-    assert stage.states[-4:] == COURSE[1:]
 
 
-@law(12)
-@given(state=st.sampled_from(COURSE[:4]), back=st.floats(0.01, 99.0))
-def test_clock_that_is_set_back_at_any_stage(state, back):
+@any_stage
+def test_clock_that_is_set_back_at_any_stage(state):
     """The catcher starts afresh, waiting and level, and catches the next as ever."""
     stage = stage_in(state)
-    stage.now -= seconds(back)
+    stage.now -= seconds(0.01 if state is State.CARRYING else 50.0)
     stage.decide()
-    assert stage.catcher.progress == Progress()
-    assert stage.catcher.decision is None
+    assert (stage.catcher.progress, stage.catcher.decision) == (Progress(), None)
     assert stage.actions[-1] == (stage.now, TiltOrder(0.0))
-    assert stage.angle == 0.0
-    stage.run(12.0)
+    stage.run(5.0)
     assert stage.catcher.state is State.WAITING
     # Without friction, what has begun to slide goes on, however slowly.
     assert stage.world.phase is (Phase.RIDING if state is State.TILTING else Phase.FLOATING)
@@ -405,19 +333,7 @@ def test_verdict_waits_until_both_nodes_know_that_the_clock_was_set_back(late):
     setattr(stage, late, 0)
     behind = stage.now
     stage.assert_tipped_off()
-    assert stage.states == COURSE
     assert stage.catcher.decision.fall.stamp > behind
-
-
-@any_stage
-def test_robot_that_is_lost_at_any_stage(state):
-    stage = stage_in(state)
-    stage.visible = False
-    stage.run(3.0)
-    assert stage.catcher.state is State.WAITING
-    assert stage.angle == 0.0
-    stage.visible = True
-    stage.assert_next_is_caught()
 
 
 @pytest.mark.parametrize('state, time', [
@@ -430,7 +346,6 @@ def test_robot_that_is_lost_for_a_moment(state, time):
     assert stage.catcher.state is state
     stage.visible = True
     stage.assert_tipped_off()
-    assert stage.states == COURSE
 
 
 # ------------------------------------------------------------------------- a robot of its own will
@@ -445,8 +360,7 @@ def test_robot_that_comes_in_sight_is_not_taken_to_be_at_rest():
         stage.visible = True
         stage.run(0.05)
         decisions.append(stage.catcher.decision)
-    assert decisions[0].distance == decisions[1].distance
-    assert decisions[0].needed > decisions[1].needed
+    assert decisions[0].needed > decisions[1].needed + 0.1
 
 
 @pytest.mark.parametrize('unseen', (0.0, 0.9))
@@ -459,7 +373,6 @@ def test_waits_for_a_robot_that_is_out_of_sight_as_long_as_there_is_time(unseen)
     assert stage.actions == []
     stage.visible = True
     stage.assert_tipped_off()
-    assert stage.states == COURSE
 
 
 @pytest.mark.parametrize(('brick', 'hoped_for'), [
@@ -478,24 +391,14 @@ def test_says_unreachable_while_the_robot_is_out_of_sight(brick, hoped_for):
         assert 0.8 * LAST_WORD - 1e-6 <= (decision.contact - told) * 1e-9 <= LAST_WORD
 
 
-@pytest.mark.parametrize('lost', (1, 3))
-def test_order_that_is_lost_is_given_again(lost):
+def test_order_that_is_lost_is_given_again():
     """Until the robot is seen to obey."""
     stage = Stage()
-    decide = stage.decide
-
-    def decide_deaf():
-        nonlocal lost
-        drives, goal = len(stage.told(DriveOrder)), stage.goal
-        decide()
-        if len(stage.told(DriveOrder)) > drives and lost:
-            lost, stage.goal = lost - 1, goal
-
-    stage.decide = decide_deaf
     stage.drop(6.5, 6.0, REST + 0.5 * GRAVITY * 1.3 ** 2)
+    for orders in (1, 2, 3):
+        stage.run(0.5, lambda: len(stage.told(DriveOrder)) == orders)
+        stage.goal = CENTER
     stage.assert_tipped_off()
-    assert lost == 0
-    assert stage.states == COURSE
 
 
 def test_robot_that_somebody_else_sends_away_while_it_carries():
@@ -503,7 +406,6 @@ def test_robot_that_somebody_else_sends_away_while_it_carries():
     stage = stage_in(State.CARRYING)
     stage.goal = (9.0, 9.0)
     stage.assert_tipped_off()
-    assert stage.states == COURSE
     assert stage.told(DriveOrder) == [
         DriveOrder(7.0, 6.0), DriveOrder(*CENTER), DriveOrder(*CENTER)]
 
@@ -518,7 +420,7 @@ def test_platform_that_somebody_tilted_is_leveled_for_the_catch():
     assert stage.world.phase is Phase.RIDING
 
 
-@law(20)
+@law(8)
 @given(angle=st.floats(-pi, pi), time=st.floats(0.0, 1.2), speed=st.floats(1.0, 10.0))
 def test_never_orders_the_robot_out_of_the_arena(angle, time, speed):
     """Nor, when the brick is taken away while it drives, far from where it is."""
