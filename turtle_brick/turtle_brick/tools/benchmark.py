@@ -23,25 +23,23 @@ How it is measured:
   second; and "catching", one drop after another, with one listener more, which drops them.
 * Intervals are taken in further windows, with that listener: idle, and beside two busy loops.
   Their instants are those at which the middleware took a message over for publication
-  (source_timestamp), not those of its arrival here.
-* Drift is counted in steps of the physics: gaps between the stamps of the brick's transforms,
-  and what the stamps fall behind the clock of their publication.
-* Latency is taken from drops on a robot at rest, each from a random distance that asks for
-  motion. The release is the stamp of the last position before the brick falls; the decision is
-  the goal's publication; motion is the first pose of turtlesim that has changed.
+  (source_timestamp), not those of its arrival here. A step of the physics is lost where the
+  stamps of the brick's transforms leave one out.
+* Latency is taken from the drops: each finds the robot at rest, at a random distance that asks
+  for motion. The release is the stamp of the last position before the brick falls; the decision
+  is the goal's publication; motion is the first pose of turtlesim that has changed.
 
 What other programs use meanwhile is measured too, and said: above a twentieth of a core the
-numbers are not worth much. So is what the host of a virtual machine keeps from it: while it does,
-everything comes late, and the percentiles show it.
+numbers are not worth much.
 """
 
 import argparse
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import datetime, timezone
 from functools import partial
-from math import cos, hypot, inf, pi, sin
+from math import cos, dist, inf, pi, sin
 import os
 from pathlib import Path
 import platform
@@ -49,7 +47,7 @@ from random import Random
 import signal
 import sys
 from time import monotonic, sleep, time_ns
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import psutil
@@ -71,6 +69,7 @@ from turtle_referee.record import Record
 from turtle_referee.spinning import Spinner
 
 LAUNCH = ('ros2', 'launch', 'turtle_brick', 'turtle_arena.launch.py', 'view:=none')
+BUSY_LOOP = (sys.executable, '-c', 'while True: pass')
 
 OURS = ('turtle_robot', 'arena', 'catcher')
 NODES = (*OURS, 'turtlesim_node', 'robot_state_publisher')
@@ -85,8 +84,6 @@ WARM_UP = 3.0
 LEAD = 100_000_000
 """How long (ns) before a brick is asked to fall its positions are looked at."""
 
-BUSY_LOOPS = 2
-
 OTHERS = 0.05
 """Cores in use by other programs from which on the numbers are worth little."""
 
@@ -96,86 +93,53 @@ MOVED = 1e-6
 
 # ------------------------------------------------------------------------------ what is computed
 
-def drift(stamps: Sequence[int], published: Sequence[int], period: int) -> tuple[int, float]:
-    """
-    Compare the stamps of steps with the clock at which they were published.
-
-    :param stamps: the instant that each step belongs to (ns), in the order of publication
-    :param published: when it was published (ns)
-    :param period: the time of a step (ns)
-    :return: How many steps are missing, by count or by clock, and the longest time (s) from a
-        stamp to its publication. A publication may be late by some steps, but not later and later:
-        the lags of the first and the last second are compared, each by its least, since what
-        delays a publication comes and goes.
-    """
-    lost = np.sum(np.diff(stamps) // period - 1)
-    lags = np.subtract(published, stamps)
-    second = 1_000_000_000 // period
-    behind = round((min(lags[-second:]) - min(lags[:second])) / period)
-    return int(abs(lost) + abs(behind)), float(max(lags)) * NANO
+def lost_steps(stamps: Sequence[int]) -> int:
+    """Return how many steps of the physics are missing, or come twice, between stamps (ns)."""
+    return int(np.sum(np.abs(np.diff(stamps) // STEP - 1)))
 
 
-class Events(NamedTuple):
-    """What was heard from before a brick's release until the robot had moved; first, when (ns)."""
-
-    brick: Sequence[tuple[int, int, float]]
-    """When its positions were published, their stamps (ns), and its heights (m)."""
-    goals: Sequence[int]
-    commands: Sequence[tuple[int, float]]
-    """With their speeds (m/s)."""
-    poses: Sequence[tuple[int, float, float]]
-    """Poses of turtlesim: x and y (m)."""
-    transforms: Sequence[tuple[int, float, float]]
-    """Transforms of base_link: x and y (m)."""
-
-
-def chain(events: Events) -> dict[str, float] | None:
+def chain(record: Record, begin: int, end: int) -> dict[str, float] | None:
     """
     Find the links of the chain from a brick's release to the robot's motion.
 
-    :param events: what was heard
+    :param record: what was heard
+    :param begin: an instant (ns) shortly before the release
+    :param end: one after the first motion
     :return: The time (s) from the release to the end of each link: the third sample of the fall,
         the goal, the first command to move, the first pose that has moved, and the first transform
         (`plots.LINKS`); None where the brick did not fall or the robot did not move.
     """
-    heights = np.array([z for _, _, z in events.brick])
+    bricks = record.frames[BRICK].heard(begin, end)
+    heights = [sample.pose.position[2] for _, sample in bricks]
     falls = np.flatnonzero(np.diff(heights) < 0.0)
-    if not len(falls) or falls[0] + 2 >= len(heights):
+    if not falls.size or falls[0] + 2 >= len(bricks):
         return None
     # A release falls on a step: the last position before the first that is lower.
-    release = events.brick[falls[0]][1]
+    release = bricks[falls[0]][1].stamp
+    goals = (goal.published for goal in record.heard('goal_pose', release, end))
+    moving = (heard.published for heard in record.heard('cmd_vel', release, end)
+              if heard.message.linear.x or heard.message.linear.y)
     ends = {
-        'seen': events.brick[falls[0] + 2][0],
-        'decided': next((then for then in events.goals if then >= release), None),
-        'commanded': next((then for then, speed in events.commands
-                           if then >= release and speed > 0.0), None),
-        'moved': first_motion(events.poses, release),
-        'known': first_motion(events.transforms, release)}
+        'seen': bricks[falls[0] + 2][0],
+        'decided': next(goals, None),
+        'commanded': next(moving, None),
+        'moved': first_motion((heard.published, (heard.message.x, heard.message.y))
+                              for heard in record.heard('pose', release, end)),
+        'known': first_motion((published, sample.pose.position[:2]) for published, sample
+                              in record.frames[BASE_LINK].heard(release, end))}
     if None in ends.values():
         return None
-    return {link: (end - release) * NANO for link, end in ends.items() if end is not None}
+    return {link: (instant - release) * NANO for link, instant in ends.items()}
 
 
-def first_motion(places: Sequence[tuple[int, float, float]], since: int) -> int | None:
-    """Return when (ns) the first place was published that differs from the one before."""
-    for (_, x_before, y_before), (published, x, y) in zip(places, places[1:]):
-        if published >= since and hypot(x - x_before, y - y_before) > MOVED:
+def first_motion(places: Iterable[tuple[int, Any]]) -> int | None:
+    """Return when (ns) the first place was published that differs from where the robot was."""
+    start = None
+    for published, place in places:
+        start = place if start is None else start
+        if dist(place, start) > MOVED:
             return published
     return None
-
-
-def events(record: Record, begin: int, end: int) -> Events:
-    """Return what was heard in a stretch of time (ns)."""
-    return Events(
-        brick=[(published, sample.stamp, sample.pose.position[2])
-               for published, sample in record.frames[BRICK].heard(begin, end)],
-        goals=[heard.published for heard in record.heard('goal_pose', begin, end)],
-        commands=[(heard.published, hypot(heard.message.linear.x, heard.message.linear.y))
-                  for heard in record.heard('cmd_vel', begin, end)],
-        poses=[(heard.published, heard.message.x, heard.message.y)
-               for heard in record.heard('pose', begin, end)],
-        transforms=[(published, *sample.pose.position[:2])
-                    for published, sample in record.frames[BASE_LINK].heard(begin, end)])
 
 
 # ------------------------------------------------------------------------------ what is measured
@@ -185,28 +149,26 @@ class Usage:
 
     def __init__(self, nodes: dict[str, psutil.Process]) -> None:
         """Begin."""
-        self._nodes = nodes
+        self._processes = {'benchmark': psutil.Process(), **nodes}
         self._before = self._now()
 
     def _now(self) -> dict[str, float]:
         """Return the time (s) since any fixed instant that each has had of the processors."""
-        own = psutil.Process().cpu_times()
         spent = psutil.cpu_times()
         # What is not idle works: a tickless Linux sees programs that wake up with its timers
-        # always or never, but books idle time as it is.
+        # always or never, but books idle time as it is. The host of a virtual machine steals.
         busy = (psutil.cpu_count() * monotonic() - spent.idle - getattr(spent, 'iowait', 0.0)
                 - getattr(spent, 'steal', 0.0))
-        return {'': monotonic(), 'all': busy, 'host': getattr(spent, 'steal', 0.0),
-                'benchmark': own.user + own.system,
-                **{name: sum(node.cpu_times()[:2]) for name, node in self._nodes.items()}}
+        return {'': monotonic(), 'all': busy,
+                **{name: sum(process.cpu_times()[:2])
+                   for name, process in self._processes.items()}}
 
     def cores(self) -> dict[str, float]:
         """Return how many cores each has used; 'others' are all programs but these."""
         used = {name: then - self._before[name] for name, then in self._now().items()}
         seconds = used.pop('')
         cores = {name: time / seconds for name, time in used.items()}
-        ours = sum(cores[name] for name in ('benchmark', *self._nodes))
-        cores['others'] = max(cores.pop('all') - ours, 0.0)
+        cores['others'] = max(cores.pop('all') - sum(cores[name] for name in self._processes), 0.0)
         return cores
 
 
@@ -214,17 +176,11 @@ class Benchmark:
     """The measurements, one after another."""
 
     def __init__(self, options: argparse.Namespace, parameters: Parameters) -> None:
-        """
-        Measure nothing yet.
-
-        :param options: of the command line
-        :param parameters: the physical numbers
-        """
+        """Measure nothing yet, but know the command line and the physical numbers."""
         self.seconds: float = options.seconds
         self.drops: int = options.drops
         self.parameters = parameters
         self.random = Random(1)
-        self.outcomes: Counter[str] = Counter()
 
     @contextmanager
     def observing(self) -> Iterator[Hands]:
@@ -255,27 +211,19 @@ class Benchmark:
 
             window('idle', lambda: sleep(self.seconds))
             with self.observing() as hands:
-                window('catching', lambda: self.catch(hands))
-                found['memory'] = {name: node.memory_info().rss for name, node in nodes.items()}
+                drops = window('catching', lambda: [self.throw(hands) for _ in range(self.drops)])
                 found['intervals'] = window('idle, listening', lambda: self.listen(hands))
-                loops = [Process([sys.executable, '-c', 'while True: pass'])
-                         for _ in range(BUSY_LOOPS)]
-                try:
+                with Process(BUSY_LOOP), Process(BUSY_LOOP):
                     found['intervals beside loops'] = window(
                         'beside two busy loops, listening', lambda: self.listen(hands))
-                finally:
-                    for loop in loops:
-                        loop.kill()
-                found['latency'] = window(
-                    f'{self.drops} drops', lambda: self.measure_latency(hands))
-        found['outcomes'] = self.outcomes
+                chains = [chain(hands.record, drop.begin - LEAD, drop.end) for drop in drops]
+        found['latency'] = [links for links in chains if links is not None]
+        if not found['latency']:
+            raise RuntimeError('no drop was heard from its release to the first motion')
+        found['outcomes'] = Counter(
+            'caught' if drop.caught else 'refused' if drop.refusals else 'missed'
+            for drop in drops)
         return found
-
-    def catch(self, hands: Hands) -> None:
-        """Drop one brick after another over a window."""
-        end = monotonic() + self.seconds
-        while monotonic() < end:
-            self.throw(hands)
 
     def throw(self, hands: Hands) -> DropWatch:
         """
@@ -293,11 +241,10 @@ class Benchmark:
         drop = hands.drop(place)
         assert drop.ask is not None
         drop.ask.check()
-        self.outcomes['caught' if drop.caught else 'refused' if drop.refusals else 'missed'] += 1
         return drop
 
     def listen(self, hands: Hands) -> dict[str, Any]:
-        """Return all intervals (s) over a window, and the drift of the physics."""
+        """Return all intervals (s) over a window, and what became of the steps of the physics."""
         begin = time_ns()
         hands.graph.spin_for(self.seconds)
         hands.observer.update()
@@ -308,22 +255,9 @@ class Benchmark:
             # Several steps may come in one message.
             instants[label] = sorted({then for then, _ in record.frames[frame].heard(begin)})
         steps = record.frames[BRICK].heard(begin)
-        return {'steps': len(steps),
-                'drift': drift([sample.stamp for _, sample in steps],
-                               [published for published, _ in steps], STEP),
+        return {'steps': len(steps), 'lost': lost_steps([sample.stamp for _, sample in steps]),
+                'late': max(then - sample.stamp for then, sample in steps) * NANO,
                 **{label: np.diff(published) * NANO for label, published in instants.items()}}
-
-    def measure_latency(self, hands: Hands) -> list[dict[str, float]]:
-        """Return the chain of each of some drops."""
-        chains = []
-        for _ in range(self.drops):
-            drop = self.throw(hands)
-            links = chain(events(hands.record, drop.begin - LEAD, drop.end))
-            if links is not None:
-                chains.append(links)
-        if not chains:
-            raise RuntimeError('no drop was heard from its release to the first motion')
-        return chains
 
 
 def programs(launch: psutil.Process) -> dict[str, psutil.Process]:
@@ -338,7 +272,7 @@ def programs(launch: psutil.Process) -> dict[str, psutil.Process]:
     return found
 
 
-# ----------------------------------------------------------------------------- what is reported
+# -------------------------------------------------------------------------------- how it reports
 
 def machine() -> str:
     """Say what the numbers were measured on and with."""
@@ -357,19 +291,17 @@ def report(found: dict[str, Any], seconds: float) -> str:
     :param seconds: the length of a window
     :return: The text for the terminal.
     """
-    idle, catching, memory = found['idle'], found['catching'], found['memory']
+    idle, catching = found['idle'], found['catching']
     others = max(idle['others'], catching['others'])
     lines = [
         f'{seconds:g} s per window; other programs used {others:.2f} cores at most' + (
-            ': TOO MUCH for numbers that are worth something' if others > OTHERS else ''),
-        f'the host of this virtual machine kept {max(idle["host"], catching["host"]):.3f} cores '
-        'for itself', '',
-        'processor time, % of a core      idle  catching    memory']
+            ': TOO MUCH for numbers that are worth something' if others > OTHERS else ''), '',
+        'processor time, % of a core      idle  catching']
     for title, names in (*((name, (name,)) for name in NODES),
                          ('the three of ours', OURS), ('all five', NODES)):
-        lines.append(f'  {title:26}{sum(100.0 * idle[name] for name in names):9.1f}'
-                     f'{sum(100.0 * catching[name] for name in names):10.1f}'
-                     f'{sum(memory[name] for name in names) / 2 ** 20:7.0f} MB')
+        lines.append(f'  {title:26}' + ''.join(
+            f'{sum(100.0 * cores[name] for name in names):{width}.1f}'
+            for cores, width in ((idle, 9), (catching, 10))))
     lines += ['', 'intervals, ms        nominal     mean      p01      p50      p99      max'
               '   beside two busy loops: p99      max']
     quiet, busy = found['intervals'], found['intervals beside loops']
@@ -380,10 +312,9 @@ def report(found: dict[str, Any], seconds: float) -> str:
             f'  {topic:18}{nominal:8.1f}{1e3 * np.mean(quiet[topic]):9.3f}{p01:9.3f}{p50:9.3f}'
             f'{p99:9.3f}{1e3 * max(quiet[topic]):9.2f}'
             f'{1e3 * np.percentile(busy[topic], 99):29.3f}{1e3 * max(busy[topic]):9.2f}')
-    (lost, latest), (lost_busy, latest_busy) = quiet['drift'], busy['drift']
-    lines.append(f'  drift of the physics: {lost} steps of {quiet["steps"]:,} (published at most '
-                 f'{1e3 * latest:.1f} ms late), beside two busy loops {lost_busy} of '
-                 f'{busy["steps"]:,} ({1e3 * latest_busy:.1f} ms)')
+    lines.append('  lost steps of the physics: ' + ', beside two busy loops '.join(
+        f'{one["lost"]} of {one["steps"]:,} (published at most {1e3 * one["late"]:.1f} ms late)'
+        for one in (quiet, busy)))
     lines += ['', f'latency from the release, ms ({len(found["latency"])} drops)     p50      p01'
               '      p99']
     for link, words in (('decided', 'decision (goal published)'),
@@ -398,16 +329,16 @@ def report(found: dict[str, Any], seconds: float) -> str:
     return '\n'.join(lines)
 
 
-def parse(args: Sequence[str] | None) -> argparse.Namespace:
-    """Read the command line; what is wrong with it ends the process with a sentence."""
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the benchmark; return its exit status."""
     first, rest = __doc__.strip().split('\n\n', 1)
     parser = argparse.ArgumentParser(
         prog='benchmark', description=first.partition(': ')[2].capitalize(), epilog=rest,
         formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--seconds', type=float, default=60.0, metavar='T',
-                        help='length of each window (s, default: 60); there are four')
+                        help='length of a window (s, default: 60); there are three, and the drops')
     parser.add_argument('--drops', type=int, default=20, metavar='N',
-                        help='drops for the latency (default: 20)')
+                        help='how many bricks are dropped (default: 20)')
     parser.add_argument('--output', type=Path, default=Path('.'), metavar='DIR',
                         help='where latency.png goes (default: here)')
     options = parser.parse_args(args)
@@ -417,12 +348,6 @@ def parse(args: Sequence[str] | None) -> argparse.Namespace:
         parser.error(f'--drops {options.drops}: at least 1')
     if options.output.exists() and not options.output.is_dir():
         parser.error(f'--output {options.output}: this is not a directory')
-    return options
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Run the benchmark; return its exit status."""
-    options = parse(args)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
