@@ -127,7 +127,8 @@ class Arena(Node):
         return response
 
     def on_drop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Let the brick fall from the next step on, or say why it can't."""
+        """Let the brick fall from the first step after this call on, or say why it can't."""
+        self.on_timer()  # What is due already shows the brick as it was before.
         try:
             self.world.release()
         except ValueError as error:

@@ -21,7 +21,7 @@ g sin(angle) over each step.
 
 The brick is a box; its location is its center, and it touches something with its bottom, half its
 height below. It is inclined like the platform at all times, or as the platform was seen last; it
-is flat on the ground, and where no platform was ever seen.
+is flat only where no platform was ever seen.
 """
 
 from __future__ import annotations
@@ -142,6 +142,7 @@ class World:
         """Update the brick's location by having it fall in gravity for one timestep."""
         if self._phase in (Phase.HOVERING, Phase.FLOATING):
             self.release()
+            self._steps_fallen = 0
         if self._phase is Phase.FALLING:
             self._fall()
 
@@ -189,7 +190,7 @@ class World:
         platform while the brick is on it.
         """
         platform = self._last_platform
-        if platform is None or self._phase is Phase.GROUNDED:
+        if platform is None:
             return from_yaw(self._yaw)
         return multiply(platform.pose.orientation, from_yaw(self._yaw - platform.hinge_yaw))
 
@@ -205,14 +206,9 @@ class World:
         u, v = self._place
         return Pose((u, v, self._height_on_platform), from_yaw(self._relative_yaw))
 
-    @property
-    def fall_time(self) -> float:
-        """Time (s) that the present fall has taken so far, or the last one took."""
-        return self._steps_fallen * self._dt
-
     def release(self) -> None:
         """
-        Let the brick go: from the next step on it falls.
+        Let the brick go: at the next step, which shows it still at its place, its fall begins.
 
         :raises ValueError: it is neither hovering nor floating; the text says what it does instead
         """
@@ -223,7 +219,7 @@ class World:
             raise ValueError(f'the brick is {self._phase.value}{advice}')
         self._phase = Phase.FALLING
         self._release_height = self._brick[2]
-        self._steps_fallen = 0
+        self._steps_fallen = -1
 
     def step(self) -> None:
         """Advance by one timestep: a falling brick drops, one on the platform rides with it."""

@@ -21,7 +21,10 @@ Publishes, each 100 times per second, whether the robot moves or not:
     cmd_vel (geometry_msgs/Twist): velocity in the robot's own frame (m/s); zero at rest, without
         a goal and before the first pose of the turtle
     odom (nav_msgs/Odometry): pose of base_link in odom, twist as commanded; from the first pose on
-    joint_states (sensor_msgs/JointState): stem_joint, wheel_joint, platform_joint (rad)
+    joint_states (sensor_msgs/JointState): stem_joint, wheel_joint, platform_joint: positions (rad)
+        and velocities (rad/s). At rest the stem turns to the direction of a command as soon as
+        that is published, in motion it points along the motion; the wheel turns at forward speed /
+        wheel_radius; stem and platform are in their new positions at once
 
 Broadcasts:
     odom -> base_link, 100 times per second, equal to the odometry; base_link is on the ground
@@ -201,12 +204,15 @@ class TurtleRobot(Node):
     def cycle(self) -> None:
         """Publish a command, the joints' positions and where the robot is."""
         stamp = self.get_clock().now().to_msg()
-        self.twist.linear.x, self.twist.linear.y = self.driver.command(monotonic())
+        velocity = self.driver.command(monotonic())
+        self.twist.linear.x, self.twist.linear.y = velocity
         self.cmd_vel_publisher.publish(self.twist)
+        self.odometer.steer(velocity)
 
         self.joints.header.stamp = stamp
         self.joints.position = [
             self.odometer.stem_angle, self.odometer.wheel_angle, self.tilt_angle]
+        self.joints.velocity = [0.0, self.odometer.wheel_velocity, 0.0]
         self.joint_publisher.publish(self.joints)
 
         if self.odometer.pose is None:

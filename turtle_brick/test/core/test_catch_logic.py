@@ -310,7 +310,7 @@ def test_brick_that_is_dropped_anew_at_any_stage(state):
 def test_clock_that_is_set_back_at_any_stage(state):
     """The catcher starts afresh, waiting and level, and catches the next as ever."""
     stage = stage_in(state)
-    stage.now -= seconds(0.01 if state is State.CARRYING else 50.0)
+    stage.now -= seconds(0.02 if state is State.CARRYING else 50.0)
     stage.decide()
     assert (stage.catcher.progress, stage.catcher.decision) == (Progress(), None)
     assert stage.actions[-1] == (stage.now, TiltOrder(0.0))

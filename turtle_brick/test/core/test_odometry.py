@@ -52,6 +52,7 @@ def test_wheel_rolls_without_slipping(direction, speed, theta):
     ride = Ride(theta=theta)
     rolled = ride.drive((speed * cos(direction), speed * sin(direction)), 30)
     assert rolled == pytest.approx(30 * TICK * speed, rel=0.01)
+    assert ride.odometer.wheel_velocity * RADIUS == pytest.approx(speed, rel=0.01)
     stem = ride.odometer.stem_angle
     assert isclose(cos(stem - direction), 1.0, abs_tol=1e-5)
     assert -pi <= stem < pi
@@ -63,7 +64,24 @@ def test_stem_keeps_its_direction_at_rest():
     ride.drive((0.0, 1.0), 10)
     stem = ride.odometer.stem_angle
     assert ride.drive((0.0, 0.0), 50) == 0.0
+    ride.odometer.steer((0.0, 0.0))
     assert ride.odometer.stem_angle == stem == pytest.approx(pi / 2.0, abs=1e-4)
+    assert ride.odometer.wheel_velocity == 0.0
+
+
+@law(40)
+@given(direction=angles, theta=angles)
+def test_stem_points_before_the_robot_moves(direction, theta):
+    """At rest it obeys the command, also against a wall; in motion it points along the motion."""
+    ride = Ride(theta=theta)
+    command = (cos(direction), sin(direction))
+    ride.odometer.steer(command)
+    assert isclose(cos(ride.odometer.stem_angle - direction), 1.0, abs_tol=1e-12)
+    assert -pi <= ride.odometer.stem_angle < pi
+    ride.drive(command, 2)
+    moving = ride.odometer.stem_angle
+    ride.odometer.steer((-command[0], -command[1]))
+    assert ride.odometer.stem_angle == moving
 
 
 @pytest.mark.parametrize('direction', [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
@@ -73,6 +91,7 @@ def test_wheel_stands_at_a_wall(direction):
     ride.drive((10.0 * direction[0], 10.0 * direction[1]), 60)
     assert ride.drive((3.0 * direction[0], 3.0 * direction[1]), 60) == 0.0
     assert ride.turtle.pose.linear_velocity == 3.0
+    assert ride.odometer.wheel_velocity == 0.0
 
 
 def test_wheel_rolls_along_a_wall():
@@ -80,6 +99,20 @@ def test_wheel_rolls_along_a_wall():
     ride = Ride(x=11.0)
     ride.drive((3.0, 0.0), 20)
     assert ride.drive((3.0, 1.0), 30) == pytest.approx(30 * TICK, rel=0.01)
+    assert ride.odometer.wheel_velocity == pytest.approx(1.0 / RADIUS, rel=0.01)
+
+
+def test_lost_poses_turn_the_wheel_no_faster():
+    """Only how far it has turned makes up for them."""
+    ride = Ride()
+    ride.drive((2.0, 0.0), 5)
+    for _ in range(4):
+        ride.turtle.command(2.0, 0.0, 0.0)
+        ride.now += TICK
+        ride.turtle.tick(ride.now)
+    rolled = ride.drive((2.0, 0.0), 1)
+    assert rolled == pytest.approx(5 * TICK * 2.0, rel=0.01)
+    assert ride.odometer.wheel_velocity == pytest.approx(2.0 / RADIUS)
 
 
 @law(50)

@@ -160,19 +160,19 @@ def test_tree_is_the_one_of_the_assignment(robot):
         # Adornments.
         'eyes_joint': ('fixed', 'base_link', 'eyes', None),
         'pupils_joint': ('fixed', 'base_link', 'pupils', None),
-        'lamp_joint': ('fixed', 'stem', 'lamp', None),
-        'rim_joint': ('fixed', 'wheel', 'rim', None),
+        'fork_joint': ('fixed', 'stem', 'fork', None),
         'spokes_joint': ('fixed', 'wheel', 'spokes', None),
-        'mark_joint': ('fixed', 'wheel', 'mark', None),
     }
     assert set(robot.links) == {'base_link'} | {child for _, _, child, _ in tree.values()}
 
 
 def test_links_are_the_shapes_of_the_assignment(robot):
-    shapes = {link: next(robot.shapes(link))[0] for link in (
+    """A link that the assignment names has the one shape that it names."""
+    tags = {link: [geometry.tag for geometry, _ in robot.shapes(link)] for link in (
         'base_link', 'stem', 'wheel', 'post', 'platform')}
-    assert [shape.tag for shape in shapes.values()] == ['box'] + 4 * ['cylinder']
-    assert len(set(numbers(shapes['base_link'], 'size'))) == 1, 'a cube'
+    assert list(tags.values()) == [['box']] + 4 * [['cylinder']]
+    ((cube, _),) = robot.shapes('base_link')
+    assert len(set(numbers(cube, 'size'))) == 1, 'a cube'
 
 
 def test_what_is_seen_is_solid_and_no_shape_is_empty(robot):
@@ -223,8 +223,7 @@ def test_geometry_follows_from_the_parameters(tmp_path_factory, wheel, proportio
     for turn in (0.0, 0.4, 2.0):
         angles = {'stem_joint': turn, 'wheel_joint': 2.7 * turn}
         assert robot.extent('wheel', down, **angles) == pytest.approx(0, abs=1e-9)
-        for adornment in ('rim', 'spokes', 'mark'):
-            assert robot.extent(adornment, down, **angles) < 0, 'above the ground'
+        assert robot.extent('spokes', down, **angles) < 0, 'above the ground'
     assert robot.pose('wheel')[:3, 3] == pytest.approx((0, 0, wheel))
     wheel_top = robot.extent('wheel', up)
     assert wheel_top == pytest.approx(2 * wheel)
@@ -241,15 +240,16 @@ def test_geometry_follows_from_the_parameters(tmp_path_factory, wheel, proportio
     # Nearest when its rim points down.
     for angle in (math.atan2(radius, thickness), *np.linspace(-math.pi, math.pi, 13)):
         assert -robot.extent('platform', down, platform_joint=angle) > cube_top
-    assert wheel_top < -robot.extent('lamp', down) < robot.extent('lamp', up) < cube_bottom
+    assert robot.extent('fork', up) < cube_bottom
     assert max(robot.extent('eyes', up), robot.extent('pupils', up)) < cube_top
     # The post stands on the cube, the stem hangs from it, the fork holds the axle.
     assert -robot.extent('post', down) == pytest.approx(cube_top, abs=1e-9)
     assert robot.extent('stem', up) == pytest.approx(cube_bottom, abs=1e-9)
-    assert 0 < -robot.extent('stem', down) < wheel
+    assert wheel_top < -robot.extent('stem', down)
+    assert 0 < -robot.extent('fork', down) < wheel
     # Under the fork's crown and between its blades the wheel turns freely.
-    widest = max(robot.extent(link, left) for link in ('wheel', 'rim', 'spokes', 'mark'))
-    for geometry, origin in robot.shapes('stem'):
+    widest = max(robot.extent(link, left) for link in ('wheel', 'spokes'))
+    for geometry, origin in (*robot.shapes('stem'), *robot.shapes('fork')):
         pose = robot.pose('stem') @ origin
         above = -reach(geometry, pose, down) - wheel_top
         beside = [-reach(geometry, pose, (0, side, 0)) - widest for side in (-1, 1)]

@@ -15,8 +15,9 @@
 """
 Odometry of a robot on one wheel, from the poses of turtlesim's turtle; frames as in REP 105.
 
-The wheel rolls without slipping (path = radius * angle) along the path that the turtle really
-travels: not while a wall stops it, and not when it is teleported.
+The wheel rolls without slipping: it turns by path / radius, at speed / radius. The path is the one
+that the turtle really travels, rather than the integral of the speed, because that is exact where
+a wall stops the turtle and where poses are lost; a teleport is no path.
 """
 
 from math import atan2, hypot, pi
@@ -40,8 +41,10 @@ class Odometer:
         """Pose of base_link in the odom frame."""
         self.wheel_angle = 0.0
         """How far the wheel has rolled forward (rad), whole turns included."""
+        self.wheel_velocity = 0.0
+        """How fast the wheel rolls (rad/s)."""
         self.stem_angle = 0.0
-        """Direction of the last motion relative to base_link (rad), in [-pi, pi)."""
+        """Direction of the last motion, or of a command at rest, in base_link (rad)."""
         self._last: TurtlePose | None = None
         self._last_time = 0.0
         self._world_to_odom = Pose2D(0.0, 0.0, 0.0)
@@ -58,8 +61,14 @@ class Odometer:
         self.pose = self._world_to_odom.compose(here)
         self._last, self._last_time = pose, now
 
+    def steer(self, velocity: tuple[float, float]) -> None:
+        """Turn the stem of a robot at rest to where a commanded velocity (m/s) in base_link goes."""
+        if self.wheel_velocity == 0.0 and velocity != (0.0, 0.0):
+            self.stem_angle = wrapped(atan2(velocity[1], velocity[0]))
+
     def _roll(self, last: TurtlePose, now: float, pose: TurtlePose) -> None:
         """Turn wheel and stem by the motion since the last pose, unless it was a jump."""
+        self.wheel_velocity = 0.0
         dx, dy = pose.x - last.x, pose.y - last.y
         path = hypot(dx, dy)
         # A pose comes with the speed that led to it. What is farther than that speed allows, over
@@ -68,5 +77,11 @@ class Odometer:
         if path <= RESOLUTION or path > ticks * TICK * pose.linear_velocity + RESOLUTION:
             return
         self.wheel_angle += path / self.wheel_radius
-        angle = atan2(dy, dx) - pose.theta
-        self.stem_angle = (angle + pi) % (2.0 * pi) - pi
+        # Over several ticks the path is longer than TICK tells; at a wall it is shorter.
+        self.wheel_velocity = min(path / TICK, pose.linear_velocity) / self.wheel_radius
+        self.stem_angle = wrapped(atan2(dy, dx) - pose.theta)
+
+
+def wrapped(angle: float) -> float:
+    """Return an angle (rad) in [-pi, pi)."""
+    return (angle + pi) % (2.0 * pi) - pi

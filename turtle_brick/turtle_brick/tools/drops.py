@@ -225,9 +225,7 @@ def trace(parameters: Parameters, drop: Drop) -> Trace:
     simulation.on_physics = look
     result = simulation.drop(drop.result.brick)
     simulation.rest(0.3)
-    # The release is the step before the first one of the fall.
-    first = next(at for at, sample in enumerate(samples) if sample.phase is Phase.FALLING)
-    release = samples[first - 1].time
+    release = next(sample.time for sample in samples if sample.phase is Phase.FALLING)
     return Trace([sample._replace(time=sample.time - release) for sample in samples],
                  [(time - release, speed) for time, speed in driver.commands],
                  result.decision_time)

@@ -169,7 +169,7 @@ class Simulation:
         world.brick = brick
         self.rest(0.1)
         world.release()
-        released = self._physics_at - STEP
+        released = self._physics_at
         robot = (self.turtle.pose.x, self.turtle.pose.y)
         decisions = len(self.decisions)
         decided = inf
