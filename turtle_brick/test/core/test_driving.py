@@ -21,7 +21,7 @@ published every 10 ms; both jitter, and messages take some time.
 from collections import deque
 from dataclasses import replace
 from itertools import pairwise
-from math import cos, exp, hypot, inf, log, pi, sin
+from math import cos, exp, hypot, inf, log, nan, pi, sin
 from random import Random
 
 from hypothesis import assume, given
@@ -34,6 +34,7 @@ from turtle_brick.core.parameters import load
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, TICK, Turtle, TurtlePose
 from turtle_brick.tools.simulation import Delays, Simulation, TICK_PERIOD
 
+PARAMETERS = load()
 RADIUS = 0.5
 # The longest time from publishing a command to the tick that takes it.
 QUEUE = 0.077
@@ -44,7 +45,7 @@ class Bench(Simulation):
 
     def __init__(self, speed, start=(5.5, 5.5, 0.0), seed=0, jitter=True, driver=None):
         delays = Delays(tick_jitter=0.002, robot_jitter=0.0003) if jitter else Delays()
-        super().__init__(replace(load(), max_velocity=speed), seed, delays, start)
+        super().__init__(replace(PARAMETERS, max_velocity=speed), seed, delays, start)
         self._physics_at = self._catcher_at = inf
         self.driver = driver or self.driver
         self.speed = speed
@@ -131,7 +132,7 @@ seeds = st.integers(0, 2 ** 32)
 
 
 @st.composite
-def drives(draw, longest=3.0, jitter=True):
+def drives(draw, longest=1.5, jitter=True):
     """Draw a robot at rest and a goal that is at most so many seconds away."""
     speed = draw(speeds)
     x, y = draw(places)
@@ -144,7 +145,7 @@ def drives(draw, longest=3.0, jitter=True):
 
 # --------------------------------------------------------------------------------- the closed loop
 
-@law(60)
+@law(24)
 @given(data=st.data(), jitter=st.booleans())
 def test_arrives_in_time_without_overshoot_and_rests(data, jitter):
     """Straight; with ticks that jitter by 2 ms and commands that jitter by 0.3 ms, or without."""
@@ -167,7 +168,7 @@ def test_arrives_in_time_without_overshoot_and_rests(data, jitter):
     bench.assert_rests(goal, 0.0)
 
 
-@law(40)
+@law(12)
 @given(drive=drives(1.5), second=places, part=st.floats(0.0, 1.2))
 def test_goal_may_change_at_any_time(drive, second, part):
     """It first obeys what is in the queue, then drives to the new goal as to any other."""
@@ -179,15 +180,7 @@ def test_goal_may_change_at_any_time(drive, second, part):
     bench.assert_arrives(second, QUEUE + PERIOD)
 
 
-@law(25)
-@given(speed=speeds, seed=seeds, away=st.floats(0.0, 4e-4), angle=headings)
-def test_goal_where_it_stands_moves_nothing(speed, seed, away, angle):
-    bench = Bench(speed, seed=seed)
-    bench.send((5.5 + away * cos(angle), 5.5 + away * sin(angle)))
-    bench.assert_rests((5.5, 5.5), 0.0)
-
-
-@law(30)
+@law(10)
 @given(drive=drives(), theta=headings, part=st.floats(0.0, 1.0), place=places)
 def test_teleported_turtle_drives_straight_to_its_goal(drive, theta, part, place):
     """From wherever it was put with whatever heading, once its queue has been obeyed."""
@@ -204,19 +197,24 @@ def test_teleported_turtle_drives_straight_to_its_goal(drive, theta, part, place
 
 # --------------------------------------------------------------------------------- what goes wrong
 
-def test_stands_still_without_a_goal_and_without_a_pose():
-    driver = Driver(3.0)
+def test_stands_still_without_a_goal_and_without_a_recent_pose():
+    driver, pose = Driver(3.0), TurtlePose(5.0, 5.0, 0.0, 0.0, 0.0)
     assert driver.pose is None
-    assert driver.command(0.0) == (0.0, 0.0)
     driver.drive_to(1.0, 1.0)
-    assert driver.command(PERIOD) == (0.0, 0.0)
+    assert driver.command(0.0) == (0.0, 0.0)
     assert not driver.arrived
-    bench = Bench(3.0)
-    assert bench.driver.goal is None
-    assert {command for _, command in bench.commands} == {(0.0, 0.0)}
+    driver.observe(1.0, pose)
+    assert driver.command(1.0 + STALE) != (0.0, 0.0)
+    assert driver.command(1.001 + STALE) == (0.0, 0.0)
+    driver = Driver(3.0)
+    driver.observe(1.0, pose)
+    assert driver.command(1.0) == (0.0, 0.0)
+    with pytest.raises(ValueError, match='is not finite'):
+        driver.drive_to(5.0, nan)
+    assert driver.goal is None
 
 
-@law(30)
+@law(10)
 @given(drive=drives(1.0), restart=places, again=headings, after=st.floats(0.0, 0.4),
        away=st.floats(0.3, 1.5))
 def test_stands_while_the_pose_is_stale_and_goes_on_with_a_new_turtlesim(
@@ -244,15 +242,7 @@ def test_stops_at_its_goal_and_stays_until_it_is_farther_away(away, arrived):
     assert driver.arrived is arrived
 
 
-def test_pose_becomes_stale_after_so_long():
-    path = CommandPath()
-    assert path.is_stale(0.0)
-    path.observe(1.0, TurtlePose(5.0, 5.0, 0.0, 0.0, 0.0))
-    assert not path.is_stale(1.0 + STALE)
-    assert path.is_stale(1.001 + STALE)
-
-
-@law(50)
+@law(16)
 @given(drive=drives(1.0), part=st.floats(0.0, 1.0), length=st.floats(0.01, 0.6), own=st.booleans())
 def test_survives_a_stall(drive, part, length, own):
     """
@@ -306,7 +296,7 @@ class Wanderer(CommandPath):
         return velocity
 
 
-@law(30)
+@law(8)
 @given(seed=seeds, theta=headings, hold=st.integers(1, 30), x=st.sampled_from((0.05, 5.5)))
 def test_predicts_the_pose_at_which_a_command_takes_effect(seed, theta, hold, x):
     """Whatever was commanded before, a while of standing still first; walls included."""
@@ -323,7 +313,7 @@ def test_predicts_the_pose_at_which_a_command_takes_effect(seed, theta, hold, x)
     assert compared >= 55
 
 
-@law(50)
+@law(24)
 @given(speed=speeds, radius=st.floats(0.02, 2.0), part=st.floats(0.0, 1.5), angle=headings,
        seed=seeds)
 def test_travel_time_is_what_the_way_takes_at_most(speed, radius, part, angle, seed):
@@ -341,7 +331,7 @@ def test_travel_time_is_what_the_way_takes_at_most(speed, radius, part, angle, s
     assert reached - first <= travel_time(distance, radius, speed) + 0.09 * TICK
 
 
-@law(60)
+@law(30)
 @given(distance=st.floats(0.0, 16.0), more=st.floats(0.0, 5.0), radius=st.floats(0.01, 10.0),
        speed=st.floats(0.01, 10.0))
 def test_travel_time_is_the_way_over_the_speed(distance, more, radius, speed):
