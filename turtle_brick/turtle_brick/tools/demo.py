@@ -16,20 +16,21 @@
 demo: the whole graph in one process, and bricks that are dropped into it.
 
 Without arguments two bricks are placed and dropped, one that can be caught and one that can't.
-What happens is told as it happens, and summed up in the end. The
-status is 0 only if everything went as it should: what was said to be reachable was caught,
-carried to the center and tipped off, and what can be caught in time was not called Unreachable.
+What happens is told as it happens. The status is 0 only if everything went as it should: what was
+said to be reachable was caught, carried to the center and tipped off, and what can be caught in
+time was not called Unreachable.
 """
 
 import argparse
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from math import cos, dist, inf, pi, sin
 import os
 from random import Random
 import sys
-from time import monotonic, time_ns
+from time import monotonic
+from typing import Any
 import webbrowser
 
 from ament_index_python.packages import PackageNotFoundError
@@ -39,8 +40,8 @@ from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.driving import within_arena
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import load, ParameterError, Parameters
-from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guaranteed_distance,
-                                            resting_height, time_needed)
+from turtle_brick.core.reachability import (fall_time, guaranteed_distance, resting_height,
+                                            time_needed)
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.ros.node_main import spare_collector
@@ -63,9 +64,6 @@ where the first announcement is lost, until the next one, which comes every 3 s.
 BROWSER_TIME = 8.0
 """How long (s) a browser may take to show the page before the first brick is placed."""
 
-SQUARE = 2.0
-"""Side (m) of the square that is driven to warm up."""
-
 HOVERING_TIME = 1.0
 """How long (s) a brick hovers before it is dropped, for people to see it."""
 
@@ -76,17 +74,13 @@ ROBOT_TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom')
 """What nobody publishes but a robot and its turtlesim."""
 
 
-# ----------------------------------------------------------------------------------- the domain
+# ---------------------------------------------------------------------------------- its domain
 
 class CompanyError(DomainError):
     """Another robot is in the domain."""
 
     def __init__(self, doing: str) -> None:
-        """
-        Say so.
-
-        :param doing: what it does
-        """
+        """Say so, and what it does."""
         super().__init__(
             f'another robot is in ROS domain {os.environ.get("ROS_DOMAIN_ID") or 0} (somebody '
             f'{doing}): end it, or choose another ROS_DOMAIN_ID')
@@ -132,18 +126,13 @@ def look_out(graph: Graph) -> None:
     graph.remove(lookout)
 
 
-# ----------------------------------------------------------------------------------- the bricks
+# ------------------------------------------------------------------------------- what is dropped
 
 class Outcome:
     """What becomes of a brick, against what physics says; lengths in m, times in s."""
 
     def __init__(self, watch: DropWatch, parameters: Parameters) -> None:
-        """
-        Compare.
-
-        :param watch: what is seen
-        :param parameters: the physical numbers
-        """
+        """Compare what is seen with what follows from the physical numbers."""
         self.watch = watch
         self.due = fall_time(watch.place[2], parameters)
         """Time of the fall to where the brick would lie on the platform, in closed form."""
@@ -192,31 +181,12 @@ class Outcome:
             ('caught, but not tipped off', watch.caught and watch.floated is None),
             ('tilted away from the center', off_center)) if is_so]
 
-    def row(self) -> str:
-        """Return its row of the summary."""
-        watch = self.watch
-        row = '  ({:5.2f}, {:5.2f}, {:5.2f})'.format(*watch.place)
-        row += f'  {watch.distance:6.2f} m  {self.due:.3f} s  {self.needed:.3f} s  '
-        row += 'Unreachable' if watch.refusals else 'reachable  '
-        if watch.down is not None:
-            row += f'  {"caught" if watch.caught else "ground"}, {watch.fall_time:.3f} s'
-        if watch.carried_to is not None:
-            row += '  ({:.3f}, {:.3f})'.format(*watch.carried_to)
-        if watch.floated is not None:
-            row += f'  in {watch.slide_time:.2f} s'
-        return row + ''.join(f'\n      FAULT: {fault}' for fault in self.faults)
-
 
 class Match(Hands):
     """The graph, and the bricks that are dropped into it."""
 
     def __init__(self, graph: Graph, parameters: Parameters) -> None:
-        """
-        Bring every node up.
-
-        :param graph: an empty graph
-        :param parameters: those that its nodes have
-        """
+        """Bring every node up in an empty graph, whose parameters are given."""
         self.parameters = parameters
         self.start = monotonic()
         graph.add_turtlesim()
@@ -238,7 +208,6 @@ class Match(Hands):
         self.say('turtlesim is up, the turtle at ({:.2f}, {:.2f})'.format(*self.robot_place()))
         self.graph.spin_until(self.sees_everything, START_TIME,
                               'robot, arena and catcher see each other')
-        self.refuse_company()
         self.say('robot, arena and catcher see each other')
 
     def refuse_company(self) -> None:
@@ -251,22 +220,6 @@ class Match(Hands):
         place = self.robot()
         assert place is not None
         return place
-
-    def warm_up(self) -> None:
-        """Drive a square by goal_pose, and tell how often turtlesim says where the turtle is."""
-        begin = time_ns()
-        x, y = CENTER
-        side = SQUARE / 2.0
-        for corner in ((x - side, y - side), (x + side, y - side), (x + side, y + side),
-                       (x - side, y + side), (x - side, y - side), CENTER):
-            self.go(corner)
-            if self.distance_to(corner) > NEAR_CENTER:
-                raise TimeoutError('the robot does not drive to ({:.2f}, {:.2f})'.format(*corner))
-            self.say('driven to ({:.3f}, {:.3f}), there at ({:.3f}, {:.3f})'.format(
-                *corner, *self.robot_place()))
-        poses = self.record.heard('pose', begin)
-        seconds = (poses[-1].published - poses[0].published) * NANO
-        self.say(f'turtle1/pose comes at {(len(poses) - 1) / seconds:.1f} Hz')
 
     def show(self, brick: Vector) -> Outcome:
         """Place a brick, drop it, and tell and return what becomes of it."""
@@ -281,14 +234,16 @@ class Match(Hands):
             for event, sentence in Outcome(watch, self.parameters).story():
                 if event not in told:
                     told.add(event)
-                    self.say(sentence if event != 'landed' else sentence
-                             + ', the robot at ({:.2f}, {:.2f})'.format(*self.robot_place()))
+                    self.say(sentence)
 
         watch = self.drop(brick, tell)
         assert watch.ask is not None
         watch.ask.check()
+        outcome = Outcome(watch, self.parameters)
+        for fault in outcome.faults:
+            self.say(f'FAULT: {fault}')
         self.say('the platform is level, the robot waits')
-        return Outcome(watch, self.parameters)
+        return outcome
 
 
 def random_bricks(match: Match, seed: int, count: int) -> Iterator[Vector]:
@@ -307,7 +262,7 @@ def random_bricks(match: Match, seed: int, count: int) -> Iterator[Vector]:
             limit = guaranteed_distance(z, match.parameters)
             distance, angle = random.uniform(0.2, 1.2) * limit, random.uniform(-pi, pi)
             x, y = robot_x + distance * cos(angle), robot_y + distance * sin(angle)
-            if 0.0 <= x <= ARENA_SIZE and 0.0 <= y <= ARENA_SIZE:
+            if within_arena(x, y) == (x, y):
                 yield (x, y, z)
                 break
 
@@ -328,28 +283,33 @@ def admitted(place: Sequence[float], parameters: Parameters) -> Vector:
         raise ParameterError(str(error).replace('brick_start', '--place')) from None
 
 
-# ---------------------------------------------------------------------------------- the program
+# --------------------------------------------------------------------------------- the program
 
 class Page:
     """The page in the browser: a viewer in a process of its own, whose address is told first."""
 
     def __init__(self, graph: Graph) -> None:
-        """
-        Start the viewer, tell its address, and open a browser if this is a person's terminal.
-
-        :param graph: what to show
-        """
+        """Start the viewer, tell its address, and open a browser on a person's screen."""
         self._graph = graph
         self._url = ''
         self._shown = self._opened = False
         self._viewer = graph.add_process('turtle_brick', 'viewer', listener=self._listen)
-        graph.spin_until(lambda: self._url or not self._viewer.running, START_TIME,
-                         'the viewer starts')
+        self._wait(lambda: self._url, START_TIME, 'the viewer starts')
         if self._url:
             print(f'The page in the browser: {self._url}', flush=True)
             display = os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')
             self._opened = bool(
                 display and sys.stdout.isatty() and webbrowser.open(self._url))
+
+    def await_browser(self) -> None:
+        """Wait some seconds for a browser that was opened to show the page."""
+        if self._opened:
+            with suppress(TimeoutError):
+                self._wait(lambda: self._shown, BROWSER_TIME, 'the browser shows the page')
+
+    def _wait(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
+        """Wait until a condition holds, or the viewer has ended."""
+        self._graph.spin_until(lambda: condition() or not self._viewer.running, timeout, what)
 
     def _listen(self, line: str) -> None:
         """Find the address in what the viewer says, and pass the rest on."""
@@ -361,49 +321,26 @@ class Page:
         else:
             self._shown = True
 
-    def await_browser(self) -> None:
-        """Wait some seconds for a browser that was opened to show the page."""
-        if self._opened:
-            with suppress(TimeoutError):
-                self._graph.spin_until(lambda: self._shown or not self._viewer.running,
-                                       BROWSER_TIME, 'the browser shows the page')
-
-
-def report(outcomes: Sequence[Outcome]) -> None:
-    """Print the summary."""
-    print('\n   brick at            distance   fall     needs    said         came down'
-          '         carried to      tipped off')
-    for outcome in outcomes:
-        print(outcome.row())
-    print("  fall: from the release to the platform's height; needs: at most, from the decision "
-          f'until the\n  platform is below the brick: {COMMAND_LATENCY:.2f} s for the commands, '
-          'then the way at max_velocity')
-    caught = sum(outcome.watch.caught for outcome in outcomes)
-    refused = sum(bool(outcome.watch.refusals) for outcome in outcomes)
-    faults = sum(bool(outcome.faults) for outcome in outcomes)
-    print(f'\n{len(outcomes)} dropped: {caught} caught, {refused} Unreachable, {faults} at fault')
-
 
 def play(match: Match, page: Page | None, options: argparse.Namespace) -> int:
     """Drop the bricks that are asked for; return the exit status."""
     match.await_graph()
     spare_collector()
-    match.warm_up()
     if page is not None:
         page.await_browser()
-    bricks: Iterable[Vector]
+    bricks: Iterable[Vector] = options.place or two_bricks(match.parameters)
     if options.drops:
         bricks = random_bricks(match, options.seed, options.drops)
-    else:
-        bricks = options.place or two_bricks(match.parameters)
     outcomes = []
     for brick in bricks:
         print()
         outcomes.append(match.show(brick))
-    report(outcomes)
-    good = not any(outcome.faults for outcome in outcomes)
-    if not options.drops and not options.place:
-        good = good and outcomes[0].watch.caught and bool(outcomes[1].watch.refusals)
+    caught = [outcome.watch.caught for outcome in outcomes]
+    refused = [bool(outcome.watch.refusals) for outcome in outcomes]
+    faults = sum(bool(outcome.faults) for outcome in outcomes)
+    print(f'\n{len(outcomes)} dropped: {sum(caught)} caught, {sum(refused)} Unreachable, '
+          f'{faults} at fault')
+    as_usual = options.drops or options.place or caught[0] and refused[1]
     if sys.stdin.isatty() and sys.stdout.isatty():
         domain = os.environ.get('ROS_DOMAIN_ID') or '0'
         prefix = '' if domain == '0' else f'ROS_DOMAIN_ID={domain} '
@@ -412,7 +349,7 @@ def play(match: Match, page: Page | None, options: argparse.Namespace) -> int:
               *(f'  {prefix}{command}' for command in commands(
                   '/place', '/drop', match.parameters.brick_start)), '', sep='\n')
         match.graph.spin_until(lambda: False, inf, 'Ctrl-C')
-    return 0 if good else 1
+    return 0 if as_usual and not faults else 1
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -443,11 +380,8 @@ def main(args: Sequence[str] | None = None) -> int:
             return play(Match(graph, parameters), page, options)
     except KeyboardInterrupt:
         return 0
-    except PackageNotFoundError as error:
+    except (DomainError, PackageNotFoundError, ParameterError, TimeoutError, ValueError) as error:
         print(f'demo: {error.args[0]}', file=sys.stderr)
-        return 1
-    except (DomainError, ParameterError, TimeoutError, ValueError) as error:
-        print(f'demo: {error}', file=sys.stderr)
         return 1
 
 
