@@ -52,10 +52,9 @@ def fall(parameters: Parameters) -> list[Moment]:
     """
     world = World.from_parameters(parameters)
     world.platform = platform(parameters, 0.0, world.brick[:2])
-    world.release()
     moments = [Moment(0.0, world.brick)]
-    while world.phase is Phase.FALLING:
-        world.step()
+    while world.phase is not Phase.RIDING:
+        world.drop()
         moments.append(Moment(len(moments) * DT, world.brick))
     return moments
 
