@@ -51,24 +51,11 @@ def written(directory, text):
     return path
 
 
-def numbers(rule):
-    """Return a strategy for the numbers of a rule: floats and integers, the edges among them."""
-    return st.floats(rule.lower, rule.upper) | st.sampled_from((rule.lower, rule.upper)) | (
+def admissible(rule):
+    """Return a strategy for the values that a rule admits: floats and integers, the edges too."""
+    number = st.floats(rule.lower, rule.upper) | st.sampled_from((rule.lower, rule.upper)) | (
         st.integers(math.ceil(rule.lower), math.floor(rule.upper)))
-
-
-def admissible(name):
-    """Return a strategy for the values of one parameter that its own rule admits."""
-    rule = TABLE[name]
-    return numbers(rule) if rule.length == 1 else st.lists(numbers(rule), min_size=3, max_size=3)
-
-
-def inadmissible(rule):
-    """Return a strategy for what a number of a rule cannot be."""
-    return st.one_of(
-        st.floats(max_value=rule.lower, exclude_max=True),
-        st.floats(min_value=rule.upper, exclude_min=True),
-        st.sampled_from((math.nan, 10 ** 400, True, '3', '', None, b'3', 1j, {}, (), [1.0])))
+    return number if rule.length == 1 else st.lists(number, min_size=3, max_size=3)
 
 
 def test_the_file_the_table_and_the_users_have_the_same_names():
@@ -79,8 +66,8 @@ def test_the_file_the_table_and_the_users_have_the_same_names():
     assert set(content['/**']['ros__parameters']) == set(TABLE) == set.union(*names)
 
 
-@law(60)
-@given(st.fixed_dictionaries({name: admissible(name) for name in TABLE}))
+@law(25)
+@given(st.fixed_dictionaries({name: admissible(rule) for name, rule in TABLE.items()}))
 def test_values_in_range_are_kept_unless_the_geometry_forbids(mapping):
     height, radius = mapping['platform_height'], mapping['platform_radius']
     thickness, wheel = mapping['platform_thickness'], mapping['wheel_radius']
@@ -105,23 +92,21 @@ def test_values_in_range_are_kept_unless_the_geometry_forbids(mapping):
             assert {type(number) for number in (kept if vector else [kept])} == {float}
 
 
-@law(120)
-@given(st.sampled_from(sorted(TABLE)), st.integers(0, 2), st.data())
-def test_a_number_that_cannot_be_is_refused_in_one_sentence(name, place, data):
+@pytest.mark.parametrize('name', TABLE)
+def test_a_number_that_cannot_be_is_refused_in_one_sentence(name):
     rule = TABLE[name]
-    value = wrong = data.draw(inadmissible(rule))
-    if rule.length == 3:
-        value = [1.0, 1.0, 1.0]
-        value[place] = wrong
-    sentence = refused({**DEFAULTS, name: value})
-    assert sentence.startswith(f'{name} is {value!r:.80}, but must be ')
-    assert f'from {rule.lower:g} to {rule.upper:g} {rule.unit}' in sentence
-    assert len(sentence) < 170
+    for wrong in (math.nextafter(rule.lower, -math.inf), math.nextafter(rule.upper, math.inf),
+                  math.nan, math.inf, 10 ** 400, True, '3', '', None, 1j, {}, (), [1.0]):
+        values = [wrong] if rule.length == 1 else [[wrong, 1.0, 1.0], [1.0, 1.0, wrong]]
+        for value in values:
+            sentence = refused({**DEFAULTS, name: value})
+            assert sentence.startswith(f'{name} is {value!r:.80}, but must be ')
+            assert f'from {rule.lower:g} to {rule.upper:g} {rule.unit}' in sentence
+            assert len(sentence) < 170
 
 
 @pytest.mark.parametrize('value', [
-    1.0, 'abc', b'abc', None, [], [1.0, 2.0], [1.0, 2.0, 3.0, 4.0], {1: 1, 2: 2, 3: 3},
-    iter([1.0, 1.0, 1.0])])
+    1.0, 'abc', [], [1.0, 2.0], [1.0, 2.0, 3.0, 4.0], {1: 1, 2: 2, 3: 3}])
 def test_a_vector_has_three_numbers(value):
     assert '3 numbers from' in refused({**DEFAULTS, 'brick_start': value})
     assert Parameters.from_mapping({**DEFAULTS, 'brick_start': [1, 2, 3]}) == replace(
@@ -139,7 +124,6 @@ def test_brick_may_start_on_the_ground():
     ({'platform_height': 0.9}, 'platform_height 0.9 m is too low for a platform that turns over '
      'freely: with platform_radius 0.5 m, platform_thickness 0.04 m and wheel_radius 0.2 m it '
      'must be at least 1.1416 m'),
-    ({'wheel_radius': 0.5}, 'platform_height 1.6 m is too low'),
     ({'wheel_radius': 0.02}, 'out of proportion: with wheel_radius 0.02 m it must be from '
      '0.00666667 to 0.4 m'),
     ({'wheel_radius': 3.0}, 'platform_radius 0.5 m is out of proportion'),
@@ -189,12 +173,6 @@ def test_a_fault_in_the_file_is_one_sentence_that_begins_with_it(tmp_path, befor
     assert '\n' not in str(caught.value)
 
 
-@pytest.mark.parametrize('text', ['', '3', '/**: 3', '/**:\n  ros__parameters:'])
-def test_a_file_that_says_nothing_is_refused(tmp_path, text):
-    with pytest.raises(ParameterError, match='there are no parameters under'):
-        load(written(tmp_path, text))
-
-
 def test_somebody_reads_what_he_uses(tmp_path):
     path = written(tmp_path, {'max_velocity': 2, 'wheel_radius': 0.3, 'tilt_angle': 'steep'})
     assert read(path, RobotParameters) == RobotParameters(2.0, 0.3)
@@ -202,23 +180,18 @@ def test_somebody_reads_what_he_uses(tmp_path):
         read(path, CatcherParameters)
 
 
-def test_what_is_not_yaml_is_shown_with_its_place(tmp_path):
+def test_a_file_that_is_no_yaml_or_cannot_be_read_is_refused(tmp_path):
     path = written(tmp_path, '/**:\n  ros__parameters:\n    brick_size: [0.4, 0.2\n    wheel: 1\n')
     with pytest.raises(ParameterError) as caught:
         load(path)
-    first, *rest = str(caught.value).splitlines()
+    first, place, *_ = str(caught.value).splitlines()
     assert first.startswith(f'{path}: this is not YAML: ')
-    assert 'in line 3, column 17:' in rest[0]
-
-
-def test_a_file_that_is_absent_or_unreadable_is_refused(tmp_path):
-    for path in (tmp_path / 'absent.yaml', tmp_path):
-        with pytest.raises(ParameterError, match=f'^{path}: .'):
+    assert 'in line 3, column 17:' in place
+    path.write_bytes(b'\xff\xfe\xfa')
+    for path, words in ((path, 'this is not YAML'), (tmp_path / 'absent.yaml', 'No such file'),
+                        (tmp_path, 'Is a directory')):
+        with pytest.raises(ParameterError, match=f'^{path}: {words}'):
             load(path)
-    binary = tmp_path / 'binary.yaml'
-    binary.write_bytes(b'\xff\xfe\xfa')
-    with pytest.raises(ParameterError, match='this is not YAML'):
-        load(binary)
 
 
 def test_the_file_is_checked_where_the_home_is_sourced(tmp_path, monkeypatch, capsys):
@@ -230,12 +203,12 @@ def test_the_file_is_checked_where_the_home_is_sourced(tmp_path, monkeypatch, ca
     assert said == '' and errors.startswith(f'turtle_brick: {tmp_path}/turtle.yaml: this is not')
 
 
-@pytest.mark.parametrize('module, without', [
-    ('core.parameters', 'rclpy'), ('physics', 'rclpy'), ('physics', 'yaml')])
-def test_physics_needs_no_configuration_and_nothing_here_ros(module, without):
-    code = f"""
+def test_physics_needs_no_configuration_and_nothing_here_ros():
+    code = """
 import sys
-sys.modules['{without}'] = None
-import turtle_brick.{module}
+sys.modules['rclpy'] = sys.modules['yaml'] = None
+import turtle_brick.physics
+del sys.modules['yaml']
+import turtle_brick.core.parameters
 """
     subprocess.run([sys.executable, '-c', code], check=True)

@@ -27,15 +27,13 @@ import json
 from math import hypot, inf, isnan, nan, pi
 from pathlib import Path
 import pickle
+from random import Random
 from statistics import median
 import struct
 from typing import NamedTuple
 
-from hypothesis import given
-from hypothesis import strategies as st
-from laws import law
 import pytest
-from turtle_brick.core.driving import TRANSPORT
+from turtle_brick.core.driving import PERIOD, TRANSPORT
 from turtle_brick.core.reachability import QUEUE_LATENCY
 from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, ARENA_SIZE, COMMAND_TIMEOUT,
                                                     float32, QUEUE_DEPTH, TICK, Turtle, TurtlePose,
@@ -156,10 +154,10 @@ def test_first_tick_only_takes_commands() -> None:
     assert sim.tick(TICK)['turtle1'].linear_velocity == 2.0
 
 
-@law(40)
-@given(st.lists(st.integers(0, 12), min_size=1, max_size=40))
-def test_queue_is_keep_last_seven_and_one_per_tick(arrivals: list[int]) -> None:
+def test_queue_is_keep_last_seven_and_one_per_tick() -> None:
     """However many commands arrive between ticks, what is taken follows the queue's law."""
+    random = Random(1)
+    arrivals = [random.choice((0, 0, 1, 1, 2, 7, 8, 12)) for _ in range(500)]
     turtle, issued, speed = Turtle(), 0, 0
     for tick, count in enumerate(arrivals):
         for number in range(issued, issued + count):
@@ -179,7 +177,7 @@ def test_commands_at_100_hz_wait_for_60_to_76_ms() -> None:
     latencies = []
     for phase in range(80):
         turtle = Turtle()
-        instants = deque(0.01 * number + TICK * phase / 80 for number in range(100))
+        instants = deque(PERIOD * number + TICK * phase / 80 for number in range(100))
         changed = instants[20]
         for tick in range(60):
             while instants[0] <= tick * TICK:
@@ -248,39 +246,22 @@ def test_names_are_counted_and_sorted() -> None:
     assert sim.spawn(6.0, 6.0, 0.0) == 'turtle2'
 
 
-NUMBERS = st.floats(-50.0, 50.0)
-ACTIONS = st.one_of(
-    st.tuples(st.just('command'), st.tuples(NUMBERS, NUMBERS, NUMBERS)),
-    st.tuples(st.just('teleport_absolute'), st.tuples(NUMBERS, NUMBERS, NUMBERS)),
-    st.tuples(st.just('teleport_relative'), st.tuples(NUMBERS, NUMBERS)),
-    st.tuples(st.just('tick'), st.just(())))
-
-
-@law(40)
-@given(st.booleans(), st.lists(ACTIONS, max_size=40))
-def test_poses_stay_in_the_arena_and_a_resting_turtle_stays(
-        holonomic: bool, actions: list[tuple[str, tuple[float, ...]]]) -> None:
-    """Whatever is asked of a turtle, its pose is in range; left alone, it comes to rest."""
-    turtle = Turtle(holonomic=holonomic)
-    now = 0.0
-    for name, arguments in actions:
-        if name == 'tick':
-            now += TICK
-            pose = turtle.tick(now)
-            assert 0.0 <= pose.x <= ARENA_SIZE
-            assert 0.0 <= pose.y <= ARENA_SIZE
-            assert -pi - 1e-6 <= pose.theta <= pi + 1e-6
-            assert bits(pose) == bits([float32(value) for value in pose])
-        else:
-            getattr(turtle, name)(*arguments)
+def test_teleports_leave_the_arena_for_no_tick_and_a_resting_turtle_stays() -> None:
+    """Poses are float32; without a command for longer than the timeout, the turtle rests."""
+    turtle, random = Turtle(holonomic=True), Random(1)
+    for tick in range(300):
+        numbers = [random.uniform(-50.0, 50.0) for _ in range(3)]
+        random.choice((turtle.command, turtle.teleport_absolute))(*numbers)
+        turtle.teleport_relative(*numbers[:2])
+        pose = turtle.tick(tick * TICK)
+        assert 0.0 <= min(pose[:2]) <= max(pose[:2]) <= ARENA_SIZE
+        assert -pi - 1e-6 <= pose.theta <= pi + 1e-6
+        assert bits(pose) == bits([float32(value) for value in pose])
+    last = tick * TICK
     for _ in range(QUEUE_DEPTH):
-        now += TICK
-        turtle.tick(now)
-    rest = turtle.tick(now + 2 * COMMAND_TIMEOUT)
-    assert rest[3:] == (0.0, 0.0)
-    assert bits(turtle.tick(now + 3 * COMMAND_TIMEOUT)) == bits(rest)
+        assert turtle.tick(last + COMMAND_TIMEOUT)[3:] != (0.0, 0.0)
     turtle.teleport_absolute(1.0, 2.0, 0.5)
-    assert turtle.tick(now + 4 * COMMAND_TIMEOUT) == (1.0, 2.0, 0.5, 0.0, 0.0)
+    assert turtle.tick(last + 2.001 * COMMAND_TIMEOUT + TICK) == (1.0, 2.0, 0.5, 0.0, 0.0)
 
 
 @pytest.mark.parametrize('value', [nan, inf, -inf, 1e300])

@@ -20,6 +20,7 @@ from collections.abc import Iterator
 from dataclasses import asdict
 import math
 from pathlib import Path
+from random import Random
 import re
 import subprocess
 import sys
@@ -207,7 +208,7 @@ def test_positive_tilt_lowers_the_front_and_positive_roll_goes_forward(robot):
         assert pose[axis, 2] > 0
 
 
-@law(6)
+@law(4)
 @given(st.floats(0.03, 2.0), st.floats(0.34, 19.0), st.floats(0.01, 1.0),
        st.just(1e-6) | st.floats(0.0, 10.0))
 def test_geometry_follows_from_the_parameters(tmp_path_factory, wheel, proportion, flatness,
@@ -262,15 +263,21 @@ def telling() -> Iterator[dict]:
                 {'wheel_radius': 0.025}, {'wheel_radius': math.nextafter(0.025, 0)},
                 {'wheel_radius': 1.5, 'platform_height': 9.0},
                 {'wheel_radius': math.nextafter(1.5, 2), 'platform_height': 9.0},
-                {'platform_radius': ..., 'platfrom_radius': 1}, {'wheel_radius': ..., 'wheel': 1},
-                {'platform_height': ..., 'platform_heigth': 1})
+                {'platform_radius': ..., 'platfrom_radius': 1}, {'wheel_radius': ..., 'wheel': 1})
     for name in SHAPE:
         yield {name: ...}
-        for edge, outward in ((TABLE[name].lower, -math.inf), (TABLE[name].upper, math.inf)):
-            yield {name: edge}
-            yield {name: math.nextafter(edge, outward)}
-    for value in (1, -1, 10 ** 309, math.nan, math.inf, True, None, '3', [1.0], {}):
+        yield {name: math.nextafter(TABLE[name].lower, -math.inf)}
+        yield {name: math.nextafter(TABLE[name].upper, math.inf)}
+    for value in (1, 10 ** 309, math.nan, True, None, '3', [1.0]):
         yield {'platform_thickness': value}
+    random = Random(1)
+    for ulps in (-3, -1, 0, 0, 1, 2):
+        wheel, radius, thickness = (random.uniform(*limits) for limits in (
+            (0.03, 1.0), (0.4, 1.0), (0.001, 0.5)))
+        height = least_height(radius, thickness, wheel)
+        for _ in range(abs(ulps)):
+            height = math.nextafter(height, math.copysign(math.inf, ulps))
+        yield dict(zip(SHAPE, (height, radius, thickness, wheel)))
 
 
 def test_python_and_xacro_give_the_same_verdicts(tmp_path):
@@ -279,25 +286,11 @@ def test_python_and_xacro_give_the_same_verdicts(tmp_path):
         python, from_xacro = verdicts(written(tmp_path, **changes))
         assert python == from_xacro, changes
         admitted += python is None
-    assert admitted >= 6
+    assert admitted == 10
 
 
-@law(12)
-@given(st.floats(0.01, 1.0), st.floats(0.01, 1.0), st.floats(0.001, 0.5), st.integers(-3, 3))
-def test_verdicts_agree_at_the_edge_of_what_can_be(tmp_path_factory, wheel, radius, thickness,
-                                                   ulps):
-    height = least_height(radius, thickness, wheel)
-    for _ in range(abs(ulps)):
-        height = math.nextafter(height, math.copysign(math.inf, ulps))
-    python, from_xacro = verdicts(written(
-        tmp_path_factory.getbasetemp(), wheel_radius=wheel, platform_radius=radius,
-        platform_thickness=thickness, platform_height=height))
-    assert python == from_xacro
-    assert (python is None) == (ulps >= 0 and wheel / 3 <= radius <= 20 * wheel)
-
-
-@pytest.mark.parametrize('text', ['', '3', '/**: 3', '/**:\n  ros__parameters: 3',
-                                  'arena:\n  ros__parameters: {wheel_radius: 0.2}'])
+@pytest.mark.parametrize('text', [
+    '', '3', '/**: 3', '/**:\n  ros__parameters:', 'arena:\n  ros__parameters: {mass: 0.2}'])
 def test_file_without_parameters_is_refused(tmp_path, text):
     path = tmp_path / 'turtle.yaml'
     path.write_text(text, encoding='utf-8')
@@ -305,26 +298,19 @@ def test_file_without_parameters_is_refused(tmp_path, text):
     assert python == from_xacro == f"{path}: there are no parameters under '/**: ros__parameters:'"
 
 
-def run_xacro(directory: Path, *args: str) -> subprocess.CompletedProcess:
-    """Run the command as the launch files do, from any directory."""
-    code = 'import sys, xacro; sys.argv[0] = "xacro"; xacro.main()'
-    return subprocess.run([sys.executable, '-c', code, str(XACRO), *args],
-                          cwd=directory, capture_output=True, text=True)
-
-
-def test_command_leaves_to_the_nodes_what_does_not_shape_the_robot(tmp_path):
+def test_what_does_not_shape_the_robot_is_left_to_the_nodes(tmp_path):
     others = {name: ... for name in DEFAULTS if name not in SHAPE}
     path = written(tmp_path, **others, mass=3.0)
-    ran = run_xacro(tmp_path, f'params_file:={path}')
-    assert (ran.returncode, ran.stderr) == (0, '')
-    installed = run_xacro(tmp_path)
-    assert (installed.returncode, installed.stderr) == (0, '')
-    assert ElementTree.canonicalize(ran.stdout) == ElementTree.canonicalize(installed.stdout)
+    installed = xacro.process_file(str(XACRO)).toxml()
+    assert ElementTree.canonicalize(described(path)) == ElementTree.canonicalize(installed)
 
 
 def test_command_fails_with_the_sentence_first(tmp_path):
+    """The command as the launch files run it, from any directory."""
     path = written(tmp_path, platform_height=0.9)
-    ran = run_xacro(tmp_path, f'params_file:={path}')
+    code = 'import sys, xacro; sys.argv[0] = "xacro"; xacro.main()'
+    ran = subprocess.run([sys.executable, '-c', code, str(XACRO), f'params_file:={path}'],
+                         cwd=tmp_path, capture_output=True, text=True)
     assert ran.returncode != 0
     assert ran.stdout == ''
     assert re.match(f'error: {path}: platform_height 0.9 m is too low .* at least 1.1416 m',
