@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Worlds with a brick in every phase, and where things must be in them, reckoned by hand."""
+"""Worlds with a brick and a platform, and where things must be in them, reckoned by hand."""
 
 from math import cos, hypot, inf, sin
 
@@ -28,12 +28,6 @@ LIFT = SIZE[2] / 2.0
 THICKNESS = 0.04
 HINGE = 3.0
 TOP = HINGE + THICKNESS
-
-REFUSALS = {
-    Phase.FALLING: 'already falling$',
-    Phase.RIDING: 'on the platform$',
-    Phase.GROUNDED: 'on the ground: place it first$',
-}
 
 
 def axes_of(yaw, tilt):
@@ -106,25 +100,6 @@ def riding(place=(0.0, 0.0), x=0.0, y=0.0, yaw=0.0, **keywords):
     while world.phase is Phase.FALLING:
         world.step()
     assert world.phase is Phase.RIDING
-    return world
-
-
-def in_phase(phase):
-    """Return a world whose brick is in a phase, over a platform at the origin."""
-    if phase in (Phase.RIDING, Phase.FLOATING):
-        world = riding()
-        if phase is Phase.FLOATING:
-            world.platform = platform_at(tilt=0.7)
-            advance(world, Phase.RIDING)
-            world.platform = platform_at()
-    else:
-        world = brick_in((5.0, 5.0, 2.0), platform=platform_at())
-        if phase is not Phase.HOVERING:
-            world.release()
-            world.step()
-        if phase is Phase.GROUNDED:
-            advance(world, Phase.FALLING)
-    assert world.phase is phase
     return world
 
 
