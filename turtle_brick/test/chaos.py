@@ -240,7 +240,8 @@ class Scene(Graph):
         if stage == 'hovering':
             self.put(self.easy_place())
         elif stage != 'idle':
-            far = max(product((0.5, 10.5), (0.5, 10.5)), key=self.hands.distance_to)
+            edges = (0.5, ARENA_SIZE - 0.5)
+            far = max(product(edges, edges), key=self.hands.distance_to)
             watch = self.release((*far, 3.0) if stage == 'unreachable' else self.easy_place())
             self.until({
                 'falling': lambda: watch.goal,

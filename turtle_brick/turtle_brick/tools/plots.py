@@ -21,17 +21,16 @@ They need no display and leave matplotlib's global state alone.
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from itertools import groupby
-from math import degrees, dist, nan
+from math import degrees, dist, nan, pi
 from pathlib import Path
 from statistics import median
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, TwoSlopeNorm
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Rectangle
 import numpy as np
 from turtle_brick.core.catch_logic import CENTER, State
@@ -149,12 +148,19 @@ def reachability_map(drops: Sequence[Drop], parameters: Parameters, cells: int |
         missed = [drop.result.brick for drop in drops if drop.outcome == 'missed']
         axes.scatter([x for x, _, _ in missed], [y for _, y, _ in missed], s=50.0, c=MISSED,
                      marker='X', linewidths=0.0, zorder=4)
-        for height in heights:
-            for radius, style in ((guaranteed_distance(height, parameters), '-'),
-                                  (farthest(height, parameters), FINE_DASHES)):
-                if radius > 0.0:
-                    axes.add_patch(Circle(CENTER, radius, fill=False, edgecolor='black',
-                                          linewidth=1.5, linestyle=style, zorder=4.5))
+        turn = np.linspace(0.0, 2.0 * pi, 361)
+        for law, style, words in (
+                (guaranteed_distance, '-',
+                 f'within this a catch is promised: {parameters.max_velocity:g} m/s x (fall - '
+                 f'{GUARANTEED_LATENCY:g} s) + radius of the platform'),
+                (farthest, FINE_DASHES,
+                 'beyond this no robot is in time, not even without any latency'
+                 + ' (both for the lowest and the highest)' * (len(heights) > 1))):
+            for height in heights:
+                radius = max(law(height, parameters), 0.0)
+                axes.plot(CENTER[0] + radius * np.cos(turn), CENTER[1] + radius * np.sin(turn),
+                          color='black', linewidth=1.5, linestyle=style, zorder=4.5,
+                          label=words if height == heights[0] else None)
         axes.add_patch(Circle(CENTER, parameters.platform_radius, facecolor='white',
                               edgecolor=INK, linewidth=1.2, zorder=6))
         axes.text(*CENTER, 'robot', ha='center', va='center', fontsize=8, zorder=7)
@@ -170,12 +176,6 @@ def reachability_map(drops: Sequence[Drop], parameters: Parameters, cells: int |
             bar.ax.annotate(words, (4.8, place), xycoords='axes fraction', rotation=90,
                             ha='center', va='center')
         axes.legend(
-            [Line2D([], [], color='black', linewidth=1.5, linestyle=style)
-             for style in ('-', FINE_DASHES)],
-            [f'within this a catch is promised: {parameters.max_velocity:g} m/s x (fall - '
-             f'{GUARANTEED_LATENCY:g} s) + radius of the platform',
-             'beyond this no robot is in time, not even without any latency'
-             + (' (both for the lowest and the highest)' if len(heights) > 1 else '')],
             loc='upper left', bbox_to_anchor=(0.0, -0.08), alignment='left',
             title=f'{len(drops):,} drops: ' + ', '.join(
                 f'{sum(drop.outcome == outcome for drop in drops):,} {outcome}'
@@ -275,6 +275,21 @@ LINKS = {
 """Each link of the chain from a release to a motion: who does it, what, and its color."""
 
 
+def waterfall(axes: Axes, links: Sequence[tuple[str, float, str]]) -> None:
+    """Draw what passes one after another: the words, the time (ms) and the color of each link."""
+    whole = sum(time for _, time, _ in links)
+    begin = 0.0
+    for row, (words, time, color) in enumerate(links):
+        axes.barh(row, time, left=begin, height=0.6, color=color)
+        inside, early = time > 0.5 * whole, begin + time < 0.5 * whole
+        axes.text(0.23 * whole if early else begin + (0.01 if inside else -0.01) * whole, row,
+                  words, ha='left' if inside or early else 'right', va='center',
+                  color='white' if inside else INK)
+        begin += time
+    axes.grid(axis='y', visible=False)
+    axes.set(yticks=[], ylim=(len(links) - 0.4, -0.6), xlim=(0.0, 1.02 * whole))
+
+
 def latency(chains: Sequence[dict[str, float]], path: Path) -> None:
     """
     Draw the chain from the release of a brick to the robot's first motion.
@@ -282,31 +297,18 @@ def latency(chains: Sequence[dict[str, float]], path: Path) -> None:
     :param chains: of each drop, the times (s) from the release to the end of each of LINKS
     :param path: of the PNG
     """
-    last = 1e3 * max(chain['known'] for chain in chains)
     medians = {link: 1e3 * median(chain[link] for chain in chains) for link in LINKS}
+    times = np.diff([0.0, *medians.values()])
     with drawn(path, 9.4, 3.9) as figure:
         axes = figure.subplots()
-        axes.grid(axis='y', visible=False)
-        begin = 0.0
-        look: dict[str, Any]
-        for row, (link, (_, what, color)) in enumerate(LINKS.items()):
-            end, ends = medians[link], [1e3 * chain[link] for chain in chains]
-            axes.barh(row, end - begin, left=begin, height=0.5, color=color, alpha=0.85)
-            axes.plot(ends, [row] * len(ends), '|', color=INK, markersize=9.0, alpha=0.35,
-                      markeredgewidth=1.0)
-            if row + 1 < len(LINKS):
-                axes.plot([end, end], [row, row + 1], color=INK, linewidth=0.8, linestyle=':')
-            if end - begin > 0.5 * last:
-                place, look = begin + 0.012 * last, {'color': 'white'}
-            elif end < 0.5 * last:
-                place, look = max(ends) + 0.012 * last, {}
-            else:
-                place, look = min(begin, *ends) - 0.012 * last, {'ha': 'right'}
-            axes.text(place, row, f'{end - begin:.1f} ms: {what}', va='center', **look)
-            begin = end
+        waterfall(axes, [(f'{time:.1f} ms: {what}', time, color)
+                         for (_, what, color), time in zip(LINKS.values(), times)])
+        for row, link in enumerate(LINKS):
+            ends = [1e3 * chain[link] for chain in chains]
+            axes.plot(ends, [row] * len(ends), '|', color=INK, markersize=9.0, alpha=0.35)
         axes.set_yticks(range(len(LINKS)), [who for who, _, _ in LINKS.values()])
         axes.tick_params(axis='y', length=0)
-        axes.set(ylim=(len(LINKS) - 0.4, -0.6), xlim=(0.0, 1.02 * last),
+        axes.set(xlim=(0.0, 1.02e3 * max(chain['known'] for chain in chains)),
                  xlabel='time since the release / ms (bars: medians, ticks: each of '
                  f'{len(chains)} drops)',
                  title=f'{medians["decided"]:.0f} ms from release to decision, '

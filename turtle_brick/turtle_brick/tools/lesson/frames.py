@@ -123,11 +123,11 @@ def draw(parameters: Parameters, path: Path) -> None:
                               textcoords='offset points')
             for name, frame in frames:
                 _draw_frame(axes, frame, 1.5 if name == 'world' else 2.0, name)
-        in_world.set(aspect='equal', xlim=(-0.6, 11.7), ylim=(-1.0, 11.7),
-                     xlabel='x in world / m', ylabel='y in world / m',
-                     title='Where it is in world')
-        in_odom.set(aspect='equal', xlim=(-5.0, 12.6), ylim=(-7.6, 10.6),
-                    xlabel='x in odom / m', ylabel='y in odom / m', title='... and in odom')
+        for axes, name, title in ((in_world, 'world', 'Where it is in world'),
+                                  (in_odom, 'odom', '... and in odom')):
+            axes.margins(0.09)
+            axes.set(aspect='equal', xlabel=f'x in {name} / m', ylabel=f'y in {name} / m',
+                     title=title)
 
 
 def _draw_frame(axes: Axes, pose: Pose2D, size: float, name: str = '') -> None:

@@ -18,7 +18,6 @@ from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from turtle_brick.core.driving import PERIOD, TRANSPORT
@@ -29,7 +28,7 @@ from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
 from turtle_brick.tools.drops import Drop, simulate
 from turtle_brick.tools.lesson.falling import DT
 from turtle_brick.tools.plots import (CAUGHT, drawn, FAINT, farthest, FINE_DASHES, INK, MISSED,
-                                      REFUSED, ROBOT)
+                                      REFUSED, ROBOT, waterfall)
 
 HEIGHTS = tuple(0.5 * number for number in range(2, 21))
 DISTANCES = tuple(0.2 * number for number in range(28))
@@ -117,21 +116,8 @@ def draw(parameters: Parameters, path: Path) -> None:
         plane.legend(loc='upper center', bbox_to_anchor=(0.5, -0.13), ncols=5, columnspacing=1.2,
                      handletextpad=0.4)
 
-        begin = 0.0
-        look: dict[str, Any]
         colors = (REFUSED, FAINT, ROBOT, CAUGHT, ROBOT, '#c9a227')
-        for row, ((what, time), color) in enumerate(zip(STEPS_OF_LATENCY, colors)):
-            end = begin + 1e3 * time
-            chain.barh(row, end - begin, left=begin, height=0.62, color=color)
-            if end - begin > 50.0:
-                place, look = begin + 1.0, {'color': 'white'}
-            elif begin < 50.0:
-                place, look = end + 1.0, {}
-            else:
-                place, look = begin - 1.0, {'ha': 'right'}
-            chain.text(place, row, f'{what}, {1e3 * time:.0f} ms', va='center', **look)
-            begin = end
-        chain.set(yticks=[], ylim=(len(colors) - 0.5, -0.6), xlim=(0.0, 1e3 * GUARANTEED_LATENCY),
-                  xlabel='time since the release / ms',
+        waterfall(chain, [(f'{what}, {1e3 * time:.0f} ms', 1e3 * time, color)
+                          for (what, time), color in zip(STEPS_OF_LATENCY, colors)])
+        chain.set(xlim=(0.0, 1e3 * GUARANTEED_LATENCY), xlabel='time since the release / ms',
                   title="From the release to the robot's first motion, at worst")
-        chain.grid(axis='y', visible=False)
