@@ -48,10 +48,6 @@ class Drop(NamedTuple):
     result: Result
     promised: float
     """Distance within which a catch is promised; negative where nothing is."""
-    spare: float | None
-    """How long the platform had been under the brick when it landed there."""
-    offset: float | None
-    """From the platform's axis to the brick when it landed there."""
 
     @property
     def distance(self) -> float:
@@ -105,7 +101,6 @@ class Drop(NamedTuple):
             'decided': result.decision_time if isfinite(result.decision_time) else None,
             'available': timed and timed.available, 'needed': timed and timed.needed,
             'margin': self.margin, 'fall': result.fall_time,
-            'spare': self.spare, 'offset': self.offset,
             'tilted_x': tilted_x, 'tilted_y': tilted_y,
             'slide': result.slide_time if result.caught else None,
             'finished': result.finished}
@@ -118,53 +113,10 @@ def promised_distance(brick: Vector, parameters: Parameters) -> float:
 
 
 def simulate(parameters: Parameters, number: int, seed: int, brick: Vector) -> Drop:
-    """
-    Drop a brick.
-
-    :param parameters: the physical numbers
-    :param number: of the drop, to be noted
-    :param seed: of the simulation
-    :param brick: where it is released, in the world (m)
-    :return: What becomes of it.
-    """
+    """Drop a brick from a place in the world (m); the drop's number is noted."""
     simulation = Simulation(parameters, seed, JITTER)
-    timing = _Timing(simulation)
     simulation.rest(START_UP)
-    result = simulation.drop(brick)
-    return Drop(number, seed, result, promised_distance(brick, parameters),
-                timing.spare, timing.offset)
-
-
-class _Timing:
-    """Measures how well the catch of a simulation is timed."""
-
-    def __init__(self, simulation: Simulation) -> None:
-        """Observe a simulation."""
-        self.spare: float | None = None
-        self.offset: float | None = None
-        self._simulation = simulation
-        self._under: int | None = None
-        simulation.on_physics = self._look
-
-    def _look(self) -> None:
-        """Measure since when the platform has been under the brick."""
-        world, now = self._simulation.world, self._simulation.now
-        falling = world.phase is Phase.FALLING
-        if not falling and (world.phase is not Phase.RIDING or self.spare is not None):
-            return
-        if world.platform is None:
-            return
-        x, y, _ = world.platform.pose.position
-        distance = hypot(world.brick[0] - x, world.brick[1] - y)
-        # Once landed it counts, even if rounding puts it beyond the edge.
-        if falling and distance > self._simulation.parameters.platform_radius:
-            self._under = None
-            return
-        if self._under is None:
-            self._under = now
-        if not falling:
-            self.spare = (now - self._under) * NANO
-            self.offset = distance
+    return Drop(number, seed, simulation.drop(brick), promised_distance(brick, parameters))
 
 
 class Sample(NamedTuple):

@@ -118,13 +118,7 @@ def as_text(value: object) -> object:
 
 
 def summary(drops: Sequence[Drop]) -> str:
-    """
-    Count the outcomes.
-
-    :param drops: the results
-    :return: A table of outcomes, within the promised distance and beyond it, and whether the
-        promises were kept.
-    """
+    """Return a table of outcomes, as promised and beyond, and whether the promises were kept."""
     lines = [f'{"":24}{"all":>10}{"promised":>12}{"beyond":>10}']
     for outcome in ('caught', 'refused', 'missed', 'in all'):
         those = [drop for drop in drops if outcome in (drop.outcome, 'in all')]
@@ -155,19 +149,11 @@ def most_telling(drops: Sequence[Drop]) -> Drop:
     """Return the drop to show: a broken promise, else the tightest catch, else the first."""
     return min(drops, key=lambda drop: (
         not drop.broken, not drop.result.caught,
-        inf if drop.spare is None else drop.spare, drop.number))
+        inf if drop.margin is None else drop.margin, drop.number))
 
 
 def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list[Drop]:
-    """
-    Make the drops and write the table.
-
-    :param options: the command line
-    :param parameters: the physical numbers
-    :param plan: the drops
-    :return: The drops in the order of the plan: all of them, or those that were made before a
-        Ctrl-C.
-    """
+    """Make the drops and write the table; return those that were made before a Ctrl-C, or all."""
     drops: list[Drop] = []
     begin = monotonic()
     with open(options.output / TABLE, 'x', encoding='utf-8', newline='') as file:
@@ -196,14 +182,7 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list
 
 
 def draw(drops: Sequence[Drop], parameters: Parameters, plan: Plan, directory: Path) -> None:
-    """
-    Draw the figures.
-
-    :param drops: the results, at least one
-    :param parameters: the physical numbers
-    :param plan: the drops that were planned
-    :param directory: of the files
-    """
+    """Draw the figures of what was planned, and what became of at least one drop."""
     from turtle_brick.tools import plots  # here, since workers have no need of matplotlib
     plots.reachability_map(
         drops, parameters, plan.count if plan.grid else None, directory / 'map.png')
@@ -221,12 +200,7 @@ def at_least_one(text: str) -> int:
 
 
 def parse(args: Sequence[str] | None) -> tuple[argparse.Namespace, Parameters, Plan]:
-    """
-    Read the command line; a mistake in it ends the process with status 2 and a sentence.
-
-    :param args: the arguments; those of the process if None
-    :return: The options, the parameters and the plan.
-    """
+    """Read the command line; a mistake in it ends the process with status 2 and a sentence."""
     first, second = __doc__.strip().split('\n\n')[:2]
     parser = argparse.ArgumentParser(
         prog='sweep', description=first.partition(': ')[2].capitalize(), epilog=second)
