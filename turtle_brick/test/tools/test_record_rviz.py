@@ -60,9 +60,9 @@ def test_the_films_wait_for_words_that_the_arena_says(record_rviz):
 
 
 @pytest.mark.parametrize('there, sentence', [
-    ((), 'rviz2 and Xvfb and ffmpeg not installed here: '
-     'apt-get install ros-jazzy-rviz2 xvfb ffmpeg'),
-    (('Xvfb', 'ffmpeg'), 'rviz2 not installed here: apt-get install ros-jazzy-rviz2'),
+    ((), 'rviz2 and Xvfb and xdotool and ffmpeg not installed '
+     'here: apt-get install ros-jazzy-rviz2 xvfb xdotool ffmpeg'),
+    (('Xvfb', 'xdotool', 'ffmpeg'), 'rviz2 not installed here: apt-get install ros-jazzy-rviz2'),
 ])
 def test_what_is_missing_is_said_in_a_sentence(
         record_rviz, there, sentence, tmp_path, monkeypatch, capsys):
@@ -81,7 +81,8 @@ def test_an_interrupt_leaves_nothing_behind(tmp_path):
     make_program(tmp_path, 'Xvfb', 'echo 7; exec sleep 60')
     make_program(tmp_path, 'node', f'echo launched > {tmp_path}/fifo; exec sleep 60')
     make_program(tmp_path, 'ros2', 'node & exec sleep 60')
-    make_program(tmp_path, 'ffmpeg')
+    for name in ('xdotool', 'ffmpeg'):
+        make_program(tmp_path, name)
     index = tmp_path / 'share' / 'ament_index' / 'resource_index' / 'packages'
     index.mkdir(parents=True)
     (index / 'rviz2').touch()

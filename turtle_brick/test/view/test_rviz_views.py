@@ -15,6 +15,7 @@
 
 from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_loader
+from itertools import product
 from math import cos, pi, sin
 from pathlib import Path
 
@@ -23,6 +24,7 @@ import pytest
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import default_path, load
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 import yaml
 
 CONFIG = default_path().parent
@@ -32,8 +34,11 @@ PARAMETERS = load()
 FIELD_OF_VIEW = pi / 4.0
 """Ogre's default (rad)."""
 
-FRAME = 380, 91
-"""Width and height of what a window has around the 3D view: the Displays panel, bars and edges."""
+FRAME = 40, 91
+"""Width and height of what a window has around the 3D view: bars and edges."""
+
+PANEL = 340
+"""Width of the Displays panel."""
 
 record_rviz = module_from_spec(spec_from_loader(
     'record_rviz', SourceFileLoader('record_rviz', str(SCRIPT))))
@@ -53,7 +58,8 @@ def view_of(content: dict) -> dict:
 def size_of(content: dict) -> tuple[int, int]:
     """Return width and height of the 3D view (pixels)."""
     window = content['Window Geometry']
-    return window['Width'] - FRAME[0], window['Height'] - FRAME[1]
+    panel = 0 if window['Hide Left Dock'] else PANEL
+    return window['Width'] - panel - FRAME[0], window['Height'] - FRAME[1]
 
 
 def seen(content: dict, point: Vector) -> float:
@@ -93,15 +99,18 @@ def test_the_arena_shows_the_brick_at_its_start_and_a_robot_near_enough_to_see_i
     assert height_at(content, x, y) > size_of(content)[1] / 6
 
 
-def test_the_videos_show_both_bricks_and_a_robot_of_a_quarter_of_their_height():
+def test_the_videos_show_all_walls_then_both_bricks_and_a_robot_of_a_quarter_of_their_height():
     content = record_rviz.configuration()
+    for corner in product((0.0, ARENA_SIZE), repeat=2):
+        seen(content, (*corner, PARAMETERS.wall_height))
+    view_of(content)['Distance'] *= 0.99 ** record_rviz.DRAG
     for film in record_rviz.FILMS:
         x, y, z = film.brick
         seen(content, (x, y, z + PARAMETERS.brick_size[2] / 2))
         seen(content, (x, y, 0.0))
     caught = record_rviz.FILMS[0]
     for place in (CENTER, caught.brick[:2]):
-        assert height_at(content, *place) > record_rviz.SIZE[1] / 4
+        assert height_at(content, *place) > size_of(content)[1] / 4
 
 
 def test_the_window_of_the_videos_stands_beside_that_of_turtlesim():
