@@ -46,7 +46,7 @@ VISIBLY_TILTED = 0.002
 headings = st.floats(-pi, pi)
 coordinates = st.floats(-20.0, 20.0)
 gravities = st.floats(0.5, 30.0)
-time_steps = st.sampled_from((0.002, 0.004, 0.01, 0.0333))
+time_steps = st.sampled_from((0.004, 0.01, 0.0333))
 tilts = st.builds(lambda angle, sign: sign * angle,
                   st.floats(0.1, 1.5), st.sampled_from((1.0, -1.0)))
 
@@ -65,7 +65,7 @@ def forward_of(quaternion):
 
 
 @law(40)
-@given(place=discs(2.0), yaw=headings, height=st.floats(1e-3, 20.0), radius=st.floats(0.05, 2.0),
+@given(place=discs(2.0), yaw=headings, height=st.floats(1e-3, 5.0), radius=st.floats(0.05, 2.0),
        gravity=gravities, dt=time_steps, late=st.integers(-3, 3) | st.integers(0, 100),
        comes=st.booleans(), away=st.sampled_from((None, 'elsewhere', VISIBLY_TILTED, pi)) | tilts)
 def test_brick_lands_if_the_platform_is_there_in_the_step_that_leads_below_its_top(
