@@ -19,7 +19,7 @@ refused inside max_velocity * (t_fall - 0.13 s) + platform_radius.
 """
 
 from dataclasses import replace
-from math import cos, dist, exp, hypot, log, pi, sin, sqrt
+from math import cos, dist, exp, log, pi, sin
 from random import Random
 
 import pytest
@@ -35,10 +35,8 @@ from turtle_brick.tools.simulation import Delays, drops, Simulation
 PARAMETERS = load()
 STEP = 0.004
 
-# The live graph's, without jitter and with it, and worse ones.
-DELAYS = [Delays(), Delays(tick_jitter=0.002, robot_jitter=0.0003),
-          Delays(0.0010, 0.0040, 0.002, 0.0003)]
-JITTER = DELAYS[1:]
+# The live graph's without jitter, and worse ones.
+DELAYS = [Delays(), Delays(0.0010, 0.0040, 0.002, 0.0003)]
 
 
 def simulate(parameters=PARAMETERS, *arguments):
@@ -53,7 +51,7 @@ def another_world(random):
     radius = exp(random.uniform(log(0.1), log(1.0)))
     return replace(
         PARAMETERS,
-        max_velocity=exp(random.uniform(log(0.2), log(10.0))),
+        max_velocity=exp(random.uniform(log(0.4), log(10.0))),
         gravity_accel=random.uniform(1.5, 25.0),
         platform_radius=radius,
         platform_height=random.uniform(0.7, 2.5) + radius,
@@ -92,12 +90,12 @@ def test_both_promises_hold(delays):
     """Over positions, heights, speeds, platforms, bricks, gravity and delays."""
     random = Random(f'{delays}')
     verdicts = []
-    for arena in range(12):
+    for arena in range(10):
         parameters = another_world(random)
         simulation = simulate(parameters, arena, delays, (
             random.uniform(0.0, ARENA_SIZE), random.uniform(0.0, ARENA_SIZE),
             random.uniform(-pi, pi)))
-        for _ in range(4):
+        for _ in range(3):
             told = len(simulation.decisions)
             result = simulation.drop(place_near_the_limit(random, simulation))
             case = f'{parameters} {result}'
@@ -107,13 +105,12 @@ def test_both_promises_hold(delays):
             assert result.caught is decision.reachable, case
             promised = guaranteed_distance(result.brick[2], parameters)
             assert decision.reachable or dist(result.brick[:2], result.robot) > promised, case
+            time = fall_time(result.brick[2], parameters)
             assert 0.008 - 1e-9 <= result.decision_time <= 0.012 + 1e-9, case
-            assert result.decision.available == pytest.approx(
-                fall_time(result.brick[2], parameters) - result.decision_time, abs=STEP), case
+            assert decision.available == pytest.approx(time - result.decision_time, abs=STEP), case
             assert result.finished and simulation.catcher.state is State.WAITING, case
             if result.caught:
-                late = result.fall_time - fall_time(result.brick[2], parameters)
-                assert 0.0 <= late <= STEP + 1e-9, case
+                assert 0.0 <= result.fall_time - time <= STEP + 1e-9, case
                 assert dist(result.carried_to, CENTER) <= AT_GOAL, case
                 assert simulation.world.phase is Phase.FLOATING, case
                 assert 0.0 < result.slide_time < 10.0, case
@@ -121,17 +118,16 @@ def test_both_promises_hold(delays):
                 assert simulation.world.phase is Phase.GROUNDED, case
             verdicts.append(decision.reachable)
     # Most of them are close calls.
-    assert verdicts.count(True) >= 14
-    assert verdicts.count(False) >= 9
+    assert verdicts.count(True) >= 8
+    assert verdicts.count(False) >= 5
 
 
-@pytest.mark.parametrize('delays', JITTER)
-def test_said_reachable_is_caught_whatever_the_robot_was_doing(delays):
+def test_said_reachable_is_caught_whatever_the_robot_was_doing():
     """The brick is placed and dropped again while the robot approaches, carries or tilts."""
-    random = Random(f'{delays}')
+    random = Random(1)
     verdicts, states = [], set()
     for arena in range(14):
-        simulation = simulate(another_world(random), arena, delays)
+        simulation = simulate(another_world(random), arena, DELAYS[1])
         for _ in range(8):
             simulation.world.brick = place_near_the_limit(random, simulation)
             simulation.rest(random.choice((0.0, 0.004, 0.02, 0.05, 0.2)))
@@ -151,14 +147,13 @@ def test_said_reachable_is_caught_whatever_the_robot_was_doing(delays):
     assert states == set(State)
 
 
-@pytest.mark.parametrize('delays', JITTER)
-def test_robot_that_turns_back_is_reckoned_with(delays):
+def test_robot_that_turns_back_is_reckoned_with():
     """Sent one way, then the other, then back: its orders still cancel out in its queue."""
-    random = Random(f'{delays}')
+    random = Random(1)
     for seed in range(24):
         speed = random.uniform(1.0, 6.0)
         parameters = replace(PARAMETERS, max_velocity=speed)
-        simulation = simulate(parameters, seed, delays, (5.5, 5.5, 0.0))
+        simulation = simulate(parameters, seed, DELAYS[1], (5.5, 5.5, 0.0))
         # From so high that the robot could go anywhere in the meantime.
         for x, pause in ((10.5, random.uniform(0.3, 0.36)), (0.5, random.uniform(0.02, 0.2))):
             simulation.world.brick = (x, 5.5, 1000.0)
@@ -181,7 +176,7 @@ def test_latency_that_is_reckoned_with_is_enough_and_not_too_much(delays):
     """
     random = Random(f'{delays}')
     latencies = []
-    for seed in range(70):
+    for seed in range(50):
         simulation = simulate(PARAMETERS, seed, delays)
         distance, angle = random.uniform(0.6, 3.0), random.uniform(-pi, pi)
         start = simulation.turtle.pose[:2]
@@ -200,18 +195,6 @@ def test_latency_that_is_reckoned_with_is_enough_and_not_too_much(delays):
     assert COMMAND_LATENCY + 0.012 <= GUARANTEED_LATENCY == 0.13
 
 
-@pytest.mark.parametrize('tilt', (0.3, 0.7, 1.2))
-def test_slide_takes_as_long_as_it_must(tilt):
-    """Half a second of tilting, with the slide of the smooth incline in it or after it."""
-    parameters = replace(PARAMETERS, tilt_angle=tilt)
-    result, = drops(parameters, [(7.0, 7.0, 6.0)], 1)
-    # At most the whole platform and the brick's diagonal, from rest at the full angle.
-    length, width, _ = parameters.brick_size
-    path = 2.0 * parameters.platform_radius + hypot(length, width) / 2.0
-    at_most = 0.6 + sqrt(2.0 * path / (parameters.gravity_accel * sin(tilt)))
-    assert 0.2 < result.slide_time < at_most
-
-
 def test_robot_may_be_driven_by_somebody_else_meanwhile():
     """An order from elsewhere moves it, and it catches from there."""
     simulation = simulate(PARAMETERS, 3)
@@ -225,12 +208,12 @@ def test_robot_may_be_driven_by_somebody_else_meanwhile():
 
 def test_same_seed_is_the_same_course():
     """To the last bit, also with jitter; another seed is another one."""
-    bricks = [(7.0, 7.0, 8.0), (9.5, 2.0, 4.0), (4.0, 5.0, 6.0)]
-    first = drops(PARAMETERS, bricks, 5, DELAYS[2])
-    assert first == drops(PARAMETERS, bricks, 5, DELAYS[2])
-    assert first != drops(PARAMETERS, bricks, 6, DELAYS[2])
-    assert [result.caught for result in first] == [True, False, True]
-    assert [result.brick for result in first] == bricks
+    bricks = [(7.0, 7.0, 8.0), (9.5, 2.0, 4.0)]
+    first = drops(PARAMETERS, bricks, 5, DELAYS[1])
+    assert first == drops(PARAMETERS, bricks, 5, DELAYS[1])
+    assert first != drops(PARAMETERS, bricks, 6, DELAYS[1])
+    assert [(result.brick, result.caught) for result in first] == [
+        (bricks[0], True), (bricks[1], False)]
 
 
 def test_everything_can_be_watched():

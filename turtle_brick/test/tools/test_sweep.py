@@ -30,7 +30,7 @@ from turtle_brick.core.parameters import default_path, load, Parameters
 from turtle_brick.core.reachability import guaranteed_distance
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.tools import drops as drops_module
-from turtle_brick.tools import sweep
+from turtle_brick.tools import plots, sweep
 from turtle_brick.tools.drops import promised_distance, simulate, trace
 import yaml
 
@@ -67,7 +67,7 @@ def refused(drops):
 # ----------------------------------------------------------------------------------- the table
 
 def test_the_table_depends_on_the_options_alone_which_stand_above_it(tmp_path, capsys):
-    """Two workers write the same bytes as one, and so does who reads the head."""
+    """Who reads the head writes the same bytes; that two workers do is seen below."""
     given = yaml.safe_load(default_path().read_text(encoding='utf-8'))
     given['/**']['ros__parameters']['max_velocity'] = 2
     params_file = tmp_path / 'other.yaml'
@@ -75,18 +75,17 @@ def test_the_table_depends_on_the_options_alone_which_stand_above_it(tmp_path, c
 
     def made(name, *options):
         assert sweep.main([*options, '--params-file', str(params_file), '--no-figures',
-                           '--output', str(tmp_path / name)]) == 0
+                           '--workers', '1', '--output', str(tmp_path / name)]) == 0
         return tmp_path / name / sweep.TABLE
 
-    first = made('first', '--grid', '4', '--height', '2', '9', '--seed', '7', '--workers', '1')
+    first = made('first', '--grid', '3', '--height', '2', '9', '--seed', '7')
     rows, (head, _, *parameters) = read(first)
-    assert [int(row['index']) for row in rows] == list(range(16))
+    assert [int(row['index']) for row in rows] == list(range(9))
     above = yaml.safe_load(''.join(line.lstrip('# ') for line in parameters))
     assert Parameters.from_mapping(above) == replace(PARAMETERS, max_velocity=2.0)
     program, _, options = head.strip('# \n').partition(': sweep ')
     assert program.startswith('turtle_brick 1.')
-    again = made('again', *options.split(), '--workers', '2')
-    assert first.read_bytes() == again.read_bytes()
+    assert made('again', *options.split()).read_bytes() == first.read_bytes()
     assert made('other', *options.split(), '--seed', '8').read_bytes() != first.read_bytes()
 
 
@@ -113,27 +112,20 @@ def test_rows_obey_the_laws(drops):
             assert row['slide'] is row['tilted_x'] is None
 
 
-def test_a_grid_has_one_brick_in_every_cell():
-    """In an order that spreads a part of it over the arena."""
-    bricks = list(sweep.Plan(grid=True, count=9, heights=(8.0, 8.0), seed=1).bricks())
+def test_bricks_are_in_every_cell_or_everywhere_between_the_heights():
+    """A grid in an order that spreads a part of it over the arena; each with its own seed."""
+    plan = sweep.Plan(grid=True, count=9, heights=(8.0, 8.0), seed=1)
+    numbers, seeds, bricks = zip(*plan.simulations())
+    assert numbers == tuple(range(plan.drops)) and len(set(seeds)) == plan.drops
     cells = [(int(x / ARENA_SIZE * 9), int(y / ARENA_SIZE * 9)) for x, y, _ in bricks]
     assert sorted(cells) == [(i, j) for i in range(9) for j in range(9)]
     assert {z for _, _, z in bricks} == {8.0}
     assert len({i // 3 + 3 * (j // 3) for i, j in cells[:20]}) >= 8
-
-
-def test_random_bricks_fill_the_arena_between_the_heights():
     bricks = list(replace(PLAN, count=2000).bricks())
     for axis, low, high in ((0, 0.0, ARENA_SIZE), (1, 0.0, ARENA_SIZE), (2, *PLAN.heights)):
         values = [brick[axis] for brick in bricks]
         assert low <= min(values) <= low + 0.01 * (high - low)
         assert high - 0.01 * (high - low) <= max(values) <= high
-
-
-def test_every_drop_has_a_simulation_of_its_own():
-    numbers, seeds, bricks = zip(*PLAN.simulations())
-    assert numbers == tuple(range(PLAN.drops)) and bricks == tuple(PLAN.bricks())
-    assert len(set(seeds)) == PLAN.drops
 
 
 # -------------------------------------------------------------------------------- the promises
@@ -162,28 +154,29 @@ def test_nothing_is_promised_outside_the_arena_or_below_the_platform():
 def test_a_broken_promise_ends_in_status_1(tmp_path, capsys, monkeypatch):
     """A catcher that is promised to do more than it can is found out."""
     monkeypatch.setattr(drops_module, 'guaranteed_distance', lambda height, parameters: inf)
-    assert sweep.main(['--drops', '12', '--workers', '1', '--no-figures',
+    assert sweep.main(['--drops', '6', '--workers', '1', '--no-figures',
                        '--output', str(tmp_path)]) == 1
     assert 'refused within the promised' in capsys.readouterr().out
 
 
 # ----------------------------------------------------------------------------------- the figures
 
-@pytest.mark.parametrize('options, outcomes', [
-    (['--drops', '9', '--height', '8'], {'caught', 'refused'}),
-    (['--grid', '2', '--height', '0.5'], {'refused'})])  # below the platform: nothing is promised
-def test_figures_are_drawn(options, outcomes, tmp_path, capsys):
-    assert sweep.main([*options, '--workers', '1', '--output', str(tmp_path)]) == 0
-    rows, _ = read(tmp_path / sweep.TABLE)
-    assert {row['outcome'] for row in rows} == outcomes
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([sweep.TABLE, *FIGURES])
-    assert all((tmp_path / name).read_bytes().startswith(b'\x89PNG') for name in FIGURES)
-
-
-def test_missed_bricks_are_drawn(tmp_path, drops, caught):
+def test_figures_are_drawn(tmp_path, drops, caught):
+    """Of all outcomes, at random places."""
     missed = caught._replace(result=caught.result._replace(caught=False))
     sweep.draw([*drops, missed], PARAMETERS, PLAN, tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(FIGURES)
+    assert all((tmp_path / name).read_bytes().startswith(b'\x89PNG') for name in FIGURES)
+
+
+def test_a_map_of_cells_is_drawn_though_nothing_is_promised(tmp_path, capsys, monkeypatch):
+    """As all bricks are below the platform."""
+    monkeypatch.setattr(plots, 'one_drop', lambda *arguments: arguments[-1].touch())
+    assert sweep.main(['--grid', '2', '--height', '0.5', '--workers', '1',
+                       '--output', str(tmp_path)]) == 0
+    rows, _ = read(tmp_path / sweep.TABLE)
+    assert {row['outcome'] for row in rows} == {'refused'}
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([sweep.TABLE, *FIGURES])
 
 
 def test_a_trace_is_the_drop_of_its_row(caught):
@@ -210,8 +203,7 @@ def test_a_trace_is_the_drop_of_its_row(caught):
     (['--drops', '3', '--grid', '3'], 'not allowed with'),
     (['--height', 'nan'], '--height nan cannot be'),
     (['--height', '0.01'], '--height 0.01 cannot be'),
-    (['--height', '9', '2'], 'the lowest and the highest'),
-    (['--height', '1', '2', '3'], 'one number, or the lowest and the highest'),
+    (['--height', '9', '2'], 'one number, or the lowest and the highest'),
     (['--params-file', 'nowhere.yaml'], 'nowhere.yaml: No such file'),
     (['--output', '.'], 'there is a drops.csv already'),
 ])
@@ -235,15 +227,16 @@ def test_it_writes_into_sweeps_and_says_where_or_why_not(tmp_path, capsys, monke
     assert error.startswith('sweep: ') and str(table) in error and error.count('\n') == 1
 
 
-def test_ctrl_c_keeps_what_is_done(tmp_path):
-    """The table is complete up to there, and neither the workers nor anybody else complain."""
+def test_ctrl_c_keeps_what_is_done(tmp_path, drops):
+    """The table of two workers is that of one up to there, and nobody complains."""
     with subprocess.Popen(
             [sys.executable, '-m', 'turtle_brick.tools.sweep', '--drops', '1000000', '--workers',
-             '2', '--no-figures', '--output', str(tmp_path)], start_new_session=True,
+             '2', '--height', '2', '9', '--seed', '5', '--no-figures', '--output', str(tmp_path)],
+            start_new_session=True,
             env={**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, sys.path))},
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         table, deadline = tmp_path / sweep.TABLE, monotonic() + 60.0
-        while not table.exists() or table.read_bytes().count(b'\n') < 30:
+        while not table.exists() or table.read_bytes().count(b'\n') < 22:
             assert monotonic() < deadline
             Event().wait(0.05)
         # A terminal's Ctrl-C reaches every process of the group.
@@ -252,4 +245,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path):
     rows, _ = read(table)
     assert (process.returncode, error) == (0, '')
     assert [int(row['index']) for row in rows] == list(range(len(rows)))
+    for row, drop in zip(rows, drops):
+        assert list(row.values()) == [
+            '' if value is None else str(sweep.as_text(value)) for value in drop.row().values()]
     assert f'Stopped: {len(rows):,} of 1,000,000 drops are done, and kept.' in out
