@@ -21,7 +21,7 @@ import numpy
 from turtle_referee.constants import ARENA_SIZE, NANO, NANOSECONDS, PHYSICS_RATE
 from turtle_referee.drops import DropWatch
 from turtle_referee.geometry import Array, between, distance_to_rectangle, inclination, Pose, pose
-from turtle_referee.record import MarkerHeard, Record
+from turtle_referee.record import Ask, MarkerHeard, Record
 from turtle_referee.robot_rules import ALIKE, frame, NEAR
 from turtle_referee.rules import Broken, Finding, needed, number, Open, Plot, Rules, Series, worst
 
@@ -45,6 +45,9 @@ PAUSE = 2.0
 
 STILL = 1e-3
 """How far (m) what does not move may move."""
+
+STEP = 1.0 / PHYSICS_RATE
+"""Time (s) between two steps of the physics."""
 
 SOON = 0.5
 """How long (s) after the answer a brick may begin to fall."""
@@ -255,15 +258,32 @@ def bricks_are_dropped(record: Record) -> Finding:
         raise Open('nothing was dropped')
     waits = []
     for drop in record.drops:
-        if drop.ask is None or not drop.ask.answered or not drop.ask.accepted:
-            raise Broken((drop.ask and drop.ask.words) or 'refused')
-        released = needed(drop.released, 'answered, but no brick fell')
-        # A release falls on a step of the physics, which may have been before the question.
-        if released < drop.ask.begin - 30_000_000:
-            raise Broken('a brick fell before it was asked to')
-        waits.append((released - drop.ask.end) * NANO)
+        answer = answer_of(drop)
+        waits.append((needed(drop.released, 'answered, but no brick fell') - answer.end) * NANO)
     return Finding(worst(waits) <= SOON, f'{len(waits)} times, at most '
                    f'{max(0.0, worst(waits)):.3f} s after the answer')
+
+
+def answer_of(drop: DropWatch) -> Ask:
+    """Return how the service drop answered; Broken if it did not, or refused."""
+    if drop.ask is None or not drop.ask.answered or not drop.ask.accepted:
+        raise Broken((drop.ask and drop.ask.words) or 'refused')
+    return drop.ask
+
+
+@rule('drop: answer first', 'After the service responds, the brick starts falling in gravity',
+      'seen to move after the answer, and at rest at most one step before it', timely=True)
+def answers_come_first(record: Record) -> Finding:
+    """Check that no fall begins before the service has answered."""
+    moving, begins = [], []
+    for fall in falls(record):
+        answered, released = answer_of(fall.drop).end, fall.drop.released or 0
+        stamp, _ = next(record.brick_track(released + 1, fall.drop.end))
+        moving.append((stamp - answered) * NANO)
+        begins.append((released - answered) * NANO + fall.begin)
+    return Finding(min(moving) > 0.0 and min(begins) >= -STEP,
+                   f'{len(moving)} times, seen to move {min(moving):+.4f} s and a fall from rest '
+                   f'{min(begins):+.4f} s from the answer at the earliest')
 
 
 # ------------------------------------------------------------------------ hovering and falling
@@ -284,8 +304,11 @@ def brick_hovers(record: Record) -> Finding:
 class Fall(NamedTuple):
     """A fall, as its transforms have it."""
 
+    drop: DropWatch
+    begin: float
+    """How long (s) after the brick was last seen at rest a fall like this would have begun."""
     times: Array
-    """Since the instant (s) at which a fall like this would have been at rest."""
+    """Since then (s)."""
     depths: Array
     acceleration: float
     aside: float
@@ -308,7 +331,8 @@ def falls(record: Record) -> list[Fall]:
         depths = numpy.array([drop.place[2] - place[2] for _, place in track])
         # A fall from rest: the root of its depth grows in proportion to time, from any instant.
         slope, offset = numpy.polyfit(times, numpy.sqrt(2.0 * depths), 1)
-        found.append(Fall(times + offset / slope, depths, float(slope) ** 2,
+        begin = -float(offset / slope)
+        found.append(Fall(drop, begin, times - begin, depths, float(slope) ** 2,
                           worst(dist(place[:2], hover) for _, place in track)))
     if not found:
         raise Open('no fall was long enough')
@@ -420,21 +444,26 @@ def brick_rides(record: Record) -> Finding:
 
 @rule('brick: angle', 'The angle of the brick relative to the ground should be the same as the '
       'angle of the platform relative to the ground at all times',
-      f'within {ALIKE} rad, 99 of 100 times', timely=True)
+      f'within {ALIKE} rad, 99 of 100 times that one is inclined', timely=True)
 def brick_has_the_angle(record: Record) -> Finding:
-    """Check that the brick is inclined like the platform: on it, and where it floats."""
-    off = []
-    for drop, down in catches(record):
-        for stamp, brick in list(record.brick_track(down, drop.end - BEFORE))[::5]:
+    """Check that the brick is inclined like the platform, wherever it is."""
+    off, level = [], 0
+    for begin, end in record.busy_spans():
+        for stamp, brick in list(record.brick_track(begin, end - BEFORE))[::5]:
+            platform = record.platform(stamp)
+            if platform is None:
+                continue
+            if inclination(brick) <= ALIKE and inclination(platform) <= ALIKE:
+                level += 1
+                continue
             # The platform of now, or of as long ago as one node may be behind another.
-            angles = [between(brick.upright, platform.upright) for lag in LAGS
-                      if (platform := record.platform(stamp - lag)) is not None]
-            if angles:
-                off.append(min(angles))
-    if not off:
+            off.append(min(between(brick.upright, before.upright) for lag in LAGS
+                           if (before := record.platform(stamp - lag)) is not None))
+    if not off and not level:
         raise Open('brick and platform were not known at the same time')
     usual = worst(sorted(off)[:len(off) - len(off) // 100])
-    return Finding(usual <= ALIKE, f'at most {usual:.4f} rad apart, {len(off)} times')
+    return Finding(usual <= ALIKE, f'at most {usual:.4f} rad apart, {len(off)} times inclined, '
+                   f'{level} times level')
 
 
 class Slide(NamedTuple):

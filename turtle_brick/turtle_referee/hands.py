@@ -146,14 +146,14 @@ class Hands:
         begin = time_ns()
         try:
             self.until(lambda: self.has(service), self.patience)
-            future = self.observer.client(service).call_async(
-                self.observer.request(service, place))
+            answers = self.observer.listener.ask(
+                self.observer.client(service), self.observer.request(service, place))
         except LookupError as error:
             return Ask(begin, time_ns(), place, False, False, str(error))
-        if not self.until(future.done, self.patience):
+        if not self.until(lambda: answers, self.patience):
             return Ask(begin, time_ns(), place, False, False, f'{service} does not answer')
-        response = future.result()
-        return Ask(begin, time_ns(), place, True, bool(getattr(response, 'success', True)),
+        end, response = answers[0]
+        return Ask(begin, end, place, True, bool(getattr(response, 'success', True)),
                    str(getattr(response, 'message', '')))
 
     def place(self, place: Vector, hovering: float = HOVERING) -> Ask:

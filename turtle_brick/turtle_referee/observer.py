@@ -124,6 +124,7 @@ class Listener(Node):
         super().__init__(name, **{
             'start_parameter_services': False, 'enable_rosout': False, **node_options})
         self._kept: list[tuple[Subscription, Keep]] = []
+        self._asked: dict[tuple[Client, int], list[Heard]] = {}
 
     def hear(self, message_type: Any, topic: str, qos: QoSProfile | int = DEPTH) -> list[Heard]:
         """
@@ -144,8 +145,21 @@ class Listener(Node):
         subscription = self.create_subscription(message_type, topic, lambda message: None, qos)
         self._kept.append((subscription, keep))
 
+    def ask(self, client: Client, request: Any) -> list[Heard]:
+        """Call a service; return a list to which `fetch` adds the answer."""
+        answers: list[Heard] = []
+        with client.handle:
+            self._asked[client, client.handle.send_request(request)] = answers
+        return answers
+
     def fetch(self) -> None:
         """Keep all that has come since the last time, topic by topic."""
+        for client in {client for client, _ in self._asked}:
+            with client.handle:
+                while (taken := client.handle.take_response(client.srv_type.Response))[0]:
+                    info, response = taken
+                    answers = self._asked.pop((client, info.request_id.sequence_number))
+                    answers.append(Heard(info.source_timestamp, response))
         for subscription, keep in self._kept:
             # As rclpy.wait_for_message does.
             with subscription.handle:
@@ -324,7 +338,7 @@ class Observer(Node):
             kinds = dict(self.get_service_names_and_types()).get(full)
             if not kinds:
                 raise LookupError(f'there is no service {full}')
-            self._services_asked[name] = self.create_client(load_type(kinds[0]), full)
+            self._services_asked[name] = self.listener.create_client(load_type(kinds[0]), full)
         return self._services_asked[name]
 
     def request(self, name: str, place: Sequence[float] | None = None) -> Any:

@@ -280,16 +280,12 @@ class Record:
         """Return the messages of a topic that were published in a span of time (ns)."""
         return during(self.topics[topic], begin, end, lambda one: one.published)
 
-    def joint(self, name: str, begin: int, end: int) -> list[tuple[int, float]]:
-        """Return the positions (rad) of a joint, each with its stamp (ns)."""
-        found = []
-        for heard in self.heard('joint_states', begin, end):
-            message = heard.message
-            if name in message.name:
-                index = list(message.name).index(name)
-                if index < len(message.position):
-                    found.append((stamp_of(heard), message.position[index]))
-        return found
+    def joint(self, name: str, begin: int, end: int,
+              what: str = 'position') -> list[tuple[int, float]]:
+        """Return the positions (rad) or velocities of a joint, each with its stamp (ns)."""
+        return [(stamp_of(heard), value) for heard in self.heard('joint_states', begin, end)
+                for joint, value in zip(heard.message.name, getattr(heard.message, what))
+                if joint == name]
 
     def busy_spans(self) -> list[tuple[int, int]]:
         """Return the spans of time (ns) in which something was asked for."""

@@ -15,6 +15,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from math import hypot
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -94,12 +95,12 @@ class RobotModel:
             raise UrdfError(str(error)) from None
         self._above = {joint.child: joint for joint in self.joints}
 
-    @classmethod
-    def of(cls, record: Record) -> 'RobotModel | None':
+    @staticmethod
+    def of(record: Record) -> 'RobotModel | None':
         """Return the model that was heard last, None where there is none that can be read."""
         try:
-            return cls(record.topics['robot_description'][-1].message.data,
-                       record.profile.frames['platform'])
+            return _read(record.topics['robot_description'][-1].message.data,
+                         record.profile.frames['platform'])
         except (IndexError, UrdfError):
             return None
 
@@ -193,6 +194,12 @@ class RobotModel:
         if rim is not None:
             found['wheel_radius'] = rim.size[0]
         return found
+
+
+@lru_cache(4)
+def _read(description: str, platform: str) -> RobotModel:
+    """Return the model of a URDF, read once: many rules ask for it."""
+    return RobotModel(description, platform)
 
 
 def _numbers(element: ElementTree.Element | None, attribute: str, default: str = '') -> Array:

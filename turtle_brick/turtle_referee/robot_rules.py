@@ -15,12 +15,12 @@
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from math import atan2, dist, hypot, isfinite, pi, radians, sin
+from math import asin, atan2, degrees, dist, hypot, isfinite, pi, radians
 from typing import Any
 
 from turtle_referee.constants import CENTER, NANO, NANOSECONDS, PHYSICS_RATE, RATE
-from turtle_referee.geometry import inclination
-from turtle_referee.record import Drive, Frame, Heard, rate, Record, stamp_of
+from turtle_referee.geometry import Array, inclination
+from turtle_referee.record import Drive, Frame, Heard, rate, Record, Sample, stamp_of
 from turtle_referee.robot_model import Joint, RobotModel, Solid
 from turtle_referee.rules import Broken, Finding, needed, number, Open, Plot, Rules, Series, worst
 
@@ -29,6 +29,9 @@ rule = RULES.rule
 
 RATE_TOLERANCE = 0.02
 """The part by which a rate may be off."""
+
+EXACT = 1e-3
+"""How far (m) apart two numbers may be that are the same."""
 
 NEAR = 0.01
 """How far (m) apart two statements about one place may be."""
@@ -45,8 +48,14 @@ SLIP = 0.02
 CROOKED = 5.0
 """How far (degrees) from the motion the wheel may roll."""
 
+AWAY = 0.02
+"""How far (m) the robot is from where it set off when its direction is taken."""
+
 STRIDE = 5
 """Over how many transforms the direction of the motion is taken."""
+
+ROUGHLY = 0.1
+"""The part by which what rolled may differ from the sum of the wheel's velocity."""
 
 LATELY = 50_000_000
 """How long (ns) before and after an odometry message a command is one of its time."""
@@ -305,6 +314,27 @@ def joints_are_published(record: Record) -> Finding:
     return Finding(published == known and not odd, words)
 
 
+@rule('joint_states: velocity', 'Publishing the joint_states … compute based on the wheel radius '
+      'and the forward velocity', f'0 at rest, and what rolls off within {ROUGHLY:.0%}',
+      timely=True)
+def joints_have_their_velocity(record: Record) -> Finding:
+    """Check that velocities, where they are published, fit the positions."""
+    if not any(len(one.message.velocity) for one in messages(record, 'joint_states')):
+        raise Open('no velocity is published, and none is demanded')
+    at_rest = worst(abs(value) for begin, end in record.idle for joint in model(record).joints
+                    for _, value in record.joint(joint.name, begin, end, 'velocity'))
+    wheel, rolled, summed = wheel_joint(record).name, [], []
+    for drive in drives(record):
+        angles = record.joint(wheel, drive.begin, drive.end)
+        speeds = record.joint(wheel, drive.begin, drive.end, 'velocity')
+        rolled.append(angles[-1][1] - angles[0][1])
+        summed.append(sum((v + w) / 2.0 * (b - a) * NANO
+                          for (a, v), (b, w) in zip(speeds, speeds[1:])))
+    kept = at_rest <= EXACT and all(abs(a - b) <= ROUGHLY * abs(a) for a, b in zip(rolled, summed))
+    return Finding(kept, f'at most {at_rest:.3f} rad/s at rest, {sum(map(abs, summed)):.1f} of '
+                   f'{sum(map(abs, rolled)):.1f} rad')
+
+
 # ----------------------------------------------------------------------- the robot's description
 
 def model(record: Record) -> RobotModel:
@@ -434,19 +464,23 @@ def links_differ_in_color(record: Record) -> Finding:
 
 @rule('URDF: numbers', 'changing config/turtle.yaml should be the only change required to work '
       'with a different platform_height or wheel_radius and have the robot appear correctly',
-      'platform_height and wheel_radius as configured')
+      'platform_height, wheel_radius and platform_radius as configured')
 def model_has_the_numbers(record: Record) -> Finding:
     """Check that the description was built from the configured numbers."""
     robot = model(record)
     for wanted in ('platform_height', 'wheel_radius'):
         if wanted in record.profile.guessed:
             raise Open(f'{wanted} is known from the URDF alone')
-    height, wheel = number(record, 'platform_height'), number(record, 'wheel_radius')
+    height = number(record, 'platform_height')
     bottom, top = needed(robot.platform_span(), 'no wheel on the ground, or no platform')
-    radius = robot.numbers()['wheel_radius']
-    return Finding(bottom - 1e-3 <= height <= top + 1e-3 and abs(radius - wheel) <= 1e-3,
-                   f'platform from {bottom:.3f} to {top:.3f} m (configured {height:.3f}), '
-                   f'wheel {radius:.3f} m (configured {wheel:.3f})')
+    kept = bottom - EXACT <= height <= top + EXACT
+    words = f'platform from {bottom:.3f} to {top:.3f} m (configured {height:.3f})'
+    for name in ('wheel_radius', 'platform_radius'):
+        drawn, configured = robot.numbers()[name], record.profile.numbers.get(name)
+        if configured is not None:
+            kept = kept and abs(drawn - configured) <= EXACT
+            words += f', {name} {drawn:.3f} m (configured {configured:.3f})'
+    return Finding(kept, words)
 
 
 # ------------------------------------------------------------------------- driving and tilting
@@ -525,25 +559,56 @@ def wheel_does_not_slip(record: Record) -> Finding:
                         Series('without slipping', [0.0, max(ways)], [0.0, max(ways)])))
 
 
+def misaligned(record: Record, sample: Sample, stem: float, way: Array) -> float:
+    """Return the angle between the way of base_link and how the wheel rolls, for a stem's angle."""
+    axis = sample.pose.axes @ model(record).axis(
+        wheel_joint(record), {stem_joint(record).name: stem})
+    return asin(min(abs(float(axis[:2] @ way)) / hypot(*way), 1.0))
+
+
+@rule('drive: stem first', 'To move in a given direction, the stem points in that direction and '
+      'then the robot translates', f'turned, within {CROOKED:g} degrees, before the robot moves',
+      timely=True)
+def stem_turns_first(record: Record) -> Finding:
+    """Check that the stem points along the motion already while the robot still stands."""
+    early = []
+    for drive in drives(record):
+        samples = frame(record, 'base_link').between(drive.begin, drive.end)
+        ways = [(one.pose.position - samples[0].pose.position)[:2] for one in samples]
+        moved = [number for number, way in enumerate(ways) if hypot(*way) > EXACT]
+        far = [way for way in ways if hypot(*way) > AWAY]
+        if not far:
+            continue
+        sets_off = turned = samples[moved[0]].stamp
+        for stamp, angle in reversed(record.joint(
+                stem_joint(record).name, drive.begin, drive.end)):
+            if stamp < sets_off:
+                if misaligned(record, samples[0], angle, far[0]) > radians(CROOKED):
+                    break
+                turned = stamp
+        early.append((sets_off - turned) * NANO)
+    if not early:
+        raise Open('the robot was not seen to drive')
+    return Finding(min(early) > 0.0, f'at least {min(early):.3f} s before, {len(early)} times')
+
+
 @rule('drive: stem', 'the stem points in that direction and then the robot translates (while the '
       'wheel rolls)', f'the wheel rolls along the motion, within {CROOKED:g} degrees', timely=True)
 def stem_points_along(record: Record) -> Finding:
     """Check that in the middle of each drive the wheel's axis is across the motion."""
-    robot, wheel, stem = model(record), wheel_joint(record), stem_joint(record)
-    base, off = frame(record, 'base_link'), []
+    off = []
     for drive in drives(record):
-        samples = base.between(drive.begin, drive.end)
+        samples = frame(record, 'base_link').between(drive.begin, drive.end)
         moving = [(b, way) for a, b in zip(samples, samples[STRIDE:])
-                  if hypot(*(way := (b.pose.position - a.pose.position)[:2])) > 0.01]
-        angles = record.joint(stem.name, drive.begin, drive.end)
+                  if hypot(*(way := (b.pose.position - a.pose.position)[:2])) > NEAR]
+        angles = record.joint(stem_joint(record).name, drive.begin, drive.end)
         for sample, way in moving[len(moving) // 4:-len(moving) // 4 or None]:
             angle = min(angles, key=lambda one: abs(one[0] - sample.stamp))[1]
-            axis = sample.pose.axes @ robot.axis(wheel, {stem.name: angle})
-            off.append(abs(float(axis[:2] @ way)) / hypot(*way))
+            off.append(misaligned(record, sample, angle, way))
     if not off:
         raise Open('the robot was not seen to drive')
-    return Finding(worst(off) <= sin(radians(CROOKED)),
-                   f'at most {worst(off) * 180.0 / pi:.1f} degrees off, {len(off)} times')
+    return Finding(worst(off) <= radians(CROOKED),
+                   f'at most {degrees(worst(off)):.1f} degrees off, {len(off)} times')
 
 
 @rule('tilt', 'The tilt angle of the platform is set to the last message received on this topic',

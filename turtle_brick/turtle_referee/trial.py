@@ -110,14 +110,18 @@ class Trial(Hands):
         self.is_alive = is_alive
         self.program = program
         self.end = monotonic() + limit
+        self.failures = 0
+        """Bricks that were not placed, or did not fall."""
 
     def run(self) -> None:
         """Go through the whole programme."""
         if self.meet():
             self.rest()
             self.drive()
+            # The first brick lies on the ground then, and has the platform's angle there too.
+            self.drop_all(self.program.drops[:1])
             self.tilt()
-            self.drop_all()
+            self.drop_all(self.program.drops[1:])
 
     # ------------------------------------------------------------------------------- the start
 
@@ -221,13 +225,12 @@ class Trial(Hands):
             return 0.0
         return height if 0.0 < height < 1.0 else 0.0
 
-    def drop_all(self) -> None:
+    def drop_all(self, drops: Sequence[Drop]) -> None:
         """Drop one brick after another."""
-        if self.record.frame('brick') is None:
+        if self.record.frame('brick') is None and 'there is no brick' not in self.record.notes:
             self.record.notes.append('there is no brick')
-        failures = 0
-        for drop in self.program.drops:
-            if monotonic() > self.end or failures > 1:
+        for drop in drops:
+            if monotonic() > self.end or self.failures > 1:
                 self.record.notes.append(f'not dropped any more: {drop.words}')
                 continue
             place, reachable = self.place_of(drop)
@@ -236,10 +239,10 @@ class Trial(Hands):
                 self.go(CENTER)
             ask = self.place(place)
             if not (ask.answered and ask.accepted):
-                failures += 1
+                self.failures += 1
                 continue
             watch = self.drop(place)
-            failures += watch.released is None
+            self.failures += watch.released is None
             watch.should = reachable
             if watch.floated and not any(one.left_alone for one in self.record.drops):
                 # Where it floats, it stays, wherever the robot goes.

@@ -18,13 +18,16 @@ A fault changes what is published on a topic, whoever publishes it, and so knows
 inside. Those that do not get in each other's way share a graph.
 """
 
+from collections import deque
 from collections.abc import Callable
 from math import dist
 from typing import Any, NamedTuple
 
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import Quaternion, TransformStamped
 import pytest
+from rclpy.duration import Duration
 from rclpy.publisher import Publisher
+from rclpy.time import Time
 from turtle_referee.constants import CENTER
 from turtle_referee.trial import ABOVE, FAR_OUT, IN_REACH, Program
 
@@ -76,6 +79,36 @@ def turn_stem(message: Any) -> None:
     message.position[0] += 0.35
 
 
+def late_stem() -> Change:
+    """Return what turns the stem 0.1 s late: with the motion that is seen."""
+    angles: deque[float] = deque(maxlen=10)
+
+    def turn(message: Any) -> None:
+        angles.append(message.position[0])
+        message.position[0] = angles[0]
+    return turn
+
+
+def slow_wheel(message: Any) -> None:
+    """Say half of the wheel's velocity."""
+    message.velocity[1] /= 2.0
+
+
+def level_on_the_ground(message: Any) -> None:
+    """Let the brick lie flat on the ground."""
+    for transform in message.transforms:
+        if transform.child_frame_id == 'brick' and transform.transform.translation.z < 0.2:
+            transform.transform.rotation = Quaternion()
+
+
+def fall_early(message: Any) -> None:
+    """Have what the brick does happen 12 ms earlier: before it is dropped."""
+    for transform in message.transforms:
+        if transform.child_frame_id == 'brick':
+            stamp = Time.from_msg(transform.header.stamp) - Duration(nanoseconds=12_000_000)
+            transform.header.stamp = stamp.to_msg()
+
+
 def shrink(message: Any) -> None:
     """Draw the walls around 10 m x 10 m."""
     for marker in message.markers:
@@ -117,19 +150,26 @@ ON_THE_MOVE = (
     Mutant({'cmd_vel: at rest'}, 'commands at rest turn the robot to and fro',
            'cmd_vel', swing(1e-6)),
     Mutant({'odom: pose'}, 'the odometry is 2 cm from the transform', 'odom', shift),
-    Mutant({'drive: stem'}, 'the stem points 20 degrees beside the motion',
+    Mutant({'drive: stem', 'drive: stem first'}, 'the stem points 20 degrees beside the motion',
            'joint_states', turn_stem),
+    Mutant({'joint_states: velocity'}, 'the wheel turns with half of its velocity',
+           'joint_states', slow_wheel),
+    Mutant({'brick: angle'}, 'the brick is level on the ground', 'tf', level_on_the_ground),
     Mutant({'walls: size'}, 'the walls are around 10 m x 10 m', 'walls', shrink),
     Mutant({'tilt'}, 'the platform tilts by half of what is asked for', 'tilt', halve))
 
 WITH_BRICKS = (
     Mutant({'brick marker: place'}, "the brick's marker is 10 cm from the brick",
            'brick_marker', shift_marker),
+    Mutant({'drop: answer first'}, 'the brick falls before the answer', 'tf', fall_early),
     Mutant({'text: time'}, 'the text lasts for 5 s', 'catcher_marker', show_longer),
     Mutant({'verdict: in reach', 'verdict: kept'}, 'the robot stays at the center',
            'goal_pose', stay_at_center),
     Mutant({'again'}, 'the platform stays tilted', 'tilt',
            lambda message: abs(message.angle) > 0.1))
+
+TOO_LATE = (
+    Mutant({'drive: stem first'}, 'the stem turns with the motion', 'joint_states', late_stem()),)
 
 OTHER_NUMBERS = {'gravity_accel': 6.0, 'wheel_radius': 0.25, 'max_velocity': 3.3,
                  'platform_height': 1.8}
@@ -152,10 +192,10 @@ class Mutation(NamedTuple):
 
 
 MUTATIONS = {
-    'on the move': Mutation(ON_THE_MOVE, Program(2.0, 3, (0.5,), ())),
+    'on the move': Mutation(ON_THE_MOVE, Program(2.0, 3, (0.5,), (FAR_OUT,))),
     'with bricks': Mutation(WITH_BRICKS, Program(0.5, 0, (), (FAR_OUT, IN_REACH, ABOVE))),
     'with other numbers': Mutation(
-        (), Program(0.5, 2, (), (ABOVE,)), OTHER_NUMBERS, frozenset((
+        TOO_LATE, Program(0.5, 3, (), (ABOVE,)), OTHER_NUMBERS, frozenset((
             'URDF: numbers', 'drive: rolling', 'drive: speed', 'fall: acceleration',
             'fall: platform', 'slide: law'))),
 }
