@@ -323,16 +323,15 @@ def joints_have_their_velocity(record: Record) -> Finding:
         raise Open('no velocity is published, and none is demanded')
     at_rest = worst(abs(value) for begin, end in record.idle for joint in model(record).joints
                     for _, value in record.joint(joint.name, begin, end, 'velocity'))
-    wheel, rolled, summed = wheel_joint(record).name, [], []
+    wheel, rolled, summed = wheel_joint(record).name, 0.0, 0.0
     for drive in drives(record):
         angles = record.joint(wheel, drive.begin, drive.end)
         speeds = record.joint(wheel, drive.begin, drive.end, 'velocity')
-        rolled.append(angles[-1][1] - angles[0][1])
-        summed.append(sum((v + w) / 2.0 * (b - a) * NANO
-                          for (a, v), (b, w) in zip(speeds, speeds[1:])))
-    kept = at_rest <= EXACT and all(abs(a - b) <= ROUGHLY * abs(a) for a, b in zip(rolled, summed))
-    return Finding(kept, f'at most {at_rest:.3f} rad/s at rest, {sum(map(abs, summed)):.1f} of '
-                   f'{sum(map(abs, rolled)):.1f} rad')
+        rolled += angles[-1][1] - angles[0][1]
+        summed += sum((v + w) / 2.0 * (b - a) * NANO
+                      for (a, v), (b, w) in zip(speeds, speeds[1:]))
+    return Finding(at_rest <= EXACT and abs(summed - rolled) <= ROUGHLY * abs(rolled),
+                   f'at most {at_rest:.3f} rad/s at rest, {summed:.1f} of {rolled:.1f} rad')
 
 
 # ----------------------------------------------------------------------- the robot's description
@@ -560,7 +559,7 @@ def wheel_does_not_slip(record: Record) -> Finding:
 
 
 def misaligned(record: Record, sample: Sample, stem: float, way: Array) -> float:
-    """Return the angle between the way of base_link and how the wheel rolls, for a stem's angle."""
+    """Return the angle between a way of base_link and that on which the wheel rolls."""
     axis = sample.pose.axes @ model(record).axis(
         wheel_joint(record), {stem_joint(record).name: stem})
     return asin(min(abs(float(axis[:2] @ way)) / hypot(*way), 1.0))

@@ -20,19 +20,21 @@ inside. Those that do not get in each other's way share a graph.
 
 from collections import deque
 from collections.abc import Callable
-from math import dist
+from math import dist, sqrt
 from typing import Any, NamedTuple
 
 from geometry_msgs.msg import Quaternion, TransformStamped
 import pytest
-from rclpy.duration import Duration
 from rclpy.publisher import Publisher
-from rclpy.time import Time
+from turtle_brick.core.parameters import load
 from turtle_referee.constants import CENTER
 from turtle_referee.trial import ABOVE, FAR_OUT, IN_REACH, Program
 
 Change = Callable[[Any], bool | None]
 """Changes a message; False if it is not to be published."""
+
+
+GRAVITY = load().gravity_accel
 
 
 class Mutant(NamedTuple):
@@ -101,12 +103,22 @@ def level_on_the_ground(message: Any) -> None:
             transform.transform.rotation = Quaternion()
 
 
-def fall_early(message: Any) -> None:
-    """Have what the brick does happen 12 ms earlier: before it is dropped."""
-    for transform in message.transforms:
-        if transform.child_frame_id == 'brick':
-            stamp = Time.from_msg(transform.header.stamp) - Duration(nanoseconds=12_000_000)
-            transform.header.stamp = stamp.to_msg()
+def early_fall() -> Change:
+    """Return what has a brick begin to fall 12 ms earlier: before it is dropped."""
+    begin = last = 0.0
+
+    def fall(message: Any) -> None:
+        nonlocal begin, last
+        for transform in message.transforms:
+            place, turn = transform.transform.translation, transform.transform.rotation
+            if transform.child_frame_id == 'brick':
+                before, last = last, place.z
+                if last >= before:
+                    begin = last
+                elif turn.x == turn.y == 0.0:
+                    time = sqrt(2.0 * (begin - last) / GRAVITY) + 0.012
+                    place.z = begin - GRAVITY * time * time / 2.0
+    return fall
 
 
 def shrink(message: Any) -> None:
@@ -161,7 +173,7 @@ ON_THE_MOVE = (
 WITH_BRICKS = (
     Mutant({'brick marker: place'}, "the brick's marker is 10 cm from the brick",
            'brick_marker', shift_marker),
-    Mutant({'drop: answer first'}, 'the brick falls before the answer', 'tf', fall_early),
+    Mutant({'drop: answer first'}, 'the brick falls before the answer', 'tf', early_fall()),
     Mutant({'text: time'}, 'the text lasts for 5 s', 'catcher_marker', show_longer),
     Mutant({'verdict: in reach', 'verdict: kept'}, 'the robot stays at the center',
            'goal_pose', stay_at_center),

@@ -152,7 +152,7 @@ def test_nonsense_is_judged(domain_id):
     # The frames have names and parents, whatever their numbers.
     assert set(marks(record, KEPT)) <= {
         'frames: world', 'frames: brick', 'frames: broadcasters', 'frames: robot', 'text: kind',
-        'walls: to be seen', 'brick marker: to be seen', 'odom: twist', 'drop'}
+        'walls: to be seen', 'brick marker: to be seen', 'odom: twist', 'drop', 'brick: angle'}
 
 
 def test_nothing_is_judged(domain_id):
