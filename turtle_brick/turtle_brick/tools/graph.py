@@ -80,20 +80,18 @@ class Graph(Spins):
     """Nodes in one process that see each other, and whoever else is in their ROS domain."""
 
     def __init__(self, domain_id: int | None = None, namespace: str = '',
-                 params_file: Path | None = None,
                  overrides: dict[str, Any] | None = None, quiet: bool = False) -> None:
         """
         Start with no nodes.
 
         :param domain_id: the ROS domain; that of the environment if None
         :param namespace: the namespace of all nodes
-        :param params_file: the parameter file; that of the package if None
-        :param overrides: parameters that differ from it
+        :param overrides: parameters that differ from the package's file
         :param quiet: whether the nodes log warnings and errors only
         """
         self.namespace = namespace
         self._files = TemporaryDirectory()
-        self.params_file = params_file or default_path()
+        self.params_file = default_path()
         if overrides:
             given = yaml.safe_load(self.params_file.read_text(encoding='utf-8'))
             self.params_file = self.parameter_file(
@@ -125,7 +123,6 @@ class Graph(Spins):
         :param ros_arguments: what stands behind --ros-args, as '-r', 'cmd_vel:=turtle1/cmd_vel'
         :param parameters: whether to give it the parameter file and its overrides
         :param options: passed on to the node's class
-        :return: The node.
         """
         arguments = ['--ros-args', *ros_arguments]
         if parameters:
@@ -179,12 +176,10 @@ class Graph(Spins):
         """
         Start an executable that belongs to the graph, in a process of its own.
 
-        :param package: the package it belongs to
+        :param package: the package it belongs to; PackageNotFoundError if there is none
         :param name: its name
         :param arguments: its command line
         :param listener: called with each line that it prints
-        :return: The process.
-        :raises PackageNotFoundError: there is no such package; its argument says so
         """
         ros_arguments = [*self._log_level]
         if self.namespace:

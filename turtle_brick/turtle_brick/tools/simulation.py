@@ -170,17 +170,9 @@ class Simulation:
         self.rest(0.1)
         world.release()
         released = self._physics_at
-        robot = (self.turtle.pose.x, self.turtle.pose.y)
+        robot = self.turtle.pose[:2]
         decisions = len(self.decisions)
-        decided = inf
-
-        def landed() -> bool:
-            nonlocal decided
-            if decided == inf and len(self.decisions) > decisions:
-                decided = (self.now - released) * NANO
-            return world.phase is not Phase.FALLING
-
-        self.run(landed)
+        self.run(lambda: world.phase is not Phase.FALLING)
         fall_time = (self.now - released) * NANO
         caught = world.phase is Phase.RIDING
         carried_to, slide_time = None, 0.0
@@ -189,14 +181,15 @@ class Simulation:
             # Enough for the way across the arena at max_velocity, and for the slide.
             longest = 30.0 + 16.0 / self.parameters.max_velocity
             finished = self.run(lambda: catcher.state is State.TILTING, longest)
-            carried_to = (self.turtle.pose.x, self.turtle.pose.y)
+            carried_to = self.turtle.pose[:2]
             tilted = self.now
             finished = finished and self.run(lambda: world.phase is Phase.FLOATING, 30.0)
             slide_time = (self.now - tilted) * NANO
         finished = finished and self.run(lambda: catcher.state is State.WAITING, 10.0)
-        decision = self.decisions[-1][1] if len(self.decisions) > decisions else None
-        return Result(brick, robot, decision, caught, fall_time, decided, carried_to, slide_time,
-                      finished)
+        told: list[tuple[float, Decision | None]] = [*self.decisions[decisions:], (inf, None)]
+        decided, decision = told[0]
+        return Result(brick, robot, decision, caught, fall_time, (decided - released) * NANO,
+                      carried_to, slide_time, finished)
 
     def _tick(self, now: int) -> None:
         """Do what turtlesim does every 16 ms."""
