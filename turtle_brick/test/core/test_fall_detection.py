@@ -74,7 +74,7 @@ class Watch:
         return None
 
 
-@law(80)
+@law(40)
 @given(x=coordinates, y=coordinates, height=heights, gravity=gravities, spacing=intervals,
        hovering=st.integers(0, 5), part=st.floats(0.0, 1.0))
 def test_fall_is_known_by_its_third_sample_with_its_course(
@@ -98,7 +98,7 @@ def test_fall_is_known_by_its_third_sample_with_its_course(
     assert watch.recognized == 1
 
 
-@law(50)
+@law(30)
 @given(spacing=intervals, gravity=gravities, places=st.lists(
     st.tuples(st.integers(2, 4), st.booleans(), st.one_of(
         st.floats(-1e-2, 1e-2), st.floats(-10.0, 10.0), st.floats(-1e-6, 1e-6))),
@@ -118,7 +118,7 @@ other_falls = st.tuples(st.just(pi / 2.0), st.floats(0.1, 10.0),
                         st.floats(0.0, 0.88) | st.floats(1.12, 3.0))
 
 
-@law(80)
+@law(40)
 @given(motion=slides | other_falls, spacing=intervals)
 def test_slides_and_other_accelerations_are_no_fall(motion, spacing):
     """The steeper the slope, the more it is like one: 1.5 rad is the steepest tilt_angle."""
@@ -132,7 +132,7 @@ def test_slides_and_other_accelerations_are_no_fall(motion, spacing):
     assert watch.recognized == 0
 
 
-@law(80)
+@law(40)
 @given(spacing=intervals, samples=st.integers(0, 20), sign=signs, amount=st.floats(0.02, 10.0),
        what=st.sampled_from(('placed above or below', 'placed aside', 'lies', 'time set back')))
 def test_fall_that_is_interrupted_has_ended(spacing, samples, sign, amount, what):
@@ -155,21 +155,8 @@ def test_fall_that_is_interrupted_has_ended(spacing, samples, sign, amount, what
     while watch.now - landed < 100_000_000:
         watch.hover(x, 5.0, z, 1)
     assert (watch.detector.fall, watch.recognized) == (None, 1)
-    assert watch.fall(x, 5.0, z, watch.now, 4).stamp < watch.now
-
-
-@law(40)
-@given(spacing=intervals, samples=st.integers(0, 20), amount=st.floats(1e-3, 10.0))
-def test_falling_brick_that_is_moved_sideways_falls_anew(spacing, samples, amount):
-    """And goes on falling: where it comes down is another place, decided again."""
-    watch = Watch(spacing)
-    release = watch.now
-    watch.fall(5.0, 5.0, 50.0, release, 4)
-    watch.fall(5.0, 5.0, 50.0, release, samples)
-    fall = watch.fall(5.0 + amount, 5.0, 50.0, release, 4)
-    assert (fall.x, watch.recognized) == (5.0 + amount, 2)
-    contact = release * 1e-9 + sqrt(2.0 * 49.0 / GRAVITY)
-    assert fall.stamp * 1e-9 + fall.time_to(1.0, GRAVITY) == pytest.approx(contact, abs=1e-3)
+    again = watch.fall(x, 5.0, z, watch.now, 4)
+    assert (again.x, watch.recognized) == (x, 2)
 
 
 def test_samples_that_come_twice_count_once():
@@ -179,7 +166,7 @@ def test_samples_that_come_twice_count_once():
     assert detector.fall is not None
 
 
-@law(40)
+@law(20)
 @given(z=heights, speed=st.floats(0.0, 20.0), gravity=gravities, time=st.floats(0.01, 3.0))
 def test_course_of_a_fall_is_the_closed_form(z, speed, gravity, time):
     fall = Fall(SECOND, 1.0, 2.0, z, speed)
@@ -197,7 +184,7 @@ def test_course_of_a_fall_is_the_closed_form(z, speed, gravity, time):
 extremes = st.sampled_from((0.0, 5.0, 1e9, -1e9, 1e200, 1e308, -1e308, inf, -inf, nan))
 
 
-@law(40)
+@law(20)
 @given(positions=st.lists(st.tuples(extremes, extremes, extremes), min_size=3, max_size=20))
 def test_no_position_is_a_fall_that_cannot_be_reckoned_with(positions):
     """Finite or not: nothing raises, and no verdict has a number that is none."""

@@ -27,41 +27,22 @@ from worlds import (advance, brick_in, DT, gap, GRAVITY, LIFT, platform_at, RADI
                     THICKNESS, TOP)
 
 
-def words(text):
-    """Return the words of a docstring, however it is laid out."""
-    return ' '.join(text.split()).rstrip('.')
-
-
 @pytest.mark.parametrize(('member', 'signature', 'docstring'), [
-    (World.__init__, '(self, brick, gravity, radius, dt)', """
-        Initialize the world.
-
-        Args:
-          brick - The (x,y,z) location of the brick
-          gravity - the acceleration due to gravity in m/s^2
-          radius - the radius of the platform
-          dt - timestep in seconds of the physics simulation
-     """),
-    (World.brick.fget, '(self)', """
-        Get the brick's location.
-
-        Return:
-           (x,y,z) location of the brick
-     """),
-    (World.brick.fset, '(self, location)', """
-        Set the brick's location.
-
-        Args:
-          location - the (x,y,z) location of the brick
-     """),
-    (World.drop, '(self)', """
-        Update the brick's location by having it fall in gravity for one timestep
-     """),
+    (World.__init__, '(self, brick, gravity, radius, dt)',
+     'Initialize the world. Args: brick - The (x,y,z) location of the brick gravity - the '
+     'acceleration due to gravity in m/s^2 radius - the radius of the platform dt - timestep in '
+     'seconds of the physics simulation'),
+    (World.brick.fget, '(self)',
+     "Get the brick's location. Return: (x,y,z) location of the brick"),
+    (World.brick.fset, '(self, location)',
+     "Set the brick's location. Args: location - the (x,y,z) location of the brick"),
+    (World.drop, '(self)',
+     "Update the brick's location by having it fall in gravity for one timestep"),
 ])
 def test_definition_is_that_of_the_assignment(member, signature, docstring):
     assert inspect.getdoc(World).startswith('Keep track of the physics of the world.\n')
     assert str(inspect.signature(member)) == signature
-    assert words(member.__doc__) == words(docstring)
+    assert ' '.join(member.__doc__.split()).rstrip('.') == docstring
 
 
 def test_init_makes_a_point_over_a_sheet_that_is_nowhere_and_the_point_hovers():

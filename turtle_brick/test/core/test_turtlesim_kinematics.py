@@ -145,29 +145,6 @@ def test_every_recorded_tick_is_reproduced(path: Path) -> None:
     assert {(state.commands, state.calls) for state in states} == {(len(commands), len(calls))}
 
 
-def test_first_tick_only_takes_commands() -> None:
-    """The tick that starts turtlesim's clock publishes nothing, but reads its queues."""
-    sim = TurtleSim()
-    sim.turtles['turtle1'].command(1.0, 0.0, 0.0)
-    sim.turtles['turtle1'].command(2.0, 0.0, 0.0)
-    assert sim.tick(0.0) == {}
-    assert sim.tick(TICK)['turtle1'].linear_velocity == 2.0
-
-
-def test_queue_is_keep_last_seven_and_one_per_tick() -> None:
-    """However many commands arrive between ticks, what is taken follows the queue's law."""
-    random = Random(1)
-    arrivals = [random.choice((0, 0, 1, 1, 2, 7, 8, 12)) for _ in range(500)]
-    turtle, issued, speed = Turtle(), 0, 0
-    for tick, count in enumerate(arrivals):
-        for number in range(issued, issued + count):
-            turtle.command(-float(number + 1), 0.0, 0.0)
-        issued += count
-        # The oldest of the last seven that has not been taken yet.
-        speed = min(max(speed + 1, issued - 6), issued)
-        assert turtle.tick(tick * TICK).linear_velocity == speed
-
-
 def test_commands_at_100_hz_wait_for_60_to_76_ms() -> None:
     """
     Over all phases the queue delays a change by what was measured on the real turtlesim.
