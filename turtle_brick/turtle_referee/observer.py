@@ -125,7 +125,7 @@ class Listener(Node):
         super().__init__(name, **{
             'start_parameter_services': False, 'enable_rosout': False, **node_options})
         self._kept: list[tuple[Subscription, Keep]] = []
-        self._asked: dict[tuple[Client, int], list[Heard]] = {}
+        self._asked: dict[tuple[Any, int], list[Heard]] = {}
 
     def hear(self, message_type: Any, topic: str, qos: QoSProfile | int = DEPTH) -> list[Heard]:
         """
@@ -146,7 +146,7 @@ class Listener(Node):
         subscription = self.create_subscription(message_type, topic, lambda message: None, qos)
         self._kept.append((subscription, keep))
 
-    def ask(self, client: Client, request: Any) -> list[Heard]:
+    def ask(self, client: Any, request: Any) -> list[Heard]:
         """Call a service; return a list to which `fetch` adds the answer."""
         answers: list[Heard] = []
         with client.handle:
