@@ -53,8 +53,7 @@ class Recorded:
     def __init__(self, **tracks):
         """Have heard all that follows a release, but for the tracks that are given."""
         self.tracks = {
-            BRICK: fall(), BASE_LINK: drive(10_000_000),
-            'pose': [(then, SimpleNamespace(x=x, y=y)) for then, (x, y) in drive(16_000_000)],
+            BRICK: fall(), BASE_LINK: drive(10_000_000), 'pose': drive(16_000_000),
             'goal_pose': [(RELEASE + DECIDED, None), (RELEASE + 2 * DECIDED, None)],
             'cmd_vel': [(RELEASE - 1, speed(1.0)), (RELEASE + COMMANDED - 1, speed(0.0)),
                         (RELEASE + COMMANDED, speed(3.0)), (RELEASE + MOVED, speed(3.0))],
@@ -79,18 +78,12 @@ def fall(first=-5, last=40, gravity=9.81):
         for step, height in heights.items()]
 
 
-class Place(tuple):
-    """A place that a transform and a pose tell."""
-
-    @property
-    def pose(self):
-        return SimpleNamespace(position=(*self, 0.0))
-
-
 def drive(period, moved=MOVED):
-    """Return places of a robot that begins to move some time (ns) after the release."""
-    return [(RELEASE + time, Place((5.5 + max(time - moved, 0) * 3e-9, 5.5)))
-            for time in range(-100_000_000, 200_000_000, period)]
+    """Return poses of a robot that begins to move some time (ns) after the release."""
+    places = {time: 5.5 + max(time - moved, 0) * 3e-9
+              for time in range(-100_000_000, 200_000_000, period)}
+    return [(RELEASE + time, SimpleNamespace(
+        x=x, y=5.5, pose=SimpleNamespace(position=(x, 5.5, 0.0)))) for time, x in places.items()]
 
 
 def speed(metres_per_second):
