@@ -20,9 +20,10 @@ order of arrivals and ticks that the times allow, and drops those whose pose dif
 recorded one in a single bit. What remains at the end explains the whole recording.
 """
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from itertools import product
 import json
 from math import hypot, inf, isnan, nan, pi
 from pathlib import Path
@@ -104,28 +105,10 @@ def bits(values: Sequence[float]) -> bytes:
     return struct.pack(f'{len(values)}f', *values)
 
 
-def following(state: Explanation, time: float, commands: list[list],
-              calls: list[Call]) -> Iterator[tuple[Explanation, TurtlePose]]:
-    """
-    Follow every order of arrivals in which a tick can have happened after another.
-
-    :param time: When the pose of this tick was received, in s.
-    :param commands: All commands [t, linear.x, linear.y, angular.z] of the recording.
-    :yields: What can have happened at this tick, and the pose that turtle1 then has.
-    """
-    published = [command[0] for command in commands]
-    surely_arrived = max(bisect_right(published, time - ARRIVAL_JITTER), state.commands)
-    perhaps_arrived = max(bisect_right(published, time), state.commands)
-    surely_served = max(sum(call.end < time - ARRIVAL_JITTER for call in calls), state.calls)
-    perhaps_served = sum(call.begin < time for call in calls)
-    for served in range(surely_served, perhaps_served + 1):
-        for arrived in range(surely_arrived, perhaps_arrived + 1):
-            sim = pickle.loads(state.sim)
-            if all(perform(call, sim, time) for call in calls[state.calls:served]):
-                for command in commands[state.commands:arrived]:
-                    sim.turtles['turtle1'].command(*command[1:])
-                pose = sim.tick(time)['turtle1']
-                yield Explanation(arrived, served, pickle.dumps(sim)), pose
+def arrived(published: list[float], time: float, before: int) -> range:
+    """Return how many commands can have arrived at a time (s), given how many had before."""
+    return range(max(bisect_right(published, time - ARRIVAL_JITTER), before),
+                 max(bisect_right(published, time), before) + 1)
 
 
 @pytest.mark.parametrize('path', RECORDINGS, ids=lambda path: path.stem)
@@ -133,14 +116,25 @@ def test_every_recorded_tick_is_reproduced(path: Path) -> None:
     """From the first tick to the last, some order of arrivals explains every pose's bits."""
     recording = json.loads(path.read_text())
     commands = recording['commands']['rows']
+    published = [command[0] for command in commands]
     calls = calls_of(recording['events'])
+    begins, ends = [call.begin for call in calls], [call.end for call in calls]
     sim = TurtleSim(recording['holonomic'])
     assert sim.tick(0.0) == {}
     states = {Explanation(0, 0, pickle.dumps(sim))}
     for number, (time, *recorded) in enumerate(recording['pose']):
-        states = {explanation for state in states
-                  for explanation, pose in following(state, time, commands, calls)
-                  if bits(pose) == bits(recorded)}
+        following = set()
+        for state in states:
+            surely_served = max(bisect_left(ends, time - ARRIVAL_JITTER), state.calls)
+            for served, taken in product(range(surely_served, bisect_left(begins, time) + 1),
+                                         arrived(published, time, state.commands)):
+                sim = pickle.loads(state.sim)
+                if all(perform(call, sim, time) for call in calls[state.calls:served]):
+                    for command in commands[state.commands:taken]:
+                        sim.turtles['turtle1'].command(*command[1:])
+                    if bits(sim.tick(time)['turtle1']) == bits(recorded):
+                        following.add(Explanation(taken, served, pickle.dumps(sim)))
+        states = following
         assert states, f'tick {number}, received at {time:.3f} s: nothing explains {recorded}'
     assert {(state.commands, state.calls) for state in states} == {(len(commands), len(calls))}
 

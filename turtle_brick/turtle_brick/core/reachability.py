@@ -106,7 +106,7 @@ def resting_height(parameters: CatcherParameters) -> float:
 
 def fall_time(height: float, parameters: CatcherParameters) -> float:
     """
-    Return the time (s) of a fall from rest onto the level platform, sqrt(2 h / g).
+    Return the time (s) of a free fall from rest onto the level platform, sqrt(2 h / g).
 
     :param height: of the brick's center when it is released (m)
     :param parameters: the physical numbers
