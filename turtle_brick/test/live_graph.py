@@ -130,7 +130,7 @@ class LiveGraph(Graph):
 
         def look() -> bool:
             if monotonic() > self._fetched + GLANCE:
-                self._fetch()
+                self.hear()
             found[:] = [predicate()]
             return bool(found[0])
 
@@ -140,9 +140,10 @@ class LiveGraph(Graph):
     def pass_time(self, seconds: float) -> None:
         """Let the nodes work for a time (s), and hear what they say."""
         self.spin_for(seconds)
-        self._fetch()
+        self.hear()
 
-    def _fetch(self) -> None:
+    def hear(self) -> None:
+        """Add to the recordings what has come."""
         self._ears.fetch()
         self._fetched = monotonic()
 
