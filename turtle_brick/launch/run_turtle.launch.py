@@ -14,8 +14,11 @@
 """Run the turtle robot in turtlesim, to be sent about with goal_pose."""
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
-from launch.substitutions import EnvironmentVariable, LaunchConfiguration, PathJoinSubstitution
+from launch.actions import (DeclareLaunchArgument, IncludeLaunchDescription,
+                            SetLaunchConfiguration)
+from launch.conditions import IfCondition
+from launch.substitutions import (EnvironmentVariable, EqualsSubstitution, LaunchConfiguration,
+                                  PathJoinSubstitution, ThisLaunchFileDir)
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
@@ -28,16 +31,21 @@ def generate_launch_description():
             default_value='config/run_turtle.rviz',
             description='The configuration of rviz2, relative to the share directory of '
                         'turtle_brick.'),
+        # An argument that is set keeps its value: the environment goes before the default.
+        SetLaunchConfiguration(
+            'view',
+            EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
+            condition=IfCondition(EqualsSubstitution(LaunchConfiguration('view', default=''), ''))),
         DeclareLaunchArgument(
             'view',
-            default_value=EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
+            default_value='rviz',
             choices=['rviz', 'web', 'none'],
             description='What shows the robot: rviz2 (rviz), a page in the browser (web) or '
-                        'nothing, for a machine without a display (none).'),
+                        'nothing, for a machine without a display (none). '
+                        'The variable TURTLE_BRICK_VIEW, if set, replaces the default.'),
         # First: launch waits for xacro here, and a Ctrl-C meanwhile would leave nodes behind.
         IncludeLaunchDescription(
-            PathJoinSubstitution(
-                [FindPackageShare('turtle_brick'), 'launch', 'show_turtle.launch.py']),
+            PathJoinSubstitution([ThisLaunchFileDir(), 'show_turtle.launch.py']),
             launch_arguments=[
                 ('use_jsp', 'none'),
                 ('rviz_config', LaunchConfiguration('rviz_config')),

@@ -14,7 +14,7 @@
 """Show the turtle robot alone: its description, its joints and a view of it."""
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
+from launch.actions import DeclareLaunchArgument, SetLaunchConfiguration
 from launch.conditions import IfCondition
 from launch.substitutions import (Command, EnvironmentVariable, EqualsSubstitution,
                                   LaunchConfiguration, PathJoinSubstitution)
@@ -37,12 +37,18 @@ def generate_launch_description():
             default_value='config/show_turtle.rviz',
             description='The configuration of rviz2, relative to the share directory of '
                         'turtle_brick.'),
+        # An argument that is set keeps its value: the environment goes before the default.
+        SetLaunchConfiguration(
+            'view',
+            EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
+            condition=IfCondition(EqualsSubstitution(LaunchConfiguration('view', default=''), ''))),
         DeclareLaunchArgument(
             'view',
-            default_value=EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
+            default_value='rviz',
             choices=['rviz', 'web', 'none'],
             description='What shows the robot: rviz2 (rviz), a page in the browser (web) or '
-                        'nothing, for a machine without a display (none).'),
+                        'nothing, for a machine without a display (none). '
+                        'The variable TURTLE_BRICK_VIEW, if set, replaces the default.'),
         Node(
             package='robot_state_publisher',
             executable='robot_state_publisher',

@@ -14,8 +14,11 @@
 """Run the whole arena: the turtle robot catches the brick that is dropped."""
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
-from launch.substitutions import EnvironmentVariable, LaunchConfiguration, PathJoinSubstitution
+from launch.actions import (DeclareLaunchArgument, IncludeLaunchDescription,
+                            SetLaunchConfiguration)
+from launch.conditions import IfCondition
+from launch.substitutions import (EnvironmentVariable, EqualsSubstitution, LaunchConfiguration,
+                                  PathJoinSubstitution, ThisLaunchFileDir)
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
@@ -28,15 +31,20 @@ def generate_launch_description():
             default_value='config/turtle_arena.rviz',
             description='The configuration of rviz2, relative to the share directory of '
                         'turtle_brick.'),
+        # An argument that is set keeps its value: the environment goes before the default.
+        SetLaunchConfiguration(
+            'view',
+            EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
+            condition=IfCondition(EqualsSubstitution(LaunchConfiguration('view', default=''), ''))),
         DeclareLaunchArgument(
             'view',
-            default_value=EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
+            default_value='rviz',
             choices=['rviz', 'web', 'none'],
             description='What shows robot, arena and brick: rviz2 (rviz), a page in the browser '
-                        '(web) or nothing, for a machine without a display (none).'),
+                        '(web) or nothing, for a machine without a display (none). '
+                        'The variable TURTLE_BRICK_VIEW, if set, replaces the default.'),
         IncludeLaunchDescription(
-            PathJoinSubstitution(
-                [FindPackageShare('turtle_brick'), 'launch', 'run_turtle.launch.py']),
+            PathJoinSubstitution([ThisLaunchFileDir(), 'run_turtle.launch.py']),
             launch_arguments=[
                 ('rviz_config', LaunchConfiguration('rviz_config')),
                 ('view', LaunchConfiguration('view')),

@@ -23,8 +23,9 @@ import ast
 from pathlib import Path
 
 from launch import LaunchContext
-from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
-from launch.launch_description_sources import get_launch_description_from_any_launch_file
+from launch.actions import (DeclareLaunchArgument, IncludeLaunchDescription,
+                            SetLaunchConfiguration)
+from launch.launch_description_sources import AnyLaunchDescriptionSource
 from launch.utilities import normalize_to_list_of_substitutions, perform_substitutions
 from launch_ros.actions import Node
 import pytest
@@ -48,6 +49,11 @@ def twin(name, language):
     return SHARE / 'launch' / f'{name}.launch.{language}'
 
 
+def inclusion(name, language):
+    """Return the action that includes a launch file."""
+    return IncludeLaunchDescription(AnyLaunchDescriptionSource(str(twin(name, language))))
+
+
 def evaluated(name, language, **given):
     """
     Load a launch file and evaluate everything in it for the values of its arguments.
@@ -62,9 +68,14 @@ def evaluated(name, language, **given):
         return perform_substitutions(context, normalize_to_list_of_substitutions(substitutions))
 
     actions = []
-    for action in get_launch_description_from_any_launch_file(str(twin(name, language))).entities:
+    file = inclusion(name, language)
+    file.execute(context)  # from here on, launch knows the folder
+    for action in file.launch_description_source.get_launch_description(context).entities:
         condition = action.condition is None or action.condition.evaluate(context)
-        if isinstance(action, DeclareLaunchArgument):
+        if isinstance(action, SetLaunchConfiguration):
+            if condition:
+                action.execute(context)
+        elif isinstance(action, DeclareLaunchArgument):
             action.execute(context)
             actions.append(('arg', action.name, value(action.default_value), action.description,
                             action.choices, context.launch_configurations[action.name]))
@@ -96,9 +107,10 @@ def evaluated(name, language, **given):
     return actions
 
 
-def arguments(name, language='py'):
+def arguments(name, language='py', **given):
     """Return a launch file's arguments by name: default, description, choices and value."""
-    return {action[1]: action[2:] for action in evaluated(name, language) if action[0] == 'arg'}
+    return {action[1]: action[2:] for action in evaluated(name, language, **given)
+            if action[0] == 'arg'}
 
 
 @pytest.fixture(autouse=True)
@@ -166,6 +178,18 @@ def test_arguments_are_those_of_the_assignment(monkeypatch):
     for name in NAMES:
         for language in ('py', 'xml'):
             assert arguments(name, language)['view'][-1] == 'web'
+            assert arguments(name, language, view='none')['view'][-1] == 'none'
+
+
+@pytest.mark.parametrize('language', ['py', 'xml'])
+def test_arguments_that_are_shown_are_those_that_count(language):
+    """As `ros2 launch -s` shows them; the robot that drives has no use for use_jsp."""
+    for name in NAMES:
+        shown = inclusion(name, language).launch_description_source \
+            .try_get_launch_description_without_context().get_launch_arguments()
+        own = ['use_jsp'] if name == 'show_turtle' else []
+        assert [argument.name for argument in shown] == [*own, 'rviz_config', 'view']
+        assert [part.describe() for part in shown[-1].default_value] == ["'rviz'"]
 
 
 @pytest.mark.parametrize('language', ['py', 'xml'])

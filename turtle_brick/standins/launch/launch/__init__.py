@@ -23,7 +23,8 @@ import signal
 import sys
 
 from launch import actions, substitutions
-from launch.actions import Action, DeclareLaunchArgument, SetLaunchConfiguration
+from launch.actions import (Action, DeclareLaunchArgument, OpaqueFunction,
+                            SetLaunchConfiguration)
 from launch.substitutions import (get_logger, launch_config, log_file, needs_real, outside,
                                   perform, Substitution)
 
@@ -147,14 +148,16 @@ class IncludeLaunchDescription(Action):
 
     def do(self, context, launch_description_source, *, launch_arguments=()):
         description = launch_description_source.get_launch_description(context)
-        context.launch_file = os.path.abspath(launch_description_source.location)
+        outer, context.launch_file = context.launch_file, os.path.abspath(
+            launch_description_source.location)
         names = [perform(context, name) for name, _ in launch_arguments]
         for argument, required in description.declared_arguments():
             if required and argument.name not in names:
                 raise RuntimeError(
                     f"Included launch description missing required argument '{argument.name}' "
                     f"(description: '{argument.description}'), given: [{', '.join(names)}]")
-        return [*(SetLaunchConfiguration(*each) for each in launch_arguments), description]
+        return [*(SetLaunchConfiguration(*each) for each in launch_arguments), description,
+                OpaqueFunction(function=lambda context: setattr(context, 'launch_file', outer))]
 
 
 actions.IncludeLaunchDescription = IncludeLaunchDescription

@@ -184,6 +184,12 @@ def _look_up(what, values, name, default, context):
         default if isinstance(default, (list, tuple)) else [default])])
 
 
+def _launch_file(name, context):
+    if not context.launch_file:
+        raise SubstitutionFailure(f'{name} used outside of a launch file (in a script)')
+    return context.launch_file
+
+
 LaunchConfiguration = substitution(
     'LaunchConfiguration', 'LaunchConfig({variable_name})',
     lambda context, variable_name, *, default=None: _look_up(
@@ -195,10 +201,10 @@ EnvironmentVariable = substitution(
         'environment variable', context.environment, perform(context, name), default_value,
         context))
 ThisLaunchFile = substitution(
-    'ThisLaunchFile', 'ThisLaunchFile()', lambda context: context.launch_file)
+    'ThisLaunchFile', 'ThisLaunchFile()', lambda context: _launch_file('ThisLaunchFile', context))
 ThisLaunchFileDir = substitution(
     'ThisLaunchFileDir', 'ThisLaunchFileDir()',
-    lambda context: os.path.dirname(context.launch_file))
+    lambda context: os.path.dirname(_launch_file('ThisLaunchFileDir', context)))
 PathJoinSubstitution = substitution(
     'PathJoinSubstitution', "PathJoin('{substitutions}')",
     lambda context, substitutions: os.path.join(*(perform(context, each)
