@@ -33,7 +33,7 @@ from turtle_referee.processes import Process
 NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable')
 """Possible names of the program."""
 
-TIMEOUT = 60.0
+TIMEOUT = 120.0
 """Longest time (s) for any action; without a graphics card it draws slowly."""
 
 OPTIONS = (
@@ -42,6 +42,23 @@ OPTIONS = (
     '--hide-scrollbars', '--remote-debugging-port=0',
     # Draw in software: no graphics card is needed.
     '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader')
+
+FEW_FRAMES = """
+const frame = window.requestAnimationFrame.bind(window);
+const waiting = new Map();
+let number = 0;
+window.requestAnimationFrame = draw => { waiting.set(++number, draw); return number; };
+window.cancelAnimationFrame = number => waiting.delete(number);
+const drawAll = now => {
+  const drawing = [...waiting.values()];
+  waiting.clear();
+  drawing.forEach(draw => draw(now));
+  window.drawn?.();
+  setTimeout(frame, 250, drawAll);
+};
+frame(drawAll);
+"""
+"""Draws a page four times a second: sixty frames would keep two processors busy."""
 
 
 def find_chromium() -> str | None:
@@ -85,6 +102,7 @@ class Chromium:
             self._session = self._call(
                 'Target.attachToTarget', targetId=target['targetId'], flatten=True)['sessionId']
             self._call('Page.enable')
+            self._call('Page.addScriptToEvaluateOnNewDocument', source=FEW_FRAMES)
             self._call('Emulation.setDeviceMetricsOverride', width=width, height=height,
                        deviceScaleFactor=1, mobile=False)
             self._stack = stack.pop_all()
@@ -116,6 +134,14 @@ class Chromium:
                 ' else setTimeout(look, 20); }; look(); })'):
             assert monotonic() < deadline, f'{expression}: not true within {TIMEOUT:g} s'
 
+    def push(self, kind: str, text: str) -> None:
+        """Click on the element of a kind that has a text, or that it labels, once there is one."""
+        element = (f'[...document.querySelectorAll({kind!r})]'
+                   f'.find(one => one.innerText === {text!r})')
+        self.wait_for(element)
+        self.click(*self.center_of(
+            f'document.getElementById({element}.htmlFor) || {element}'))
+
     def click(self, x: float, y: float, times: int = 1) -> None:
         """Click at a point of the page (pixels); three times in a text selects it."""
         self._call('Input.dispatchMouseEvent', type='mouseMoved', x=x, y=y)
@@ -136,9 +162,12 @@ class Chromium:
             f' return [box.x, box.y, box.width, box.height]; }})({expression})')
         return x + width / 2.0, y + height / 2.0
 
-    def screenshot(self) -> bytes:
-        """Return a picture of the page, as a PNG file."""
-        return b64decode(self._call('Page.captureScreenshot', format='png')['data'])
+    def scene(self) -> bytes:
+        """Return a picture of what three.js draws next, as a PNG file."""
+        url = self.evaluate(
+            'new Promise(done => { window.drawn = () => done('
+            'document.querySelector("canvas[data-engine]").toDataURL()); })')
+        return b64decode(url.partition(',')[2])
 
     def _call(self, method: str, **parameters: Any) -> Any:
         """Call a method of the DevTools protocol."""
