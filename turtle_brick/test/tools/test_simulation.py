@@ -214,17 +214,3 @@ def test_same_seed_is_the_same_course():
     assert first != drops(PARAMETERS, bricks, 6, DELAYS[1])
     assert [(result.brick, result.caught) for result in first] == [
         (bricks[0], True), (bricks[1], False)]
-
-
-def test_everything_can_be_watched():
-    """Every step of the physics is told, and how long a wait may last is kept."""
-    simulation = simulate()
-    steps = []
-    simulation.on_physics = lambda: steps.append(simulation.now)
-    simulation.rest(1.0)
-    assert len(steps) == 250
-    assert {after - before for before, after in zip(steps, steps[1:])} == {4_000_000}
-    begin = simulation.now
-    assert not simulation.run(lambda: False, 0.5)
-    assert (simulation.now - begin) * 1e-9 == pytest.approx(0.5, abs=0.02)
-    assert simulation.run(lambda: True)
