@@ -121,14 +121,12 @@ RATES = {'rate: base_link', 'rate: odom'}
 
 
 @pytest.mark.parametrize('rate, kept', (
-    (50.0, False), (97.7, False), (98.3, True), (101.7, True), (102.3, False)))
-@pytest.mark.parametrize('driven', (False, True))
-def test_rates_go_by_stamps(rate, kept, driven):
+    (97.7, False), (98.3, True), (101.7, True), (102.3, False)))
+def test_rates_go_by_stamps(rate, kept):
     """However late a stamped message is published, its stamp counts."""
     record = new_record()
     record.idle = [(at(0.0), at(2.0))]
-    if driven:
-        record.drives = [Drive(at(2.0), at(5.0), (0.0, 0.0), (1.0, 0.0))]
+    record.drives = [Drive(at(2.0), at(5.0), (0.0, 0.0), (1.0, 0.0))]
     for number in range(int(5.0 * rate)):
         say_frame(record, 'base_link', 'odom', [(number / rate, upright(0.0, 0.0, 0.0))])
         # In order, as DDS has it: whoever waits holds up those behind.
@@ -356,20 +354,19 @@ def test_who_publishes_no_velocity_is_not_judged_by_it(description):
 
 
 @pytest.mark.parametrize('slip, kept', (
-    (0.9, False), (0.973, False), (0.98, True), (1.02, True), (1.027, False)))
+    (0.973, False), (0.98, True), (1.027, False)))
 def test_wheels_roll(description, slip, kept):
     record = new_record()
     describe(record, description)
-    drive(record, slip=slip, count=3)
+    drive(record, slip=slip, count=2)
     assert find('drive: rolling', record).mark == KEPT_OR_BROKEN[kept]
-    assert find('drive: stem', record).mark == KEPT
 
 
-@pytest.mark.parametrize('degrees', (-6.0, 4.0, 90.0))
+@pytest.mark.parametrize('degrees', (-6.0, 4.0))
 def test_stems_point_along_the_motion(description, degrees):
     record = new_record()
     describe(record, description)
-    drive(record, crooked=degrees * pi / 180.0, count=3)
+    drive(record, crooked=degrees * pi / 180.0, count=2)
     assert marks(record, ('drive: stem', 'drive: stem first')) == (
         set() if abs(degrees) < 5.0 else {'drive: stem', 'drive: stem first'})
 
@@ -396,7 +393,7 @@ def fall(record, gravity=9.81, step=0.004, floor=HEIGHT / 2.0, aside=0.0, place=
     return watch
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(configured=floats(1.0, 20.0), factor=sampled_from((0.8, 0.978, 0.982, 1.018, 1.022)),
        step=floats(0.002, 0.02))
 def test_falls_have_their_acceleration(configured, factor, step):
@@ -435,19 +432,20 @@ def test_bricks_fall_after_the_answer(answer, unseen, kept):
     assert find('drop: answer first', record).mark == KEPT_OR_BROKEN[kept]
 
 
-@pytest.mark.parametrize('aside, kept', ((0.0, True), (0.002, True), (0.05, False)))
+@pytest.mark.parametrize('aside, kept', ((0.002, True), (0.05, False)))
 def test_falls_go_straight_down(aside, kept):
     record = new_record()
     fall(record, aside=aside)
     assert find('fall: course', record).mark == KEPT_OR_BROKEN[kept]
 
 
-@pytest.mark.parametrize('floor', (0.0, HEIGHT / 2.0, 0.3))
-def test_the_ground_is_at_0(floor):
-    record = new_record()
-    fall(record, floor=floor, place=(5.5, 5.5, 2.0))
-    assert find('fall: ground', record).mark == KEPT_OR_BROKEN[
-        floor == HEIGHT / 2.0]
+@pytest.mark.parametrize('above', (-0.04, 0.0, 0.04))
+def test_the_ground_is_at_0_and_the_platform_at_its_height(above):
+    for rule, caught, floor in (('fall: ground', False, HEIGHT / 2.0),
+                                ('fall: platform', True, REST)):
+        record = new_record()
+        fall(record, floor=floor + above, place=(5.5, 5.5, 2.0)).caught = caught
+        assert find(rule, record).mark == KEPT_OR_BROKEN[above == 0.0]
 
 
 def tip(record, pull=1.0, angle=0.5, stop=None, drift=0.0):
@@ -496,8 +494,7 @@ SLIDING = ('slide: law', 'slide: end', 'brick: floats', 'brick: rides', 'brick: 
            'again', 'fall: platform', 'fall: acceleration')
 
 
-@settings(max_examples=4, deadline=None)
-@given(angle=floats(0.2, 1.2))
+@pytest.mark.parametrize('angle', (0.2, 1.2))
 def test_slides_follow_the_closed_form(angle):
     record = new_record()
     watch = tip(record, angle=angle)
@@ -508,8 +505,8 @@ def test_slides_follow_the_closed_form(angle):
 
 
 @pytest.mark.parametrize('fault, broken', (
-    ({'pull': 0.5}, {'slide: law'}),
-    ({'pull': 1.3}, {'slide: law'}),
+    ({'pull': 0.8}, {'slide: law'}),
+    ({'pull': 1.15}, {'slide: law'}),
     ({'pull': 1e-6}, {'slide: law', 'slide: end', 'brick: floats', 'tip off', 'again'}),
     ({'stop': NUMBERS['platform_radius']}, {'slide: end'}),
     ({'stop': NUMBERS['platform_radius'] + LENGTH}, {'slide: end'}),
@@ -559,6 +556,10 @@ def invisible(record):
     record.markers[0].marker.color.a = 0.0
 
 
+def never_level(record):
+    record.drops[0].levelled = None
+
+
 def tilted_elsewhere(record):
     record.drops[0].carried_to = numpy.array((5.75, 5.5))
 
@@ -568,7 +569,8 @@ ARENA_FAULTS = (
     ('drop: answer first', answer_too_late), ('brick: hovers', brick_drifts),
     ('brick: rides', brick_lags),
     ('brick marker: to be seen', marker_shown_once), ('markers: frames', invisible),
-    ('frames: brick', brick_below_nothing), ('carry', tilted_elsewhere), (None, lambda record: 0))
+    ('frames: brick', brick_below_nothing), ('again', never_level),
+    ('carry', tilted_elsewhere), (None, lambda record: 0))
 
 
 @pytest.mark.parametrize('rule, fault', ARENA_FAULTS)
@@ -627,7 +629,7 @@ def refuse(record, text='Unreachable', lifetime=0.0, removed=None, kind=Marker.T
 
 
 @pytest.mark.parametrize('length, kept', (
-    (1.0, False), (2.69, False), (2.71, True), (3.29, True), (3.31, False)))
+    (2.69, False), (2.71, True), (3.29, True), (3.31, False)))
 @pytest.mark.parametrize('action', (None, Marker.DELETE, Marker.DELETEALL))
 def test_texts_last_3_seconds(length, kept, action):
     """By their lifetime, or until they are removed."""
