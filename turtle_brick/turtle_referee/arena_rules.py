@@ -23,7 +23,8 @@ from turtle_referee.drops import DropWatch
 from turtle_referee.geometry import Array, between, distance_to_rectangle, inclination, Pose, pose
 from turtle_referee.record import Ask, MarkerHeard, Record
 from turtle_referee.robot_rules import ALIKE, frame, NEAR
-from turtle_referee.rules import Broken, Finding, needed, number, Open, Plot, Rules, Series, worst
+from turtle_referee.rules import (Broken, Finding, needed, number, Open, Plot, Rules, Series,
+                                  some, worst)
 
 RULES = Rules()
 rule = RULES.rule
@@ -194,8 +195,7 @@ def brick_marker_is_at_the_brick(record: Record) -> Finding:
                        f'the frame {before[-1].marker.header.frame_id!r} of the marker is not '
                        'known')
         off.append(dist(there.position, brick.position))
-    if not off:
-        raise Open('the brick was not placed')
+    some(off, 'the brick was not placed')
     return Finding(worst(off) <= NEAR, f'at most {worst(off):.3f} m off')
 
 
@@ -226,10 +226,8 @@ def markers_can_be_drawn(record: Record) -> Finding:
       f'there within {NEAR} m, at rest, and answered', timely=True)
 def bricks_are_placed(record: Record) -> Finding:
     """Check that the brick goes where it is placed, and hovers."""
-    if not record.places:
-        raise Open('nothing was placed')
     off, drift = [], []
-    for ask in record.places:
+    for ask in some(record.places, 'nothing was placed'):
         if not ask.answered or not ask.accepted:
             raise Broken('at ({:.2f}, {:.2f}, {:.2f}): '.format(*ask.what)
                          + (ask.words or 'refused'))
@@ -244,20 +242,15 @@ def bricks_are_placed(record: Record) -> Finding:
 
 def dropped(record: Record) -> list[DropWatch]:
     """Return the bricks that were let go; Open if there are none."""
-    found = [drop for drop in record.drops if drop.released is not None]
-    if not found:
-        raise Open('no brick fell')
-    return found
+    return some([drop for drop in record.drops if drop.released is not None], 'no brick fell')
 
 
 @rule('drop', 'After the service responds, the brick starts falling', f'answered, and falling '
       f'within {SOON} s', timely=True)
 def bricks_are_dropped(record: Record) -> Finding:
     """Check that each drop is answered, and the brick falls."""
-    if not record.drops:
-        raise Open('nothing was dropped')
     waits = []
-    for drop in record.drops:
+    for drop in some(record.drops, 'nothing was dropped'):
         answer = answer_of(drop)
         waits.append((needed(drop.released, 'answered, but no brick fell') - answer.end) * NANO)
     return Finding(worst(waits) <= SOON, f'{len(waits)} times, at most '
@@ -295,8 +288,7 @@ def brick_hovers(record: Record) -> Finding:
     frame(record, 'brick')
     track = [brick.position for begin, end in record.idle
              for _, brick in record.brick_track(begin, end - BEFORE)]
-    if not track:
-        raise Open('the brick was not watched at rest')
+    some(track, 'the brick was not watched at rest')
     return Finding(moved(track) <= STILL,
                    f'moved by {moved(track):.4f} m in {len(track)} positions')
 
@@ -334,9 +326,7 @@ def falls(record: Record) -> list[Fall]:
         begin = -float(offset / slope)
         found.append(Fall(drop, begin, times - begin, depths, float(slope) ** 2,
                           worst(dist(place[:2], hover) for _, place in track)))
-    if not found:
-        raise Open('no fall was long enough')
-    return found
+    return some(found, 'no fall was long enough')
 
 
 @rule('fall: acceleration', 'the brick starts falling in gravity (using the specified gravity '
@@ -370,10 +360,8 @@ def falls_are_falls(record: Record) -> Finding:
 
 def half_height(record: Record) -> float:
     """Return half the brick's height (m), as its marker has it; Open if there is none."""
-    solid = [heard.marker for heard in brick_markers(record) if heard.marker.type == CUBE]
-    if not solid:
-        raise Open("the brick's marker is no box: its height is not known")
-    return solid[-1].scale.z / 2.0
+    boxes = [heard.marker for heard in brick_markers(record) if heard.marker.type == CUBE]
+    return some(boxes, "the brick's marker is no box: its height is not known")[-1].scale.z / 2.0
 
 
 def judge_height(record: Record, caught: bool, wanted: float) -> Finding:
@@ -385,8 +373,7 @@ def judge_height(record: Record, caught: bool, wanted: float) -> Finding:
             step = sqrt(2.0 * gravity * max(drop.place[2] - wanted, 0.0)) / PHYSICS_RATE
             kept = kept and abs(drop.landed[2] - wanted) <= step + NEAR
             heights.append(drop.landed[2])
-    if not heights:
-        raise Open(f'no brick has come down on the {"platform" if caught else "ground"}')
+    some(heights, f'no brick has come down on the {"platform" if caught else "ground"}')
     return Finding(kept, f'{len(heights)} times, its center at {min(heights):.3f} to '
                    f'{max(heights):.3f} m')
 
@@ -407,20 +394,10 @@ def platform_stops_the_brick(record: Record) -> Finding:
 
 # ------------------------------------------------------------------- on the platform, and off it
 
-class Catch(NamedTuple):
-    """A brick that has come down on the platform."""
-
-    drop: DropWatch
-    down: int
-
-
-def catches(record: Record) -> list[Catch]:
+def catches(record: Record) -> list[DropWatch]:
     """Return the bricks that came down on the platform; Open if none did."""
-    found = [Catch(drop, drop.down) for drop in dropped(record)
-             if drop.caught and drop.down is not None]
-    if not found:
-        raise Open('no brick has come down on the platform')
-    return found
+    return some([drop for drop in dropped(record) if drop.caught],
+                'no brick has come down on the platform')
 
 
 @rule('brick: rides', 'If the brick hits the platform it should move with the platform',
@@ -428,8 +405,8 @@ def catches(record: Record) -> list[Catch]:
 def brick_rides(record: Record) -> Finding:
     """Check that a brick on the level platform keeps its place on it."""
     rest, moving = [], []
-    for drop, down in catches(record):
-        track = record.brick_track(down, (drop.tilted or drop.end) - 20_000_000)
+    for drop in catches(record):
+        track = record.brick_track(drop.down or 0, (drop.tilted or drop.end) - 20_000_000)
         places = [place[:2] for stamp, _ in track
                   if (place := record.on_platform(stamp)) is not None]
         if len(places) < 2:
@@ -484,7 +461,7 @@ class Slide(NamedTuple):
 def slides(record: Record) -> list[Slide]:
     """Return the slides; Open if there are none."""
     gravity, found = number(record, 'gravity_accel'), []
-    for drop, _ in catches(record):
+    for drop in catches(record):
         if drop.tilted is None:
             continue
         # A brick that sticks has to slide as well.
@@ -509,9 +486,7 @@ def slides(record: Record) -> list[Slide]:
 
         found.append(min((Slide(times, seen - seen[0], due(lag)) for lag in LAGS),
                          key=lambda slide: slide.off))
-    if not found:
-        raise Open('no brick was tilted')
-    return found
+    return some(found, 'no brick was tilted')
 
 
 @rule('slide: law', 'it should slide off the platform (friction-less, but in gravity)',
@@ -533,7 +508,7 @@ def slides_end_at_the_rim(record: Record) -> Finding:
     """Check that the slide ends when the brick has cleared the platform."""
     radius, words, kept = number(record, 'platform_radius'), [], True
     scale = brick_markers(record)[-1].marker.scale
-    for drop, _ in catches(record):
+    for drop in catches(record):
         if drop.floated is None:
             continue
         brick, platform = record.brick(drop.floated), record.platform(drop.floated)
@@ -548,8 +523,7 @@ def slides_end_at_the_rim(record: Record) -> Finding:
         slope = hypot(*place) - min(half, scale.x / 2.0) - radius
         kept = kept and clear >= -EARLY and min(clear, slope) <= LATE
         words.append(f'{clear:+.3f}')
-    if not words:
-        raise Open('no brick has slid off')
+    some(words, 'no brick has slid off')
     return Finding(kept, f'{", ".join(words)} m between platform and brick')
 
 
@@ -557,10 +531,7 @@ def slides_end_at_the_rim(record: Record) -> Finding:
       'drives', timely=True)
 def brick_floats(record: Record) -> Finding:
     """Check that a brick that floats stays when platform and robot go."""
-    tracks = [[brick.position for _, brick in record.brick_track(drop.floated, drop.end - BEFORE)]
-              for drop, _ in catches(record) if drop.floated is not None]
-    if not any(tracks):
-        raise Open('no brick floats')
-    most = worst(moved(track) for track in tracks)
-    return Finding(most <= 5.0 * STILL, f'{sum(map(bool, tracks))} bricks, moved by at most '
-                   f'{most:.4f} m')
+    ways = [moved(brick.position for _, brick in record.brick_track(
+        drop.floated, drop.end - BEFORE)) for drop in catches(record) if drop.floated is not None]
+    most = worst(some(ways, 'no brick floats'))
+    return Finding(most <= 5.0 * STILL, f'{len(ways)} bricks, moved by at most {most:.4f} m')

@@ -20,7 +20,7 @@ from turtle_referee.arena_rules import ADD, catches, dropped, TEXT
 from turtle_referee.constants import CENTER, LIFETIME, NANO, UNREACHABLE
 from turtle_referee.drops import DropWatch
 from turtle_referee.record import MarkerHeard, Record
-from turtle_referee.rules import Broken, Finding, number, Open, Plot, Rules, Series
+from turtle_referee.rules import Broken, Finding, number, Open, Plot, Rules, Series, some
 
 RULES = Rules()
 rule = RULES.rule
@@ -37,10 +37,8 @@ SHOWN = 0.3
 
 def completed(record: Record) -> list[DropWatch]:
     """Return the bricks that were let go and have come down; Open or Broken if none has."""
-    found = [drop for drop in dropped(record) if drop.down is not None]
-    if not found:
-        raise Open('no brick has come down')
-    return found
+    return some([drop for drop in dropped(record) if drop.down is not None],
+                'no brick has come down')
 
 
 def name_of(drop: DropWatch) -> str:
@@ -91,9 +89,8 @@ def reach_plot(record: Record) -> Plot:
       'marker', '"Unreachable" for each brick that nobody could catch', timely=True)
 def hopeless_bricks_are_refused(record: Record) -> Finding:
     """Check that what a robot at max_velocity could not reach is called Unreachable."""
-    hopeless = [drop for drop in completed(record) if drop.should is False]
-    if not hopeless:
-        raise Open('no brick was dropped out of reach')
+    hopeless = some([drop for drop in completed(record) if drop.should is False],
+                    'no brick was dropped out of reach')
     silent = [name_of(drop) for drop in hopeless if not drop.refusals]
     return Finding(not silent, f'{len(hopeless) - len(silent)} of {len(hopeless)}' + (
         f', not {silent[0]}' if silent else ''), reach_plot(record))
@@ -103,9 +100,8 @@ def hopeless_bricks_are_refused(record: Record) -> Finding:
       'each brick within reach is caught', timely=True)
 def bricks_in_reach_are_caught(record: Record) -> Finding:
     """Check that what can be caught with some time to react is caught."""
-    easy = [drop for drop in completed(record) if drop.should]
-    if not easy:
-        raise Open('no brick was dropped within reach')
+    easy = some([drop for drop in completed(record) if drop.should],
+                'no brick was dropped within reach')
     missed = [f'{name_of(drop)} {"refused" if drop.refusals else "missed"}'
               for drop in easy if not drop.caught or drop.refusals]
     return Finding(not missed, f'{len(easy) - len(missed)} of {len(easy)}' + (
@@ -176,7 +172,7 @@ def text_lasts(record: Record) -> Finding:
 def bricks_are_carried_to_the_center(record: Record) -> Finding:
     """Check that the platform is tilted at the center, and not on the way."""
     off = []
-    for drop, _ in catches(record):
+    for drop in catches(record):
         if drop.carried_to is None:
             raise Broken(f'{name_of(drop)} was never tilted')
         off.append(dist(drop.carried_to, CENTER))
@@ -188,20 +184,19 @@ def bricks_are_carried_to_the_center(record: Record) -> Finding:
       'each caught brick leaves the platform', timely=True)
 def bricks_are_tipped_off(record: Record) -> Finding:
     """Check that the tilt is large and long enough for each brick to leave."""
-    seen = [drop for drop, _ in catches(record)]
-    stuck = [name_of(drop) for drop in seen if drop.floated is None]
-    times = [drop.slide_time for drop in seen if drop.floated is not None]
+    caught = catches(record)
+    stuck = [name_of(drop) for drop in caught if drop.floated is None]
     return Finding(not stuck, f'not {", ".join(stuck)}' if stuck else
-                   f'{len(times)} of {len(seen)}, within {max(times):.2f} s')
+                   f'{len(caught)} of {len(caught)}, within '
+                   f'{max(drop.slide_time for drop in caught):.2f} s')
 
 
 @rule('again', 'the turtle to catch a falling brick', 'level again after each brick, ready for '
       'the next', timely=True)
 def robot_is_ready_again(record: Record) -> Finding:
     """Check that after each brick the platform is levelled, and the next one can come."""
-    seen = [drop for drop, _ in catches(record) if drop.floated is not None]
-    if not seen:
-        raise Open('no brick was tipped off')
-    tilted = [name_of(drop) for drop in seen if drop.levelled is None]
+    tipped = some([drop for drop in catches(record) if drop.floated is not None],
+                  'no brick was tipped off')
+    tilted = [name_of(drop) for drop in tipped if drop.levelled is None]
     return Finding(not tilted, f'still tilted after {tilted[0]}' if tilted
-                   else f'level after each of {len(seen)}')
+                   else f'level after each of {len(tipped)}')

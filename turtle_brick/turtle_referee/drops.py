@@ -20,7 +20,7 @@ by it what happens. Instants are integer nanoseconds, lengths in m, times in s.
 """
 
 from collections import deque
-from math import dist
+from math import dist, nan
 
 import numpy
 from turtle_referee.constants import NANO, UNREACHABLE
@@ -58,18 +58,16 @@ HISTORY = 400
 """The most positions of the brick that are looked back at."""
 
 
+def between(begin: int | None, end: int | None) -> float:
+    """Return the time (s) from one instant (ns) to another, NaN unless both are known."""
+    return nan if begin is None or end is None else (end - begin) * NANO
+
+
 class DropWatch:
     """One drop, from shortly before it is asked for to the end."""
 
     def __init__(self, record: Record, begin: int, place: Vector, platform: Pose | None) -> None:
-        """
-        Begin to watch.
-
-        :param record: what is heard
-        :param begin: now, the brick hovering (ns)
-        :param place: where the brick hovers
-        :param platform: the platform's pose in the world, None where it is not known
-        """
+        """Begin to watch now (ns) a brick that hovers at a place, by what is heard."""
         self._record = record
         self._track: deque[tuple[int, Array]] = deque(maxlen=HISTORY)
         self._markers = len(record.markers)
@@ -105,23 +103,17 @@ class DropWatch:
     @property
     def distance(self) -> float:
         """Return the distance from robot to brick before the drop, seen from above."""
-        if self.robot is None:
-            return float('nan')
-        return dist(self.place[:2], self.robot)
+        return nan if self.robot is None else dist(self.place[:2], self.robot)
 
     @property
     def fall_time(self) -> float:
         """Return the time from the release to the contact; NaN if there was none."""
-        if self.released is None or self.down is None:
-            return float('nan')
-        return (self.down - self.released) * NANO
+        return between(self.released, self.down)
 
     @property
     def slide_time(self) -> float:
         """Return the time from the first tilt to the brick's leaving; NaN if it did not."""
-        if self.tilted is None or self.floated is None:
-            return float('nan')
-        return (self.floated - self.tilted) * NANO
+        return between(self.tilted, self.floated)
 
     @property
     def decided(self) -> int | None:

@@ -55,13 +55,7 @@ class Hands:
     """What a user does with a graph."""
 
     def __init__(self, graph: Spins, observer: Observer, patience: float = PATIENCE) -> None:
-        """
-        Do nothing yet.
-
-        :param graph: spins the observer
-        :param observer: hears and asks
-        :param patience: how long (s) something may take that should be done at once
-        """
+        """Do nothing yet; the graph spins the observer, the patience (s) is for what is quick."""
         self.patience = patience
         self.graph = graph
         self.observer = observer
@@ -136,13 +130,7 @@ class Hands:
     # ------------------------------------------------------------------------------- the brick
 
     def ask(self, service: str, place: Vector | None = None) -> Ask:
-        """
-        Call a service.
-
-        :param service: 'place' or 'drop'
-        :param place: where to put the brick (m)
-        :return: The answer, or that there was none.
-        """
+        """Call 'place', with where to put the brick (m), or 'drop'; return how it answered."""
         begin = time_ns()
         try:
             self.until(lambda: self.has(service), self.patience)
@@ -170,10 +158,11 @@ class Hands:
         """
         Drop the brick and wait until all is over.
 
+        That is when a brick that was caught has been tipped off and the platform is level, or
+        shortly after it has come down elsewhere.
+
         :param place: where it hovers (m)
         :param told: called whenever something has been heard
-        :return: What became of it. It is over when a brick that was caught has been tipped off and
-            the platform is level, or shortly after it has come down elsewhere.
         """
         now = time_ns()
         watch = DropWatch(self.record, now, place, self.record.platform(now - 20_000_000))

@@ -116,26 +116,14 @@ class Listener(Node):
     """
 
     def __init__(self, name: str = 'listener', **node_options: Any) -> None:
-        """
-        Hear nothing yet.
-
-        :param name: of the node
-        :param node_options: passed on to rclpy.node.Node
-        """
+        """Hear nothing yet; the options are those of rclpy.node.Node."""
         super().__init__(name, **{
             'start_parameter_services': False, 'enable_rosout': False, **node_options})
         self._kept: list[tuple[Subscription, Keep]] = []
         self._asked: dict[tuple[Any, int], list[Heard]] = {}
 
     def hear(self, message_type: Any, topic: str, qos: QoSProfile | int = DEPTH) -> list[Heard]:
-        """
-        Hear a topic from now on.
-
-        :param message_type: the type of its messages
-        :param topic: its name
-        :param qos: how to subscribe, or a depth
-        :return: A list to which `fetch` adds what has come.
-        """
+        """Hear a topic from now on; return a list to which `fetch` adds what has come."""
         messages: list[Heard] = []
         self.listen(message_type, topic, keeper(messages), qos)
         return messages
@@ -174,13 +162,7 @@ class Observer(Node):
 
     def __init__(self, profile: Profile | None = None, name: str = 'referee',
                  **node_options: Any) -> None:
-        """
-        Begin to listen.
-
-        :param profile: what things are called; as in the assignment if None
-        :param name: of the node
-        :param node_options: passed on to rclpy.node.Node
-        """
+        """Begin to listen, by the names of a profile; the options are those of a node."""
         super().__init__(name, **{'start_parameter_services': False, **node_options})
         self.listener = Listener(f'{name}_ears', **node_options)
         self.record = Record(profile or Profile())

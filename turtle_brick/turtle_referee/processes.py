@@ -18,7 +18,6 @@ A program in a process of its own: read what it prints, signal it, end it and wh
         arena.wait_for_output('hovers', 10.0)
 """
 
-import codecs
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 import os
@@ -46,7 +45,6 @@ class Process:
         """
         Start it.
 
-        :param command: the program and its arguments
         :param environment: further variables, besides those of this process
         :param listener: called with each line that it prints, in a thread of its own
         """
@@ -58,7 +56,7 @@ class Process:
         display = {} if os.environ.get('DISPLAY') else {'QT_QPA_PLATFORM': 'offscreen'}
         self._popen = subprocess.Popen(
             self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
+            stderr=subprocess.STDOUT, encoding='utf-8', errors='replace',
             # A Ctrl-C is for the process that started it, which then ends this one in order.
             start_new_session=True,
             env={**os.environ, 'PYTHONUNBUFFERED': '1', **display, **environment})
@@ -75,17 +73,12 @@ class Process:
 
     def _read(self) -> None:
         assert self._popen.stdout is not None
-        decoder = codecs.getincrementaldecoder('utf-8')('replace')
-        line = ''
-        while chunk := os.read(self._popen.stdout.fileno(), 65536):
-            text = decoder.decode(chunk)
+        for line in self._popen.stdout:
             with self._printed:
-                self._text += text
+                self._text += line
                 self._printed.notify_all()
-            *lines, line = (line + text).split('\n')
             if self._listener is not None:
-                for one in lines:
-                    self._listener(f'{one}\n')
+                self._listener(line)
 
     @property
     def output(self) -> str:
@@ -142,13 +135,7 @@ class Process:
                 self._printed.wait(GLANCE)
 
     def wait(self, timeout: float) -> int:
-        """
-        Wait until it ends by itself.
-
-        :param timeout: how long (s) at most
-        :return: Its status.
-        :raises TimeoutError: it did not end in time
-        """
+        """Wait until it ends by itself and return its status; TimeoutError after a time (s)."""
         try:
             status = self._popen.wait(timeout)
         except subprocess.TimeoutExpired:
@@ -158,14 +145,7 @@ class Process:
         return status
 
     def stop(self, number: int = signal.SIGINT, timeout: float = END_TIME) -> int:
-        """
-        Ask it to end, and wait until it has.
-
-        :param number: the signal that asks
-        :param timeout: how long (s) it may take
-        :return: Its status.
-        :raises TimeoutError: it did not end in time
-        """
+        """Ask it to end by a signal and return its status; TimeoutError after a time (s)."""
         if self.running:
             self.send(number)
         return self.wait(timeout)

@@ -73,11 +73,7 @@ class Frame:
     """All that was broadcast of a frame."""
 
     def __init__(self, static: bool) -> None:
-        """
-        Begin with nothing.
-
-        :param static: whether it was heard on /tf_static first
-        """
+        """Begin with nothing, of a frame that is heard first on /tf_static or on /tf."""
         self.static = static
         self.both = False
         """Whether it was heard on /tf and on /tf_static."""
@@ -135,7 +131,7 @@ class Frame:
 
 
 class MarkerHeard(NamedTuple):
-    """A marker, and how it came."""
+    """A marker, and how and when (ns) it came."""
 
     published: int
     topic: str
@@ -179,11 +175,7 @@ class Record:
     """All that was heard, and what was done."""
 
     def __init__(self, profile: Profile) -> None:
-        """
-        Begin with nothing.
-
-        :param profile: what things are called
-        """
+        """Begin with nothing, of a graph with the names of a profile."""
         self.profile = profile
         self.topics: dict[str, list[Heard]] = {name: [] for name in profile.topics}
         self.frames: dict[str, Frame] = {}
@@ -232,19 +224,11 @@ class Record:
             way.append(self.frames[way[-1]].samples[-1].parent)
         return way
 
-    def pose(self, frame: str, stamp: int, root: str | None = None) -> Pose | None:
-        """
-        Return the pose of a frame at an instant.
-
-        :param frame: its name
-        :param stamp: the instant (ns)
-        :param root: in which frame; the world if None
-        :return: The pose, None where it is not known.
-        """
-        root = root or self.profile.frames['world']
+    def pose(self, frame: str, stamp: int) -> Pose | None:
+        """Return the pose of a frame in the world at an instant (ns), None if unknown."""
         found = pose((0.0, 0.0, 0.0))
         for _ in range(DEPTH):
-            if frame == root:
+            if frame == self.profile.frames['world']:
                 return found
             sample = self.frames[frame].at(stamp) if frame in self.frames else None
             if sample is None:

@@ -47,7 +47,7 @@ from turtle_referee.rules import BROKEN, Judgement
 from turtle_referee.spinning import Spinner
 from turtle_referee.trial import MEETING, Trial
 
-RULES = (*robot_rules.RULES.in_order, *arena_rules.RULES.in_order, *catcher_rules.RULES.in_order)
+RULES = (*robot_rules.RULES, *arena_rules.RULES, *catcher_rules.RULES)
 
 REACTION = 0.3
 """How long (s) an implementation may take from the release of a brick to the robot's motion."""
@@ -64,15 +64,7 @@ def judge(record: Record) -> list[Judgement]:
 
 def watch(profile: Profile, options: argparse.Namespace, command: Sequence[str],
           say: Any) -> Record:
-    """
-    Let a graph show what it can.
-
-    :param profile: what it calls things
-    :param options: of the command line
-    :param command: what starts it; nothing if it runs already
-    :param say: told what is being done
-    :return: All that was heard.
-    """
+    """Let a graph show what it can, which a command starts if there is one; return the record."""
     with ExitStack() as stack:
         spinner = stack.enter_context(Spinner(
             partial(Observer, profile=profile), namespace=options.namespace))

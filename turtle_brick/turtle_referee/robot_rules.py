@@ -22,7 +22,8 @@ from turtle_referee.constants import CENTER, NANO, NANOSECONDS, PHYSICS_RATE, RA
 from turtle_referee.geometry import Array, inclination
 from turtle_referee.record import Drive, Frame, Heard, rate, Record, Sample, stamp_of
 from turtle_referee.robot_model import Joint, RobotModel, Solid
-from turtle_referee.rules import Broken, Finding, needed, number, Open, Plot, Rules, Series, worst
+from turtle_referee.rules import (Broken, Finding, needed, number, Open, Plot, Rules, Series,
+                                  some, worst)
 
 RULES = Rules()
 rule = RULES.rule
@@ -84,9 +85,7 @@ def parent_is(record: Record, child: str, parent: str) -> None:
 def drives(record: Record) -> list[Drive]:
     """Return the drives that led somewhere; Open if there are none."""
     found = [drive for drive in record.drives if drive.length > 0.1]
-    if not found:
-        raise Open('the robot was not driven')
-    return found
+    return some(found, 'the robot was not driven')
 
 
 def listing(names: list[str]) -> str:
@@ -133,8 +132,7 @@ def base_link_is_the_turtle(record: Record) -> Finding:
         if poses and base:
             pose = poses[-1].message
             off.append(dist(base.position[:2], (pose.x, pose.y)))
-    if not off:
-        raise Open('the turtle was not seen at rest')
+    some(off, 'the turtle was not seen at rest')
     return Finding(worst(off) <= NEAR, f'at most {worst(off):.4f} m from it, {len(off)} times')
 
 
@@ -189,8 +187,7 @@ def names_are_relative(record: Record) -> Finding:
 
 def spans(record: Record) -> list[tuple[int, int]]:
     """Return when the robot rested, and if it drove, from the first leg to the last (ns)."""
-    if not record.idle:
-        raise Open('the graph was not watched')
+    some(record.idle, 'the graph was not watched')
     legs = record.drives[:1]
     for drive in record.drives[1:]:
         # Something else was done in between, and this is no single span.
@@ -586,8 +583,7 @@ def stem_turns_first(record: Record) -> Finding:
                     break
                 turned = stamp
         early.append((sets_off - turned) * NANO)
-    if not early:
-        raise Open('the robot was not seen to drive')
+    some(early, 'the robot was not seen to drive')
     return Finding(min(early) > 0.0, f'at least {min(early):.3f} s before, {len(early)} times')
 
 
@@ -604,8 +600,7 @@ def stem_points_along(record: Record) -> Finding:
         for sample, way in moving[len(moving) // 4:-len(moving) // 4 or None]:
             angle = min(angles, key=lambda one: abs(one[0] - sample.stamp))[1]
             off.append(misaligned(record, sample, angle, way))
-    if not off:
-        raise Open('the robot was not seen to drive')
+    some(off, 'the robot was not seen to drive')
     return Finding(worst(off) <= radians(CROOKED),
                    f'at most {degrees(worst(off)):.1f} degrees off, {len(off)} times')
 
@@ -614,9 +609,7 @@ def stem_points_along(record: Record) -> Finding:
       'joint and TF at each angle that was asked for', timely=True)
 def tilt_is_obeyed(record: Record) -> Finding:
     """Check that the platform takes each angle that is asked for, in its joint and in TF."""
-    if not record.tilts:
-        raise Open('the platform was not tilted')
-    if not record.tilts[0].answered:
+    if not some(record.tilts, 'the platform was not tilted')[0].answered:
         raise Broken(record.tilts[0].words)
     joint, words, kept = platform_joint(record), [], True
     for ask in record.tilts:

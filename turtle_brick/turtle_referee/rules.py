@@ -20,7 +20,7 @@ is not there that the assignment asks for, and `Open` where nothing can be said.
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 import numpy
@@ -66,11 +66,10 @@ class Finding(NamedTuple):
 
 
 class Judgement(NamedTuple):
-    """A requirement, and what was found."""
+    """A requirement, what is expected, and what was found."""
 
     name: str
     words: str
-    """Of the assignment."""
     expected: str
     mark: str
     measured: str
@@ -117,11 +116,8 @@ class Rule:
         return Judgement(self.name, self.words, self.expected, mark, measured, plot)
 
 
-@dataclass
-class Rules:
+class Rules(list[Rule]):
     """Rules, in their order."""
-
-    in_order: list[Rule] = field(default_factory=list)
 
     def rule(self, name: str, words: str, expected: str, timely: bool = False,
              ) -> Callable[[Callable[[Record], Finding]], Callable[[Record], Finding]]:
@@ -134,7 +130,7 @@ class Rules:
         :param timely: whether a machine without time can be what breaks it
         """
         def add(judge: Callable[[Record], Finding]) -> Callable[[Record], Finding]:
-            self.in_order.append(Rule(name, words, expected, judge, timely))
+            self.append(Rule(name, words, expected, judge, timely))
             return judge
         return add
 
@@ -146,6 +142,13 @@ def number(record: Record, name: str) -> float:
     except KeyError:
         raise Open(f'{name} is not known: no node has it as a parameter; give a parameter file '
                    'or --set') from None
+
+
+def some(things: list[Thing], words: str) -> list[Thing]:
+    """Return things; Open, with words, if there are none."""
+    if not things:
+        raise Open(words)
+    return things
 
 
 def needed(thing: Thing | None, words: str) -> Thing:

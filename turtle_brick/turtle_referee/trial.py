@@ -93,15 +93,11 @@ class Trial(Hands):
         """
         Ask for nothing yet.
 
-        :param graph: spins the observer
-        :param observer: hears and asks
         :param reaction: time (s) that an implementation may need from release to motion
         :param say: told what is being done
         :param meeting: how long (s) the graph may take to be there
         :param is_alive: tells whether what was started for it still runs
-        :param program: how much of each is asked for
         :param limit: time (s) after which nothing new is begun
-        :param patience: how long (s) something may take that should be done at once
         """
         super().__init__(graph, observer, patience)
         self.reaction = reaction
