@@ -18,6 +18,7 @@ A program in a process of its own: read what it prints, signal it, end it and wh
         arena.wait_for_output('hovers', 10.0)
 """
 
+import codecs
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 import os
@@ -56,7 +57,7 @@ class Process:
         display = {} if os.environ.get('DISPLAY') else {'QT_QPA_PLATFORM': 'offscreen'}
         self._popen = subprocess.Popen(
             self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, encoding='utf-8', errors='replace',
+            stderr=subprocess.STDOUT,
             # A Ctrl-C is for the process that started it, which then ends this one in order.
             start_new_session=True,
             env={**os.environ, 'PYTHONUNBUFFERED': '1', **display, **environment})
@@ -73,12 +74,18 @@ class Process:
 
     def _read(self) -> None:
         assert self._popen.stdout is not None
-        for line in self._popen.stdout:
+        decoder = codecs.getincrementaldecoder('utf-8')('replace')
+        line = ''
+        # Not line by line: some print the begin of one, and wait.
+        while chunk := os.read(self._popen.stdout.fileno(), 65536):
+            text = decoder.decode(chunk)
             with self._printed:
-                self._text += line
+                self._text += text
                 self._printed.notify_all()
+            *lines, line = (line + text).split('\n')
             if self._listener is not None:
-                self._listener(line)
+                for one in lines:
+                    self._listener(f'{one}\n')
 
     @property
     def output(self) -> str:
