@@ -47,6 +47,7 @@ def no_graph(monkeypatch):
     ('nan 1 1', '', '--place is (nan, 1.0, 1.0), but must be 3 numbers'),
     ('1 1 0.05', '', '--place [1.0, 1.0, 0.05] m is below the ground'),
     ('5 5 5', 'abc', "ROS_DOMAIN_ID is 'abc', but must be a whole number from 0 to 232"),
+    ('5 5 5', '233', "ROS_DOMAIN_ID is '233'"),
     ('5 5 5', '9' * 309, "ROS_DOMAIN_ID is '9999"),
     ('5 5 5', '', 'the package no_package is not installed here'),
 ])
@@ -92,6 +93,7 @@ def test_the_reason_of_a_verdict_is_told():
 ])
 def test_each_fault_is_found(seen, fault):
     assert not outcome().faults
+    assert not outcome(refusals=[1], caught=False, distance=1.47).faults
     assert outcome(**seen).faults == [fault]
 
 
@@ -146,11 +148,13 @@ def test_who_listens_is_no_company_but_another_robot_is(domain_id, monkeypatch):
 
 def test_a_second_one_in_its_domain_ends_with_a_sentence(domain_id):
     """And the first one goes on."""
-    with process(DEMO, domain_id, timeout=WAIT) as first:
-        first.wait_for_output('turtlesim is up', WAIT)
+    dropped = 'it is let go'
+    with process([*DEMO, '--drops', '99'], domain_id, timeout=WAIT) as first:
+        first.wait_for_output(dropped, WAIT)
         with process(DEMO, domain_id, stop=None) as second:
             assert second.wait(WAIT) == 1
         assert second.output.startswith('demo: another robot is in ROS domain')
         assert len(second.output.splitlines()) == 1
-        first.wait_for_output('caught at', WAIT)
+        bricks = first.output.count(dropped) + 1
+        first.wait_for_output(f'(?s)({dropped}.*){{{bricks}}}', WAIT)
     assert 'Traceback' not in first.output
