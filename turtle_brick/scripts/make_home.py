@@ -54,8 +54,8 @@ HOME = TOP / '.ros'
 VENV = HOME / 'venv'
 REQUIREMENTS = Path(__file__).resolve().with_name('requirements.txt')
 
-# Everything that this program makes; other files in .ros are left alone.
-PARTS = ('made.json', 'made.new', 'venv', 'build', 'install', 'log')
+# Everything that this program makes, and what mypy knows; other files in .ros are left alone.
+PARTS = ('made.json', 'made.new', 'venv', 'build', 'install', 'log', 'mypy')
 
 GLIBC = (2, 28)
 

@@ -22,12 +22,16 @@ PACKAGES = ('turtle_brick', 'turtle_referee')
 
 HERE = Path(__file__).resolve().parents[1]
 
+HOME = os.environ.get('TURTLE_BRICK_HOME')
+CACHE = os.path.join(HOME, 'mypy') if HOME else os.devnull
+"""Where mypy keeps what it knows: the next time it takes a few seconds less."""
+
 
 @pytest.mark.linter
 @pytest.mark.mypy
 def test_mypy():
     api = pytest.importorskip('mypy.api', reason='mypy is not installed')
     report, complaint, status = api.run(
-        ['--config-file', os.devnull, '--cache-dir', os.devnull, '--ignore-missing-imports',
+        ['--config-file', os.devnull, '--cache-dir', CACHE, '--ignore-missing-imports',
          '--warn-unused-ignores', *(str(HERE / package) for package in PACKAGES)])
     assert status == 0, report + complaint
