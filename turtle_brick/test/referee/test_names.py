@@ -23,16 +23,12 @@ from turtle_referee.names import Profile, ProfileError
 @pytest.mark.parametrize('text, complaint', (
     ('topics: {tlit: x}', 'unknown topics.tlit, there are: cmd_vel'),
     ('names: {}', "unknown section 'names', there are: topics, services, frames, numbers"),
-    ('topics: {tilt: 3}', 'topics.tilt is 3, but must be a name'),
     ('topics: {tilt: ""}', "topics.tilt is '', but must be a name"),
-    ('numbers: {platform_radius: -1}', 'numbers.platform_radius is -1, but must be a number'),
     ('numbers: {platform_radius: yes}', 'numbers.platform_radius is True, but must be a number'),
     ('numbers: {platform_radius: .nan}', 'platform_radius is nan, but must be a number above 0'),
-    ('numbers: {platform_radius: wide}', "platform_radius is 'wide', but must be a number"),
     ('topics: tilt', "'tilt' is no mapping"),
     ('- 1', '[1] is no mapping'),
     ('{', 'while parsing'),
-    ('\x00', 'unacceptable character'),
 ))
 def test_profiles_that_can_not_be_used(tmp_path, text, complaint):
     path = tmp_path / 'profile.yaml'
@@ -46,8 +42,6 @@ def test_profiles_that_can_not_be_used(tmp_path, text, complaint):
 @pytest.mark.parametrize('option, complaint', (
     ('topics.tilt', 'is not of the form SECTION.NAME:=VALUE'),
     ('tilt:=x', 'is not of the form SECTION.NAME:=VALUE'),
-    ('topics.tilt:=', "topics.tilt is '', but must be a name"),
-    ('numbers.wheel_radius:=[', 'while parsing'),
     ('numbers.wheel_radius:=big', "numbers.wheel_radius is 'big', but must be a number"),
 ))
 def test_options_that_can_not_be_used(option, complaint):
