@@ -35,7 +35,8 @@ def generate_launch_description():
         SetLaunchConfiguration(
             'view',
             EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
-            condition=IfCondition(EqualsSubstitution(LaunchConfiguration('view', default=''), ''))),
+            condition=IfCondition(
+                EqualsSubstitution(LaunchConfiguration('view', default=''), ''))),
         DeclareLaunchArgument(
             'view',
             default_value='rviz',

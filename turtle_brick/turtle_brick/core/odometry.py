@@ -62,7 +62,7 @@ class Odometer:
         self._last, self._last_time = pose, now
 
     def steer(self, velocity: tuple[float, float]) -> None:
-        """Turn the stem of a robot at rest to where a commanded velocity (m/s) in base_link goes."""
+        """Turn the stem of a robot at rest along a commanded velocity (m/s in base_link)."""
         if self.wheel_velocity == 0.0 and velocity != (0.0, 0.0):
             self.stem_angle = wrapped(atan2(velocity[1], velocity[0]))
 
