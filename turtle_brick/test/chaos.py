@@ -23,7 +23,8 @@ messages, the graph has to come back by itself, and the next easy brick has to b
 to the center and tipped off. The status is 0 only if it did so each time.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import ExitStack
 from functools import partial
 from importlib.util import find_spec
 from itertools import product
@@ -50,6 +51,7 @@ from turtle_referee.geometry import inclination, Vector
 from turtle_referee.hands import Hands
 from turtle_referee.observer import how_to_hear, load_type, Observer
 from turtle_referee.processes import Process
+from turtle_referee.spinning import note_interrupts
 
 PARAMETERS = load()
 
@@ -80,12 +82,17 @@ PART, SPAN = 0.6, 0.4
 RECOVERY = 30.0
 """How long (s) anything may take."""
 
-START_TIME = 5.0
-"""Time (s) after which a new process is known to all: DDS says each 3 s who there is, and what it
-says at the start may be lost, chiefly on those who know a dead process by the same ports."""
+START_TIME = 1.5 if 'FASTRTPS_DEFAULT_PROFILES_FILE' in os.environ else 5.0
+"""Time (s) after which a new process is known to all: DDS says each 3 s who there is, each 0.3 s
+with our profile, and what it says at the start may be lost, chiefly on those who know a dead
+process by the same ports."""
 
-EASY_HEIGHT, EASY_MARGIN = 4.5, 0.6
+EASY_HEIGHT, EASY_MARGIN = 8.0, 1.5
 """From which height (m) an easy brick falls, and how much nearer it is than what is promised."""
+
+HOPELESS_HEIGHT = 12.0
+"""From where (m) a brick falls too soon for a robot 7 m away. A fall from less may be over before
+a busy machine has seen it, and is then refused by nobody."""
 
 BATCH, PAUSE = 1000, 0.005
 """Messages between two easy bricks, and the time (s) between two of them."""
@@ -101,18 +108,19 @@ class Fault(Exception):
 class Scene(Graph):
     """The graph as processes, and somebody who sees and asks what anyone can."""
 
-    def __init__(self, domain_id: int, random: Random) -> None:
+    def __init__(self, domain_id: int, random: Random, names: Iterable[str] = NODES) -> None:
         """
-        Start all nodes.
+        Start nodes.
 
         :param domain_id: the ROS domain they are in
         :param random: where chance comes from
+        :param names: of the nodes
         """
         super().__init__(domain_id)
         self.random = random
         self.description = self.parameter_file(self.robot_parameters())
         self.processes: dict[str, Process] = {}
-        for name in NODES:
+        for name in names:
             self.start(name)
 
     def start(self, name: str) -> None:
@@ -242,7 +250,8 @@ class Scene(Graph):
         elif stage != 'idle':
             edges = (0.5, ARENA_SIZE - 0.5)
             far = max(product(edges, edges), key=self.hands.distance_to)
-            watch = self.release((*far, 3.0) if stage == 'unreachable' else self.easy_place())
+            watch = self.release((*far, HOPELESS_HEIGHT) if stage == 'unreachable'
+                                 else self.easy_place())
             self.until({
                 'falling': lambda: watch.goal,
                 'carrying': lambda: watch.caught,
@@ -261,8 +270,10 @@ class Scene(Graph):
             self.start(name)
         else:
             process.send(signal.SIGSTOP)
-            self.spin_for(blow)
-            process.send(signal.SIGCONT)
+            try:
+                self.spin_for(blow)
+            finally:
+                process.send(signal.SIGCONT)
 
     def fire(self, count: int) -> None:
         """Send so many random messages and requests, as fast as users don't."""
@@ -391,25 +402,28 @@ def main(arguments: Sequence[str]) -> int:
         print(__doc__)
         return 2
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    scene, failed, random = None, 0, Random(0)
-    with reserved_domain() as domain_id:
+    note_interrupts()  # SIGTERM too: each scene ends its processes
+    scene, passed, failed, random = None, 0, 0, Random(0)
+    with reserved_domain() as domain_id, ExitStack() as cleanup:
         for name, trial in trials(what, how):
             begin = monotonic()
-            scene = scene or Scene(domain_id, random)
+            scene = scene or cleanup.enter_context(Scene(domain_id, random))
             try:
                 scene.look()
                 scene.recover()
                 trial(scene)
+                passed += 1
                 print(f'{name}: ok after {monotonic() - begin:.1f} s', flush=True)
             except Fault as fault:
                 print(f'{name}: {fault}', flush=True)
-                scene.close()
+                cleanup.close()
                 scene, failed = None, failed + 1
-        if scene:
-            scene.close()
-    print(f'{failed} failed')
+    print(f'{passed} of {passed + failed}')
     return 1 if failed else 0
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv[1:]))
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except KeyboardInterrupt:
+        sys.exit('interrupted')

@@ -87,16 +87,21 @@ class Bench:
 
     def arrive(self, x, y):
         """Wait until the turtle stands at a place, within 5 mm, and nothing else is asked for."""
+        # On a busy machine it may overshoot, and come back.
         self.live.wait_for(
             lambda: hypot(self.pose.x - x, self.pose.y - y) < 0.005
-            and self.pose.linear_velocity == 0.0, PATIENCE, f'the turtle at ({x}, {y})')
-        self.live.wait_for(lambda: all(command == Twist() for command in
-                                       self.commands.messages[-10:]), PATIENCE, 'no command')
+            and self.pose.linear_velocity == 0.0 and self.is_told_nothing(),
+            PATIENCE, f'the turtle at ({x}, {y})')
+
+    def is_told_nothing(self):
+        """Tell whether the last 20 commands are not to move."""
+        last = self.commands.messages[-20:]
+        return len(last) == 20 and all(command == Twist() for command in last)
 
     def stays(self, recording):
         """Let 20 more messages come; return them."""
         recording.clear()
-        self.live.wait_for(lambda: len(recording.messages) > 20, PATIENCE, '20 messages')
+        self.live.wait_for(lambda: len(recording.messages) >= 20, PATIENCE, '20 messages')
         return recording.messages
 
 
@@ -193,7 +198,6 @@ def test_drives_straight_whatever_its_heading_and_stops(bench):
         # Distance from the line from (2, 2) to (6, 5).
         assert abs(3.0 * (pose.x - 2.0) - 4.0 * (pose.y - 2.0)) / 5.0 < 0.01
     assert max(pose.linear_velocity for pose in bench.poses.messages) == pytest.approx(3.0)
-    assert all(command == Twist() for command in bench.stays(bench.commands))
 
 
 def test_goals_in_frames_of_its_own_and_of_others(bench):
