@@ -247,13 +247,7 @@ class Match(Hands):
 
 
 def random_bricks(match: Match, seed: int, count: int) -> Iterator[Vector]:
-    """
-    Yield random bricks, each from 0.2 to 1.2 of the farthest that is promised to be caught.
-
-    :param match: tells where the robot is when a brick is asked for
-    :param seed: of the random numbers
-    :param count: how many
-    """
+    """Yield random bricks, from 0.2 to 1.2 of how far from the robot a catch is promised."""
     random = Random(seed)
     for _ in range(count):
         robot_x, robot_y = match.robot_place()

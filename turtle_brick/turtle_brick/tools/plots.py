@@ -117,11 +117,8 @@ def reachability_map(drops: Sequence[Drop], parameters: Parameters, cells: int |
     """
     Draw the arena from above: what was caught, refused and missed, and the boundaries in theory.
 
-    :param drops: the results
-    :param parameters: the physical numbers
     :param cells: the number of cells along each side of the arena, each with a drop in its
         center; None for drops at random places
-    :param path: of the PNG
     """
     x, y, z = np.array([drop.result.brick for drop in drops]).T
     heights = sorted({z.min(), z.max()})
@@ -183,14 +180,7 @@ def reachability_map(drops: Sequence[Drop], parameters: Parameters, cells: int |
 
 
 def one_drop(trace: Trace, drop: Drop, parameters: Parameters, path: Path) -> None:
-    """
-    Draw one drop over time.
-
-    :param trace: the record of the drop
-    :param drop: its result
-    :param parameters: the physical numbers
-    :param path: of the PNG
-    """
+    """Draw one drop over time, from its record and its result."""
     samples = trace.samples
     time = [sample.time for sample in samples]
     phases = _spans(time, [sample.phase for sample in samples])

@@ -44,12 +44,7 @@ class Moment(NamedTuple):
 
 
 def fall(parameters: Parameters) -> list[Moment]:
-    """
-    Let a brick fall from where it starts onto a level platform.
-
-    :param parameters: the physical numbers
-    :return: Where it is after each step, from the release until it lies there.
-    """
+    """Return where a brick is after each step of a fall onto a level platform."""
     world = World.from_parameters(parameters)
     world.platform = platform(parameters, 0.0, world.brick[:2])
     moments = [Moment(0.0, world.brick)]
@@ -61,11 +56,9 @@ def fall(parameters: Parameters) -> list[Moment]:
 
 def slide(parameters: Parameters) -> list[Moment]:
     """
-    Let a brick slide off a platform that is tilted at once.
+    Return where a brick is after each step of a slide off a platform that is tilted at once.
 
-    :param parameters: the physical numbers
-    :return: Where it is after each step, from the tilt until it floats; the platform's axis is the
-        world's z axis.
+    The platform's axis is the world's z axis.
     """
     world = World.from_parameters(parameters)
     world.brick = (0.0, 0.0, resting_height(parameters) + DT ** 2)

@@ -47,12 +47,7 @@ class Stop(NamedTuple):
 
 
 def drive(parameters: Parameters) -> tuple[list[Pose2D], list[Stop]]:
-    """
-    Drive from START around CORNERS, with odometry.
-
-    :param parameters: max_velocity and wheel_radius
-    :return: The path in the world, and where the robot stood: at the start and at each corner.
-    """
+    """Drive from START around CORNERS; return the path in the world, and the stops."""
     simulation = Simulation(parameters, start=START)
     odometer = Odometer(parameters.wheel_radius)
     way: list[Pose2D] = []

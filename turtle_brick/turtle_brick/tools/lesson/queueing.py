@@ -39,10 +39,9 @@ class Sent(NamedTuple):
 
 def commands(phase: float = 0.0, seconds: float = 0.5) -> list[Sent]:
     """
-    Send commands at 100 Hz to turtlesim, and find each again in its poses.
+    Send commands at 100 Hz to turtlesim for a time (s), and find each again in its poses.
 
     :param phase: of turtlesim's ticks (s)
-    :param seconds: how long
     :return: The commands that were sent when its queue was full already.
     """
     turtle = Turtle(holonomic=True)
@@ -67,11 +66,7 @@ class Naive(Driver):
     """A controller as one first writes it: it steers by the pose that it has seen last."""
 
     def __init__(self, law: Callable[[float], float]) -> None:
-        """
-        Stand still until there is a goal.
-
-        :param law: the speed (m/s) at a distance (m) from the goal
-        """
+        """Stand still until there is a goal; law: the speed (m/s) at a distance (m) from it."""
         super().__init__(law(ARENA_SIZE))
         self.law = law
 
@@ -101,11 +96,9 @@ def controllers(parameters: Parameters) -> dict[str, Driver]:
 
 def approach(driver: Driver, parameters: Parameters) -> list[tuple[float, float]]:
     """
-    Drive WAY along x and stay there for a while.
+    Let a driver drive WAY along x and stay there for a while.
 
-    :param driver: the controller
-    :param parameters: the physical numbers
-    :return: (time in s since the order, m beyond the goal), 250 times per second.
+    :return: (time in s since the order, m beyond the goal), 250 times per second
     """
     simulation = Simulation(parameters, seed=2)
     simulation.driver = driver

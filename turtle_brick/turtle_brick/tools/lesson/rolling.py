@@ -44,12 +44,7 @@ TELEPORT = 2.0
 
 
 def roll(parameters: Parameters) -> list[Roll]:
-    """
-    Drive 1 s, rest, be teleported, and drive 1.5 s against a wall that is 1 s away.
-
-    :param parameters: max_velocity and wheel_radius
-    :return: What turtlesim's every tick adds.
-    """
+    """Drive 1 s, rest, be teleported, and drive 1.5 s against a wall that is 1 s away."""
     turtle = Turtle(1.0, ARENA_CENTER, holonomic=True)
     odometer = Odometer(parameters.wheel_radius)
     speed = parameters.max_velocity
