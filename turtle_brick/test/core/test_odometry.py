@@ -45,7 +45,7 @@ class Ride:
         return (self.odometer.wheel_angle - before) * RADIUS
 
 
-@law(40)
+@law(15)
 @given(direction=angles, speed=st.floats(0.1, 10.0), theta=angles)
 def test_wheel_rolls_without_slipping(direction, speed, theta):
     """The wheel's angle times its radius is the path; the stem points along the motion."""
@@ -69,7 +69,7 @@ def test_stem_keeps_its_direction_at_rest():
     assert ride.odometer.wheel_velocity == 0.0
 
 
-@law(40)
+@law(15)
 @given(direction=angles, theta=angles)
 def test_stem_points_before_the_robot_moves(direction, theta):
     """At rest it obeys the command, also against a wall; in motion it points along the motion."""
@@ -115,7 +115,7 @@ def test_lost_poses_turn_the_wheel_no_faster():
     assert ride.odometer.wheel_velocity == pytest.approx(2.0 / RADIUS)
 
 
-@law(50)
+@law(20)
 @given(x=st.floats(0.0, 11.0), y=st.floats(0.0, 11.0), theta=angles,
        speed=st.sampled_from([0.0, 1.0, 3.0]))
 def test_wheel_does_not_roll_in_a_teleport(x, y, theta, speed):
@@ -127,7 +127,7 @@ def test_wheel_does_not_roll_in_a_teleport(x, y, theta, speed):
     assert ride.drive((speed, 0.0), 1) == 0.0
 
 
-@law(50)
+@law(20)
 @given(st.lists(st.tuples(st.floats(0.0, 11.0), st.floats(0.0, 11.0), angles), min_size=1,
                 max_size=10))
 def test_odom_stays_and_composes(poses):

@@ -66,7 +66,7 @@ def test_the_file_the_table_and_the_users_have_the_same_names():
     assert set(content['/**']['ros__parameters']) == set(TABLE) == set.union(*names)
 
 
-@law(25)
+@law(20)
 @given(st.fixed_dictionaries({name: admissible(rule) for name, rule in TABLE.items()}))
 def test_values_in_range_are_kept_unless_the_geometry_forbids(mapping):
     height, radius = mapping['platform_height'], mapping['platform_radius']

@@ -43,7 +43,7 @@ other_robots = st.builds(
     st.floats(0.1, 10.0), st.floats(0.5, 30.0), st.floats(1.5, 5.0))
 
 
-@law(80)
+@law(40)
 @given(parameters=other_robots, x=inside, y=inside, robot_x=inside, robot_y=inside,
        above=st.floats(0.0, 20.0), late=st.floats(0.0, 0.05))
 def test_reachable_is_what_the_robot_has_the_time_for(
@@ -109,7 +109,7 @@ def test_tilted_platform_must_be_leveled_in_time():
     assert decide(LEVEL_LATENCY + 0.001, False).reachable
 
 
-@law(30)
+@law(15)
 @given(bound_for=st.lists(st.tuples(inside, inside), max_size=4), above=st.floats(0.0, 20.0))
 def test_robot_that_moves_counts_where_it_may_be_carried_farthest(bound_for, above):
     fall = Fall(SECOND, 6.0, 7.0, REST + above, 0.0)

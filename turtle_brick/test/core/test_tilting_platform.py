@@ -29,7 +29,7 @@ angles = st.floats(-2.0 * pi, 2.0 * pi)
 lengths = st.floats(-20.0, 20.0)
 
 
-@law(60)
+@law(20)
 @given(x=lengths, y=lengths, yaw=angles, tilt=angles, u=lengths, v=lengths, w=lengths)
 def test_axes_hinge_and_points_are_those_of_the_pose(x, y, yaw, tilt, u, v, w):
     platform = platform_at(x, y, yaw, tilt)
@@ -47,7 +47,7 @@ def test_axes_hinge_and_points_are_those_of_the_pose(x, y, yaw, tilt, u, v, w):
     assert gap(leaning.place_of(leaning.point(u, v, w)), (u, v)) <= 1e-12
 
 
-@law(40)
+@law(15)
 @given(yaw=angles, tilt=st.floats(-0.999, 0.999))
 def test_it_is_level_within_the_tolerance(yaw, tilt):
     assert platform_at(yaw=yaw, tilt=tilt * LEVEL_TOLERANCE).is_level

@@ -28,7 +28,7 @@ GAP = 1_000_000_000
 starts = st.integers(0, 2 ** 62)
 
 
-@law(40)
+@law(20)
 @given(start=starts, period=st.just(PERIOD) | st.integers(1, 10 ** 8),
        pauses=st.lists(st.floats(0.0, 3.0) | st.sampled_from((1.0, 249.0, 500.0)), max_size=30))
 def test_no_pattern_of_late_calls_makes_it_drift(start, period, pauses):
@@ -44,7 +44,7 @@ def test_no_pattern_of_late_calls_makes_it_drift(start, period, pauses):
     assert clock.last == steps[-1]
 
 
-@law(40)
+@law(20)
 @given(start=starts, jump=st.integers(GAP + 1, 100 * GAP) | st.integers(-100 * GAP, -PERIOD - 1)
        | st.sampled_from((GAP + 1, -PERIOD - 1)))
 def test_a_jump_begins_a_new_grid_with_the_instant_of_the_call(start, jump):
