@@ -15,12 +15,13 @@
 """A clock of equal steps, under any pattern of late calls."""
 
 from random import Random
+from types import SimpleNamespace
 
 from hypothesis import given
 from hypothesis import strategies as st
 from laws import law
 import pytest
-from turtle_brick.core.time_steps import StepClock
+from turtle_brick.core.time_steps import due_instant, nanoseconds_of, StepClock
 
 PERIOD = 4_000_000
 GAP = 1_000_000_000
@@ -76,3 +77,11 @@ def test_each_call_of_a_timer_has_its_step_on_the_timers_own_grid(first):
         assert clock.due(due + round(random.uniform(0.0, 0.9) * PERIOD), due) == [due]
     late = due + 2 * GAP
     assert clock.due(late + 7, late) == [late] and clock.jump == 2 * GAP + 7
+
+
+@pytest.mark.parametrize('until, due', [(30, 930), (100, 1000), (130, 1000), (-250, 650)])
+def test_a_timer_was_due_a_period_before_its_next_call(until, due):
+    """Never later than now, also where it has just been set back."""
+    timer = SimpleNamespace(timer_period_ns=100, time_until_next_call=lambda: until)
+    assert due_instant(timer, 1000) == due
+    assert nanoseconds_of(SimpleNamespace(sec=2, nanosec=until)) == 2 * GAP + until
