@@ -228,8 +228,7 @@ def test_what_the_python_or_the_machine_lacks_is_said(top, before, words):
 
 
 @pytest.mark.parametrize('name, refused', [
-    ('work:space', ':'), ('a "b"', '"'), ('$HOME', '$'), ('[1]', '['), ('a\nb', '\n'),
-    ('Übung 2 (1)', ''), ('C++ & co. #1', ''), ('日本 ~100%', '')])
+    ('work:space', ':'), ('a\nb', '\n'), ('Übung 2 (1)', ''), ('C++ & co. #1 日本 ~100%', '')])
 def test_a_path_of_every_day_is_taken_and_one_that_cannot_be_is_refused(top, name, refused):
     """Where the path fits, what is missed is what comes after it: here, a machine that fits."""
     sentence = refusal(top.rename(top.with_name(name)), before=ANOTHER_MACHINE)

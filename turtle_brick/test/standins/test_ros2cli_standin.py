@@ -285,8 +285,6 @@ ANSWERS = {
     # the workspace has changed since
     'pkg_executables': r'(turtle_brick arena\n)[\s\S]*(turtle_brick viewer\n)',
     'echo_latched_array': r'(\ntext: ).*()',
-    **dict.fromkeys((name for name in RECORDS if re.match('show_args_.*(turtle|option)', name)),
-                    r"('view':\n.*\n        \(default: ).*()"),
 }
 
 TOKENS = {
