@@ -25,7 +25,7 @@ The defaults are the assignment's own names. A profile in YAML, or `--set`, says
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from math import isfinite
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -84,16 +84,15 @@ class Profile:
                 if name not in known[section]:
                     raise ProfileError(f'{source}: unknown {section}.{name}, there are: '
                                        f'{", ".join(known[section])}')
-                wanted = (int, float) if section == 'numbers' else str
-                if isinstance(value, bool) or not isinstance(value, wanted) or not value:
-                    raise ProfileError(f'{source}: {section}.{name} is {value!r:.60}, but must be '
-                                       f'a {"number above 0" if wanted is not str else "name"}')
                 if section == 'numbers':
-                    value = float(value)
-                    if not (isfinite(value) and value > 0.0):
-                        raise ProfileError(f'{source}: {section}.{name} is {value:g}, but must be '
-                                           'a number above 0')
-                getattr(self, section)[name] = value
+                    wanted = 'number above 0'
+                    good = type(value) in (int, float) and 0 < value < inf
+                else:
+                    wanted, good = 'name', isinstance(value, str) and value != ''
+                if not good:
+                    raise ProfileError(f'{source}: {section}.{name} is {value!r:.60}, but must be '
+                                       f'a {wanted}')
+                getattr(self, section)[name] = float(value) if section == 'numbers' else value
 
     def load(self, path: Path) -> None:
         """Take over a profile from a YAML file; ProfileError if it is none."""

@@ -171,10 +171,14 @@ class RobotModel:
         """Tell whether another joint is on the way to a joint."""
         return other.name in [one.name for one in self.way(joint.parent)]
 
+    @property
+    def rim(self) -> Solid | None:
+        """Return the wheel's cylinder."""
+        return self.solid(self.wheel_joint.child, 'cylinder') if self.wheel_joint else None
+
     def platform_span(self) -> tuple[float, float] | None:
         """Return bottom and top of the level platform (m above where the wheel touches down)."""
-        platform, wheel = self.solid(self.platform, 'cylinder'), self.wheel_joint
-        rim = self.solid(wheel.child, 'cylinder') if wheel else None
+        platform, wheel, rim = self.solid(self.platform, 'cylinder'), self.wheel_joint, self.rim
         if platform is None or wheel is None or rim is None:
             return None
         ground = self.pose(wheel.child).transform(rim.pose.position)[2] - rim.size[0]
@@ -183,17 +187,10 @@ class RobotModel:
 
     def numbers(self) -> dict[str, float]:
         """Return the numbers of the profile that follow from the model."""
-        found = {}
-        platform, span = self.solid(self.platform, 'cylinder'), self.platform_span()
-        wheel = self.wheel_joint
-        rim = self.solid(wheel.child, 'cylinder') if wheel else None
-        if platform is not None:
-            found['platform_radius'] = platform.size[0]
-        if span is not None:
-            found['platform_height'] = span[1]
-        if rim is not None:
-            found['wheel_radius'] = rim.size[0]
-        return found
+        platform, span, rim = self.solid(self.platform, 'cylinder'), self.platform_span(), self.rim
+        found = {'platform_radius': platform and platform.size[0],
+                 'platform_height': span and span[1], 'wheel_radius': rim and rim.size[0]}
+        return {name: number for name, number in found.items() if number is not None}
 
 
 @lru_cache(4)

@@ -413,6 +413,15 @@ def test_falls_go_straight_down(aside, kept):
     assert find('fall: course', record).mark == KEPT_OR_BROKEN[kept]
 
 
+@pytest.mark.parametrize('off, kept', ((0.015, True), (0.03, False)))
+def test_falls_keep_to_their_parabola(off, kept):
+    record = new_record()
+    fall(record)
+    samples = record.frames['brick'].samples
+    samples[220].pose.position[2] += off
+    assert find('fall: course', record).mark == KEPT_OR_BROKEN[kept]
+
+
 @pytest.mark.parametrize('above', (-0.04, 0.0, 0.04))
 def test_the_ground_is_at_0_and_the_platform_at_its_height(above):
     for rule, caught, floor in (('fall: ground', False, HEIGHT / 2.0),
