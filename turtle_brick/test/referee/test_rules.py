@@ -406,6 +406,16 @@ def test_bricks_fall_after_the_answer(answer, unseen, kept):
     assert find('drop: answer first', record).mark == KEPT_OR_BROKEN[kept]
 
 
+def test_a_brick_that_moves_before_the_answer_has_fallen_too_early():
+    record = new_record()
+    watch = fall(record)
+    watch.ask = Ask(at(0.45), at(0.5025), None)
+    assert find('drop: answer first', record).mark == KEPT
+    watch.released = at(0.496)
+    record.frames['brick'].samples[125].pose.position[2] -= 1e-4
+    assert find('drop: answer first', record).mark == BROKEN
+
+
 @pytest.mark.parametrize('aside, kept', ((0.002, True), (0.05, False)))
 def test_falls_go_straight_down(aside, kept):
     record = new_record()
