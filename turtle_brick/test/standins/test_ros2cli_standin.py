@@ -285,6 +285,9 @@ ANSWERS = {
     # the workspace has changed since
     'pkg_executables': r'(turtle_brick arena\n)[\s\S]*(turtle_brick viewer\n)',
     'echo_latched_array': r'(\ntext: ).*()',
+    # since then, joints have velocities
+    'echo_csv_joint_states': r'(platform_joint,(?:0\.0,){3}).*()',
+    'echo_truncate_length': r'(velocity:)[\s\S]*?(\neffort)',
 }
 
 TOKENS = {
