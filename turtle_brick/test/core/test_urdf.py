@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import asdict
+from itertools import product
 import math
 from pathlib import Path
 from random import Random
@@ -271,9 +272,9 @@ def telling() -> Iterator[dict]:
     for value in (1, 10 ** 309, math.nan, True, None, '3', [1.0]):
         yield {'platform_thickness': value}
     random = Random(1)
-    for ulps in (-3, -1, 0, 0, 1, 2):
-        wheel, radius, thickness = (random.uniform(*limits) for limits in (
-            (0.03, 1.0), (0.4, 1.0), (0.001, 0.5)))
+    for size, ulps in product((1.0, 0.06), (-2, 0, 1)):
+        wheel, radius, thickness = (size * random.uniform(*limits) for limits in (
+            (0.3, 0.8), (0.4, 1.0), (0.02, 0.5)))
         height = least_height(radius, thickness, wheel)
         for _ in range(abs(ulps)):
             height = math.nextafter(height, math.copysign(math.inf, ulps))
