@@ -121,6 +121,16 @@ def test_sourced_again_it_changes_nothing():
             assert len(entries) == len(set(entries)), variable
 
 
+@with_home
+def test_colcon_tells_of_the_workspace(tmp_path):
+    top = shlex.quote(str(SCRIPTS.parents[1]))
+    colcon = f'colcon --log-base {shlex.quote(str(tmp_path))}'
+    assert sourced(
+        f'cd {top} && {colcon} info >/dev/null && {colcon} graph >/dev/null && '
+        f'{colcon} list --names-only --topological-order') == (
+            0, 'turtle_brick_interfaces\nturtle_brick\n', '')
+
+
 def test_run_instead_of_sourced_it_says_so():
     status, output, errors = shell(f'bash {shlex.quote(str(ENV))}')
     assert (status, output) == (1, '')
