@@ -226,14 +226,14 @@ class Record:
 
     def pose(self, frame: str, stamp: int) -> Pose | None:
         """Return the pose of a frame in the world at an instant (ns), None if unknown."""
-        found = pose((0.0, 0.0, 0.0))
+        found = None
         for _ in range(DEPTH):
             if frame == self.profile.frames['world']:
-                return found
+                return found or pose((0.0, 0.0, 0.0))
             sample = self.frames[frame].at(stamp) if frame in self.frames else None
             if sample is None:
                 return None
-            found = sample.pose.compose(found)
+            found = sample.pose if found is None else sample.pose.compose(found)
             frame = sample.parent
         return None
 

@@ -14,7 +14,6 @@
 
 """The referee's rules on records that are made up. No graph."""
 
-from copy import deepcopy
 from math import cos, hypot, inf, nan, pi, sin, sqrt
 from pathlib import Path
 from types import SimpleNamespace
@@ -225,11 +224,11 @@ def drive(record, slip=1.0, crooked=0.0, count=8):
         for step in range(100):
             way, seconds = min(step * 0.03, length), begin + step * 0.01
             here = upright(x + way * cos(heading), y + way * sin(heading), 0.0)
-            twist = Twist()
-            twist.linear.x, twist.linear.y = (
-                (3.0 * cos(heading), 3.0 * sin(heading)) if way < length else (0.0, 0.0))
-            odometry = Odometry(child_frame_id='base_link')
-            odometry.header.frame_id, odometry.twist.twist = 'odom', deepcopy(twist)
+            odometry, twist = Odometry(child_frame_id='base_link'), Twist()
+            odometry.header.frame_id = 'odom'
+            for message in (odometry.twist.twist, twist):
+                message.linear.x, message.linear.y = (
+                    (3.0 * cos(heading), 3.0 * sin(heading)) if way < length else (0.0, 0.0))
             odometry.pose.pose.position.x, odometry.pose.pose.position.y = here.position[:2]
             joints = JointState(name=['stem_joint', 'wheel_joint', 'platform_joint'], position=[
                 heading + crooked, (angle + way * slip) / NUMBERS['wheel_radius'], 0.0],
