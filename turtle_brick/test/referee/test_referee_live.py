@@ -13,24 +13,15 @@
 # limitations under the License.
 """The referee and graphs: ours, some with faults, and some that are hardly any."""
 
-from array import array
-from math import nan
 import sys
 from time import monotonic
 
-from geometry_msgs.msg import PoseStamped, TransformStamped, Twist
 from mutants import MUTANTS, mutate, PROGRAM
-from nav_msgs.msg import Odometry
 from nav_msgs.srv import GetPlan
 from rclpy.node import Node
-from sensor_msgs.msg import JointState
-from std_msgs.msg import String
 from std_srvs.srv import Empty, Trigger
-from tf2_msgs.msg import TFMessage
 from turtle_brick.core.parameters import load
 from turtle_brick.tools.graph import Graph
-from turtle_brick_interfaces.msg import Tilt
-from turtle_brick_interfaces.srv import Place
 from turtle_referee import referee
 from turtle_referee.hands import Hands
 from turtle_referee.names import Profile
@@ -38,7 +29,6 @@ from turtle_referee.observer import fill, Observer
 from turtle_referee.rules import BROKEN, KEPT
 from turtle_referee.trial import FAR_OUT, MEETING, Program, Trial
 from turtlesim.msg import Pose
-from visualization_msgs.msg import Marker, MarkerArray
 
 HASTE = {'program': Program(0.2, 2, (0.5,), (FAR_OUT,)), 'meeting': 0.5, 'patience': 0.3}
 """How a graph is judged that is hardly any."""
@@ -92,65 +82,6 @@ def test_faults_are_found(domain_id, monkeypatch):
 
 
 # ------------------------------------------------------------------------- what is hardly a graph
-
-class Nonsense(Node):
-    """Offer everything, and say nothing but a number that makes no sense."""
-
-    def __init__(self, **options):
-        """Begin to talk."""
-        super().__init__('nonsense', **options)
-        self.topics = {kind: self.create_publisher(kind, name, 10) for kind, name in (
-            (Twist, 'turtle1/cmd_vel'), (Odometry, 'odom'), (JointState, 'joint_states'),
-            (Pose, 'turtle1/pose'), (String, 'robot_description'), (TFMessage, '/tf'),
-            (MarkerArray, 'walls'), (Marker, 'brick_marker'))}
-        self.create_subscription(PoseStamped, 'goal_pose', lambda message: None, 10)
-        self.create_subscription(Tilt, 'tilt', lambda message: None, 10)
-        self.create_service(Place, 'place', self.agree)
-        self.create_service(Trigger, 'drop', self.agree)
-        self.create_timer(0.02, self.talk)
-
-    def agree(self, request, response):
-        """Say yes."""
-        response.success = True
-        return response
-
-    def talk(self):
-        """Say it."""
-        now = self.get_clock().now().to_msg()
-        place = Odometry().pose.pose
-        place.position.x = place.position.y = place.position.z = place.orientation.w = nan
-        odometry = Odometry(child_frame_id='base_link')
-        odometry.header.frame_id, odometry.header.stamp = 'odom', now
-        odometry.pose.pose = place
-        twist = Twist()
-        twist.linear.x = odometry.twist.twist.linear.x = nan
-        joints = JointState(name=['wheel_joint'], position=array('d', [nan]))
-        joints.header.stamp = now
-        transforms = []
-        for parent, child in (('world', 'odom'), ('odom', 'base_link'), ('base_link', 'platform'),
-                              ('world', 'brick')):
-            transform = TransformStamped(child_frame_id=child)
-            transform.header.frame_id, transform.header.stamp = parent, now
-            transform.transform.translation.x = transform.transform.translation.z = nan
-            transforms.append(transform)
-        marker = Marker(type=Marker.CUBE, text='Unreachable', pose=place)
-        marker.header.frame_id = 'brick'
-        marker.scale.x = marker.scale.z = nan
-        for message in (twist, odometry, joints, TFMessage(transforms=transforms), marker,
-                        Pose(x=nan, y=nan, theta=nan), MarkerArray(markers=[marker] * 4),
-                        String(data='<robot><link name="base_link"/></robot>')):
-            self.topics[type(message)].publish(message)
-
-
-def test_nonsense_is_judged(domain_id):
-    with Graph(domain_id, quiet=True) as graph:
-        graph.add(Nonsense, parameters=False)
-        record = watch(graph, **HASTE)
-    # The frames have names and parents, whatever their numbers.
-    assert set(marks(record, KEPT)) <= {
-        'frames: world', 'frames: brick', 'frames: broadcasters', 'frames: robot', 'text: kind',
-        'walls: to be seen', 'brick marker: to be seen', 'odom: twist', 'drop', 'brick: angle'}
-
 
 def test_nothing_is_judged(domain_id):
     with Graph(domain_id, quiet=True) as graph:
