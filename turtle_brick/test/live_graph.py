@@ -31,7 +31,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import contextlib
 import signal
 from time import monotonic
-from typing import Any, TypeVar
+from typing import Any
 
 from rclpy.client import Client
 from rclpy.node import Node
@@ -42,8 +42,6 @@ from turtle_brick.tools.graph import Graph
 from turtle_referee.observer import DEPTH, Listener
 from turtle_referee.processes import Process
 from turtle_referee.record import rate
-
-Result = TypeVar('Result')
 
 GLANCE = 0.005
 """How often (s) one looks at what has come."""
@@ -146,10 +144,6 @@ class LiveGraph(Graph):
         """Add to the recordings what has come."""
         self._ears.fetch()
         self._fetched = monotonic()
-
-    def do(self, action: Callable[[], Result]) -> Result:
-        """Do something between two callbacks, and return what it returned."""
-        return action()
 
     def record(self, topic: str, message_type: type, qos: QoSProfile | int = DEPTH) -> Recording:
         """

@@ -16,12 +16,13 @@
 import signal
 import sys
 
-from geometry_msgs.msg import PoseStamped, Twist
+from geometry_msgs.msg import Point, PoseStamped, Twist
 from live_graph import graph, PATIENCE, process
 import pytest
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from turtle_brick.core.parameters import default_path
+from turtle_brick_interfaces.srv import Place
 from turtlesim.msg import Pose
 
 LAUNCH = """
@@ -82,7 +83,10 @@ def test_turtle_arena(domain_id):
             live.publisher('goal_pose', PoseStamped).publish(goal)
             live.wait_for(lambda: poses.last and abs(poses.last.x - 6.5) < 0.05, PATIENCE,
                           'the turtle at its goal')
+            # Above the robot, and so high that a busy machine has the time to see it fall.
+            above = Place.Request(location=Point(x=6.5, y=6.0, z=20.0))
+            assert live.call('place', Place, above).success
             assert live.call('drop', Trigger).success
-        launching.wait_for_output('can be caught', 10.0)
-        launching.wait_for_output(r'arena-\d\].*on the platform', 10.0)
+        launching.wait_for_output('can be caught', PATIENCE)
+        launching.wait_for_output(r'arena-\d\].*on the platform', PATIENCE)
         assert ended(launching) == 5

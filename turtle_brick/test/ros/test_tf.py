@@ -16,7 +16,8 @@
 
 from math import inf, nan
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 from laws import law
 from live_graph import graph, PATIENCE
 import pytest
@@ -90,7 +91,7 @@ anything = st.builds(
     st.one_of(st.just(LEVEL), st.tuples(*[numbers] * 4)))
 
 
-@law(60)
+@law(30)
 @given(st.lists(st.tuples(anything, st.booleans()), max_size=15), st.booleans())
 def test_all_is_in_sight_again_once_everybody_has_spoken_again(messages, known):
     """
