@@ -277,8 +277,8 @@ def test_what_is_broadcast_can_be_looked_up(domain_id: int) -> None:
     """Moving and static transforms pass over DDS, also to a listener in another namespace."""
     with graph(domain_id, Hearer) as live:
         hearer = live.nodes[-1]
-        moving = live.do(lambda: TransformBroadcaster(live.listener))
-        static = live.do(lambda: StaticTransformBroadcaster(live.listener))
+        moving = TransformBroadcaster(live.listener)
+        static = StaticTransformBroadcaster(live.listener)
         live.wait_for(lambda: moving.pub_tf.get_subscription_count() == 1, 10.0, 'a listener')
         moving.sendTransform(stamped('world', 'a', SECOND, (1.0, 0.0, 0.0)))
         moving.sendTransform([stamped('world', 'a', 2 * SECOND, (3.0, 0.0, 0.0)),
@@ -295,7 +295,7 @@ def test_what_is_broadcast_can_be_looked_up(domain_id: int) -> None:
 def test_static_transforms_reach_late_listeners_all_together(domain_id: int) -> None:
     """One latched message holds every child that was ever sent; a child keeps its first pose."""
     with graph(domain_id) as live:
-        static = live.do(lambda: StaticTransformBroadcaster(live.listener))
+        static = StaticTransformBroadcaster(live.listener)
         static.sendTransform(stamped('a', 'b', 0, (1.0, 0.0, 0.0)))
         static.sendTransform(stamped('a', 'c', 0, (2.0, 0.0, 0.0)))
         static.sendTransform(stamped('a', 'b', 0, (9.0, 0.0, 0.0)))
@@ -310,8 +310,8 @@ def test_static_transforms_reach_late_listeners_all_together(domain_id: int) -> 
 def test_topics_are_those_of_the_real_one(domain_id: int) -> None:
     """Reliable, /tf_static latched; a listener may leave /tf alone, and ends when told to."""
     with graph(domain_id, partial(Hearer, static_only=True), Hearer) as live:
-        live.do(lambda: (TransformBroadcaster(live.listener),
-                         StaticTransformBroadcaster(live.listener)))
+        TransformBroadcaster(live.listener)
+        StaticTransformBroadcaster(live.listener)
         ask, (*_, whole) = live.listener, live.nodes
 
         def ends(topic: str) -> list[TopicEndpointInfo]:
@@ -324,7 +324,7 @@ def test_topics_are_those_of_the_real_one(domain_id: int) -> None:
             live.wait_for(lambda: len(ends(topic)) == count, 10.0, f'{count} ends of {topic}')
             assert {(end.qos_profile.reliability, end.qos_profile.durability)
                     for end in ends(topic)} == {(ReliabilityPolicy.RELIABLE, durability)}
-        live.do(whole.listener_of_tf.unregister)
+        whole.listener_of_tf.unregister()
         live.wait_for(lambda: len(ends('/tf')) == 1 and len(ends('/tf_static')) == 2, 10.0,
                       'its end')
 
@@ -336,7 +336,7 @@ def test_a_listener_can_spin_a_thread_of_its_own(domain_id: int) -> None:
     try:
         with graph(domain_id) as live:
             hearer = Hearer(rclpy.get_default_context(), spin_thread=True)
-            moving = live.do(lambda: TransformBroadcaster(live.listener))
+            moving = TransformBroadcaster(live.listener)
             live.wait_for(lambda: moving.pub_tf.get_subscription_count() == 1, 10.0, 'a listener')
             moving.sendTransform(stamped('world', 'a', SECOND, (1.0, 0.0, 0.0)))
             found = hearer.buffer.lookup_transform('world', 'a', LATEST, Duration(seconds=10.0))
