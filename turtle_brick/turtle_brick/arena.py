@@ -95,6 +95,8 @@ class Arena(Node):
         self.phase = self.world.phase
         """The brick's phase at the last step."""
         self.step_clock = StepClock(STEP)
+        self.is_answering = False
+        """Whether the answer to `drop` may still be on its way out."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self)
@@ -127,7 +129,7 @@ class Arena(Node):
         return response
 
     def on_drop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Let the brick fall from the first step after this call on, or say why it can't."""
+        """Let the brick fall from the first step after the answer on, or say why it can't."""
         self.on_timer()  # What is due already shows the brick as it was before.
         try:
             self.world.release()
@@ -136,6 +138,7 @@ class Arena(Node):
         else:
             response.success = True
             response.message = 'the brick falls from ({:g}, {:g}, {:g})'.format(*self.world.brick)
+            self.is_answering = True
         return response
 
     def on_timer(self) -> None:
@@ -154,18 +157,23 @@ class Arena(Node):
                 f'{abs(jump):.3g} s: the physics goes on from now')
         if not instants:
             return
-        self.tf_broadcaster.sendTransform([self.step(instant) for instant in instants])
+        # By now the answer is out. Where that took long, only the latest step is not before it.
+        held = instants[:-1] if self.is_answering else []
+        self.is_answering = False
+        self.tf_broadcaster.sendTransform(
+            [self.step(instant, instant in held) for instant in instants])
         if self.world.phase is not self.phase:
             self.phase = self.world.phase
             self.get_logger().info('The brick is {} at ({:.5g}, {:.5g}, {:.5g})'.format(
                 self.phase.value, *self.world.brick))
             self.publish_marker()
 
-    def step(self, instant: int) -> TransformStamped:
-        """Take the step that belongs to an instant (ns); return where the brick is then."""
+    def step(self, instant: int, is_held: bool) -> TransformStamped:
+        """Take the step that belongs to an instant (ns), or hold; return where the brick is."""
         pose = recent(self.tf_buffer, PLATFORM, instant)
         self.world.platform = Platform(pose) if pose else None
-        self.world.step()
+        if not is_held:
+            self.world.step()
         stamp = Time(nanoseconds=instant).to_msg()
         if self.world.on_platform is not None:
             return transform_message(PLATFORM, BRICK, self.world.on_platform, stamp)
