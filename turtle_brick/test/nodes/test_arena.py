@@ -149,12 +149,9 @@ def test_rides_with_a_platform_that_drives(bench):
     bench.platform = (1.0, 5.0, 0.0, 0.0)
     assert bench.place(1.2, 5.1, 3.0).success and bench.drop().success
     bench.until(Phase.RIDING)
-    ahead = []
     for number in range(50):
         bench.platform = (1.0 + 0.06 * number, 5.0, 0.0, 0.0)
         bench.tick()
-        ahead.append(bench.arena.step_clock.last - bench.now)
-    assert 0 < max(ahead) <= STEP
     bench.run(0.1)
     assert bench.world.brick == pytest.approx(
         (4.14, 5.1, PARAMETERS.platform_height + HALF_HEIGHT), abs=1e-9)
