@@ -206,10 +206,10 @@ def end(command, arena, directory):
 
 @pytest.fixture(scope='module')
 def outcomes(request, arena, tmp_path_factory):
-    """Try the commands that are asked for, three at a time: most of them wait for the graph."""
+    """Try the commands that are asked for, four at a time: most of them wait for the graph."""
     asked = [item.callspec.params['command'] for item in request.session.items
              if getattr(item, 'function', None) is test_command]
-    with ThreadPoolExecutor(2) as pool:
+    with ThreadPoolExecutor(4) as pool:
         return {command: pool.submit(
             try_out, command, arena, tmp_path_factory.mktemp('reader')) for command in asked}
 
