@@ -172,7 +172,8 @@ class Scene(Graph):
 
     def slow(self) -> str:
         """Say what does not come as often as it should; nothing if all does."""
-        begin = time_ns() - round(SPAN * NANOSECONDS)
+        # Not up to now: what a busy machine fetches late does not come late.
+        begin = self.observer.fetched_at - round(SPAN * NANOSECONDS)
         counts = {name: len(frame.heard(begin)) for name, frame in self.record.frames.items()}
         counts |= {name: len(self.record.heard(name, begin)) for name in self.record.topics}
         return ', '.join(f'{name} {counts.get(name, 0) / SPAN:.0f} of {rate:g} Hz'

@@ -173,7 +173,8 @@ class Observer(Node):
         self._topics_told: dict[str, Publisher] = {}
         self._services_asked: dict[str, Client] = {}
         self._looked_at = 0.0
-        self._fetched_at = time_ns()
+        self.fetched_at = time_ns()
+        """When (ns) what has come was fetched last."""
         for topic, static in (('/tf', False), ('/tf_static', True)):
             self.listener.listen(
                 TFMessage, topic, self._transform_keeper(static), how_to_hear(static))
@@ -184,9 +185,9 @@ class Observer(Node):
         if monotonic() - self._looked_at > LOOK_PERIOD:
             self._looked_at = monotonic()
             self.look_around()
-        last, self._fetched_at = self._fetched_at, time_ns()
-        if (self._fetched_at - last) * NANO > FETCH_PERIOD + LATE:
-            self.record.stalls.append((last, self._fetched_at))
+        last, self.fetched_at = self.fetched_at, time_ns()
+        if (self.fetched_at - last) * NANO > FETCH_PERIOD + LATE:
+            self.record.stalls.append((last, self.fetched_at))
         self.listener.fetch()
         self.on_news()
 

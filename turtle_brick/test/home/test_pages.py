@@ -73,6 +73,9 @@ LASTING = {
 }
 """Commands that go on until Ctrl-C, and what they print when they are up."""
 
+TALKS = 'ros2 (node|param|service|topic)|python3 own_node'
+"""What talks to that graph."""
+
 NEEDS_VISER = 'ros2 run turtle_brick viewer|bash turtle_brick/scripts/demo'
 NEEDS_HOME = '(source|bash) turtle_brick/scripts'
 
@@ -123,25 +126,12 @@ def test_no_table_has_a_command_that_no_page_has():
 
 # ------------------------------------------------------------------------------------ commands
 
-class Arena:
-    """The graph of turtle_arena, started as the page says, in a domain of its own."""
-
-    def __init__(self, domain, directory):
-        """Start it, and wait until `ros2` sees it: with a daemon, that may take a while."""
-        self.domain, self.brick = domain, Lock()
-        self.process = started(ARENA, domain, directory)
-        self.process.wait_for_output('waiting for a fall', TIMEOUT)
-        deadline, listed = monotonic() + TIMEOUT, ''
-        while not {'/odom', '/tf'} <= set(listed.split()):
-            assert monotonic() < deadline, listed
-            listed = self.run('ros2 topic list').stdout
-
-    def run(self, command, directory='/'):
-        """Run a command in its domain to the end."""
-        return subprocess.run(
-            ['bash', '-c', command], cwd=directory, stdin=subprocess.DEVNULL, text=True,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=TIMEOUT,
-            env={**os.environ, 'ROS_DOMAIN_ID': str(self.domain)})
+def run(command, domain, directory='/'):
+    """Run a command in a domain to the end."""
+    return subprocess.run(
+        ['bash', '-c', command], cwd=directory, stdin=subprocess.DEVNULL, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=TIMEOUT,
+        env={**os.environ, 'ROS_DOMAIN_ID': str(domain)})
 
 
 def started(command, domain, directory):
@@ -156,47 +146,19 @@ def interrupted(process):
     return process.wait(TIMEOUT)
 
 
-@pytest.fixture(scope='module')
-def arena(tmp_path_factory):
-    """Start the graph; see in the end that Ctrl-C ends it quietly."""
-    with reserved_domain() as domain:
-        arena = Arena(domain, tmp_path_factory.mktemp('arena'))
-        try:
-            yield arena
-            assert interrupted(arena.process) == 0, arena.process.output
-            assert 'Traceback' not in arena.process.output
-        finally:
-            arena.process.kill()
-            if find_spec('ros2cli.daemon'):  # which the real `ros2` leaves behind
-                arena.run('ros2 daemon stop')
-
-
-def try_out(command, arena, directory):
-    """Do what the page says."""
+def try_out(command, domain, directory):
+    """Do what the page says, to the command's end, and see that it has done its work."""
     for name in ('turtle_brick', 'turtle_brick_interfaces'):
         (directory / name).symlink_to(ROOT / name)
     (directory / 'own_node.py').write_text(block('changing.md', 'python', 'own_node'))
-    if command == ARENA:
-        assert arena.process.running
-    elif begins(command, LASTING):
-        with reserved_domain() as own, started(
-                command, arena.domain if 'topic' in command else own, directory) as process:
+    if begins(command, LASTING):
+        with started(command, domain, directory) as process:
             process.wait_for_output(LASTING[begins(command, LASTING)], TIMEOUT)
             interrupted(process)
             # a real joint_state_publisher ends with a traceback
             assert 'Traceback' not in re.sub(r'\[joint_state.*', '', process.output)
-    elif re.search('/drop|/place|own_node', command):
-        with arena.brick:
-            if '/drop' in command:
-                arena.run(next(place for place in COMMANDS if ' /place ' in place))
-            end(command, arena, directory)
-    else:
-        end(command, arena, directory)
-
-
-def end(command, arena, directory):
-    """Run a command to its end, and see that it has done its work."""
-    done = arena.run(command, directory)
+        return
+    done = run(command, domain, directory)
     assert done.returncode == 0 and 'Traceback' not in done.stdout, done.stdout
     if re.search('/drop|/place', command):
         assert 'success=True' in done.stdout
@@ -204,24 +166,81 @@ def end(command, arena, directory):
         assert done.stdout == EXPECTED[command]
 
 
-@pytest.fixture(scope='module')
-def outcomes(request, arena, tmp_path_factory):
-    """Try the commands that are asked for, four at a time: most of them wait for the graph."""
-    asked = [item.callspec.params['command'] for item in request.session.items
-             if getattr(item, 'function', None) is test_command]
-    with ThreadPoolExecutor(4) as pool:
-        return {command: pool.submit(
-            try_out, command, arena, tmp_path_factory.mktemp('reader')) for command in asked}
-
-
 @pytest.mark.parametrize('command', [
-    command for command in COMMANDS if not begins(command, NOT_RUN)], ids=str)
-def test_command(command, request):
+    command for command in COMMANDS if command != ARENA
+    and not begins(command, NOT_RUN) and not re.match(TALKS, command)], ids=str)
+def test_command(command, domain_id, tmp_path):
     if re.match(NEEDS_HOME, command) and os.environ.get('TURTLE_BRICK_HOME') != f'{ROOT}/.ros':
         pytest.skip('env.bash has not been sourced')
     if re.match(NEEDS_VISER, command) and find_spec('viser') is None:
         pytest.skip('viser is not installed')
-    request.getfixturevalue('outcomes')[command].result()
+    try_out(command, domain_id, tmp_path)
+
+
+@pytest.fixture(scope='class')
+def domain(tmp_path_factory):
+    """Start the graph in a domain of its own; see in the end that Ctrl-C ends it quietly."""
+    with reserved_domain() as domain, started(
+            ARENA, domain, tmp_path_factory.mktemp('arena')) as process:
+        process.wait_for_output('waiting for a fall', TIMEOUT)
+        deadline, listed = monotonic() + TIMEOUT, ''
+        while not {'/odom', '/tf'} <= set(listed.split()):  # a daemon may take a while
+            assert monotonic() < deadline, listed
+            listed = run('ros2 topic list', domain).stdout
+        try:
+            yield domain
+            assert interrupted(process) == 0, process.output
+            assert 'Traceback' not in process.output
+        finally:
+            if find_spec('ros2cli.daemon'):  # which the real `ros2` leaves behind
+                run('ros2 daemon stop', domain)
+
+
+@pytest.fixture(scope='class')
+def outcomes(request, domain, tmp_path_factory):
+    """Try the commands that are asked for, six at a time: most of them wait for the graph."""
+    brick = Lock()
+
+    def talk(command):
+        directory = tmp_path_factory.mktemp('reader')
+        if not re.search('/drop|/place|own_node', command):
+            return try_out(command, domain, directory)
+        with brick:
+            if '/drop' in command:
+                run(next(place for place in COMMANDS if ' /place ' in place), domain)
+            return try_out(command, domain, directory)
+
+    with ThreadPoolExecutor(6) as pool:
+        return {command: pool.submit(talk, command) for command in [
+            item.callspec.params['command'] for item in request.session.items
+            if getattr(item, 'originalname', '') == 'test_command_beside_it']}
+
+
+class TestBesideTheArena:
+    """What a page says of the graph of turtle_arena, which is started as the page says."""
+
+    @pytest.mark.parametrize('command', [
+        command for command in COMMANDS if re.match(TALKS, command)], ids=str)
+    def test_command_beside_it(self, command, outcomes):
+        outcomes[command].result()
+
+    def test_what_the_nodes_publish_hear_and_serve_is_told_and_drawn(self, domain):
+        words = set(re.findall('[a-z_0-9/]+', ' '.join(drawn()[1])))
+        with graph(domain) as live:
+            for row in cells('graph.md', 'Nodes')[:3]:
+                node, = names(row[0])
+                told = [set(re.findall(r'`([\w/]+)` ([A-Z]\w+)', cell)) for cell in (*row[1:], '')[:3]]
+
+                def seen():
+                    ask = live.listener
+                    return [interfaces(getter(node, '/')) for getter in (
+                        ask.get_publisher_names_and_types_by_node,
+                        ask.get_subscriber_names_and_types_by_node,
+                        ask.get_service_names_and_types_by_node)]
+
+                live.wait_for(lambda: node in live.listener.get_node_names() and seen() == told, 20.0,
+                              f'a graph in which {node} has {told}')
+                assert {node, *(name for part in told for name, _ in part)} <= words, words
 
 
 # --------------------------------------------------------------------------------------- names
@@ -279,24 +298,6 @@ def interfaces(found):
             for name, (kind, *_) in found
             if not re.search('/rosout|/parameter_events|/tf|parameter|type_desc', name)}
 
-
-def test_what_the_nodes_publish_hear_and_serve_is_told_and_drawn(arena):
-    words = set(re.findall('[a-z_0-9/]+', ' '.join(drawn()[1])))
-    with graph(arena.domain) as live:
-        for row in cells('graph.md', 'Nodes')[:3]:
-            node, = names(row[0])
-            told = [set(re.findall(r'`([\w/]+)` ([A-Z]\w+)', cell)) for cell in (*row[1:], '')[:3]]
-
-            def seen():
-                ask = live.listener
-                return [interfaces(getter(node, '/')) for getter in (
-                    ask.get_publisher_names_and_types_by_node,
-                    ask.get_subscriber_names_and_types_by_node,
-                    ask.get_service_names_and_types_by_node)]
-
-            live.wait_for(lambda: node in live.listener.get_node_names() and seen() == told, 20.0,
-                          f'a graph in which {node} has {told}')
-            assert {node, *(name for part in told for name, _ in part)} <= words, words
 
 
 def test_every_launch_file_is_told():

@@ -30,7 +30,7 @@ from turtle_brick.tools.lesson.falling import DT
 from turtle_brick.tools.plots import (CAUGHT, drawn, FAINT, farthest, FINE_DASHES, INK, MISSED,
                                       REFUSED, ROBOT, waterfall)
 
-HEIGHTS = tuple(0.5 * number for number in range(2, 21))
+HEIGHTS = tuple(float(number) for number in range(1, 11))
 DISTANCES = tuple(0.2 * number for number in range(28))
 """Where bricks are released: heights (m), and distances (m) from the robot at rest in the
 center."""
