@@ -36,7 +36,7 @@ def generate_launch_description():
             'view',
             EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
             condition=IfCondition(
-                EqualsSubstitution(LaunchConfiguration('view', default=''), ''))),
+                EqualsSubstitution(LaunchConfiguration('view', default='unset'), 'unset'))),
         DeclareLaunchArgument(
             'view',
             default_value='rviz',

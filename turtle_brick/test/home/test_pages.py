@@ -229,7 +229,8 @@ class TestBesideTheArena:
         with graph(domain) as live:
             for row in cells('graph.md', 'Nodes')[:3]:
                 node, = names(row[0])
-                told = [set(re.findall(r'`([\w/]+)` ([A-Z]\w+)', cell)) for cell in (*row[1:], '')[:3]]
+                told = [set(re.findall(r'`([\w/]+)` ([A-Z]\w+)', cell))
+                        for cell in (*row[1:], '')[:3]]
 
                 def seen():
                     ask = live.listener
@@ -238,8 +239,8 @@ class TestBesideTheArena:
                         ask.get_subscriber_names_and_types_by_node,
                         ask.get_service_names_and_types_by_node)]
 
-                live.wait_for(lambda: node in live.listener.get_node_names() and seen() == told, 20.0,
-                              f'a graph in which {node} has {told}')
+                live.wait_for(lambda: node in live.listener.get_node_names() and seen() == told,
+                              20.0, f'a graph in which {node} has {told}')
                 assert {node, *(name for part in told for name, _ in part)} <= words, words
 
 
@@ -297,7 +298,6 @@ def interfaces(found):
     return {(name.lstrip('/').replace('turtle1/cmd_vel', 'cmd_vel'), kind.rpartition('/')[2])
             for name, (kind, *_) in found
             if not re.search('/rosout|/parameter_events|/tf|parameter|type_desc', name)}
-
 
 
 def test_every_launch_file_is_told():
