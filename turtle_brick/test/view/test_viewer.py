@@ -24,6 +24,7 @@ import urllib.request
 
 from geometry_msgs.msg import PoseStamped
 from live_graph import graph, PATIENCE, process
+import numpy
 import pytest
 from std_srvs.srv import Trigger
 from turtle_brick.core.parameters import ParameterError
@@ -170,9 +171,14 @@ def test_it_draws_30_pictures_per_second_of_a_busy_graph(live, monkeypatch):
     live.wait_for(lambda: pictures and all(rate for _, rate in page.rates(pictures[-1])),
                   PATIENCE, 'all that is counted')
     del pictures[:], rates_shown[:]
-    live.wait_for(lambda: len(pictures) > 90, PATIENCE, '90 pictures')
-    # A busy machine leaves out pictures, which are not made up for.
-    assert 15.0 < (len(pictures) - 1) * 1e9 / (pictures[-1] - pictures[0]) < 31.5
+
+    def most() -> int:
+        """Return the greatest number of pictures in a second: a busy machine leaves out some."""
+        ends = numpy.searchsorted(pictures, numpy.add(pictures, 1_000_000_000))
+        return max(ends - numpy.arange(len(ends)), default=0)
+
+    live.wait_for(lambda: len(pictures) > 90 and most() >= 28, PATIENCE, '28 in a second')
+    assert most() <= 35
     shown = [dict(rates) for rates in rates_shown]
     assert {name: median(rates[name] for rates in shown) for name in shown[-1]} == pytest.approx({
         'brick (TF)': 250.0, 'turtle1/cmd_vel': 100.0, 'odom': 100.0, 'joint_states': 100.0},
