@@ -58,7 +58,7 @@ def view_of(content: dict) -> dict:
 def size_of(content: dict) -> tuple[int, int]:
     """Return width and height of the 3D view (pixels)."""
     window = content['Window Geometry']
-    panel = 0 if window['Hide Left Dock'] else PANEL
+    panel = PANEL if content['Panels'] else 0
     return window['Width'] - panel - FRAME[0], window['Height'] - FRAME[1]
 
 
