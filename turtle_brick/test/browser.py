@@ -127,12 +127,16 @@ class Chromium:
     def wait_for(self, expression: str) -> None:
         """Wait until a JavaScript expression, which is evaluated again and again, is true."""
         deadline = monotonic() + TIMEOUT
-        while not self.evaluate(
-                'new Promise(done => { const end = performance.now() + 1000;'
-                f' const look = () => {{ const found = Boolean({expression});'
-                ' if (found || performance.now() > end) done(found);'
-                ' else setTimeout(look, 20); }; look(); })'):
+        while not self.comes(expression):
             assert monotonic() < deadline, f'{expression}: not true within {TIMEOUT:g} s'
+
+    def comes(self, expression: str) -> bool:
+        """Tell whether a JavaScript expression becomes true within a second."""
+        return bool(self.evaluate(
+            'new Promise(done => { const end = performance.now() + 1000;'
+            f' const look = () => {{ const found = Boolean({expression});'
+            ' if (found || performance.now() > end) done(found);'
+            ' else setTimeout(look, 20); }; look(); })'))
 
     def push(self, kind: str, text: str) -> None:
         """Click on the element of a kind that has a text, or that it labels, once there is one."""
