@@ -158,10 +158,10 @@ class Arena(Node):
         if not instants:
             return
         # By now the answer is out. Where that took long, only the latest step is not before it.
-        held = instants[:-1] if self.is_answering else []
+        begin = instants[-1] if self.is_answering else instants[0]
         self.is_answering = False
         self.tf_broadcaster.sendTransform(
-            [self.step(instant, instant in held) for instant in instants])
+            [self.step(instant, is_held=instant < begin) for instant in instants])
         if self.world.phase is not self.phase:
             self.phase = self.world.phase
             self.get_logger().info('The brick is {} at ({:.5g}, {:.5g}, {:.5g})'.format(

@@ -92,6 +92,7 @@ class World:
         """As it was seen last."""
         self._release_height = 0.0
         self._steps_fallen = 0
+        """Steps since the beginning of the fall, which is the step after a release."""
         self._place: tuple[float, float] = (0.0, 0.0)
         """Where the brick is on the platform, along its x and y (m)."""
         self._speed: tuple[float, float] = (0.0, 0.0)

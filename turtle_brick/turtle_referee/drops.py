@@ -58,7 +58,7 @@ HISTORY = 400
 """The most positions of the brick that are looked back at."""
 
 
-def between(begin: int | None, end: int | None) -> float:
+def elapsed(begin: int | None, end: int | None) -> float:
     """Return the time (s) from one instant (ns) to another, NaN unless both are known."""
     return nan if begin is None or end is None else (end - begin) * NANO
 
@@ -108,12 +108,12 @@ class DropWatch:
     @property
     def fall_time(self) -> float:
         """Return the time from the release to the contact; NaN if there was none."""
-        return between(self.released, self.down)
+        return elapsed(self.released, self.down)
 
     @property
     def slide_time(self) -> float:
         """Return the time from the first tilt to the brick's leaving; NaN if it did not."""
-        return between(self.tilted, self.floated)
+        return elapsed(self.tilted, self.floated)
 
     @property
     def decided(self) -> int | None:

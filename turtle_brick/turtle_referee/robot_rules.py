@@ -464,6 +464,7 @@ def links_differ_in_color(record: Record) -> Finding:
 def model_has_the_numbers(record: Record) -> Finding:
     """Check that the description was built from the configured numbers."""
     robot = model(record)
+    drawn = robot.numbers()
     for wanted in ('platform_height', 'wheel_radius'):
         if wanted in record.profile.guessed:
             raise Open(f'{wanted} is known from the URDF alone')
@@ -472,10 +473,10 @@ def model_has_the_numbers(record: Record) -> Finding:
     kept = bottom - EXACT <= height <= top + EXACT
     words = f'platform from {bottom:.3f} to {top:.3f} m (configured {height:.3f})'
     for name in ('wheel_radius', 'platform_radius'):
-        drawn, configured = robot.numbers()[name], record.profile.numbers.get(name)
+        configured = record.profile.numbers.get(name)
         if configured is not None:
-            kept = kept and abs(drawn - configured) <= EXACT
-            words += f', {name} {drawn:.3f} m (configured {configured:.3f})'
+            kept = kept and abs(drawn[name] - configured) <= EXACT
+            words += f', {name} {drawn[name]:.3f} m (configured {configured:.3f})'
     return Finding(kept, words)
 
 
