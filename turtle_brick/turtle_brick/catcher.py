@@ -20,6 +20,8 @@ Publishes:
     tilt (turtle_brick_interfaces/Tilt): angle of the platform (rad)
     catcher_marker (visualization_msgs/Marker): the text "Unreachable" above a brick that can't be
         caught, for 3 s, once per fall
+    catcher_state (std_msgs/String, latched): what it does: waiting, approaching, carrying, tilting
+        or leveling; "unreachable: " and the reason when a brick can't be caught
 
 Subscribes:
     /tf, /tf_static: the frames brick and platform; it knows nothing else of brick and robot
@@ -37,9 +39,10 @@ from typing import Any
 
 from geometry_msgs.msg import PoseStamped, TransformStamped
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
 from tf2_ros import Buffer
 from turtle_brick.core.catch_logic import Catcher, DriveOrder, PERIOD, TiltOrder
-from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import CatcherParameters
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.tilting_platform import Platform
@@ -82,6 +85,10 @@ class CatcherNode(Node):
         self.goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', 10)
         self.tilt_publisher = self.create_publisher(Tilt, 'tilt', 10)
         self.marker_publisher = self.create_publisher(Marker, 'catcher_marker', 10)
+        self.state_publisher = self.create_publisher(
+            String, 'catcher_state', QoSProfile(
+                depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self.publish_state()
         self.create_timer(PERIOD, self.update)
 
     def on_transform(self, transform: TransformStamped) -> None:
@@ -104,7 +111,11 @@ class CatcherNode(Node):
         state = self.catcher.state
         pose = recent(self.tf_buffer, PLATFORM, now) if self.is_heard() else None
         platform = Platform(pose) if pose else None
-        for action in self.catcher.update(now, platform):
+        actions = self.catcher.update(now, platform)
+        if self.catcher.state is not state:
+            self.publish_state()
+            self.get_logger().info(f'Now {self.catcher.state.value}')
+        for action in actions:
             if isinstance(action, DriveOrder):
                 self.drive_to(action.x, action.y)
             elif isinstance(action, TiltOrder):
@@ -112,9 +123,7 @@ class CatcherNode(Node):
             else:
                 self.explain(action)
                 if not action.reachable:
-                    self.say_unreachable(action.fall.position)
-        if self.catcher.state is not state:
-            self.get_logger().info(f'Now {self.catcher.state.value}')
+                    self.say_unreachable(action)
         if not self.complete:
             self.log_what_is_missing()
 
@@ -131,13 +140,18 @@ class CatcherNode(Node):
         goal.pose.position.x, goal.pose.position.y = x, y
         self.goal_publisher.publish(goal)
 
-    def say_unreachable(self, brick: Vector) -> None:
-        """Show "Unreachable" above a point of the world (m)."""
+    def publish_state(self) -> None:
+        """Tell what the catcher does."""
+        self.state_publisher.publish(String(data=self.catcher.state.name.lower()))
+
+    def say_unreachable(self, decision: Decision) -> None:
+        """Show "Unreachable" above the brick, and publish why."""
+        self.state_publisher.publish(String(data=f'unreachable: {decision.reason}'))
         marker = Marker(ns='catcher', type=Marker.TEXT_VIEW_FACING, action=Marker.ADD,
                         text='Unreachable')
         marker.header.frame_id = WORLD
         marker.header.stamp = self.get_clock().now().to_msg()
-        x, y, z = brick
+        x, y, z = decision.fall.position
         marker.pose.position.x, marker.pose.position.y = x, y
         marker.pose.position.z = z + TEXT_HEIGHT
         marker.scale.z = TEXT_HEIGHT

@@ -19,11 +19,12 @@ from math import dist, nan
 
 from driven import PARAMETERS, Stage
 from geometry_msgs.msg import PoseStamped
-from live_graph import graph
+from live_graph import graph, PATIENCE
 import pytest
 from rclpy.duration import Duration
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.time import Time
+from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from turtle_brick.catcher import CatcherNode
 from turtle_brick.core.catch_logic import CENTER, State
@@ -38,6 +39,8 @@ from visualization_msgs.msg import Marker
 
 REST = resting_height(PARAMETERS)
 
+LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
 
 class Bench(Stage):
     """Arena and catcher, and a robot that obeys without delay."""
@@ -50,6 +53,7 @@ class Bench(Stage):
         self.node = self.nodes[1]
         self.catcher = self.node.catcher
         self.markers = live.record('catcher_marker', Marker)
+        self.states = live.record('catcher_state', String, LATCHED)
 
     def bring_up_robot(self):
         """Let the robot hear the catcher from now on."""
@@ -130,9 +134,15 @@ def test_without_a_robot_that_hears_it_nothing_is_reachable(domain_id, capfd):
     """It waits with one line, and says in another when all is in sight."""
     with graph(domain_id) as live:
         bench = Bench(live)
-        bench.refuse(7.0, 7.0, 6.0)
+        decision, _ = bench.refuse(7.0, 7.0, 6.0)
         bench.bring_up_robot()
         bench.catch(5.0, 5.0, 6.0)
+        assert [state.data for state in bench.states.messages] == [
+            'waiting', f'unreachable: {decision.reason}',
+            'approaching', 'carrying', 'tilting', 'leveling', 'waiting']
+        late = live.record('catcher_state', String, LATCHED)
+        live.wait_for(lambda: late.messages, PATIENCE, 'the state')
+        assert late.last.data == 'waiting'
     lines = capfd.readouterr().err.splitlines()
     (waiting,) = [line for line in lines if 'Waiting for' in line]
     assert 'a robot that hears goal_pose and tilt' in waiting
@@ -189,9 +199,8 @@ def test_clock_that_is_set_back_and_a_brick_taken_away(bench):
 
 def test_hostile_transforms(bench, capfd):
     """What anybody may put on TF blinds nobody for long, and little is logged."""
-    latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     moving = bench.live.publisher('/tf', TFMessage, readers=2)
-    static = bench.live.publisher('/tf_static', TFMessage, latched, readers=2)
+    static = bench.live.publisher('/tf_static', TFMessage, LATCHED, readers=2)
     capfd.readouterr()
     hour = 3600 * NANOSECONDS
     for parent, child in product((BRICK, PLATFORM, WORLD, 'nowhere'), (BRICK, PLATFORM, WORLD)):
