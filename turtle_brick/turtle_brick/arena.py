@@ -40,6 +40,7 @@ Parameters, read-only:
     wall_height (double, m): height of the walls
 """
 
+from time import monotonic
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
@@ -95,6 +96,8 @@ class Arena(Node):
         self.phase = self.world.phase
         """The brick's phase at the last step."""
         self.step_clock = StepClock(STEP)
+        self.last_run = monotonic()
+        """When the physics ran last, by a clock that nobody sets (s)."""
         self.is_answering = False
         """Whether the answer to `drop` may still be on its way out."""
 
@@ -151,10 +154,11 @@ class Arena(Node):
         ahead = STEP if self.world.phase is Phase.RIDING else 0
         instants = self.step_clock.due(now + ahead, due_instant(self.timer, now))
         jump = self.step_clock.jump * NANO
+        stood, self.last_run = monotonic() - self.last_run, monotonic()
         if jump:
-            self.get_logger().warning(
-                f'{"The clock was set back by" if jump < 0.0 else "Here nothing ran for"} '
-                f'{abs(jump):.3g} s: the physics goes on from now')
+            what = ('The clock was set back by' if jump < 0.0 else
+                    'Here nothing ran for' if stood > jump / 2.0 else 'The clock went ahead by')
+            self.get_logger().warning(f'{what} {abs(jump):.3g} s: the physics goes on from now')
         if not instants:
             return
         # By now the answer is out. Where that took long, only the latest step is not before it.
@@ -164,7 +168,7 @@ class Arena(Node):
             [self.step(instant, is_held=instant < begin) for instant in instants])
         if self.world.phase is not self.phase:
             self.phase = self.world.phase
-            self.get_logger().info('The brick is {} at ({:.5g}, {:.5g}, {:.5g})'.format(
+            self.get_logger().info('The brick is {} at ({:.2f}, {:.2f}, {:.2f})'.format(
                 self.phase.value, *self.world.brick))
             self.publish_marker()
 
