@@ -242,7 +242,7 @@ class Scene(Graph):
         self.until(lambda: watch.floated, 'the brick slides off')
         if self.hands.distance_to(CENTER) > 0.05:
             raise Fault(f'the brick is tipped off at {self.hands.robot()}, not in the center')
-        self.until(lambda: watch.levelled, 'the platform is level again')
+        self.until(lambda: watch.leveled, 'the platform is level again')
 
     def go_to(self, stage: str) -> None:
         """Wait until a stage of the play is reached, with another brick."""
@@ -259,7 +259,7 @@ class Scene(Graph):
                 'tilting': lambda: watch.tilted,
                 'leveling': lambda: (self.phase == 'floating'
                                      and self.is_level(0.7 * PARAMETERS.tilt_angle)),
-                'floating': lambda: watch.levelled,
+                'floating': lambda: watch.leveled,
                 'unreachable': lambda: watch.refusals,
             }[stage], f'before the blow: {stage}')
 

@@ -194,9 +194,9 @@ def bricks_are_tipped_off(record: Record) -> Finding:
 @rule('again', 'the turtle to catch a falling brick', 'level again after each brick, ready for '
       'the next', timely=True)
 def robot_is_ready_again(record: Record) -> Finding:
-    """Check that after each brick the platform is levelled, and the next one can come."""
+    """Check that after each brick the platform is leveled, and the next one can come."""
     tipped = some([drop for drop in catches(record) if drop.floated is not None],
                   'no brick was tipped off')
-    tilted = [name_of(drop) for drop in tipped if drop.levelled is None]
+    tilted = [name_of(drop) for drop in tipped if drop.leveled is None]
     return Finding(not tilted, f'still tilted after {tilted[0]}' if tilted
                    else f'level after each of {len(tipped)}')

@@ -88,7 +88,7 @@ class DropWatch:
         self.tilted: int | None = None
         self.carried_to: Array | None = None
         self.floated: int | None = None
-        self.levelled: int | None = None
+        self.leveled: int | None = None
         self.refusals: list[int] = []
         """When a marker said "Unreachable"."""
         self.goal: int | None = None
@@ -155,10 +155,10 @@ class DropWatch:
                 self._land(stamp, pose)
         elif self.caught and self.floated is None:
             self._ride(stamp)
-        elif self.floated is not None and self.levelled is None:
+        elif self.floated is not None and self.leveled is None:
             platform = self._record.platform(stamp)
             if platform is not None and inclination(platform) < LEVEL:
-                self.levelled = stamp
+                self.leveled = stamp
 
     def _land(self, stamp: int, pose: Pose) -> None:
         """Take note of where the brick has come down, seen at an instant (ns) shortly after."""

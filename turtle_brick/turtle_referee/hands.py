@@ -191,7 +191,7 @@ class Hands:
             across = ARENA_SIZE / self.number('max_velocity')
             self.until(lambda: watch.tilted, across * 1.5 + self.patience)
             self.until(lambda: watch.floated, 2.0 * self.patience)
-            self.until(lambda: watch.levelled and self.is_at_rest(), self.patience)
+            self.until(lambda: watch.leveled and self.is_at_rest(), self.patience)
         else:
             self.graph.spin_for(AFTER)
             self.until(self.is_at_rest, self.patience)

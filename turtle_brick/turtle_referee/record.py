@@ -194,7 +194,7 @@ class Record:
         self.stalls: list[tuple[int, int]] = []
         """From when to when the machine had no time for who listens."""
         self.notes: list[str] = []
-        """What went wrong in the referee's own programme."""
+        """What went wrong in the referee's own program."""
 
     def is_empty(self) -> bool:
         """Tell whether nothing of the exercise was heard."""

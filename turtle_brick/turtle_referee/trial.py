@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-The programme of the referee: it lets a graph show, one after another, all that can be judged.
+The program of the referee: it lets a graph show, one after another, all that can be judged.
 
 The robot rests, drives in eight directions and tilts its platform; bricks are placed, dropped out
 of reach and within reach. Every wait has an end: a graph that does not answer costs some seconds.
@@ -110,7 +110,7 @@ class Trial(Hands):
         """Bricks that were not placed, or did not fall."""
 
     def run(self) -> None:
-        """Go through the whole programme."""
+        """Go through the whole program."""
         if self.meet():
             self.rest()
             self.drive()

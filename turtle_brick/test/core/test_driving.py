@@ -163,7 +163,7 @@ def test_arrives_in_time_without_overshoot_and_rests(data, jitter):
     assert max(aside[:count + 1]) <= 0.005
     assert max(hypot(*command) for _, command in bench.commands) == pytest.approx(
         min(speed, 0.5 * distance / TICK))
-    # The goal that is sent again moves nothing, not even the millimetre that jitter has left.
+    # The goal that is sent again moves nothing, not even the millimeter that jitter has left.
     bench.send(goal)
     bench.assert_rests(goal, 0.0)
 

@@ -133,7 +133,7 @@ def test_drop_falls_for_one_timestep():
 
 
 @pytest.mark.parametrize('steps', (1, 7, 250, 9_991))
-def test_one_second_of_fall_from_ten_metres_at_any_timestep(steps):
+def test_one_second_of_fall_from_ten_meters_at_any_timestep(steps):
     world = World((1.5, -2.5, 10.0), 9.81, 0.5, 1.0 / steps)
     for _ in range(steps):
         world.drop()

@@ -41,7 +41,7 @@ REFUSALS = {
 """Why a brick is not released."""
 
 VISIBLY_TILTED = 0.002
-"""Angle (rad) from which a platform catches nothing: a millimetre at its rim."""
+"""Angle (rad) from which a platform catches nothing: a millimeter at its rim."""
 
 headings = st.floats(-pi, pi)
 coordinates = st.floats(-20.0, 20.0)
@@ -105,10 +105,10 @@ def test_brick_lands_if_the_platform_is_there_in_the_step_that_leads_below_its_t
 
 @law(30)
 @given(place=discs(RADIUS), yaw=headings, gravity=gravities, dt=time_steps,
-       programme=st.lists(st.tuples(st.floats(-1.5, 1.5) | st.just(0.0), st.integers(1, 40),
-                                    coordinates, coordinates, headings),
-                          min_size=1, max_size=5))
-def test_slide_on_a_platform_that_moves_in_every_way(place, yaw, gravity, dt, programme):
+       program=st.lists(st.tuples(st.floats(-1.5, 1.5) | st.just(0.0), st.integers(1, 40),
+                                  coordinates, coordinates, headings),
+                        min_size=1, max_size=5))
+def test_slide_on_a_platform_that_moves_in_every_way(place, yaw, gravity, dt, program):
     """
     Gravity's pull along the platform's x is all there is in its plane; the brick turns with it.
 
@@ -117,7 +117,7 @@ def test_slide_on_a_platform_that_moves_in_every_way(place, yaw, gravity, dt, pr
     """
     world = riding(place, yaw=yaw, gravity=gravity, dt=dt)
     (u, v), speed = place, 0.0
-    for tilt, steps, x, y, heading in programme:
+    for tilt, steps, x, y, heading in program:
         world.platform = platform_at(x, y, heading, tilt)
         pull = gravity * sin(tilt)
         ex, ey, _ = axes_of(heading, tilt)

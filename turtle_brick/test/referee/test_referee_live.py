@@ -56,7 +56,7 @@ def marks(record, mark):
 # ---------------------------------------------------------------------------- ours, and mutants
 
 def test_ours_keeps_every_requirement(domain_id):
-    """Have a look at a part of the programme that shows something of each."""
+    """Have a look at a part of the program that shows something of each."""
     with Graph(domain_id, namespace='judged', quiet=True) as graph:
         add_nodes(graph)
         record = watch(graph, meeting=60.0, program=PROGRAM)

@@ -545,7 +545,7 @@ def break_arena(record, fault):
         case 'frames: brick':
             samples[-1] = samples[-1]._replace(parent='sky')
         case 'again':
-            drop.levelled = None
+            drop.leveled = None
         case 'carry':
             drop.carried_to = numpy.array((5.75, 5.5))
 

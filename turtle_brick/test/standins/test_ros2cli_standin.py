@@ -273,6 +273,7 @@ MAY_DIFFER = (
     (r'searching: .*', ''),
     # what the workspace says has changed since
     ('centre', 'center'),
+    ('metres', 'meters'),
 )
 
 # What another node answers, and says in its own words, and what the graph has got since.

@@ -86,8 +86,8 @@ def drive(period, moved=MOVED):
         x=x, y=5.5, pose=SimpleNamespace(position=(x, 5.5, 0.0)))) for time, x in places.items()]
 
 
-def speed(metres_per_second):
-    return SimpleNamespace(linear=SimpleNamespace(x=0.0, y=metres_per_second))
+def speed(meters_per_second):
+    return SimpleNamespace(linear=SimpleNamespace(x=0.0, y=meters_per_second))
 
 
 def test_the_chain_is_found_whatever_was_heard_before_the_release():

@@ -111,7 +111,7 @@ class Checked:
         Take the values from a mapping that may hold more.
 
         :raises MissingParameterError: a value is missing
-        :raises ParameterError: a name is misspelt, or a value is inadmissible
+        :raises ParameterError: a name is misspelled, or a value is inadmissible
         """
         names = [entry.name for entry in fields(cls)]
         missing = [name for name in names if name not in mapping]

@@ -15,7 +15,7 @@
 A stand-in for the Python module tf2_ros of ROS 2 Jazzy, in pure Python.
 
 It has the part that nodes use: buffer, listener, broadcasters and exceptions, with the names,
-signatures, QoS and behaviour of tf2_ros_py 0.36.4; its buffer is held to recordings of the real
+signatures, QoS and behavior of tf2_ros_py 0.36.4; its buffer is held to recordings of the real
 one. Left out are the buffer's action client and server, transform() of message types (with it
 the registration of types and BufferInterface) and velocities.
 """
