@@ -14,7 +14,7 @@
 """Show the turtle robot alone: its description, its joints and a view of it."""
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, SetLaunchConfiguration
+from launch.actions import DeclareLaunchArgument, LogInfo, SetLaunchConfiguration
 from launch.conditions import IfCondition
 from launch.substitutions import (Command, EnvironmentVariable, EqualsSubstitution,
                                   LaunchConfiguration, PathJoinSubstitution)
@@ -74,6 +74,9 @@ def generate_launch_description():
             package='joint_state_publisher',
             executable='joint_state_publisher',
             condition=IfCondition(EqualsSubstitution(LaunchConfiguration('use_jsp'), 'jsp'))),
+        LogInfo(
+            msg='Showing the robot in rviz2. Where that is not installed, try view:=web.',
+            condition=IfCondition(EqualsSubstitution(LaunchConfiguration('view'), 'rviz'))),
         Node(
             package='rviz2',
             executable='rviz2',

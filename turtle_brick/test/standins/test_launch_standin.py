@@ -231,7 +231,7 @@ def first_complaint(text):
         r'InvalidFrontendLaunchFileError: The launch|RuntimeError: Expected).*', '', text)
 
 
-@pytest.mark.parametrize('record', recorded('errors'))
+@pytest.mark.parametrize('record', recorded('errors', 'more'))
 def test_errors_are_those_recorded(record, files, environment, capfd):
     if '-s' in record['command']:
         return

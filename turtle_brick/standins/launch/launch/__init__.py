@@ -23,8 +23,7 @@ import signal
 import sys
 
 from launch import actions, substitutions
-from launch.actions import (Action, DeclareLaunchArgument, OpaqueFunction,
-                            SetLaunchConfiguration)
+from launch.actions import Action, DeclareLaunchArgument, SetLaunchConfiguration
 from launch.substitutions import (get_logger, launch_config, log_file, needs_real, outside,
                                   perform, Substitution)
 
@@ -34,6 +33,7 @@ actions.__getattr__ = outside('launch.actions')
 substitutions.__getattr__ = outside('launch.substitutions')
 for name in ('conditions', 'logging', 'utilities'):  # modules of their own in the real one
     sys.modules[f'launch.{name}'] = globals()[name] = substitutions
+sys.modules['launch.event_handlers'] = event_handlers = actions
 sys.modules['launch.launch_description_sources'] = sys.modules[__name__]
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT, signal.SIGHUP)
 
@@ -114,14 +114,11 @@ class LaunchDescriptionSource:
     """A launch file, whose path may contain substitutions."""
 
     def __init__(self, launch_file_path):
-        self.location = launch_file_path
-        self._description = None
+        self.path = launch_file_path
 
     def get_launch_description(self, context):
-        if self._description is None:
-            self.location = perform(context, self.location)
-            self._description = get_launch_description_from_any_launch_file(self.location)
-        return self._description
+        self.location = perform(context, self.path)
+        return get_launch_description_from_any_launch_file(self.location)
 
     def try_get_launch_description_without_context(self):
         with suppress(Exception):  # more than the environment may be needed to know it
@@ -148,16 +145,14 @@ class IncludeLaunchDescription(Action):
 
     def do(self, context, launch_description_source, *, launch_arguments=()):
         description = launch_description_source.get_launch_description(context)
-        outer, context.launch_file = context.launch_file, os.path.abspath(
-            launch_description_source.location)
+        context.launch_file = os.path.abspath(launch_description_source.location)
         names = [perform(context, name) for name, _ in launch_arguments]
         for argument, required in description.declared_arguments():
             if required and argument.name not in names:
                 raise RuntimeError(
                     f"Included launch description missing required argument '{argument.name}' "
                     f"(description: '{argument.description}'), given: [{', '.join(names)}]")
-        return [*(SetLaunchConfiguration(*each) for each in launch_arguments), description,
-                OpaqueFunction(function=lambda context: setattr(context, 'launch_file', outer))]
+        return [*(SetLaunchConfiguration(*each) for each in launch_arguments), description]
 
 
 actions.IncludeLaunchDescription = IncludeLaunchDescription
@@ -174,6 +169,7 @@ class LaunchContext:
         self.shutting_down = asyncio.Event()
         self.tasks = []
         self.processes = []  # actions
+        self.handlers = []  # of the ends of processes, the latest first
         self.process_count = 0
         self.listeners = []  # functions that are told what happens
         self.signal = signal.SIGINT  # which ends everything, or the first of them

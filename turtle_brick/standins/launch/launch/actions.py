@@ -23,8 +23,9 @@ import subprocess
 import threading
 import traceback
 import tty
+from types import SimpleNamespace
 
-from launch.substitutions import (get_logger, Later, LaunchConfiguration, needs_real,
+from launch.substitutions import (get_logger, Later, LaunchConfiguration,
                                   normalize_to_list_of_substitutions, perform, read_typed, write)
 
 
@@ -72,6 +73,24 @@ AppendEnvironmentVariable = action('AppendEnvironmentVariable', _append)
 LogInfo = action('LogInfo', lambda context, *, msg: get_logger('launch.user').info(
     perform(context, msg)))
 Shutdown = action('Shutdown', lambda context, *, reason='': context.shutdown())
+
+
+RegisterEventHandler = action('RegisterEventHandler', lambda context, event_handler: (
+    context.handlers.insert(0, event_handler)))
+
+
+class OnProcessExit(Later):
+
+    def do(self, context, *, on_exit, target_action=None):
+        event = context.event
+        if target_action in (None, event.action) or (
+                callable(target_action) and target_action(event.action)):
+            found = on_exit(event, context) if callable(on_exit) else on_exit
+            for each in found if isinstance(found, (list, tuple)) else filter(None, [found]):
+                if isinstance(each, Shutdown):
+                    get_logger('launch').info(f'process[{event.process_name}] was required: '
+                                              'shutting down launched system')
+                context.visit(each)
 
 
 class DeclareLaunchArgument(Action):
@@ -124,9 +143,10 @@ class GroupAction(Action):
 class TimerAction(Action):
 
     def do(self, context, *, period, actions):
-        async def wait():
+        async def wait(file=context.launch_file):
             await context.pause(period if isinstance(period, (int, float)) else float(
                 perform(context, period)))
+            context.launch_file = file
             for each in actions if not context.shutting_down.is_set() else ():
                 context.visit(each)
         context.create_task(wait())
@@ -158,12 +178,15 @@ class ExecuteProcess(Action):
             'screen': (['screen'], ['screen']), 'log': (['launch.log'], both),
             'both': (both, both),
             'own_log': ([own, f'{self.label}-stdout.log'], [own, f'{self.label}-stderr.log'])}
+        targets['full'] = tuple(both + each for each in targets['own_log'])
         if output not in targets:
-            raise ValueError(needs_real(f"output='{output}'"))
+            raise ValueError(f'{output} is not a valid standard output config i.e. "screen", '
+                             '"log" or "both"')
         self.targets = targets[output]
         self.timeouts = text(sigterm_timeout), text(sigkill_timeout)
         self.respawn = respawn if isinstance(respawn, bool) else read_typed(text(respawn), bool)
         self.context = context
+        context.handlers.insert(0, OnProcessExit(target_action=self, on_exit=on_exit))
         self.logger = get_logger(self.label)
         if not context.shutting_down.is_set():
             context.processes.append(self)
@@ -217,11 +240,11 @@ class ExecuteProcess(Action):
             stream.close()
         self.popen.stdin.close()
         self.context.tell('exited', self, code)
-        for each in self.on_exit if isinstance(self.on_exit, (list, tuple)) else [self.on_exit]:
-            if isinstance(each, Shutdown):
-                get_logger('launch').info(
-                    f'process[{self.label}] was required: shutting down launched system')
-            self.context.visit(each)
+        self.context.event = SimpleNamespace(
+            action=self, process_name=self.label, pid=pid, cmd=self.command,
+            cwd=self.directory, env=self.variables, returncode=code)
+        for handler in list(self.context.handlers):
+            handler.call(self.context)
 
     def end(self, number):
         """Send SIGINT or SIGTERM, and stronger signals if it does not end in time."""

@@ -258,9 +258,10 @@ PythonExpression = substitution(
 
 def _equal(context, *sides):
     left, right = (
-        perform(context, each) if isinstance(each, (Substitution, list, tuple)) else
+        perform(context, each) if any(isinstance(part, Substitution) for part in (
+            each if isinstance(each, (list, tuple)) else [each])) else
         '' if each is None else str(each).lower() if isinstance(each, bool) else str(each)
-        for each in sides)
+        for each in sides)  # of which an XML file's '' is an empty list: the text '[]'
     if {left.lower(), right.lower()} <= {'true', 'false', '1', '0'}:
         return (left.lower() in ('true', '1')) == (right.lower() in ('true', '1'))
     try:

@@ -49,9 +49,22 @@ PYTHON = {  # what attributes are called in Python, if that is not the same
     'default': 'default_value', 'message': 'msg', 'file': 'launch_description_source',
     'pkg': 'package', 'exec': 'executable', 'args': 'arguments', 'ros_args': 'ros_arguments',
     'launch-prefix': 'prefix', 'from': 'src', 'to': 'dst'}
+XML = {name: attribute for attribute, name in PYTHON.items()}
+COUNTS = {(0, 0): "doesn't expect arguments", (1, 1): 'expects 1 argument',
+          (1, 2): 'expects 1 or 2 arguments', (2, 2): 'expects 2 arguments'}
+CALLED = {'equals': 'and', 'not-equals': 'and', 'or': 'and', 'exec-in-pkg': 'exec-in-package'}
+NOT_IN_FILES = {'self', 'context', 'options', 'actions', 'choices', 'launch_arguments',
+                'launch_configurations', 'additional_env', 'remappings', 'parameters'}
 OTHERS = ('load_composable_node', 'node_container', 'reset', 'reset_env', 'ros_timer',
           'set_ros_log_dir', 'set_use_sim_time', 'anon', 'file-content', 'if', 'launch_log_dir',
           'log_dir', 'param')
+
+
+def arguments(function):
+    """Return the names of a function's arguments in files, and which of them have no default."""
+    found = {name: each for name, each in inspect.signature(function).parameters.items()
+             if name not in NOT_IN_FILES}
+    return list(found), [name for name, each in found.items() if each.default is each.empty]
 
 
 class InvalidFrontendLaunchFileError(Exception):
@@ -80,9 +93,11 @@ class ToSubstitutions(Transformer):
         if name not in SUBSTITUTIONS:
             raise RuntimeError(needs_real(f'$({name} ...)') if name in OTHERS
                                else f'Unknown substitution: {name}')
-        names = list(inspect.signature(SUBSTITUTIONS[name].do).parameters)[1:]
-        if len(given) > len(names):
-            raise TypeError(f'{name} substitution expects {len(names)} argument(s) at most')
+        names, needed = arguments(SUBSTITUTIONS[name].do)
+        if not len(needed) <= len(given) <= len(names):
+            raise TypeError(
+                'find package substitutions expect 1 argument' if name.startswith('find-pkg') else
+                f'{CALLED.get(name, name)} substitution {COUNTS[len(needed), len(names)]}')
         return SUBSTITUTIONS[name](**dict(zip(names, given)))
 
 
@@ -107,19 +122,32 @@ def split(text):
     return [*words, *([word] if word else [])]
 
 
+def on_exit(text):
+    """Read what to do when a process has ended."""
+    if text == 'shutdown':
+        return [actions.Shutdown()]
+    raise ValueError('Attribute on_exit of Entity node expected to be shutdown but got '
+                     f'`{text}`Other on_exit actions not yet supported')
+
+
 READERS = {  # of attributes that are not read as texts with substitutions, by their Python names
     'arguments': split, 'ros_arguments': split, 'cmd': split, 'description': unescape,
     'respawn_max_retries': int, 'respawn_delay': float,
-    'on_exit': lambda text: [{'shutdown': actions.Shutdown}[text]()],
+    'on_exit': on_exit,
     **dict.fromkeys(('shell', 'emulate_tty', 'scoped', 'forwarding', 'prepend'),
                     lambda text: read_typed(text, bool))}
 TYPES = {each.__name__: each for each in (str, int, float, bool)}
 TYPES.update({f'list_of_{name}': list[each] for name, each in TYPES.items()})
 
 
-def attributes(element, known):
+def attributes(element, known, needed=()):
     """Read an element's attributes, by their names in Python."""
     found = {PYTHON.get(name, name): text for name, text in element.attrib.items()}
+    for name in needed:
+        if name not in found:
+            raise AttributeError(
+                f"Attribute '{XML.get(name, name)}' of type '{float if name == 'period' else str}'"
+                f" not found in Entity '{element.tag}'")
     unknown = {name for name in element.attrib
                if PYTHON.get(name, name) not in known or name in PYTHON.values()}
     if unknown:
@@ -131,6 +159,14 @@ def parameter(element):
     """Read a parameter: a path, or a dictionary."""
     if 'from' in element.attrib:
         return attributes(element, ['src'])['src']
+    if 'name' not in element.attrib:
+        raise ValueError('param Entity should have name or from attribute')
+    if ('value' in element.attrib) == bool(len(element)):
+        raise RuntimeError('nested parameters and value attributes are mutually exclusive'
+                           if len(element) else
+                           'either a value attribute or nested params are needed')
+    if element.get('type', 'str') not in TYPES:
+        raise ValueError(f"Got invalid type identifier '{element.attrib['type']}'")
     given = {**attributes(element, ['name', 'value', 'type', 'value-sep']), **element.attrib}
     name, text, separator = tuple(substitute(given['name'])), given.get('value'), (
         given.get('value-sep'))
@@ -158,7 +194,7 @@ def action(element):
     kind, options, inner = ACTIONS[element.tag], {}, list(element)
 
     def take(tag, *names):
-        taken = [[attributes(each, names)[name] for name in names] for each in inner
+        taken = [[attributes(each, names, names)[name] for name in names] for each in inner
                  if each.tag == tag]
         inner[:] = [each for each in inner if each.tag != tag]
         return taken
@@ -166,10 +202,11 @@ def action(element):
     for name, condition in (('if', IfCondition), ('unless', UnlessCondition)):
         if name in element.attrib:
             options['condition'] = condition(substitute(element.attrib.pop(name)))
-    known = set(inspect.signature(kind.do).parameters)
+    known, needed = arguments(kind.do)
     if element.tag == 'node':
-        known |= set(inspect.signature(kind.__init__).parameters)
-    options.update(attributes(element, known))
+        more, needed = arguments(kind.__init__)
+        known += more
+    options.update(attributes(element, known, needed))
     if element.tag == 'arg':
         options['name'] = unescape(element.attrib['name'])
         options['choices'] = [perform(None, value) for value, in take('choice', 'value')] or None
