@@ -100,7 +100,7 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
   IFS='' source "$home/install/local_setup.bash" || return 1
   export TURTLE_BRICK_HOME=$home
 
-  # A mistake in the parameter file is best told right after the edit.
+  # A mistake in the parameter file is best told right after the edit. All is ready nevertheless.
   python3 -m turtle_brick.core.parameters "${scripts%/*}/config/turtle.yaml" </dev/null || true
 
   # What do the launch files show the robot with?
@@ -116,7 +116,8 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
   fi
 
   if [[ $- == *i* ]]; then
-    echo "turtle_brick: this shell is now in the home $home ($kind)" >&2
+    [[ $kind == native ]] && kind='' || kind=', as Python wheels,'
+    echo "turtle_brick: this shell has ROS 2 Jazzy$kind and the packages, built in $home" >&2
   fi
 }
 

@@ -30,7 +30,7 @@ that the home is ready; otherwise one sentence has said what is missing and how 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 import contextlib
 import fcntl
 import hashlib
@@ -46,6 +46,7 @@ import struct
 import subprocess
 import sys
 import sysconfig
+import threading
 import time
 from xml.etree import ElementTree
 
@@ -103,16 +104,37 @@ def say(text: str, end: str = '\n') -> None:
 
 
 @contextlib.contextmanager
-def step(what: str) -> Iterator[None]:
-    """Print a step and how long it took."""
-    start = time.monotonic()
+def step(what: str) -> Iterator[Callable[[str], None]]:
+    """
+    Print a step and how long it took; on a terminal each second how long it has taken.
+
+    :return: a function that takes what is said there as well
+    """
+    start, said, over = time.monotonic(), '', threading.Event()
+
+    def show(text: str) -> None:
+        nonlocal said
+        said = text
+
+    def tick() -> None:
+        while not over.wait(1.0):
+            line = f'  {what} ... {time.monotonic() - start:.0f} s {said}'
+            say(f'\r{line[:shutil.get_terminal_size().columns - 1]}\033[K', end='')
+
+    ticking = threading.Thread(target=tick, daemon=True)
+    is_terminal, done = sys.stderr.isatty(), False
     try:
         say(f'  {what} ...', end='')
-        yield
-    except BaseException:
-        say('')
-        raise
-    say(f' {time.monotonic() - start:.0f} s')
+        if is_terminal:
+            ticking.start()
+        yield show
+        done = True
+    finally:
+        over.set()
+        if ticking.is_alive():
+            ticking.join()
+            say(f'\r\033[K  {what} ...', end='')
+        say(f' {time.monotonic() - start:.0f} s' if done else '')
 
 
 def run(command: list[str], env: dict[str, str], text: str = '') -> tuple[int, str]:
@@ -120,6 +142,24 @@ def run(command: list[str], env: dict[str, str], text: str = '') -> tuple[int, s
     done = subprocess.run(command, cwd=TOP, env=env, input=text, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, text=True, errors='replace')
     return done.returncode, done.stdout
+
+
+def follow(command: list[str], env: dict[str, str], show: Callable[[str], None]
+           ) -> tuple[int, str]:
+    """Run a command and show what it says; return its status and all that it wrote."""
+    output: list[str] = []
+    with subprocess.Popen(command, cwd=TOP, env=env, stdin=subprocess.DEVNULL, text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          errors='replace') as process:
+        try:
+            for line in process.stdout or ():
+                output.append(line)
+                if not line.startswith('Finished'):  # colcon is then still at what began before
+                    show(line.strip())
+        except BaseException:
+            process.kill()
+            raise
+    return process.returncode, ''.join(output)
 
 
 def last_line(output: str, pattern: str = r'\S') -> str:
@@ -388,10 +428,10 @@ def make_venv() -> None:
     pip = [python, '-m', 'pip', 'install', '--no-deps', '--no-build-isolation', '--use-pep517']
     setuptools = next(line.split()[0] for line in REQUIREMENTS.read_text().splitlines()
                       if line.startswith('setuptools=='))
-    with step('the packages of ROS 2 Jazzy, colcon, pytest and their like from the package index'):
+    with step('ROS 2 Jazzy from the package index') as show:
         # three small ones are published as sources: setuptools must be there to build them
         for what in ([setuptools], ['-r', str(REQUIREMENTS)]):
-            status, output = run([*pip, *what], env)
+            status, output = follow([*pip, *what], env, show)
             if status:
                 raise HomeError(pip_sentence(output))
 
@@ -484,8 +524,9 @@ def build(folders: dict[str, Path], underlay: str, record: Record, launcher: lis
         '--build-base', str(HOME / 'build'), '--install-base', str(HOME / 'install')]
     if launcher:
         command += ['--cmake-args', f'-DPython3_EXECUTABLE={VENV}/bin/python3']
-    with step(f'colcon build: {", ".join(changed)}'):
-        status, output = run(command, env)
+    packages = ', '.join(changed) if len(changed) < 3 else f'{len(changed)} packages'
+    with step(f'colcon build: {packages}') as show:
+        status, output = follow(command, env, show)
     if status:
         say(output.rstrip())
         raise HomeError(f'colcon could not build {", ".join(changed)}: its output is above and '

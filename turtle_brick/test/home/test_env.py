@@ -68,7 +68,7 @@ def test_a_home_that_is_ready_is_ready_soon_and_silent():
 def test_at_a_prompt_one_line_says_what_the_shell_has_now():
     *_, errors = sourced('', options=('--norc', '-i'))
     said = [line for line in errors.splitlines() if line.startswith('turtle_brick')]
-    assert len(said) == 1 and f'in the home {HOME} (' in said[0]
+    assert len(said) == 1 and said[0].endswith(f'built in {HOME}')
 
 
 @with_home
@@ -129,6 +129,20 @@ def test_colcon_tells_of_the_workspace(tmp_path):
         f'cd {top} && {colcon} info >/dev/null && {colcon} graph >/dev/null && '
         f'{colcon} list --names-only --topological-order') == (
             0, 'turtle_brick_interfaces\nturtle_brick\n', '')
+
+
+def test_a_mistake_in_the_parameter_file_is_told_and_the_shell_is_whole(elsewhere):
+    scripts = elsewhere[0].parent
+    (scripts / 'make_home.py').write_text('')
+    for path, text in ((scripts.parents[1] / '.ros/install/local_setup.bash', 'OVERLAY=sourced'),
+                       (scripts.parent / 'config/turtle.yaml', 'max_velocity:3.0')):
+        path.parent.mkdir(parents=True)
+        path.write_text(text)
+    status, output, errors = shell(
+        f'source {shlex.quote(str(elsewhere[0]))}\necho "$? $OVERLAY $TURTLE_BRICK_HOME"',
+        VIRTUAL_ENV=None, ROS_DISTRO='jazzy')
+    assert (status, output) == (0, f'0 sourced {scripts.parents[1]}/.ros\n')
+    assert errors.startswith('turtle_brick: ') and 'turtle.yaml: there are no' in errors
 
 
 def test_run_instead_of_sourced_it_says_so():

@@ -16,10 +16,12 @@
 import importlib.util
 import os
 from pathlib import Path
+import re
 import shutil
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 from turtle_referee.processes import Process
@@ -84,6 +86,25 @@ def test_exported_cmake_files_point_to_this_machine(make_home):
         '    COMMAND a "b"\n'
         '  add_custom_target(\n    ament_cmake_python_build_${package_name}_egg ALL VERBATIM\n'
         '  add_custom_target(\n    ${target} ALL\n')
+
+
+def test_what_takes_long_is_seen_to_go_on_where_there_is_a_terminal(
+        make_home, capsys, monkeypatch):
+    monkeypatch.setattr(sys.stderr, 'isatty', lambda: True)
+    monkeypatch.setenv('COLUMNS', '40')
+    said, deadline = '', time.monotonic() + 20.0
+    with make_home.step('work') as show:
+        assert make_home.follow(['printf', 'one\ntwo of many'], dict(os.environ), show) == (
+            0, 'one\ntwo of many')
+        while not re.search('work ... [1-9] s two of many', said):
+            said += capsys.readouterr().err
+            assert time.monotonic() < deadline, said
+        show('o' * 99)
+        while 's oo' not in said:
+            said += capsys.readouterr().err
+            assert time.monotonic() < deadline, said
+    assert all(len(line.replace('\033[K', '')) < 40 for line in said.split('\r'))
+    assert re.search(r'\r\033\[K  work ... \d+ s\n$', capsys.readouterr().err)
 
 
 # --------------------------------------------------------------------------- what is out of date
