@@ -52,6 +52,7 @@ PROGRAMS = ('bash', 'colcon', 'export', 'pip', 'python3', 'ros2', 'rosdep', 'sou
 NOT_RUN = {
     'rosdep install|pip install': 'it installs packages',
     'colcon |bash turtle_brick/scripts/test|python3 -m pytest': 'this is one of its tests',
+    'git clone |cd ': 'the address is known to the reader',
     'source install/setup.bash': 'it belongs to a workspace of the reader',
     '(python3 turtle_brick/scripts/|ros2 run turtle_brick )referee': 'it has tests of its own',
     'ros2 run turtle_brick benchmark': 'it takes minutes; see test_benchmark.py',
