@@ -70,6 +70,7 @@ LASTING = {
     'ros2 run turtle_brick sweep': 'drops, into ',
     'ros2 run turtle_brick viewer': 'http://',
     'ros2 topic hz': 'average rate: ',
+    'python3 own_node.py': "'caught': 1",
     'bash turtle_brick/scripts/demo': 'http://',
 }
 """Commands that go on until Ctrl-C, and what they print when they are up."""
@@ -151,7 +152,7 @@ def try_out(command, domain, directory):
     """Do what the page says, to the command's end, and see that it has done its work."""
     for name in ('turtle_brick', 'turtle_brick_interfaces'):
         (directory / name).symlink_to(ROOT / name)
-    (directory / 'own_node.py').write_text(block('changing.md', 'python', 'own_node'))
+    (directory / 'own_node.py').write_text(block('changing.md', 'python', 'class OwnNode'))
     if begins(command, LASTING):
         with started(command, domain, directory) as process:
             process.wait_for_output(LASTING[begins(command, LASTING)], TIMEOUT)
@@ -341,6 +342,18 @@ def test_the_readme_follows_the_template_and_its_pictures_are_small():
         assert len(re.findall(f'<!-- {video}.mp4: .* -->', text)) == 1
         assert f'<img src="turtle_brick/media/{video}.webp"' in text
     assert sum(path.stat().st_size for path in (PACKAGE / 'media').iterdir()) < 6e6
+
+
+def test_a_node_of_your_own_takes_a_line(monkeypatch):
+    """The page's line is one of the list that it says."""
+    given = {}
+    monkeypatch.setattr('setuptools.setup', lambda **arguments: given.update(arguments))
+    monkeypatch.chdir(PACKAGE)
+    above, line = "'console_scripts': [\n", block('changing.md', 'python', 'own_node:main')
+    text = (PACKAGE / 'setup.py').read_text()
+    assert text.count(above) == 1
+    exec(text.replace(above, above + line), {})
+    assert given['entry_points']['console_scripts'][0] == line.strip(" ',\n")
 
 
 def test_one_more_number_takes_three_lines(tmp_path):
