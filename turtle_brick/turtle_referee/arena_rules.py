@@ -23,8 +23,8 @@ from turtle_referee.drops import DropWatch
 from turtle_referee.geometry import Array, between, distance_to_rectangle, inclination, Pose, pose
 from turtle_referee.record import Ask, MarkerHeard, Record
 from turtle_referee.robot_rules import ALIKE, frame, NEAR
-from turtle_referee.rules import (Broken, Finding, needed, number, Open, Plot, Rules, Series,
-                                  some, worst)
+from turtle_referee.rules import (Broken, Finding, needed, number, Open, Plot, Rules, Series, some,
+                                  worst)
 
 RULES = Rules()
 rule = RULES.rule
@@ -182,7 +182,7 @@ def brick_marker_lasts(record: Record) -> Finding:
 
 
 @rule('brick marker: place', "a marker to show it's location in rviz",
-      f'at the brick, within {NEAR} m')
+      f'at the brick, within {NEAR} m', rests_on=['place'])
 def brick_marker_is_at_the_brick(record: Record) -> Finding:
     """Check that the marker is where the brick is."""
     off = []
@@ -223,7 +223,7 @@ def markers_can_be_drawn(record: Record) -> Finding:
 # --------------------------------------------------------------------------------- the services
 
 @rule('place', 'Offer a service called place … that moves the brick to a specified location',
-      f'there within {NEAR} m, at rest, and answered', timely=True)
+      f'there within {NEAR} m, at rest, and answered')
 def bricks_are_placed(record: Record) -> Finding:
     """Check that the brick goes where it is placed, and hovers."""
     off, drift = [], []
@@ -246,7 +246,7 @@ def dropped(record: Record) -> list[DropWatch]:
 
 
 @rule('drop', 'After the service responds, the brick starts falling', f'answered, and falling '
-      f'within {SOON} s', timely=True)
+      f'within {SOON} s', rests_on=['place'])
 def bricks_are_dropped(record: Record) -> Finding:
     """Check that each drop is answered, and the brick falls."""
     waits = []
@@ -265,7 +265,8 @@ def answer_of(drop: DropWatch) -> Ask:
 
 
 @rule('drop: answer first', 'After the service responds, the brick starts falling in gravity',
-      'seen to move after the answer, and at rest at most one step before it', timely=True)
+      'seen to move after the answer, and at rest at most one step before it',
+      rests_on=['drop', 'brick: hovers', 'fall: course'])
 def answers_come_first(record: Record) -> Finding:
     """Check that no fall begins before the service has answered."""
     moving, begins = [], []
@@ -282,7 +283,7 @@ def answers_come_first(record: Record) -> Finding:
 # ------------------------------------------------------------------------ hovering and falling
 
 @rule('brick: hovers', 'moves the brick to a specified location … The drop service causes the '
-      'brick to fall', 'still until it is dropped')
+      'brick to fall', 'still until it is dropped', rests_on=['place'])
 def brick_hovers(record: Record) -> Finding:
     """Check that before the first drop the brick stays where it is."""
     frame(record, 'brick')
@@ -330,7 +331,7 @@ def falls(record: Record) -> list[Fall]:
 
 
 @rule('fall: acceleration', 'the brick starts falling in gravity (using the specified gravity '
-      'acceleration)', 'gravity_accel ± 2 %, by stamps', timely=True)
+      'acceleration)', 'gravity_accel ± 2 %, by stamps', rests_on=['fall: course'])
 def falls_have_the_acceleration(record: Record) -> Finding:
     """Check that the depth of a fall grows with gravity_accel."""
     gravity, found = number(record, 'gravity_accel'), falls(record)
@@ -347,7 +348,7 @@ def falls_have_the_acceleration(record: Record) -> Finding:
 
 
 @rule('fall: course', 'the brick starts falling in gravity', f'at each stamp within {COURSE} m of '
-      'a fall from rest, straight down', timely=True)
+      'a fall from rest, straight down')
 def falls_are_falls(record: Record) -> Finding:
     """Check that each position of a fall is on one parabola, and nothing goes aside."""
     found = falls(record)
@@ -379,14 +380,14 @@ def judge_height(record: Record, caught: bool, wanted: float) -> Finding:
 
 
 @rule('fall: ground', 'If the brick hits … the ground it stops falling', 'its bottom on the '
-      'ground', timely=True)
+      'ground', rests_on=['fall: acceleration'])
 def ground_stops_the_brick(record: Record) -> Finding:
     """Check that a brick that is not caught lies on the ground."""
     return judge_height(record, False, half_height(record))
 
 
 @rule('fall: platform', 'If the brick hits the platform … it stops falling', 'its bottom on the '
-      "platform's top", timely=True)
+      "platform's top", rests_on=['fall: acceleration', 'URDF: numbers'])
 def platform_stops_the_brick(record: Record) -> Finding:
     """Check that a brick that is caught lies on the platform."""
     return judge_height(record, True, number(record, 'platform_height') + half_height(record))
@@ -401,7 +402,8 @@ def catches(record: Record) -> list[DropWatch]:
 
 
 @rule('brick: rides', 'If the brick hits the platform it should move with the platform',
-      f'the same place on it, {NEAR} m at rest, {LAG:g} s behind at most', timely=True)
+      f'the same place on it, {NEAR} m at rest, {LAG:g} s behind at most',
+      rests_on=['frames: robot'])
 def brick_rides(record: Record) -> Finding:
     """Check that a brick on the level platform keeps its place on it."""
     rest, moving = [], []
@@ -421,7 +423,7 @@ def brick_rides(record: Record) -> Finding:
 
 @rule('brick: angle', 'The angle of the brick relative to the ground should be the same as the '
       'angle of the platform relative to the ground at all times',
-      f'within {ALIKE} rad, 99 of 100 times that one is inclined', timely=True)
+      f'within {ALIKE} rad, 99 of 100 times that one is inclined')
 def brick_has_the_angle(record: Record) -> Finding:
     """Check that the brick is inclined like the platform, wherever it is."""
     off, level = [], 0
@@ -490,7 +492,8 @@ def slides(record: Record) -> list[Slide]:
 
 
 @rule('slide: law', 'it should slide off the platform (friction-less, but in gravity)',
-      f'g sin(angle) down the slope, within {SLIDE} m', timely=True)
+      f'g sin(angle) down the slope, within {SLIDE} m',
+      rests_on=['fall: acceleration', 'brick: rides'])
 def slides_are_frictionless(record: Record) -> Finding:
     """Check that the way down the slope is that of g sin(angle), twice integrated."""
     found = slides(record)
@@ -503,7 +506,7 @@ def slides_are_frictionless(record: Record) -> Finding:
 
 
 @rule('slide: end', 'When the trailing-edge brick clears the platform, it magically floats in '
-      'place', 'when its trailing edge has cleared, not before', timely=True)
+      'place', 'when its trailing edge has cleared, not before', rests_on=['slide: law'])
 def slides_end_at_the_rim(record: Record) -> Finding:
     """Check that the slide ends when the brick has cleared the platform."""
     radius, words, kept = number(record, 'platform_radius'), [], True
@@ -528,7 +531,7 @@ def slides_end_at_the_rim(record: Record) -> Finding:
 
 
 @rule('brick: floats', 'it magically floats in place', 'fixed in the world, wherever the robot '
-      'drives', timely=True)
+      'drives', rests_on=['slide: end'])
 def brick_floats(record: Record) -> Finding:
     """Check that a brick that floats stays when platform and robot go."""
     ways = [moved(brick.position for _, brick in record.brick_track(

@@ -47,7 +47,8 @@ def name_of(drop: DropWatch) -> str:
 
 
 @rule('verdict: in time', 'When the node detects that the brick is falling it first computes '
-      'whether it can reach the brick on-time', 'before the brick is down', timely=True)
+      'whether it can reach the brick on-time', 'before the brick is down',
+      rests_on=['fall: acceleration'])
 def verdicts_come_in_time(record: Record) -> Finding:
     """Check that goal or text come while the brick still falls."""
     left, late = [], []
@@ -56,7 +57,7 @@ def verdicts_come_in_time(record: Record) -> Finding:
         if drop.decided is None:
             # Who has the brick come down on a platform below it need not say anything.
             if not drop.caught:
-                late.append(f'none on {name_of(drop)}')
+                late.append(f'no verdict on {name_of(drop)}')
             continue
         left.append((drop.down - drop.decided) * NANO)
         if left[-1] <= 0.0:
@@ -86,7 +87,8 @@ def reach_plot(record: Record) -> Plot:
 
 
 @rule('verdict: out of reach', 'If the brick cannot be caught on time, the node publishes a Text '
-      'marker', '"Unreachable" for each brick that nobody could catch', timely=True)
+      'marker', '"Unreachable" for each brick that nobody could catch',
+      rests_on=['verdict: in time'])
 def hopeless_bricks_are_refused(record: Record) -> Finding:
     """Check that what a robot at max_velocity could not reach is called Unreachable."""
     hopeless = some([drop for drop in completed(record) if drop.should is False],
@@ -97,7 +99,7 @@ def hopeless_bricks_are_refused(record: Record) -> Finding:
 
 
 @rule('verdict: in reach', 'If the brick can be caught on time, the robot drives under the brick',
-      'each brick within reach is caught', timely=True)
+      'each brick within reach is caught', rests_on=['verdict: in time', 'drive: goal'])
 def bricks_in_reach_are_caught(record: Record) -> Finding:
     """Check that what can be caught with some time to react is caught."""
     easy = some([drop for drop in completed(record) if drop.should],
@@ -109,7 +111,8 @@ def bricks_in_reach_are_caught(record: Record) -> Finding:
 
 
 @rule('verdict: kept', 'If the brick cannot be caught on time … If the brick can be caught on '
-      'time …', 'Unreachable is not caught, and all else is', timely=True)
+      'time …', 'Unreachable is not caught, and all else is',
+      rests_on=['verdict: out of reach', 'verdict: in reach'])
 def verdicts_come_true(record: Record) -> Finding:
     """Check that what was said is what happens, for every brick."""
     wrong = [f'{name_of(drop)} {"refused, but caught" if drop.caught else "missed silently"}'
@@ -130,7 +133,7 @@ def texts(record: Record) -> list[MarkerHeard]:
 
 
 @rule('text: kind', 'the node publishes a Text marker … that says "Unreachable"',
-      'TEXT_VIEW_FACING, "Unreachable"')
+      'TEXT_VIEW_FACING, "Unreachable"', rests_on=['verdict: out of reach'])
 def text_is_a_text(record: Record) -> Finding:
     """Check that the marker is a text that faces the viewer, and says the word."""
     said = {heard.marker.text for heard in texts(record)}
@@ -153,7 +156,7 @@ def seconds_shown(record: Record, shown: list[MarkerHeard]) -> float:
 
 
 @rule('text: time', 'a Text marker that lasts for 3 seconds',
-      f'{LIFETIME:g} s ± {SHOWN} s for each fall, once', timely=True)
+      f'{LIFETIME:g} s ± {SHOWN} s for each fall, once', rests_on=['text: kind'])
 def text_lasts(record: Record) -> Finding:
     """Check that the text is to be seen for three seconds, and not again."""
     times = []
@@ -168,7 +171,8 @@ def text_lasts(record: Record) -> Finding:
 
 
 @rule('carry', 'When the brick is caught, the robot drives back to the arena center and tilts the '
-      'brick off', f'tilted within {AT_CENTER} m of the center', timely=True)
+      'brick off', f'tilted within {AT_CENTER} m of the center',
+      rests_on=['drive: goal', 'brick: rides'])
 def bricks_are_carried_to_the_center(record: Record) -> Finding:
     """Check that the platform is tilted at the center, and not on the way."""
     off = []
@@ -181,7 +185,7 @@ def bricks_are_carried_to_the_center(record: Record) -> Finding:
 
 
 @rule('tip off', 'the robot drives back to the arena center and tilts the brick off',
-      'each caught brick leaves the platform', timely=True)
+      'each caught brick leaves the platform', rests_on=['carry', 'slide: law', 'tilt'])
 def bricks_are_tipped_off(record: Record) -> Finding:
     """Check that the tilt is large and long enough for each brick to leave."""
     caught = catches(record)
@@ -192,7 +196,7 @@ def bricks_are_tipped_off(record: Record) -> Finding:
 
 
 @rule('again', 'the turtle to catch a falling brick', 'level again after each brick, ready for '
-      'the next', timely=True)
+      'the next', rests_on=['tip off'])
 def robot_is_ready_again(record: Record) -> Finding:
     """Check that after each brick the platform is leveled, and the next one can come."""
     tipped = some([drop for drop in catches(record) if drop.floated is not None],

@@ -22,7 +22,9 @@ any implementation will do. It also asks for what a user would, and says nothing
 from collections import Counter
 from collections.abc import Callable, Sequence
 from importlib import import_module
-from time import monotonic, time_ns
+import os
+from pathlib import Path
+from time import time_ns
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
@@ -34,9 +36,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from tf2_msgs.msg import TFMessage
-from turtle_referee.constants import NANO
+from turtle_referee.constants import NANOSECONDS
 from turtle_referee.names import Profile
-from turtle_referee.record import Heard, MarkerHeard, Record
+from turtle_referee.record import Heard, LATE, MarkerHeard, Record
 
 DEPTH = 2000
 """How many messages may wait to be heard: a reader that falls behind loses none."""
@@ -44,12 +46,11 @@ DEPTH = 2000
 FETCH_PERIOD = 0.02
 """Time (s) after which what has come is fetched."""
 
-LATE = 0.015
-"""How late (s) that may be: later, the machine stood still, or had no processor to spare. In this
-time a robot of 3 m/s drives the 5 cm that it may be off."""
-
 LOOK_PERIOD = 0.5
-"""Time (s) after which new topics are looked for."""
+"""Time (s) after which new topics are looked for, and how much the processors had to do."""
+
+SPARE = 0.05
+"""The part of the processors' time of which some has to be left for a graph to be in time."""
 
 MARKER_TYPES = ('visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray')
 
@@ -172,7 +173,8 @@ class Observer(Node):
         self._heard_topics: set[str] = set()
         self._topics_told: dict[str, Publisher] = {}
         self._services_asked: dict[str, Client] = {}
-        self._looked_at = 0.0
+        self._looked_at = 0
+        self._idle, self._ticks = processor_time()
         self.fetched_at = time_ns()
         """When (ns) what has come was fetched last."""
         for topic, static in (('/tf', False), ('/tf_static', True)):
@@ -182,12 +184,15 @@ class Observer(Node):
 
     def update(self) -> None:
         """Fetch what has come, and look for new topics now and then."""
-        if monotonic() - self._looked_at > LOOK_PERIOD:
-            self._looked_at = monotonic()
-            self.look_around()
         last, self.fetched_at = self.fetched_at, time_ns()
-        if (self.fetched_at - last) * NANO > FETCH_PERIOD + LATE:
+        if (self.fetched_at - last) > FETCH_PERIOD * NANOSECONDS + LATE:
             self.record.stalls.append((last, self.fetched_at))
+        if self.fetched_at - self._looked_at > LOOK_PERIOD * NANOSECONDS:
+            (idle, ticks), began = processor_time(), self._looked_at
+            if idle - self._idle <= SPARE * (ticks - self._ticks):
+                self.record.full.append((began, self.fetched_at))
+            self._idle, self._ticks, self._looked_at = idle, ticks, self.fetched_at
+            self.look_around()
         self.listener.fetch()
         self.on_news()
 
@@ -354,6 +359,14 @@ class Observer(Node):
             self._services_asked[node] = self.create_client(
                 GetParameters, f'{node}/get_parameters')
         return self._services_asked[node]
+
+
+def processor_time() -> tuple[int, int]:
+    """Return how long this machine's processors had nothing to do, and how long in all (ticks)."""
+    ours = {f'cpu{number}' for number in os.sched_getaffinity(0)}
+    ticks = [list(map(int, line.split()[1:9])) for line in Path('/proc/stat').read_text(
+        encoding='ascii').splitlines() if line.split()[0] in ours]
+    return sum(row[3] + row[4] for row in ticks), sum(map(sum, ticks))
 
 
 def how_to_hear(latched: bool, reliable: bool = True) -> QoSProfile:

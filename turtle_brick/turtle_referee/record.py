@@ -21,11 +21,13 @@ Instants are integer nanoseconds of the system's clock, lengths in m, angles in 
 from bisect import bisect_left, insort
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
+from itertools import pairwise
 from math import dist, isfinite
 from operator import attrgetter
+from statistics import median
 from typing import Any, NamedTuple
 
-from turtle_referee.constants import NANO, NANOSECONDS
+from turtle_referee.constants import NANOSECONDS
 from turtle_referee.geometry import Array, blend, Pose, pose
 from turtle_referee.names import Profile
 
@@ -35,8 +37,9 @@ GAP = 120_000_000
 AFTER = 50_000_000
 """How long (ns) before its first and after its last transform a frame's pose is known."""
 
-BUSY = 0.01
-"""The part of a span of time for which a machine may stand still, and still have time."""
+LATE = 15_000_000
+"""How late (ns) what is regular may be: later, the machine stood still, or had no processor to
+spare. In this time a robot of 3 m/s drives the 5 cm that it may be off."""
 
 AHEAD = 5_000_000_000
 """How far ahead (ns) of its publication a transform's stamp may be."""
@@ -192,7 +195,9 @@ class Record:
         self.places: list[Ask] = []
         self.drops: list[Any] = []
         self.stalls: list[tuple[int, int]] = []
-        """From when to when the machine had no time for who listens."""
+        """From when to when (ns) the machine had no time for who listens."""
+        self.full: list[tuple[int, int]] = []
+        """From when to when (ns) it had hardly a processor to spare."""
         self.notes: list[str] = []
         """What went wrong in the referee's own program."""
 
@@ -276,23 +281,43 @@ class Record:
         return [*self.idle, *((one.begin, one.end)
                               for one in (*self.drives, *self.tilts, *self.drops))]
 
+    def held_up(self) -> str:
+        """Say in how many of the spans the machine had no time for the graph; '' in none."""
+        spans, stalls = self.busy_spans(), self.all_stalls()
+        held = [span for span in spans if overlaps(span, stalls)]
+        return held and f'the machine stood still in {len(held)} of {len(spans)} trials' or ''
+
     def while_calm(self) -> 'Record':
         """Return a record of what was done while the machine had time."""
-        calm = copy(self)
-        calm.idle = [span for span in self.idle if not self.stood_still([span])]
+        calm, stalls = copy(self), self.all_stalls()
+        calm.idle = [span for span in self.idle if not overlaps(span, stalls)]
         for name in ('drives', 'tilts', 'places', 'drops'):
             setattr(calm, name, [one for one in getattr(self, name)
-                                 if not self.stood_still([(one.begin, one.end)])])
+                                 if not overlaps((one.begin, one.end), stalls)])
         return calm
 
-    def stood_still(self, spans: list[tuple[int, int]]) -> str:
-        """Say for how long the machine stood still in spans of time (ns); '' if it did hardly."""
-        missing = sum(max(0, min(end, e) - max(begin, b))
-                      for begin, end in spans for b, e in self.stalls) * NANO
-        whole = sum(end - begin for begin, end in spans) * NANO
-        if missing <= BUSY * whole:
-            return ''
-        return f'the machine stood still for {missing:.2f} s of {whole:.1f} s'
+    def all_stalls(self) -> list[tuple[int, int]]:
+        """
+        Return from when to when (ns) the machine had no time for who listens, or for who speaks.
+
+        Who speaks later than it usually does may be to blame itself, but not while the machine had
+        no processor to spare.
+        """
+        found = list(self.stalls)
+        regular = [[heard.published for heard in self.topics['pose']]]
+        regular += [[published for published, _ in frame.published]
+                    for name in ('base_link', 'brick') if (frame := self.frame(name))]
+        for instants in regular:
+            pauses = [(begin, end) for begin, end in pairwise(instants)]
+            usual = median(end - begin for begin, end in pauses) if pauses else 0
+            found += [pause for pause in pauses
+                      if pause[1] - pause[0] > usual + LATE and overlaps(pause, self.full)]
+        return found
+
+
+def overlaps(span: tuple[int, int], others: list[tuple[int, int]]) -> bool:
+    """Tell whether a span of time (ns) has a part in common with one of others."""
+    return any(begin < span[1] and span[0] < end for begin, end in others)
 
 
 def nanoseconds_of(stamp: Any) -> int:

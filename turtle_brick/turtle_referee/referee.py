@@ -27,27 +27,32 @@ The status is 0 if nothing is broken, 1 if something is, 2 if nothing was judged
 
 import argparse
 from collections.abc import Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
+from datetime import datetime
 from functools import partial
+from importlib.metadata import PackageNotFoundError, version
 from math import isfinite
 import os
 from pathlib import Path
+from platform import python_version
+import shlex
 import shutil
 import sys
 from time import monotonic
 from typing import Any
 
-from turtle_referee import arena_rules, catcher_rules, robot_rules, telling
+from rclpy.utilities import get_rmw_implementation_identifier
+from turtle_referee import arena_rules, catcher_rules, robot_rules, summary, telling
 from turtle_referee.domains import keep_to_this_machine, reserved_domain
 from turtle_referee.names import Profile, ProfileError
 from turtle_referee.observer import Observer
 from turtle_referee.processes import Process
 from turtle_referee.record import Record
-from turtle_referee.rules import BROKEN, Judgement
+from turtle_referee.rules import BROKEN, Rules
 from turtle_referee.spinning import Spinner
 from turtle_referee.trial import MEETING, Trial
 
-RULES = (*robot_rules.RULES, *arena_rules.RULES, *catcher_rules.RULES)
+RULES = Rules((*robot_rules.RULES, *arena_rules.RULES, *catcher_rules.RULES))
 
 REACTION = 0.3
 """How long (s) an implementation may take from the release of a brick to the robot's motion."""
@@ -55,11 +60,6 @@ REACTION = 0.3
 
 STARTING = 60.0
 """How long (s) a graph may take to start."""
-
-
-def judge(record: Record) -> list[Judgement]:
-    """Return what is found about each requirement."""
-    return [rule(record) for rule in RULES]
 
 
 def watch(profile: Profile, options: argparse.Namespace, command: Sequence[str],
@@ -76,6 +76,15 @@ def watch(profile: Profile, options: argparse.Namespace, command: Sequence[str],
         if process is not None and not process.running:
             record.notes.append(process.end_in_words())
         return record
+
+
+def versions() -> dict[str, str]:
+    """Return what the workspace is made of that is judged, as far as it tells."""
+    told = {'ROS': os.environ.get('ROS_DISTRO', '')}
+    for package in ('rclpy', 'turtlesim', 'turtle_brick'):
+        with suppress(PackageNotFoundError):
+            told[package] = version(package)
+    return {**told, 'rmw': get_rmw_implementation_identifier(), 'Python': python_version()}
 
 
 def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
@@ -99,6 +108,9 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
                         f'{REACTION:g})')
     parser.add_argument('--json', type=Path, metavar='FILE', help='write everything as JSON')
     parser.add_argument('--page', type=Path, metavar='FILE', help='write a page with plots (HTML)')
+    parser.add_argument('--summary', type=Path, metavar='DIR', help='judge nothing: tell in one '
+                        'table of all the JSON files below a directory')
+    parser.add_argument('--csv', type=Path, metavar='FILE', help='write that table')
     parser.add_argument('--verbose', action='store_true',
                         help='show what the graph prints that is started')
     # `ros2 run` keeps a "--" that comes first for itself.
@@ -108,13 +120,17 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
     options = parser.parse_args(args[:place])
     if not (isfinite(options.reaction) and 0.0 <= options.reaction <= 5.0):
         parser.error(f'--reaction {options.reaction:g}: from 0 to 5')
-    for name in ('json', 'page'):
+    for name in ('csv', 'json', 'page'):
         path = getattr(options, name)
         if path is not None and not path.parent.is_dir():
             parser.error(f'--{name} {path}: there is no directory {path.parent}')
     command = [*options.command, *args[place + 1:]]
     if command and shutil.which(command[0]) is None:
         parser.error(f'{command[0]}: there is no such program')
+    if options.summary and not options.summary.is_dir():
+        parser.error(f'--summary {options.summary}: there is no such directory')
+    if options.summary and (command or options.json) or options.csv and not options.summary:
+        parser.error('--csv goes with --summary, --json and a command do not')
     return options, command
 
 
@@ -134,25 +150,32 @@ def main(args: Sequence[str] | None = None) -> int:
             profile.load_parameters(options.params_file)
         for option in options.set:
             profile.set_entry(option)
+        if options.summary is not None:
+            return summary.summarize(
+                options.summary, [rule.name for rule in RULES], options.csv, options.page)
         with ExitStack() as reserved:
             if command and not os.environ.get('ROS_DOMAIN_ID'):
                 keep_to_this_machine()
                 os.environ['ROS_DOMAIN_ID'] = str(reserved.enter_context(reserved_domain()))
             record = watch(profile, options, command, say)
-        if record.is_empty():
+        about = {'date': f'{datetime.now().astimezone():%Y-%m-%d %H:%M %z}',
+                 'command': shlex.join(command), 'versions': versions(),
+                 'numbers': profile.numbers, 'seconds': round(monotonic() - begin, 1),
+                 'notes': record.notes}
+        judgements = [] if record.is_empty() else RULES.judge(record)
+        if options.json is not None:
+            options.json.write_text(telling.as_json(judgements, about), encoding='utf-8')
+        if not judgements:
             print(f'referee: {"; ".join(record.notes)}', file=sys.stderr)
             return 2
-        judgements = judge(record)
-        telling.print_table(judgements)
+        if options.page is not None:
+            options.page.write_text(telling.page(judgements, about), encoding='utf-8')
+        telling.print_judgements(judgements)
         print()
-        for line in (*telling.not_kept(judgements), *(f'note: {note}' for note in record.notes)):
+        for line in (*telling.not_kept(judgements), *(f'note: {note}' for note in record.notes),
+                     telling.tally(one.mark for one in judgements),
+                     *filter(None, (options.json, options.page))):
             print(line)
-        print(telling.summary(judgements))
-        about = {'seconds': round(monotonic() - begin, 1), 'numbers': profile.numbers,
-                 'notes': record.notes}
-        telling.write(judgements, about, options.json, options.page)
-        for path in filter(None, (options.json, options.page)):
-            print(path)
     except KeyboardInterrupt:
         print('referee: stopped, and nothing judged', file=sys.stderr)
         return 2

@@ -22,8 +22,8 @@ from turtle_referee.constants import CENTER, NANO, NANOSECONDS, PHYSICS_RATE, RA
 from turtle_referee.geometry import Array, inclination
 from turtle_referee.record import Drive, Frame, Heard, rate, Record, Sample, stamp_of
 from turtle_referee.robot_model import Joint, RobotModel, Solid
-from turtle_referee.rules import (Broken, Finding, needed, number, Open, Plot, Rules, Series,
-                                  some, worst)
+from turtle_referee.rules import (Broken, Finding, needed, number, Open, Plot, Rules, Series, some,
+                                  worst)
 
 RULES = Rules()
 rule = RULES.rule
@@ -121,7 +121,7 @@ def odom_is_fixed(record: Record) -> Finding:
 
 @rule('frames: base_link', "The turtle's location relative to odom is its position according to "
       'its wheel odometry', f'below odom, where the turtle is (within {NEAR} m at rest)',
-      timely=True)
+      rests_on=['frames: odom'])
 def base_link_is_the_turtle(record: Record) -> Finding:
     """Check that at rest base_link is where turtlesim says the turtle is."""
     parent_is(record, 'base_link', 'odom')
@@ -137,7 +137,7 @@ def base_link_is_the_turtle(record: Record) -> Finding:
 
 
 @rule('frames: robot', "The base_link has other child frames, as defined by the robot's urdf file",
-      'every link of the URDF in TF, below base_link')
+      'every link of the URDF in TF, below base_link', rests_on=['joint_states: names'])
 def links_are_frames(record: Record) -> Finding:
     """Check that every link of the description is a frame below base_link."""
     robot, base = model(record), record.profile.frames['base_link']
@@ -233,7 +233,7 @@ for named, hertz, source, sentence in (
         ('base_link', RATE, instants_of_frame, SHALL),
         ('brick', PHYSICS_RATE, instants_of_frame,
          'The node should simulate the physics at 250 Hz')):
-    rule(f'rate: {named}', sentence, f'{hertz:g} Hz ± 2 %', timely=True)(
+    rule(f'rate: {named}', sentence, f'{hertz:g} Hz ± 2 %')(
         partial(judge_rate, named, hertz, source))
 
 
@@ -277,8 +277,7 @@ def odometry_equals_tf(record: Record) -> Finding:
     return Finding(worst(off) <= allowed, f'{len(off)} compared, at most {worst(off):.4f} m apart')
 
 
-@rule('odom: twist', 'twist can be a direct copy of the latest cmd_vel', 'a recent cmd_vel',
-      timely=True)
+@rule('odom: twist', 'twist can be a direct copy of the latest cmd_vel', 'a recent cmd_vel')
 def twist_is_command(record: Record) -> Finding:
     """Check that each odometry's twist is one of the commands of that time."""
     odometry = [one for drive in drives(record)
@@ -312,8 +311,7 @@ def joints_are_published(record: Record) -> Finding:
 
 
 @rule('joint_states: velocity', 'Publishing the joint_states … compute based on the wheel radius '
-      'and the forward velocity', f'0 at rest, and what rolls off within {ROUGHLY:.0%}',
-      timely=True)
+      'and the forward velocity', f'0 at rest, and what rolls off within {ROUGHLY:.0%}')
 def joints_have_their_velocity(record: Record) -> Finding:
     """Check that velocities, where they are published, fit the positions."""
     if not any(len(one.message.velocity) for one in messages(record, 'joint_states')):
@@ -484,7 +482,7 @@ def model_has_the_numbers(record: Record) -> Finding:
 
 @rule('drive: goal', 'When the node receives this message it starts driving the robot toward the '
       'goal pose using cmd_vel messages', f'there within {PRECISION} m, in 8 directions',
-      timely=True)
+      rests_on=['drive: straight', 'drive: overshoot'])
 def goals_are_reached(record: Record) -> Finding:
     """Check that each goal is where the robot ends."""
     off = []
@@ -506,7 +504,7 @@ def on_the_way(record: Record) -> Iterator[tuple[float, float]]:
 
 
 @rule('drive: straight', 'To move in a given direction, the stem points in that direction and '
-      'then the robot translates', f'at most {PRECISION} m beside the line', timely=True)
+      'then the robot translates', f'at most {PRECISION} m beside the line')
 def drives_are_straight(record: Record) -> Finding:
     """Check that the robot keeps to the line from where it was to its goal."""
     beside = worst(abs(side) for _, side in on_the_way(record))
@@ -514,7 +512,7 @@ def drives_are_straight(record: Record) -> Finding:
 
 
 @rule('drive: overshoot', 'driving the robot toward the goal pose',
-      f'at most {PRECISION} m beyond the goal', timely=True)
+      f'at most {PRECISION} m beyond the goal', rests_on=['drive: speed'])
 def drives_do_not_overshoot(record: Record) -> Finding:
     """Check that the robot does not go beyond its goal."""
     beyond = worst(along for along, _ in on_the_way(record))
@@ -534,7 +532,8 @@ def speed_is_limited(record: Record) -> Finding:
 
 
 @rule('drive: rolling', 'The wheel joint state should be published so that the wheel is rolling '
-      'without slipping', 'angle x wheel_radius = way, within 2 %', timely=True)
+      'without slipping', 'angle x wheel_radius = way, within 2 %',
+      rests_on=['joint_states: names', 'URDF: wheel', 'URDF: numbers', 'frames: base_link'])
 def wheel_does_not_slip(record: Record) -> Finding:
     """Check that what rolls off the wheel is the way of the robot, in eight directions."""
     joint, radius = wheel_joint(record), number(record, 'wheel_radius')
@@ -565,7 +564,7 @@ def misaligned(record: Record, sample: Sample, stem: float, way: Array) -> float
 
 @rule('drive: stem first', 'To move in a given direction, the stem points in that direction and '
       'then the robot translates', f'turned, within {CROOKED:g} degrees, before the robot moves',
-      timely=True)
+      rests_on=['drive: stem'])
 def stem_turns_first(record: Record) -> Finding:
     """Check that the stem points along the motion already while the robot still stands."""
     early = []
@@ -589,7 +588,8 @@ def stem_turns_first(record: Record) -> Finding:
 
 
 @rule('drive: stem', 'the stem points in that direction and then the robot translates (while the '
-      'wheel rolls)', f'the wheel rolls along the motion, within {CROOKED:g} degrees', timely=True)
+      'wheel rolls)', f'the wheel rolls along the motion, within {CROOKED:g} degrees',
+      rests_on=['joint_states: names', 'URDF: stem', 'URDF: wheel'])
 def stem_points_along(record: Record) -> Finding:
     """Check that in the middle of each drive the wheel's axis is across the motion."""
     off = []
@@ -607,7 +607,8 @@ def stem_points_along(record: Record) -> Finding:
 
 
 @rule('tilt', 'The tilt angle of the platform is set to the last message received on this topic',
-      'joint and TF at each angle that was asked for', timely=True)
+      'joint and TF at each angle that was asked for',
+      rests_on=['frames: robot', 'URDF: platform'])
 def tilt_is_obeyed(record: Record) -> Finding:
     """Check that the platform takes each angle that is asked for, in its joint and in TF."""
     if not some(record.tilts, 'the platform was not tilted')[0].answered:

@@ -19,8 +19,8 @@ A rule that returns has found the requirement kept or broken. It raises `Broken`
 is not there that the assignment asks for, and `Open` where nothing can be said.
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+import re
 from typing import NamedTuple, TypeVar
 
 import numpy
@@ -29,6 +29,12 @@ from turtle_referee.record import Record
 Thing = TypeVar('Thing')
 
 KEPT, BROKEN, OPEN = '✔', '✗', '–'
+
+ORDER = (BROKEN, OPEN, KEPT)
+"""In which order they are told."""
+
+ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
+"""'1 rides', which is '1 ride'."""
 
 
 class Broken(Exception):
@@ -74,30 +80,21 @@ class Judgement(NamedTuple):
     mark: str
     measured: str
     plot: Plot | None = None
+    follows: Sequence[str] = ()
+    """The broken requirements that may be why this one is broken."""
 
 
-@dataclass(frozen=True)
-class Rule:
+class Rule(NamedTuple):
     """A requirement, and how it is judged."""
 
     name: str
     words: str
     expected: str
     judge: Callable[[Record], Finding]
-    timely: bool
-    """Whether a machine without time can be what breaks it."""
+    rests_on: Sequence[str]
+    """The requirements that break this one, too, if they are broken."""
 
     def __call__(self, record: Record) -> Judgement:
-        """Judge what was heard."""
-        found = self._look(record)
-        if found.mark == BROKEN and self.timely:
-            busy = record.stood_still(record.busy_spans())
-            # What is broken also while the machine had time is broken.
-            if busy and self._look(record.while_calm()).mark != BROKEN:
-                return found._replace(mark=OPEN, measured=f'{found.measured}; not judged: {busy}')
-        return found
-
-    def _look(self, record: Record) -> Judgement:
         """Judge what was heard, whether the machine had time or not."""
         plot = None
         try:
@@ -119,7 +116,7 @@ class Rule:
 class Rules(list[Rule]):
     """Rules, in their order."""
 
-    def rule(self, name: str, words: str, expected: str, timely: bool = False,
+    def rule(self, name: str, words: str, expected: str, rests_on: Sequence[str] = (),
              ) -> Callable[[Callable[[Record], Finding]], Callable[[Record], Finding]]:
         """
         Make a rule of a function.
@@ -127,12 +124,41 @@ class Rules(list[Rule]):
         :param name: what to call it
         :param words: the requirement, in the words of the assignment
         :param expected: what is demanded, in numbers
-        :param timely: whether a machine without time can be what breaks it
+        :param rests_on: the rules that break this one, too, if they are broken
         """
         def add(judge: Callable[[Record], Finding]) -> Callable[[Record], Finding]:
-            self.append(Rule(name, words, expected, judge, timely))
+            self.append(Rule(name, words, expected, judge, rests_on))
             return judge
         return add
+
+    def judge(self, record: Record) -> list[Judgement]:
+        """Judge what was heard: what is broken comes first, and before what may follow from it."""
+        found, held_up = [rule(record) for rule in self], record.held_up()
+        if held_up:
+            # What is broken also while the machine had time is broken.
+            calm = record.while_calm()
+            found = [one._replace(mark=OPEN, measured=f'{one.measured}; not judged: {held_up}')
+                     if one.mark == BROKEN and rule(calm).mark != BROKEN else one
+                     for rule, one in zip(self, found)]
+        causes = self.causes({one.name: one.measured for one in found if one.mark == BROKEN})
+        found = [one._replace(measured=ONE.sub(r'1 \1', one.measured),
+                              follows=causes.get(one.name, ())) for one in found]
+        return sorted(found, key=lambda one: (ORDER.index(one.mark), bool(one.follows)))
+
+    def causes(self, broken: Mapping[str, str]) -> dict[str, list[str]]:
+        """Return from which others each broken requirement may follow, by what was measured."""
+        above = {name: self.above(name) for name in broken}
+        roots = [name for name in broken if not above[name] & broken.keys()]
+        # What is not there is missed by several in the same words: one of them tells.
+        first = {broken[root]: root for root in reversed(roots)}
+        return {name: sorted({first[broken[root]] for root in roots
+                              if root == name or root in above[name]} - {name})
+                for name in broken}
+
+    def above(self, name: str) -> set[str]:
+        """Return the rules that one rests on, and those that they rest on."""
+        rests_on = {rule.name: rule.rests_on for rule in self}.get(name, ())
+        return {*rests_on}.union(*map(self.above, rests_on))
 
 
 def number(record: Record, name: str) -> float:

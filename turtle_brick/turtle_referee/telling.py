@@ -15,17 +15,17 @@
 """How judgements are told: a table on the terminal, JSON, and a page with plots. No ROS."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.util import find_spec
 from io import StringIO
 import json
 from math import isfinite
-from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 from turtle_referee.rules import BROKEN, Judgement, KEPT, OPEN, Plot
 
 COLORS = {KEPT: 'green', BROKEN: 'red', OPEN: 'yellow'}
@@ -34,44 +34,61 @@ STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; color: #1c2430; background: #f6f7f9; margin: 0; }
 main { max-width: 1100px; margin: 0 auto; padding: 24px; }
 h1 { font-size: 24px; margin: 0 0 4px; }
-.sum { font-size: 18px; margin: 0 0 20px; }
-.plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(320px, 1fr)); gap: 12px; }
+.sum { font-size: 18px; margin: 0 0 8px; }
+.plots { display: grid; gap: 12px; grid-template-columns:
+         repeat(auto-fit, minmax(min(320px, 100%), 1fr)); }
 .plots figure { margin: 0; background: #fff; border: 1px solid #dde1e7; border-radius: 6px; }
 .plots svg { width: 100%; height: auto; display: block; }
-table { border-collapse: collapse; width: 100%; margin-top: 24px; background: #fff; }
-td, th { text-align: left; vertical-align: top; padding: 6px 10px; border: 1px solid #dde1e7;
-         overflow-wrap: break-word; }
-td.mark { font-size: 18px; font-weight: bold; text-align: center; }
-.words { color: #5b6675; font-style: italic; }
+table { border-collapse: collapse; width: 100%; margin: 24px 0; background: #fff; }
+td, th { text-align: left; vertical-align: top; padding: 6px 10px; border: 1px solid #dde1e7; }
+td:first-child { font-weight: bold; }
+p, td:first-child, td:last-child, .tall td { overflow-wrap: anywhere; }
+i { color: #5b6675; }
 .green { color: #1a7f37; } .red { color: #c62828; } .yellow { color: #9a6700; }
 @media (max-width: 700px) {
   main { padding: 8px; }
   td, th { padding: 4px 5px; font-size: 13px; }
+  .tall th { display: none; }
+  .tall tr { display: block; border-top: 1px solid #dde1e7; }
+  .tall td { display: block; border: 0; padding: 2px 8px; }
+  .tall td:first-child { float: left; }
+  .tall td:last-child::before { content: "expected: "; }
 }
 """
 
 
-def summary(judgements: Sequence[Judgement]) -> str:
+def tally(marks: Iterable[str]) -> str:
     """Return how many requirements are kept, broken and open, in words."""
-    marks = Counter(judgement.mark for judgement in judgements)
-    return f'{marks[KEPT]} {KEPT} kept, {marks[BROKEN]} {BROKEN} broken, {marks[OPEN]} {OPEN} open'
+    count = Counter(marks)
+    return f'{count[KEPT]} {KEPT} kept, {count[BROKEN]} {BROKEN} broken, {count[OPEN]} {OPEN} open'
+
+
+def found(one: Judgement) -> str:
+    """Return what was measured, and from what else it may follow."""
+    return one.measured + f'; may follow from: {", ".join(one.follows)}' * bool(one.follows)
 
 
 def not_kept(judgements: Sequence[Judgement]) -> list[str]:
     """Return a line for each requirement that is broken or open: a table is long."""
-    return [f'{one.mark} {one.name}: {one.measured}' + f'; expected: {one.expected}' * (
+    return [f'{one.mark} {one.name}: {found(one)}' + f'; expected: {one.expected}' * (
         one.mark == BROKEN) for one in judgements if one.mark != KEPT]
 
 
-def print_table(judgements: Sequence[Judgement], console: Console | None = None) -> None:
-    """Print a table, and the notes behind it."""
+def print_table(titles: Sequence[str], rows: Iterable[Sequence[object]],
+                console: Console | None = None) -> None:
+    """Print a table."""
     table = Table(show_lines=False, pad_edge=False, box=None, header_style='bold')
-    for title in ('', 'requirement', 'measured', 'expected'):
+    for title in titles:
         table.add_column(title, overflow='fold')
-    for one in judgements:
-        table.add_row(f'[{COLORS[one.mark]}]{one.mark}[/]', *(
-            words.replace('[', r'\[') for words in (one.name, one.measured, one.expected)))
+    for row in rows:
+        table.add_row(*(Text(str(cell), COLORS.get(str(cell), '')) for cell in row))
     (console or Console()).print(table)
+
+
+def print_judgements(judgements: Sequence[Judgement], console: Console | None = None) -> None:
+    """Print what was found about each requirement."""
+    print_table(('', 'requirement', 'measured', 'expected'), (
+        (one.mark, one.name, found(one), one.expected) for one in judgements), console)
 
 
 def as_json(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
@@ -110,31 +127,45 @@ def draw(plot: Plot) -> str:
     return file.getvalue().partition('<svg')[2].join(('<svg', ''))
 
 
+def html_table(titles: Sequence[str], rows: Iterable[Sequence[str]], kind: str = '') -> str:
+    """Return a table of cells that are HTML already; a tall one has no columns on a phone."""
+    return f'<table class="{kind}">' + ''.join(
+        '<tr>' + ''.join(f'<{tag}>{cell}</{tag}>' for cell in row) + '</tr>'
+        for tag, row in (('th', titles), *(('td', row) for row in rows))) + '</table>'
+
+
+def html_mark(mark: str) -> str:
+    """Return a mark in its color."""
+    return f'<span class="{COLORS[mark]}">{mark}</span>'
+
+
+def html_page(title: str, body: str) -> str:
+    """Return a page in one file."""
+    return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
+            f'<meta name="viewport" content="width=device-width"><title>{title}</title>'
+            f'<style>{STYLE}</style></head><body><main><h1>{title}</h1>{body}</main></body></html>'
+            '\n')
+
+
 def page(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
     """Return a page that shows it all, in one file."""
     plots = [one.plot for one in judgements if one.plot is not None]
     figures = ''.join(f'<figure>{draw(plot)}</figure>' for plot in plots) if find_spec(
         'matplotlib') else '<p>The plots need matplotlib.</p>'
-    rows = ''.join(
-        f'<tr><td class="mark {COLORS[one.mark]}">{one.mark}</td>'
-        f'<td>{escape(one.name)}<br><span class="words">{escape(one.words)}</span></td>'
-        f'<td>{escape(one.measured)}</td><td>{escape(one.expected)}</td></tr>'
-        for one in judgements)
-    told = ', '.join(f'{escape(str(value))} {escape(str(key))}' for key, value in about.items()
-                     if not isinstance(value, (dict, list)))
-    return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
-            f'<meta name="viewport" content="width=device-width"><title>turtle_brick: referee'
-            f'</title><style>{STYLE}</style></head><body><main><h1>turtle_brick: what was asked '
-            f'for, and what was measured</h1><p class="sum">{summary(judgements)}</p>'
-            f'<p>{told}</p><div class="plots">{figures}</div><table><tr><th></th>'
-            f'<th>requirement</th><th>measured</th><th>expected</th></tr>{rows}</table>'
-            '</main></body></html>\n')
+    told = ''.join(f'<p>{escape(str(key))}: {escape(words)}</p>' for key, value in about.items()
+                   if (words := in_words(value)))
+    table = html_table(('', 'requirement', 'measured', 'expected'), (
+        (html_mark(one.mark),
+         f'<b>{escape(one.name)}</b><br><i>{escape(one.words)}</i>',
+         escape(found(one)), escape(one.expected)) for one in judgements), 'tall')
+    return html_page(
+        'turtle_brick: what was asked for, and what was measured',
+        f'<p class="sum">{tally(one.mark for one in judgements)}</p>{told}{table}'
+        f'<div class="plots">{figures}</div>')
 
 
-def write(judgements: Sequence[Judgement], about: dict[str, Any], json_path: Path | None,
-          page_path: Path | None) -> None:
-    """Write the files that are asked for."""
-    if json_path is not None:
-        json_path.write_text(as_json(judgements, about), encoding='utf-8')
-    if page_path is not None:
-        page_path.write_text(page(judgements, about), encoding='utf-8')
+def in_words(value: Any) -> str:
+    """Return a number, a text, or several."""
+    if isinstance(value, dict):
+        return ', '.join(f'{name} {one}' for name, one in value.items())
+    return '; '.join(value) if isinstance(value, list) else str(value)

@@ -11,57 +11,137 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""How judgements are told, on the terminal, as JSON and as a page."""
+"""How judgements are told on the terminal, as JSON, CSV and pages: of one graph, and of many."""
 
+import csv
 from io import StringIO
 import json
 from math import inf, nan
 from xml.etree import ElementTree
 
+from browser import Chromium, find_chromium
 import pytest
 from rich.console import Console
-from turtle_referee import telling
+from turtle_referee import referee, summary, telling
 from turtle_referee.rules import BROKEN, Judgement, KEPT, OPEN, Plot, Series
 
 JUDGEMENTS = [
-    Judgement('a', 'words <b> & "more"', 'x [red]', KEPT, '1 < 2 & [bold]3[/bold]', Plot(
-        'Title <&>', 'x (m)', 'y & z', [Series('<points>', [0.0, 1.0, nan], [1.0, inf, 2.0])],
-        Series('line', [0.0, 1.0], [0.0, 1.0]))),
     Judgement('b', 'ж', 'ö', BROKEN, '-' * 300, Plot(
         'Empty', '', '', [], Series('', [], []))),
-    Judgement('c', '', '', OPEN, '')]
+    Judgement('d', '', '', BROKEN, 'wrong', follows=['b']),
+    Judgement('c', '', '', OPEN, ''),
+    Judgement('a', 'words <b> & "more"', 'x [red]', KEPT, '1 < 2 & [bold]3[/bold]', Plot(
+        'Title <&>', 'x (m)', 'y & z', [Series('<points>', [0.0, 1.0, nan], [1.0, inf, 2.0])],
+        Series('line', [0.0, 1.0], [0.0, 1.0])))]
+
+ABOUT = {'seconds': nan, 'command': 'ros2 <tag>', 'versions': {'rclpy': '7.1'}, 'notes': ['ö'],
+         'date': '2026-11-23'}
+
+
+def parse(page):
+    """Return the root of a page that closes all tags but these."""
+    assert page.startswith('<!DOCTYPE html>')
+    for tag in ('meta charset="utf-8"', 'meta name="viewport" content="width=device-width"', 'br'):
+        page = page.replace(f'<{tag}>', f'<{tag}/>')
+    return ElementTree.fromstring(page.removeprefix('<!DOCTYPE html>'))
 
 
 def test_the_page_is_a_page():
-    page = telling.page(JUDGEMENTS, {'seconds': 1.0, 'file': '<tag>'})
-    doctype, text = page[:15], page[15:]
-    assert doctype == '<!DOCTYPE html>'
-    # Every tag but these is closed, so that what is no XML is a mistake.
-    for tag in ('meta charset="utf-8"', 'meta name="viewport" content="width=device-width"'):
-        text = text.replace(f'<{tag}>', f'<{tag}/>')
-    root = ElementTree.fromstring(text.replace('<br>', '<br/>'))
-    pytest.importorskip('matplotlib')
-    assert len(root.findall('.//{http://www.w3.org/2000/svg}svg')) == 2
+    root = parse(telling.page(JUDGEMENTS, ABOUT))
+    for words in ('date: 2026-11-23', 'command: ros2 <tag>', 'versions: rclpy 7.1', 'notes: ö'):
+        assert words in [one.text for one in root.iter('p')]
     assert len(root.findall('.//table/tr')) == 1 + len(JUDGEMENTS)
+    pytest.importorskip('matplotlib')
+    body, svg = list(root.find('body/main')), '{http://www.w3.org/2000/svg}svg'
+    assert len(body[-1].findall(f'.//{svg}')) == 2 and body[-2].tag == 'table'
+
+
+@pytest.mark.skipif(find_chromium() is None, reason='Chromium is not installed')
+def test_the_pages_do_not_overflow(tmp_path, judged):
+    """On a phone, long words, wide plots and many columns are as wide as the window."""
+    (tmp_path / 'page.html').write_text(telling.page(JUDGEMENTS, ABOUT))
+    summary.summarize(judged, ['b', 'a'], None, tmp_path / 'class.html')
+    with Chromium(400) as browser:
+        for name in ('page', 'class'):
+            browser.go_to(f'file://{tmp_path}/{name}.html')
+            browser.wait_for(f'location.href.endsWith("{name}.html") && document.querySelector'
+                             '("table") && document.readyState === "complete"')
+            assert browser.evaluate('document.documentElement.scrollWidth') == 400
 
 
 def test_the_json_has_everything():
-    told = json.loads(telling.as_json(JUDGEMENTS, {'seconds': nan, 'notes': ['ö']}),
-                      parse_constant=pytest.fail)
-    assert [one['mark'] for one in told['requirements']] == [KEPT, BROKEN, OPEN]
-    assert told['requirements'][0]['plot']['points'][0]['y'] == [1.0, None, 2.0]
+    told = json.loads(telling.as_json(JUDGEMENTS, ABOUT), parse_constant=pytest.fail)
+    assert [one['mark'] for one in told['requirements']] == [BROKEN, BROKEN, OPEN, KEPT]
+    assert told['requirements'][3]['plot']['points'][0]['y'] == [1.0, None, 2.0]
+    assert told['requirements'][1]['follows'] == ['b']
     assert told['seconds'] is None and told['notes'] == ['ö']
 
 
 def test_the_table_shows_words_as_they_are():
     told = StringIO()
-    telling.print_table(JUDGEMENTS, Console(file=told, width=120))
+    telling.print_judgements(JUDGEMENTS, Console(file=told, width=120))
     assert '[bold]3[/bold]' in told.getvalue() and 'x [red]' in told.getvalue()
-    assert telling.summary(JUDGEMENTS) == '1 ✔ kept, 1 ✗ broken, 1 – open'
+    assert telling.tally(one.mark for one in JUDGEMENTS) == '1 ✔ kept, 2 ✗ broken, 1 – open'
 
 
 def test_what_is_not_kept_is_told_again():
-    broken, unknown = telling.not_kept(JUDGEMENTS)
-    assert broken.startswith(f'{BROKEN} {JUDGEMENTS[1].name}: {JUDGEMENTS[1].measured}')
-    assert broken.endswith(f'; expected: {JUDGEMENTS[1].expected}')
-    assert unknown == f'{OPEN} {JUDGEMENTS[2].name}: {JUDGEMENTS[2].measured}'
+    assert telling.not_kept(JUDGEMENTS) == [
+        f'{BROKEN} b: {"-" * 300}; expected: ö',
+        f'{BROKEN} d: wrong; may follow from: b; expected: ',
+        f'{OPEN} c: ']
+
+
+# ----------------------------------------------------------------------------------- of a class
+
+@pytest.fixture
+def judged(tmp_path):
+    """Return a directory with what was written about some workspaces, and something else."""
+    directory = tmp_path / 'judged'
+    (directory / 'dora').mkdir(parents=True)
+    for name, judgements in (('ann', JUDGEMENTS), ('bob', JUDGEMENTS[3:]), ('dora/late', [])):
+        (directory / f'{name}.json').write_text(telling.as_json(judgements, ABOUT))
+    (directory / 'bob.html').touch()
+    return directory
+
+
+def test_a_class_is_told_a_row_each(judged, tmp_path, capsys):
+    table, page = tmp_path / 'class.csv', tmp_path / 'class.html'
+    assert referee.main(['--summary', str(judged), '--csv', str(table), '--page', str(page)]) == 0
+    header, *rows = csv.reader(table.open(newline=''))
+    found = [dict(zip(header, row)) for row in rows]
+    assert [[one[name] for name in ('student', KEPT, BROKEN, OPEN, 'broken', 'date', 'b', 'a')]
+            for one in found] == [
+        ['ann', '1', '2', '1', 'b', '2026-11-23', BROKEN, KEPT],
+        ['bob', '1', '0', '0', '', '2026-11-23', '', KEPT],
+        ['dora/late', '0', '0', '0', 'nothing judged, ö', '2026-11-23', '', '']]
+    assert header.index('frames: world') < header.index('again') < header.index('b')
+    students, hardest = parse(page.read_text()).findall('.//table')
+    assert [one.get('href') for one in students.iter('a')] == ['judged/bob.html']
+    assert [[cell.text for cell in row] for row in hardest][1:] == [['b', '1']]
+    assert 'dora/late' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize('text, complaint', (
+    ('', 'no JSON file: Expecting value'), ('[' * 100_000, ''),
+    ('[1]', 'not what the referee writes: [1]'),
+    ('{"requirements": 3}', 'not what the referee writes: {"requirements": 3}'),
+    ('{"requirements": []}', 'not what the referee writes: {"requirements": []}'),
+    ('{"notes": [], "requirements": [{"name": "a", "mark": "good"}]}',
+     "the mark of a is 'good', but must be one of")), ids=lambda text: text[:30])
+def test_what_the_referee_did_not_write_stops_no_others(judged, capsys, tmp_path, text, complaint):
+    (judged / 'carl.json').write_text(text)
+    page = tmp_path / 'class.html'
+    assert referee.main(['--summary', str(judged), '--page', str(page)]) == 1
+    told, errors = capsys.readouterr()
+    line, = errors.splitlines()
+    assert f'{judged}/carl.json: ' in line and complaint in line
+    assert 'ann' in told and 'carl.json' in page.read_text()
+
+
+def test_what_can_not_be_summed_up_is_said(tmp_path, capsys):
+    assert referee.main(['--summary', str(tmp_path)]) == 2
+    assert f'{tmp_path}: no JSON file is there' in capsys.readouterr().err
+    for options in (['--summary', f'{tmp_path}/none'], ['--csv', 'x.csv'],
+                    ['--summary', str(tmp_path), '--', 'true']):
+        with pytest.raises(SystemExit):
+            referee.main(options)
