@@ -42,7 +42,10 @@ setup(
         shared('urdf'),
     ],
     install_requires=['setuptools'],
-    extras_require={'test': ['pytest']},
+    extras_require={
+        'test': ['pytest'],
+        'dask': ['distributed==2026.8.0'],  # sweep --dask: over the machines of a cluster
+    },
     zip_safe=True,
     maintainer='the turtle_brick developers',
     maintainer_email='maintainers@turtle-brick.example',

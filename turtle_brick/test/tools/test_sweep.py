@@ -202,6 +202,7 @@ def test_a_trace_is_the_drop_of_its_row(caught):
     (['--height', '9', '2'], 'one number, or the lowest and the highest'),
     (['--params-file', 'nowhere.yaml'], 'nowhere.yaml: No such file'),
     (['--output', '.'], 'there is a drops.csv already'),
+    (['--output', 'new', '--dask', 'no address'], '--dask no address: '),
 ])
 def test_what_is_wrong_with_the_options_is_said(args, words, tmp_path, capsys, monkeypatch):
     """One sentence says it, the status is 2, and nothing is written."""

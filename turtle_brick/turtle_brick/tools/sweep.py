@@ -22,6 +22,9 @@ options give the same file, byte for byte.
 
 Ctrl-C keeps the drops so far: they are in the table, and the figures show them.
 
+With --dask the workers of a Dask cluster make the drops: the table is the same, also where some of
+them die.
+
 The status is 0 if both promises were kept in every drop: what was said to be reachable was
 caught, and nothing within the guaranteed distance was refused. It is 1 if not, and 2 if the sweep
 failed.
@@ -40,7 +43,7 @@ import sys
 from time import monotonic, strftime
 from xml.etree import ElementTree
 
-from joblib import cpu_count, delayed, Parallel
+from joblib import cpu_count, delayed, Parallel, parallel_config
 from tqdm import tqdm
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import default_path, load, ParameterError, Parameters
@@ -161,7 +164,7 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list
         writer = csv.writer(file, lineterminator='\n')
         # The workers begin here and inherit this: a Ctrl-C is for the first process alone.
         on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
-        results = Parallel(options.workers, return_as='generator')(
+        results = Parallel(None if options.dask else options.workers, return_as='generator')(
             delayed(simulate)(parameters, *one) for one in plan.simulations())
         try:
             signal.signal(signal.SIGINT, on_interrupt)
@@ -176,8 +179,10 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list
                 drops.append(drop)
         except KeyboardInterrupt:
             print(f'Stopped: {len(drops):,} of {plan.drops:,} drops are done, and kept.')
-    print(f'{len(drops):,} drops in {monotonic() - begin:.1f} s with {options.workers} worker'
-          f'{"s" if options.workers > 1 else ""}\n  {options.output / TABLE}', flush=True)
+    by = (f'the workers of {options.dask}' if options.dask else
+          f'{options.workers} worker{"s" if options.workers > 1 else ""}')
+    print(f'{len(drops):,} drops in {monotonic() - begin:.1f} s with {by}\n'
+          f'  {options.output / TABLE}', flush=True)
     return drops
 
 
@@ -216,6 +221,8 @@ def parse(args: Sequence[str] | None) -> tuple[argparse.Namespace, Parameters, P
                         help='seed of all random numbers (default: 1)')
     parser.add_argument('--workers', type=at_least_one, default=cpu_count(), metavar='N',
                         help='processes (default: one for each core)')
+    parser.add_argument('--dask', metavar='ADDRESS',
+                        help='of a Dask scheduler, as tcp://host:8786: its workers make the drops')
     parser.add_argument('--params-file', type=Path, metavar='FILE',
                         help='the parameters (default: config/turtle.yaml of the package)')
     parser.add_argument('--output', type=Path, metavar='DIR',
@@ -238,6 +245,11 @@ def parse(args: Sequence[str] | None) -> tuple[argparse.Namespace, Parameters, P
     options.output = options.output or Path('sweeps', strftime('%Y%m%d-%H%M%S'))
     if (options.output / TABLE).exists():
         parser.error(f'--output {options.output}: there is a {TABLE} already, which stays')
+    if options.dask:
+        try:
+            parallel_config('dask', scheduler_host=options.dask)
+        except (OSError, ValueError) as error:
+            parser.error(f'--dask {options.dask}: {error}')
     return options, parameters, Plan(
         options.grid is not None, options.grid or options.drops, (heights[0], heights[-1]),
         options.seed)
