@@ -46,6 +46,12 @@ def name_of(drop: DropWatch) -> str:
     return '({:.2f}, {:.2f}, {:.2f})'.format(*drop.place)
 
 
+def all_but(faults: list[str], drops: list[DropWatch], plot: Plot | None = None) -> Finding:
+    """Find that all of some bricks did what they should, but those with a fault."""
+    return Finding(not faults, f'{len(drops) - len(faults)} of {len(drops)}'
+                   + ': ' * bool(faults) + '; '.join(faults[:3]), plot)
+
+
 @rule('verdict: in time', 'When the node detects that the brick is falling it first computes '
       'whether it can reach the brick on-time', 'before the brick is down',
       rests_on=['fall: acceleration'])
@@ -93,9 +99,8 @@ def hopeless_bricks_are_refused(record: Record) -> Finding:
     """Check that what a robot at max_velocity could not reach is called Unreachable."""
     hopeless = some([drop for drop in completed(record) if drop.should is False],
                     'no brick was dropped out of reach')
-    silent = [name_of(drop) for drop in hopeless if not drop.refusals]
-    return Finding(not silent, f'{len(hopeless) - len(silent)} of {len(hopeless)}' + (
-        f', not {silent[0]}' if silent else ''), reach_plot(record))
+    return all_but([f'{name_of(drop)} not' for drop in hopeless if not drop.refusals], hopeless,
+                   reach_plot(record))
 
 
 @rule('verdict: in reach', 'If the brick can be caught on time, the robot drives under the brick',
@@ -104,10 +109,8 @@ def bricks_in_reach_are_caught(record: Record) -> Finding:
     """Check that what can be caught with some time to react is caught."""
     easy = some([drop for drop in completed(record) if drop.should],
                 'no brick was dropped within reach')
-    missed = [f'{name_of(drop)} {"refused" if drop.refusals else "missed"}'
-              for drop in easy if not drop.caught or drop.refusals]
-    return Finding(not missed, f'{len(easy) - len(missed)} of {len(easy)}' + (
-        f': {"; ".join(missed[:3])}' if missed else ''))
+    return all_but([f'{name_of(drop)} {"refused" if drop.refusals else "missed"}'
+                    for drop in easy if not drop.caught or drop.refusals], easy)
 
 
 @rule('verdict: kept', 'If the brick cannot be caught on time … If the brick can be caught on '
@@ -115,11 +118,10 @@ def bricks_in_reach_are_caught(record: Record) -> Finding:
       rests_on=['verdict: out of reach', 'verdict: in reach'])
 def verdicts_come_true(record: Record) -> Finding:
     """Check that what was said is what happens, for every brick."""
-    wrong = [f'{name_of(drop)} {"refused, but caught" if drop.caught else "missed silently"}'
-             for drop in completed(record) if bool(drop.refusals) is drop.caught]
-    count = len(completed(record))
-    return Finding(not wrong, f'{count - len(wrong)} of {count}' + (
-        f': {"; ".join(wrong[:3])}' if wrong else ''))
+    drops = completed(record)
+    return all_but([
+        f'{name_of(drop)} {"refused, but caught" if drop.caught else "missed silently"}'
+        for drop in drops if bool(drop.refusals) is drop.caught], drops)
 
 
 def texts(record: Record) -> list[MarkerHeard]:
@@ -188,11 +190,8 @@ def bricks_are_carried_to_the_center(record: Record) -> Finding:
       'each caught brick leaves the platform', rests_on=['carry', 'slide: law', 'tilt'])
 def bricks_are_tipped_off(record: Record) -> Finding:
     """Check that the tilt is large and long enough for each brick to leave."""
-    caught = catches(record)
-    stuck = [name_of(drop) for drop in caught if drop.floated is None]
-    return Finding(not stuck, f'not {", ".join(stuck)}' if stuck else
-                   f'{len(caught)} of {len(caught)}, within '
-                   f'{max(drop.slide_time for drop in caught):.2f} s')
+    return all_but([f'{name_of(drop)} not' for drop in catches(record) if drop.floated is None],
+                   catches(record))
 
 
 @rule('again', 'the turtle to catch a falling brick', 'level again after each brick, ready for '
@@ -201,6 +200,5 @@ def robot_is_ready_again(record: Record) -> Finding:
     """Check that after each brick the platform is leveled, and the next one can come."""
     tipped = some([drop for drop in catches(record) if drop.floated is not None],
                   'no brick was tipped off')
-    tilted = [name_of(drop) for drop in tipped if drop.leveled is None]
-    return Finding(not tilted, f'still tilted after {tilted[0]}' if tilted
-                   else f'level after each of {len(tipped)}')
+    return all_but([f'still tilted after {name_of(drop)}' for drop in tipped
+                    if drop.leveled is None], tipped)

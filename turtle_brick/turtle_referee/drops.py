@@ -97,8 +97,6 @@ class DropWatch:
         """How the service drop answered."""
         self.should: bool | None = None
         """Whether it can be caught; None where both may be right."""
-        self.left_alone: int | None = None
-        """When the robot was sent away from the floating brick."""
 
     @property
     def distance(self) -> float:

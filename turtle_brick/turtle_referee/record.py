@@ -80,8 +80,6 @@ class Frame:
         self.static = static
         self.both = False
         """Whether it was heard on /tf and on /tf_static."""
-        self.first: Sample | None = None
-        """The first that was heard: where a static frame is, whoever says otherwise later."""
         self.samples: list[Sample] = []
         """In the order of their stamps."""
         self.published: list[tuple[int, Sample]] = []
@@ -91,7 +89,6 @@ class Frame:
 
     def add(self, published: int, number: int, sample: Sample) -> None:
         """Take note of a transform."""
-        self.first = self.first or sample
         self.published.append((published, sample))
         self.numbers.append(number)
         insort(self.samples, sample, key=stamp_of_sample)
@@ -117,7 +114,7 @@ class Frame:
     def at(self, stamp: int) -> Sample | None:
         """Return the transform at an instant (ns), interpolated; None where it is not known."""
         if self.static:
-            return self.first
+            return self.published[0][1]  # whoever says otherwise later
         place = bisect_left(self.samples, stamp, key=stamp_of_sample)
         before = self.samples[max(place - 1, 0)]
         after = self.samples[min(place, len(self.samples) - 1)]

@@ -137,7 +137,7 @@ def base_link_is_the_turtle(record: Record) -> Finding:
 
 
 @rule('frames: robot', "The base_link has other child frames, as defined by the robot's urdf file",
-      'every link of the URDF in TF, below base_link', rests_on=['joint_states: names'])
+      'every link of the URDF in TF, below base_link', rests_on=['rate: joint_states'])
 def links_are_frames(record: Record) -> Finding:
     """Check that every link of the description is a frame below base_link."""
     robot, base = model(record), record.profile.frames['base_link']

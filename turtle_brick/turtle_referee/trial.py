@@ -240,9 +240,8 @@ class Trial(Hands):
             watch = self.drop(place)
             self.failures += watch.released is None
             watch.should = reachable
-            if watch.floated and not any(one.left_alone for one in self.record.drops):
+            if watch.floated and not any(one.floated for one in self.record.drops[:-1]):
                 # Where it floats, it stays, wherever the robot goes.
-                watch.left_alone = time_ns()
                 self.go((CENTER[0] + 0.8, CENTER[1]))
                 watch.end = time_ns()
 
