@@ -67,7 +67,8 @@ def test_without_a_name_each_part_is_told_and_drawn(tmp_path, capsys, monkeypatc
     monkeypatch.setattr(lesson, 'PARTS', {'rolling': rolling, 'falling': falling})
     assert lesson.main(['--output', str(tmp_path / 'new')]) == 0
     files = list((tmp_path / 'new').iterdir())
-    assert {file.name for file in files} == {'lesson-rolling.png', 'lesson-falling.png'}
+    assert {file.name for file in files} == {
+        f'{kind}-{name}.png' for kind in ('sketch', 'lesson') for name in ('rolling', 'falling')}
     assert all(file.read_bytes().startswith(b'\x89PNG\r\n') for file in files)
     said = capsys.readouterr().out
     assert 'rolling:\n' in said and 'falling:\n' in said and 'one turn is 1.257 m' in said

@@ -28,6 +28,7 @@ from turtle_brick.core.reachability import fall_time, resting_height
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.physics import Phase, STEP, World
+from turtle_brick.tools.lesson.sketches import arrow
 from turtle_brick.tools.plots import CAUGHT, drawn, FAINT, INK, MISSED, REFUSED
 
 DT = STEP * NANO
@@ -133,6 +134,34 @@ def tell(parameters: Parameters) -> Iterator[str]:
            f'{slide_time(clear, parameters):.4f} s;')
     yield f'  clear at step {len(sliding)}, {sliding[-1].time:.3f} s, {gone[-1]:.3f} m'
     yield f'  largest distance from the closed form: {1e3 * error:.3f} mm'
+
+
+DELAYS = (1.0, 2.0, 1.0, 7.0, 3.0, 1.0, 2.0, 10.0, 6.0, 2.0, 1.0)
+"""Delays (ms) as messages have them, for the sketch."""
+
+
+def sketch(parameters: Parameters, path: Path) -> None:
+    """Draw the end of a fall by the stamps of its transforms, and by their arrival."""
+    *_, landed = falling = fall(parameters)
+    seen = falling[-len(DELAYS) - 1:-1]
+    time = [1e3 * (moment.time - landed.time) for moment in seen]
+    height = [moment.brick[2] for moment in seen]
+    late = [one + delay for one, delay in zip(time, DELAYS)]
+    with drawn(path, 7.6, 3.2) as figure:
+        axes = figure.subplots()
+        for one, arrived, z in zip(time, late, height):
+            arrow(axes, (one, z), (arrived, z), color=FAINT, style='-')
+        axes.plot(time, height, 'o-', color=CAUGHT, label='by its stamp: on the parabola')
+        axes.plot(late, height, 'x', color=MISSED, markersize=7.0,
+                  label='by its arrival: anywhere beside it')
+        worst = DELAYS.index(max(DELAYS))
+        there = late[worst], closed_fall(1e-3 * late[worst] + landed.time, parameters)
+        arrow(axes, (there[0], height[worst]), there, color=REFUSED, style='<|-|>')
+        axes.text(there[0] + 0.5, (there[1] + height[worst]) / 2.0, color=REFUSED, va='center',
+                  s=f'{DELAYS[worst]:g} ms late: {1e3 * (height[worst] - there[1]):.0f} mm wrong')
+        axes.set(xlim=(time[0] - 1.0, 9.0), xlabel='time before the landing / ms',
+                 ylabel='height of the brick / m', title='One transform every 4 ms')
+        axes.legend(loc='lower left')
 
 
 def draw(parameters: Parameters, path: Path) -> None:

@@ -15,19 +15,28 @@
 """Lesson 1: one path of the robot in two frames, world and odom."""
 
 from collections.abc import Iterator
+from dataclasses import asdict
+from itertools import product
+import json
 from math import cos, degrees, hypot, pi, radians, sin
 from pathlib import Path
-from typing import NamedTuple
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
 
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon
-from turtle_brick.core.geometry import Pose2D
+import numpy as np
+from turtle_brick.core.geometry import IDENTITY, Pose, Pose2D
 from turtle_brick.core.odometry import Odometer
-from turtle_brick.core.parameters import Parameters
+from turtle_brick.core.parameters import default_path, Parameters
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.tools.plots import drawn, FAINT, INK, ROBOT
+from turtle_brick.tools.lesson.sketches import arrow, sketched
+from turtle_brick.tools.plots import drawn, FAINT, INK, REFUSED, ROBOT
 from turtle_brick.tools.simulation import Simulation
+from turtle_brick.view.shapes import ORIGIN, robot_shapes, Shape
+import xacro
 
 START = (3.0, 2.0, radians(30.0))
 """Where the robot starts (m, rad): neither at the origin nor along x."""
@@ -35,8 +44,11 @@ START = (3.0, 2.0, radians(30.0))
 CORNERS = ((9.0, 3.0), (7.0, 8.5), (2.5, 6.0))
 """Where it is sent, one after another, in the world (m)."""
 
-X_AXIS, Y_AXIS = '#d62728', '#2ca02c'
-"""The colors that rviz2 gives to the axes x and y of a frame."""
+X_AXIS, Y_AXIS, Z_AXIS = '#d62728', '#2ca02c', '#1f4fd6'
+"""The colors that rviz2 gives to the axes of a frame."""
+
+LABELS = {'base_link': -1, 'stem': 1, 'wheel': -1, 'post': -1, 'platform': 1, 'brick': -1}
+"""On which side of the robot a frame is labeled; the others are decoration."""
 
 
 class Stop(NamedTuple):
@@ -91,6 +103,74 @@ def _distance(one: Pose2D, other: Pose2D) -> float:
     return hypot(one.x - other.x, one.y - other.y)
 
 
+def urdf(parameters: Parameters) -> str:
+    """Return the robot's description."""
+    with TemporaryDirectory() as folder:
+        file = Path(folder, 'turtle.yaml')
+        file.write_text(json.dumps({'/**': {'ros__parameters': asdict(parameters)}}))
+        source = default_path().parents[1] / 'urdf' / 'turtle.urdf.xacro'
+        return xacro.process_file(str(source), mappings={'params_file': str(file)}).toxml()
+
+
+def outline(shape: Shape, frame: Pose) -> np.ndarray:
+    """Return points (m) of a shape in a frame, whose outline is that seen along any main axis."""
+    if shape.kind == 'box':
+        points = [*product((-0.5, 0.5), repeat=3)]
+    else:
+        height = 0.5 if shape.kind == 'cylinder' else 0.0
+        points = [(cos(turn) / 2.0, sin(turn) / 2.0, side) for side in (-height, height)
+                  for turn in np.linspace(0.0, 2.0 * pi, 48)]
+        if shape.kind == 'sphere':
+            points = [(x, 0.0, y) for x, y, _ in points]
+    pose = frame.compose(shape.pose)
+    return np.array([pose.transform((x * shape.size[0], y * shape.size[1], z * shape.size[2]))
+                     for x, y, z in points])
+
+
+def links(description: str) -> dict[str, tuple[Pose, str]]:
+    """Return the frames of a robot's links in its root, and the axis about which each turns."""
+    found = {robot_shapes(description).root: (ORIGIN, '')}
+    joint: Any
+    for joint in ElementTree.fromstring(description).findall('joint'):
+        x, y, z = map(float, joint.find('origin').get('xyz').split())
+        axis = joint.find('axis')
+        about = '' if axis is None else 'xyz'[axis.get('xyz').split().index('1')]
+        parent, _ = found[joint.find('parent').get('link')]
+        found[joint.find('child').get('link')] = parent.compose(Pose((x, y, z), IDENTITY)), about
+    return found
+
+
+def sketch(parameters: Parameters, path: Path) -> None:
+    """Draw the robot from its right side, with its frames and a brick above it."""
+    description = urdf(parameters)
+    reach, height = 1.1 * parameters.platform_radius, parameters.platform_height + 0.35
+    frames = {**links(description), 'brick': (Pose((0.0, 0.0, height), IDENTITY), '')}
+    shapes = {**robot_shapes(description).links,
+              'brick': (Shape('box', parameters.brick_size, (0.76, 0.33, 0.18, 1.0)),)}
+    solids = [(outline(shape, frames[name][0]), shape.color)
+              for name in shapes for shape in shapes[name]]
+    with sketched(path, 7.6, 5.6, (-2.6 * reach, 2.6 * reach), (-0.1, height + 0.25)) as axes:
+        axes.plot([-reach, reach], [0.0, 0.0], color=FAINT, linewidth=1.2)
+        for points, color in sorted(solids, key=lambda solid: -solid[0][:, 1].min()):
+            seen = points[:, ::2]
+            x, z = (seen - seen.mean(axis=0)).T
+            axes.add_patch(Polygon(seen[np.argsort(np.arctan2(z, x))], facecolor=color,
+                                   edgecolor=INK, linewidth=0.5))
+        for name, side in LABELS.items():
+            (x, _, z), about = frames[name][0].position, frames[name][1]
+            axes.plot([x, side * 1.15 * reach], [z, z], ':', color=INK, zorder=4)
+            axes.text(side * 1.2 * reach, z, name + (f': turns about {about}' if about else ''),
+                      fontweight='bold', va='center', ha='left' if side > 0 else 'right')
+            arrow(axes, (x, z), (x + 0.17, z), color=X_AXIS)
+            arrow(axes, (x, z), (x, z + 0.17), color=Z_AXIS)
+            for mark, size in (('o', 7.0), ('x', 4.0)):
+                axes.plot(x, z, mark, color='white', markeredgecolor=Y_AXIS, markersize=size,
+                          zorder=6)
+        hinge = frames['platform'][0].position[2]
+        arrow(axes, (reach, hinge + 0.12), (reach, hinge - 0.2), 'a positive tilt', (48, -12),
+              REFUSED, bend=-0.4)
+
+
 def draw(parameters: Parameters, path: Path) -> None:
     """Draw the path of the robot in the world, and what its odometry makes of it."""
     way, stops = drive(parameters)
@@ -129,7 +209,6 @@ def _draw_frame(axes: Axes, pose: Pose2D, size: float, name: str = '') -> None:
     """Draw the axes of a frame as rviz2 does, red for x and green for y."""
     for turn, color in ((0.0, X_AXIS), (pi / 2.0, Y_AXIS)):
         dx, dy = size * cos(pose.yaw + turn), size * sin(pose.yaw + turn)
-        axes.annotate('', (pose.x + dx, pose.y + dy), (pose.x, pose.y), zorder=5, arrowprops={
-            'arrowstyle': '-|>', 'color': color, 'linewidth': 1.8, 'shrinkA': 0.0, 'shrinkB': 0.0})
+        arrow(axes, (pose.x, pose.y), (pose.x + dx, pose.y + dy), color=color)
     axes.annotate(name, (pose.x, pose.y), textcoords='offset points',
                   xytext=(0 if pose.yaw >= 0.0 else -34, -15), fontweight='bold')
