@@ -14,6 +14,7 @@
 
 """How the process of a node begins, spins and ends."""
 
+from importlib.metadata import distribution
 import os
 from pathlib import Path
 import re
@@ -22,6 +23,8 @@ import subprocess
 import sys
 from time import monotonic
 
+from ament_index_python.packages import get_package_prefix
+from conftest import is_standin
 import pytest
 from rclpy.node import Node
 from turtle_brick.core.parameters import ArenaParameters, default_path
@@ -126,6 +129,37 @@ rclpy.try_shutdown = threading.Event().wait
 def test_a_middleware_that_never_ends_ends_all_the_same(start):
     program = start(before=FOR_EVER, tick=TO_ITSELF.format('SIGINT'))
     assert end_of(program) == (-signal.SIGALRM, [])
+
+
+EXECUTABLES = [
+    Path(get_package_prefix(package), path) for package, path in (
+        *(('turtle_brick', f'lib/turtle_brick/{entry.name}')
+          for entry in distribution('turtle_brick').entry_points),
+        ('robot_state_publisher', 'lib/robot_state_publisher/robot_state_publisher'),
+        ('joint_state_publisher', 'lib/joint_state_publisher/joint_state_publisher'),
+        ('joint_state_publisher', 'lib/joint_state_publisher_gui/joint_state_publisher_gui'),
+        ('turtlesim', 'lib/turtlesim/turtlesim_node'),
+        ('ros2cli', 'bin/ros2'), ('launch', 'bin/launch_test'))
+    if package == 'turtle_brick' or is_standin(package)]
+
+
+@pytest.mark.parametrize('path', EXECUTABLES, ids=lambda path: path.name)
+def test_an_interrupt_ends_an_executable_while_it_imports_its_modules(path, tmp_path):
+    for name in ('joblib', 'launch', 'matplotlib', 'rclpy', 'yaml'):
+        (tmp_path / f'{name}.py').write_text(
+            f"import os, signal; {TO_ITSELF.format('SIGINT')}; print('too late')")
+    done = subprocess.run(
+        [path], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        env={**os.environ, 'PYTHONPATH': f'{tmp_path}:{os.environ["PYTHONPATH"]}'})
+    assert (done.stdout, done.returncode) == ('', 2 if path.name in ('referee', 'ros2') else 0)
+
+
+@pytest.mark.parametrize('path', ['/opt/lib/turtle_brick/my_node', '/opt/bin/pytest'])
+def test_an_interrupt_raises_an_exception_otherwise(path):
+    program = f'import os, signal, sys; sys.argv[0] = {path!r}; import turtle_brick; '
+    done = subprocess.run([sys.executable, '-c', program + TO_ITSELF.format('SIGINT')],
+                          stderr=subprocess.PIPE, text=True)
+    assert done.stderr.endswith('KeyboardInterrupt\n')
 
 
 def test_a_defect_is_not_hidden(start):

@@ -212,8 +212,3 @@ def main(node_type: type[JointStatePublisher] = JointStatePublisher) -> str | No
     node.destroy_node()
     rclpy.try_shutdown()
     return None
-
-
-def main_gui() -> str | None:
-    """Run the node with its page."""
-    return main(Gui)

@@ -234,7 +234,9 @@ class LaunchService:
         """Launch until all has ended, and return the exit code."""
         context, self._loop = self.context, asyncio.get_running_loop()
         launch_config.level, launch_config.on_closed_stdout = self._level, self._on_closed_stdout
+        signals = []
         handlers = {number: signal.signal(number, lambda number, frame: (
+            signals.append(number),
             self._loop.call_soon_threadsafe(self._on_signal, number))) for number in SIGNALS}
         log_file('launch.log')
         self._logger.info(f'All log files can be found below {launch_config.log_dir}')
@@ -243,7 +245,9 @@ class LaunchService:
             for description in self._descriptions:
                 context.visit(description)
         except Exception as error:
-            self._fail(error)
+            if not signals:  # which end a Command, too
+                self._fail(error)
+        await asyncio.sleep(0)  # for the signals
         while context.tasks:
             done, _ = await asyncio.wait(context.tasks, return_when=asyncio.FIRST_COMPLETED)
             context.tasks = [task for task in context.tasks if task not in done]

@@ -115,11 +115,11 @@ def run(args):
 
 def launch(args):
     """Launch a file, or print its arguments."""
-    # Not at the top: no other verb needs it.
-    from launch import LaunchDescription, LaunchService
-    from launch.actions import IncludeLaunchDescription
-    from launch.launch_description_sources import (AnyLaunchDescriptionSource,
-                                                   get_launch_description_from_any_launch_file)
+    with undisturbed():  # Not at the top: no other verb needs it.
+        from launch import LaunchDescription, LaunchService
+        from launch.actions import IncludeLaunchDescription
+        from launch.launch_description_sources import (AnyLaunchDescriptionSource,
+                                                       get_launch_description_from_any_launch_file)
 
     path, arguments = args.package_name, args.launch_arguments
     if not os.path.isfile(path):
