@@ -18,11 +18,13 @@ from math import atan2, cos, dist, hypot, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy
-from turtle_referee.constants import ARENA_SIZE, NANO, NANOSECONDS, PHYSICS_RATE
+from turtle_referee.constants import (ALIKE, ARENA_SIZE, COURSE, EARLY, LAG, NANO, NANOSECONDS,
+                                      NEAR, OVERDUE, PAUSE, PHYSICS_RATE, SLIDE, SOON, STILL,
+                                      WALL_TOLERANCE)
 from turtle_referee.drops import DropWatch
 from turtle_referee.geometry import Array, between, distance_to_rectangle, inclination, Pose, pose
 from turtle_referee.record import Ask, MarkerHeard, Record
-from turtle_referee.robot_rules import ALIKE, frame, NEAR
+from turtle_referee.robot_rules import frame
 from turtle_referee.rules import (Broken, Finding, needed, number, Open, Plot, Rules, Series, some,
                                   worst)
 
@@ -38,35 +40,11 @@ ADD = 0
 WALL = 5.0
 """Length (m) from which a marker may be a wall."""
 
-WALL_TOLERANCE = 0.3
-"""How far (m) the middle of a wall may be from the rim of turtlesim's arena."""
-
-PAUSE = 2.0
-"""How long (s) may pass until a marker is repeated that is not latched."""
-
-STILL = 1e-3
-"""How far (m) what does not move may move."""
-
 STEP = 1.0 / PHYSICS_RATE
 """Time (s) between two steps of the physics."""
 
-SOON = 0.5
-"""How long (s) after the answer a brick may begin to fall."""
-
-LAG = 0.05
-"""How long (s) what moves with the platform may be behind it: it is told by another node."""
-
 LAGS = range(0, round(LAG * NANOSECONDS) + 1, 5_000_000)
 """How much behind (ns) it may be, in steps."""
-
-COURSE = 0.02
-"""How far (m) a falling brick may be from its parabola."""
-
-SLIDE = 0.04
-"""How far (m) a sliding brick may be from where it is due."""
-
-EARLY, LATE = 0.02, 0.08
-"""How far (m) before and after it has cleared the platform a slide may end."""
 
 BEFORE = 100_000_000
 """How long (ns) before the brick is placed anew its place counts no more: a physics that is behind
@@ -524,7 +502,7 @@ def slides_end_at_the_rim(record: Record) -> Finding:
         # Read along the slope alone, the trailing edge clears later than the whole brick does.
         half = abs(scale.x / 2.0 * cos(yaw)) + abs(scale.y / 2.0 * sin(yaw))
         slope = hypot(*place) - min(half, scale.x / 2.0) - radius
-        kept = kept and clear >= -EARLY and min(clear, slope) <= LATE
+        kept = kept and clear >= -EARLY and min(clear, slope) <= OVERDUE
         words.append(f'{clear:+.3f}')
     some(words, 'no brick has slid off')
     return Finding(kept, f'{", ".join(words)} m between platform and brick')

@@ -17,7 +17,7 @@
 from math import dist, isnan, nan, sqrt
 
 from turtle_referee.arena_rules import ADD, catches, dropped, TEXT
-from turtle_referee.constants import CENTER, LIFETIME, NANO, UNREACHABLE
+from turtle_referee.constants import AT_CENTER, CENTER, LIFETIME, NANO, SHOWN, UNREACHABLE
 from turtle_referee.drops import DropWatch
 from turtle_referee.record import MarkerHeard, Record
 from turtle_referee.rules import Broken, Finding, number, Open, Plot, Rules, Series, some
@@ -25,14 +25,8 @@ from turtle_referee.rules import Broken, Finding, number, Open, Plot, Rules, Ser
 RULES = Rules()
 rule = RULES.rule
 
-AT_CENTER = 0.1
-"""How far (m) from the arena's center a brick may be tipped off."""
-
 DELETE, DELETEALL = 2, 3
 """The actions of a marker that remove it, and all."""
-
-SHOWN = 0.3
-"""How much (s) longer or shorter than LIFETIME it may be seen."""
 
 
 def completed(record: Record) -> list[DropWatch]:

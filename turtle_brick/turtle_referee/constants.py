@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Numbers that the assignment and turtlesim set, and the units of time."""
+"""Numbers that the assignment and turtlesim set, how strict the referee is, and units of time."""
 
 NANOSECONDS = 1_000_000_000
 """Nanoseconds in a second."""
@@ -36,3 +36,24 @@ LIFETIME = 3.0
 
 UNREACHABLE = 'Unreachable'
 """What it says."""
+
+# How far what is measured may be from what is demanded: lengths in m, angles in rad, times in s.
+RATE_TOLERANCE = 0.02  # the part by which a rate may be off
+EXACT = 1e-3  # between two numbers that are the same
+NEAR = 0.01  # between two statements about one place
+PRECISION = 0.05  # from the robot to its goal, beside its line, and beyond its goal
+ALIKE = 0.02  # an angle
+SLIP = 0.02  # the part of its way, and 5 mm, by which a wheel may roll too much or too little
+ROUGHLY = 0.1  # the part by which what rolled may differ from the sum of the wheel's velocity
+CROOKED = 5.0  # from the motion to where the wheel rolls, in degrees
+WALL_TOLERANCE = 0.3  # from the middle of a wall to the rim of turtlesim's arena
+PAUSE = 2.0  # until a marker is repeated that is not latched
+STILL = 1e-3  # what does not move
+SOON = 0.5  # from the answer until a brick begins to fall
+LAG = 0.05  # what moves with the platform is behind it: another node tells where that is
+COURSE = 0.02  # from a falling brick to its parabola
+SLIDE = 0.04  # from a sliding brick to where it is due
+EARLY, OVERDUE = 0.02, 0.08  # before and after it has cleared the platform, the end of a slide
+AT_CENTER = 0.1  # from the arena's center to where a brick is tipped off
+SHOWN = 0.3  # longer or shorter than LIFETIME, a text
+REACTION = 0.3  # from the release of a brick to the robot's motion, unless --reaction is given

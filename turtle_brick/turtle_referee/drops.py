@@ -23,15 +23,12 @@ from collections import deque
 from math import dist, nan
 
 import numpy
-from turtle_referee.constants import NANO, UNREACHABLE
+from turtle_referee.constants import NANO, STILL, UNREACHABLE
 from turtle_referee.geometry import Array, inclination, Pose, Vector
 from turtle_referee.record import Ask, plateau, Record
 
 MOVED = 1e-5
 """How far (m) below its place a brick falls."""
-
-STILL = 1e-3
-"""How far (m) what stands still may move."""
 
 STAY = 40_000_000
 """Time (ns) after which a brick that does not go down any more has come down."""

@@ -113,8 +113,12 @@ class Hands:
 
     def go(self, goal: tuple[float, float]) -> Drive | None:
         """Send the robot somewhere and wait until it rests; return the drive, if it is known."""
-        if not self.until(self.observer.hears_goals, self.patience) or not (start := self.robot()):
+        if not self.robot() or not self.until(self.observer.hears_goals, self.patience):
             return None
+        # On a busy machine it may still drive, and where it is may not have been heard of yet.
+        self.until(self.is_at_rest, self.patience)
+        start = self.robot()
+        assert start is not None
         begin, way = time_ns(), self.distance_to(goal)
         if not way < 2.0 * ARENA_SIZE:
             way = 0.0  # A robot that is not in the arena is not waited for.

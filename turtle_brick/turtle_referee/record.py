@@ -41,6 +41,9 @@ LATE = 15_000_000
 """How late (ns) what is regular may be: later, the machine stood still, or had no processor to
 spare. In this time a robot of 3 m/s drives the 5 cm that it may be off."""
 
+AFTERMATH = NANOSECONDS
+"""How long (ns) after a stall its consequences may be seen."""
+
 AHEAD = 5_000_000_000
 """How far ahead (ns) of its publication a transform's stamp may be."""
 
@@ -297,19 +300,20 @@ class Record:
         """
         Return from when to when (ns) the machine had no time for who listens, or for who speaks.
 
+        What comes late after a stall belongs to it.
         Who speaks later than it usually does may be to blame itself, but not while the machine had
         no processor to spare.
         """
         found = list(self.stalls)
         regular = [[heard.published for heard in self.topics['pose']]]
         regular += [[published for published, _ in frame.published]
-                    for name in ('base_link', 'brick') if (frame := self.frame(name))]
+                    for name in ('base_link', 'platform', 'brick') if (frame := self.frame(name))]
         for instants in regular:
             pauses = [(begin, end) for begin, end in pairwise(instants)]
             usual = median(end - begin for begin, end in pauses) if pauses else 0
             found += [pause for pause in pauses
                       if pause[1] - pause[0] > usual + LATE and overlaps(pause, self.full)]
-        return found
+        return [(begin, end + AFTERMATH) for begin, end in found]
 
 
 def overlaps(span: tuple[int, int], others: list[tuple[int, int]]) -> bool:

@@ -43,6 +43,7 @@ from typing import Any
 
 from rclpy.utilities import get_rmw_implementation_identifier
 from turtle_referee import arena_rules, catcher_rules, robot_rules, summary, telling
+from turtle_referee.constants import REACTION
 from turtle_referee.domains import keep_to_this_machine, reserved_domain
 from turtle_referee.names import Profile, ProfileError
 from turtle_referee.observer import Observer
@@ -53,10 +54,6 @@ from turtle_referee.spinning import Spinner
 from turtle_referee.trial import MEETING, Trial
 
 RULES = Rules((*robot_rules.RULES, *arena_rules.RULES, *catcher_rules.RULES))
-
-REACTION = 0.3
-"""How long (s) an implementation may take from the release of a brick to the robot's motion."""
-
 
 STARTING = 60.0
 """How long (s) a graph may take to start."""

@@ -18,7 +18,9 @@ from functools import partial
 from math import asin, atan2, degrees, dist, hypot, isfinite, pi, radians
 from typing import Any
 
-from turtle_referee.constants import CENTER, NANO, NANOSECONDS, PHYSICS_RATE, RATE
+from turtle_referee.constants import (ALIKE, CENTER, CROOKED, EXACT, NANO, NANOSECONDS, NEAR,
+                                      PHYSICS_RATE, PRECISION, RATE, RATE_TOLERANCE, ROUGHLY,
+                                      SLIP)
 from turtle_referee.geometry import Array, inclination
 from turtle_referee.record import Drive, Frame, Heard, rate, Record, Sample, stamp_of
 from turtle_referee.robot_model import Joint, RobotModel, Solid
@@ -28,35 +30,11 @@ from turtle_referee.rules import (Broken, Finding, needed, number, Open, Plot, R
 RULES = Rules()
 rule = RULES.rule
 
-RATE_TOLERANCE = 0.02
-"""The part by which a rate may be off."""
-
-EXACT = 1e-3
-"""How far (m) apart two numbers may be that are the same."""
-
-NEAR = 0.01
-"""How far (m) apart two statements about one place may be."""
-
-PRECISION = 0.05
-"""How far (m) from its goal, beside its line and beyond its goal the robot may come."""
-
-ALIKE = 0.02
-"""How far (rad) an angle may be off."""
-
-SLIP = 0.02
-"""The part of its way, and 5 mm, by which a wheel may roll too much or too little."""
-
-CROOKED = 5.0
-"""How far (degrees) from the motion the wheel may roll."""
-
 AWAY = 0.02
 """How far (m) the robot is from where it set off when its direction is taken."""
 
 STRIDE = 5
 """Over how many transforms the direction of the motion is taken."""
-
-ROUGHLY = 0.1
-"""The part by which what rolled may differ from the sum of the wheel's velocity."""
 
 LATELY = 50_000_000
 """How long (ns) before and after an odometry message a command is one of its time."""
@@ -115,7 +93,7 @@ def odom_is_fixed(record: Record) -> Finding:
     base = record.frame('base_link')
     began = hypot(*base.samples[0].pose.position[:2]) if base else float('nan')
     away = min(dist(places[0], CENTER), began)
-    return Finding(moved <= 1e-3 and away <= NEAR, 'at ({:.3f}, {:.3f})'.format(*places[0])
+    return Finding(moved <= EXACT and away <= NEAR, 'at ({:.3f}, {:.3f})'.format(*places[0])
                    + f', {away:.3f} m from the start, moved by {moved:.3f} m')
 
 
@@ -211,17 +189,12 @@ def instants_of_frame(name: str, record: Record, begin: int, end: int) -> list[i
 def judge_rate(name: str, nominal: float, instants: Callable[..., list[int]],
                record: Record) -> Finding:
     """Judge the rate of something at rest and on the move."""
-    kept, words, series = True, [], []
+    kept, words = True, []
     for label, (begin, end) in zip(('at rest', 'driving'), spans(record)):
-        seconds = [(instant - begin) * NANO for instant in instants(name, record, begin, end)]
-        frequency = rate(seconds)
+        frequency = rate([instant * NANO for instant in instants(name, record, begin, end)])
         kept = kept and abs(frequency / nominal - 1.0) <= RATE_TOLERANCE
         words.append(f'{frequency:.2f} Hz {label}')
-        series.append(Series(label, seconds, range(len(seconds))))
-    longest = max((one.x[-1] for one in series if one.x), default=1.0)
-    line = Series(f'{nominal:g} per second', [0.0, longest], [0.0, nominal * longest])
-    return Finding(kept, ', '.join(words), Plot(
-        f'Rate of {name}', 'time (s)', 'messages', series, line))
+    return Finding(kept, ', '.join(words))
 
 
 SHALL = 'All publishing and broadcasting shall be done at 100 Hz'

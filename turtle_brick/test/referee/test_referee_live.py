@@ -95,8 +95,8 @@ def test_nothing_is_judged(domain_id):
 
 
 def test_nodes_that_die_are_judged(domain_id):
-    """The robot on its way, and the arena before it is asked for anything."""
-    dying = {'driving 180': 'robot', 'out of reach by far': 'arena'}
+    """The robot as it is sent on its way, and the arena before it is asked for anything."""
+    dying = {'driving 0': 'robot', 'out of reach by far': 'arena'}
     with Graph(domain_id, quiet=True) as graph:
         nodes = add_nodes(graph)
 

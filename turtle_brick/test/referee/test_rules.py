@@ -398,7 +398,7 @@ def test_falls_have_their_acceleration(configured, factor, step):
 def test_a_fall_that_the_machine_did_not_disturb_is_judged():
     record = new_record()
     fall(record, gravity=9.0)
-    record.stalls = [(at(0.1), at(0.3))]
+    record.stalls = [(at(-0.9), at(-0.8))]
     assert find('fall: acceleration', record).mark == BROKEN
     record.stalls = [(at(0.8), at(0.9))]
     assert find('fall: acceleration', record).mark == OPEN
