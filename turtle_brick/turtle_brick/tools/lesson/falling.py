@@ -154,7 +154,7 @@ def sketch(parameters: Parameters, path: Path) -> None:
         axes.plot(time, height, 'o-', color=CAUGHT, label='by its stamp: on the parabola')
         axes.plot(late, height, 'x', color=MISSED, markersize=7.0,
                   label='by its arrival: anywhere beside it')
-        worst = DELAYS.index(max(DELAYS))
+        worst = max(range(len(seen)), key=DELAYS.__getitem__)
         there = late[worst], closed_fall(1e-3 * late[worst] + landed.time, parameters)
         arrow(axes, (there[0], height[worst]), there, color=REFUSED, style='<|-|>')
         axes.text(there[0] + 0.5, (there[1] + height[worst]) / 2.0, color=REFUSED, va='center',

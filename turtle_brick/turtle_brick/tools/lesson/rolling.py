@@ -15,7 +15,7 @@
 """Lesson 2: rolling without slipping, and which length the wheel has rolled."""
 
 from collections.abc import Iterator
-from math import degrees, hypot, pi
+from math import cos, degrees, hypot, pi, sin
 from pathlib import Path
 from typing import NamedTuple
 
@@ -81,12 +81,6 @@ def tell(parameters: Parameters) -> Iterator[str]:
                f'{then.rolled:9.3f} m = {then.rolled / radius:.2f} rad')
 
 
-def rim(way: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return where the rim's first lowest point is after a distance (m): x and height (m)."""
-    angle = way / radius
-    return way - radius * np.sin(angle), radius - radius * np.cos(angle)
-
-
 def sketch(parameters: Parameters, path: Path) -> None:
     """Draw the arc that the wheel unrolls, and the velocities of three of its points."""
     r, turn = parameters.wheel_radius, 1.3
@@ -98,9 +92,9 @@ def sketch(parameters: Parameters, path: Path) -> None:
         arc = np.linspace(0.0, turn, 40)
         axes.plot(there - r * np.sin(arc), r - r * np.cos(arc), color=REFUSED, linewidth=4.0)
         axes.plot([0.0, there], [0.0, 0.0], color=REFUSED, linewidth=4.0)
-        x, height = (float(value) for value in rim(np.array(there), r))
         axes.plot([there, there], [0.0, r], ':', color=INK)
-        arrow(axes, (there, r), (x, height), 'r', (-2, 9), style='-')
+        arrow(axes, (there, r), (there - r * sin(turn), r - r * cos(turn)), 'r', (-2, 9),
+              style='-')
         axes.text(there - 0.3 * r, 0.62 * r, 'φ', ha='center')
         axes.text(there / 2.0, -0.12 * r, 's = r φ', color=REFUSED, ha='center', va='top')
 
@@ -116,25 +110,10 @@ def sketch(parameters: Parameters, path: Path) -> None:
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Draw how the wheel rolls, and the three lengths that one might take for what it rolled."""
+    """Draw the three lengths that one might take for what the wheel has rolled."""
     time, commanded, seen, rolled = np.array(roll(parameters)).T
-    radius = parameters.wheel_radius
-    with drawn(path, 7.6, 5.2) as figure:
-        wheel, lengths = figure.subplots(2, 1, height_ratios=(0.62, 2.0))
-        driven = rolled[time <= 1.0]
-        wheel.grid(False)
-        wheel.axhline(0.0, color=INK, linewidth=1.4)
-        wheel.plot(*rim(np.linspace(0.0, driven[-1], 601), radius), color=REFUSED, linewidth=1.2)
-        wheel.plot(*rim(driven, radius), 'o', color=REFUSED, markersize=3.0)
-        for way in driven[::10]:
-            wheel.add_patch(Circle((way, radius), radius, fill=False, edgecolor=FAINT))
-            x, height = rim(way, radius)
-            wheel.plot([way, x], [radius, height], color=INK, linewidth=1.2)
-        wheel.set(aspect='equal', xlim=(-0.25, driven[-1] + 0.25),
-                  ylim=(-0.05, 2.0 * radius + 0.06), yticks=[0.0, round(2.0 * radius, 3)],
-                  xlabel='distance / m', ylabel='height / m',
-                  title='A point of the rim, and where each tick of turtlesim finds it')
-
+    with drawn(path, 7.6, 3.8) as figure:
+        lengths = figure.subplots()
         for values, color, label in (
                 (seen, MISSED, 'distance between poses, added up'),
                 (commanded, '#d9822b', 'commanded speed, added up'),
