@@ -158,6 +158,12 @@ class Chromium:
         """Write at the cursor, in place of the selection."""
         self._call('Input.insertText', text=text)
 
+    def press_enter(self) -> None:
+        """Press Enter."""
+        self._call('Input.dispatchKeyEvent', type='keyDown', key='Enter', code='Enter', text='\r',
+                   windowsVirtualKeyCode=13)
+        self._call('Input.dispatchKeyEvent', type='keyUp', key='Enter', code='Enter')
+
     def center_of(self, expression: str) -> tuple[float, float]:
         """Scroll the element of a JavaScript expression into view; return its center (pixels)."""
         x, y, width, height = self.evaluate(

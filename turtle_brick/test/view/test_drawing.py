@@ -19,22 +19,18 @@ from math import isnan, nan
 import re
 from types import SimpleNamespace
 
-from hypothesis import given
-from hypothesis import strategies as st
-from perspective import seen_from
+import numpy
 import pytest
-from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.geometry import from_yaw, Pose
-from turtle_brick.core.parameters import load
-from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
 from turtle_brick.physics import Phase
+from turtle_brick.view.camera import ABOVE, NEAR
 from turtle_brick.view.measures import Curves
 from turtle_brick.view.shapes import ORIGIN, Shape, Thing
 
 # Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
 if find_spec('viser') is not None:
     from turtle_brick.view import panel as panels
-    from turtle_brick.view.scene import ABOVE, ground_under, NEAR, Scene
+    from turtle_brick.view.scene import Scene
     from turtle_brick.view.server import PageServer
 
 pytestmark = pytest.mark.skipif(
@@ -43,7 +39,6 @@ pytestmark = pytest.mark.skipif(
 
 RED = (1.0, 0.0, 0.0, 1.0)
 BOX = Shape('box', (1.0, 2.0, 3.0), RED)
-COORDINATES = st.floats(-50.0, 50.0)
 
 
 @pytest.fixture(scope='module')
@@ -59,23 +54,9 @@ def page():
     server.close()
 
 
-@given(st.tuples(COORDINATES, COORDINATES, st.floats(0.1, 50.0)), COORDINATES, COORDINATES)
-def test_a_click_is_on_the_ground_that_it_points_at(eye, x, y):
-    ray = (x - eye[0], y - eye[1], -eye[2])
-    assert ground_under(eye, ray) == pytest.approx((x, y), abs=1e-9)
-    assert ground_under(eye, (ray[0], ray[1], eye[2])) is None
-    assert ground_under((eye[0], eye[1], -eye[2]), ray) is None
-
-
-def test_a_click_at_the_horizon_is_no_goal():
-    assert ground_under((0.0, 0.0, 1.0), (1.0, 0.0, -1.0 / 199.0)) == pytest.approx((199.0, 0.0))
-    assert ground_under((0.0, 0.0, 1.0), (1.0, 0.0, -1.0 / 201.0)) is None
-    assert ground_under((0.0, 0.0, 1.0), (0.0, -1.0, -1.0 / 201.0)) is None
-
-
 def test_things_are_drawn_moved_changed_and_removed(page):
     def node(path=''):
-        return page.viser.scene.get_handle_by_name(f'/world/things/a%2Fb{path}')
+        return page.viser.scene.get_handle_by_name(f'/things/a%2Fb{path}')
 
     shapes = tuple(Shape(kind, (1.0, 2.0, 3.0), RED, Pose((1.0, 0.0, 0.0), from_yaw(1.0)))
                    for kind in ('box', 'cylinder', 'sphere'))
@@ -91,8 +72,8 @@ def test_things_are_drawn_moved_changed_and_removed(page):
     x, y, z, w = from_yaw(1.0)
     assert all(tuple(part.wxyz) == pytest.approx((w, x, y, z)) for part in parts[:3])
     assert parts[0].color == (255, 0, 0) and parts[0].opacity is None
-    page.scene.show({'a/b': Thing((BOX._replace(color=(0.0, 2.0, 0.5, 0.25)),), ORIGIN, 'b')})
-    assert node() is not first and node('/1') is None and node('/name').text == 'b'
+    page.scene.show({'a/b': Thing((BOX._replace(color=(0.0, 2.0, 0.5, 0.25)),), ORIGIN, 'odom')})
+    assert node() is not first and node('/1') is None and node('/name').text == 'odom'
     assert (node('/0').color, node('/0').opacity) == ((0, 255, 128), 0.25)
     assert tuple(node().position) == (0.0, 0.0, 0.0) and node().show_axes
     page.scene.show({})
@@ -106,7 +87,9 @@ def test_what_has_not_changed_is_not_sent(page, monkeypatch):
     columns[1][-1] = 5.0
     for wanted in (True, False):
         page.scene.show({'box': Thing((BOX,), ORIGIN)})
-        page.scene.focus_on(1.0, 2.0)
+        page.scene.keep_in_sight({NEAR: [(1.0, 2.0, 3.0)]})
+        page.panel.suggest_place((1.0, 2.0, 3.0))
+        page.panel.show_parts(True, False, True)
         page.panel.show_brick('falling', RED)
         page.panel.show_rates([('odom', 99.96)])
         page.panel.show_tilt(0.25)
@@ -115,27 +98,60 @@ def test_what_has_not_changed_is_not_sent(page, monkeypatch):
         sent.clear()
 
 
-def test_what_is_followed_stays_where_it_is_before_the_cameras(page):
-    world = page.viser.scene.get_handle_by_name('/world')
-    click = SimpleNamespace(ray_origin=(ARENA_CENTER + 1.0, ARENA_CENTER, 5.0),
-                            ray_direction=(0.0, 0.0, -1.0))
-    for x, y in ((1.0, 2.0), (9.0, -3.5), (ARENA_CENTER, ARENA_CENTER)):
-        page.scene.focus_on(x, y)
-        assert tuple(world.position) == pytest.approx((ARENA_CENTER - x, ARENA_CENTER - y, 0.0))
-        # A click is in the world.
-        assert page.scene.ground_at(click) == pytest.approx((x + 1.0, y))
+class Browser:
+    """A browser, as viser's client and camera, that tells only later where its camera is."""
+
+    client_id = 1
+    image_width, image_height = 800, 600
+
+    def __init__(self):
+        """Begin anywhere."""
+        self.camera = self
+        self.position, self.look_at, self.fov = (1.0, 2.0, 3.0), None, None
+
+    def on_update(self, listener):
+        """Note who is to hear where the camera is."""
+        self.listener = listener
+
+    def tell(self, position):
+        """Tell where the camera is."""
+        before, self.position = self.position, numpy.array(position)
+        with pytest.raises(StopIteration):
+            self.listener(self).send(None)
+        self.position = before
 
 
-def test_the_robot_is_near_and_the_brick_in_sight_in_the_first_view():
-    parameters = load()
-    foot = seen_from(*NEAR, (*CENTER, 0.0))[1]
-    top = seen_from(*NEAR, (*CENTER, parameters.platform_height))[1]
-    assert top - foot >= 0.25 and foot > -0.5
-    across, up = seen_from(*NEAR, parameters.brick_start)
-    assert up < 0.48 and abs(across) < 0.48, 'even where the page is as wide as it is high'
-    for corner in product((0.0, ARENA_SIZE), repeat=2):
-        across, up = seen_from(*ABOVE, (*corner, 0.0))
-        assert 0.4 < abs(across) < 0.48 and 0.4 < abs(up) < 0.48
+def test_robot_and_brick_are_kept_in_sight_until_somebody_turns_the_view(page, monkeypatch):
+    browser, clients = Browser(), {}
+    monkeypatch.setattr(page.viser, 'get_clients', lambda: clients)
+    scene = Scene(page.viser)
+
+    def order(x):
+        """Return where the camera is set once the brick is at x, None if it is not."""
+        browser.position = None
+        scene.keep_in_sight({NEAR: [(0.0, 0.0, 0.0), (x, 0.0, 0.0)] if x else [],
+                             ABOVE: [(0.0, 0.0, 0.0)]})
+        return browser.position
+
+    assert order(1.0) is None
+    clients[1] = browser
+    assert order(0.0) is None
+    orders = [order(1.0)]
+    browser.tell((4.0, 5.0, 6.0))  # where it was before
+    orders += [order(5.0), order(9.0)]
+    assert None not in orders and order(9.0) is None
+    for late in orders:
+        browser.tell(late)
+    assert order(12.0) is not None and browser.fov == NEAR.field_of_view
+    browser.tell((4.0, 5.0, 6.0))
+    assert order(15.0) is None, 'somebody has turned it'
+    scene.look(browser, ABOVE)
+    assert order(15.0)[:2] == pytest.approx((0.0, 0.0), abs=0.1) and order(20.0) is None
+    scene.look(browser, NEAR)
+    browser.image_height = 0
+    assert numpy.isfinite(order(20.0)).all()
+    clients.clear()
+    assert order(30.0) is None
 
 
 def test_the_curves_are_plotted_as_they_are(page):
@@ -172,4 +188,59 @@ def test_the_slider_follows_the_platform_within_its_range(page):
     for angle, shown in ((0.7, 0.7), (9.0, 1.57), (-9.0, -1.57), (0.0, 0.0)):
         page.panel.show_tilt(angle)
         assert page.panel._tilt.value == pytest.approx(shown)
+        assert page.panel._beyond.visible == (angle != shown)
+        assert f'{angle:g} rad, beyond' in page.panel._beyond.content
     assert page.orders == [], 'nobody has moved it'
+
+
+def test_the_parts_of_nodes_that_are_gone_are_hidden(page):
+    panel = page.panel
+    for arena, robot, catcher in product((True, False), repeat=3):
+        panel.show_parts(arena, robot, catcher)
+        assert (panel._arena_part.visible, panel._account.visible) == (arena, catcher)
+        assert panel._robot_part.visible == (robot or catcher)
+        assert panel._tilt.visible == panel._goes.visible == robot
+        assert panel._plot_part.visible == (arena or robot)
+
+
+def test_a_place_is_what_is_written_or_refused():
+    for text, place in (('7.5, 7, 1.66', (7.5, 7.0, 1.66)), ('(-1,2e1,.125) ', (-1.0, 20.0, 0.125))):
+        assert panels.place_of(text) == place
+    for text in ('', '7.5, 7', '7.5, , 8', '7.5 7 8', '1, 2, 3, 4', 'a, b, c', '7,5, 7, 8'):
+        with pytest.raises(ValueError, match=f'{text!r} is no place: write x, y and z'):
+            panels.place_of(text)
+
+
+def test_drop_places_first_what_is_written_and_not_yet_placed(page):
+    panel, orders = page.panel, page.orders
+
+    def given_by(name, text=None):
+        """Return the order that a button gives, once a text is in the field."""
+        panel._place.value = panel._place.value if text is None else text
+        panel._on_button(name)
+        assert text is None or panel._place.value == text
+        return orders.pop()
+
+    panel.suggest_place((7.5, 7.0, 8.0))
+    assert given_by('Drop') == ('drop',)
+    assert given_by('Place') == ('place', 7.5, 7.0, 8.0)
+    panel.suggest_place((6.0, 5.0, 1.6))
+    assert panel._place.value == '6, 5, 1.6'
+    assert given_by('Drop', '6, 5.0, 1.66') == ('drop_from', 6.0, 5.0, 1.66)
+    panel.suggest_place((1.0, 2.0, 3.0))
+    assert panel._place.value == '6, 5.0, 1.66', 'what somebody writes stays'
+    panel.suggest_place((6.0, 5.0, 1.66))
+    assert given_by('Drop') == ('drop',), 'it is there'
+    for name in ('Place', 'Drop'):
+        order, reason = given_by(name, '')
+        assert order == 'refuse' and "'' is no place" in reason
+    assert given_by('Drop at random') == ('drop_at_random',)
+    panel.suggest_place((7.0, 7.0, 7.0))
+    assert panel._place.value == '' and orders == []
+
+
+def test_the_slider_tilts_as_far_as_it_reaches(page):
+    for angle, name in ((0.3, 'tilt'), (-1.57, 'tilt'), (1.58, 'refuse'), (-9.0, 'refuse')):
+        page.panel._on_tilt(angle)
+        order, said = page.orders.pop()
+        assert order == name and (said == angle or f'{angle:g} rad is beyond' in said)

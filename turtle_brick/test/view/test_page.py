@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-from itertools import chain
+from itertools import chain, product
 from math import cos, dist, hypot, inf, nan, pi, sin
 
 from builtin_interfaces.msg import Duration
@@ -28,9 +28,10 @@ from tf2_ros import Buffer
 from turtle_brick.arena import BRICK_COLORS, brick_marker, walls
 from turtle_brick.core.geometry import from_pitch, from_yaw, IDENTITY, Pose, rotate
 from turtle_brick.core.time_steps import NANOSECONDS
-from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
 from turtle_brick.physics import Phase
 from turtle_brick.ros.tf import transform_message
+from turtle_brick.view.camera import ABOVE, NEAR
 from turtle_brick.view.page import Page
 from turtle_brick.view.shapes import LARGEST, ORIGIN
 from turtle_brick_interfaces.msg import Tilt
@@ -56,22 +57,22 @@ class Paper:
 
     def __init__(self):
         """Begin with an empty one."""
-        self.frames = self.follow = False
+        self.frames = False
         self.things = {}
-        self.focus = None
+        self.points = {}
         self.texts = {}
 
     def show(self, things):
         """Note all that is in the scene."""
         self.things = things
 
-    def focus_on(self, x, y):
+    def keep_in_sight(self, points):
         """Note what the cameras see."""
-        self.focus = (x, y)
+        self.points = points
 
     def suggest_place(self, position):
-        """Note the only suggestion."""
-        assert self.texts.setdefault('place', position) is position
+        """Note the suggestion."""
+        self.texts['place'] = position
 
     def __getattr__(self, name):
         """Note what the panel shows."""
@@ -89,8 +90,10 @@ class Bench:
         self.paper = Paper()
         self.warnings = []
         self.buffer = Buffer()
+        self.publishers = {}
         self.page = Page(self.paper, self.paper, self.buffer,
-                         lambda topic, sentence: self.warnings.append((topic, sentence)))
+                         lambda topic, sentence: self.warnings.append((topic, sentence)),
+                         lambda topic: self.publishers.get(topic, 0))
 
     def robot(self, description=ROBOT):
         """Send a robot's description."""
@@ -130,6 +133,14 @@ class Bench:
         return {name: thing.pose for name, thing in self.paper.things.items()}
 
 
+def corners(bench):
+    """Return the least and greatest coordinate (m) of what is seen from above."""
+    points = bench.paper.points[ABOVE]
+    least, greatest = min(points)[0], max(points)[0]
+    assert set(points) == {(x, y, 0.0) for x in (least, greatest) for y in (least, greatest)}
+    return pytest.approx(least), pytest.approx(greatest)
+
+
 @pytest.fixture
 def bench():
     """Return an empty page."""
@@ -143,7 +154,7 @@ def test_every_link_is_where_tf_says(place, yaw, pitch):
     assert bench.draw() == {'robot/base_link': ORIGIN}, 'alone it is where its root is'
     bench.transform('base_link', 'platform', (0.0, 0.0, 2.0), from_pitch(pitch))
     assert bench.draw()['robot/platform'].position == (0.0, 0.0, 2.0)
-    assert bench.paper.focus == (0.0, 0.0)
+    assert corners(bench) == (-ARENA_CENTER, ARENA_CENTER)
     bench.transform('world', 'odom', (1.0, 1.0, 0.0), static=True)
     bench.transform('odom', 'base_link', place, from_yaw(yaw))
     poses = bench.draw()
@@ -152,14 +163,14 @@ def test_every_link_is_where_tf_says(place, yaw, pitch):
     assert poses['robot/platform'].position == pytest.approx((x + 1.0, y + 1.0, z + 2.0))
     assert rotate(poses['robot/platform'].orientation, (1.0, 0.0, 0.0)) == pytest.approx(
         (cos(yaw) * cos(pitch), sin(yaw) * cos(pitch), -sin(pitch)), abs=1e-9)
-    assert bench.paper.focus == (ARENA_CENTER, ARENA_CENTER)
+    assert corners(bench) == (0.0, ARENA_SIZE)
 
 
 def test_a_robot_that_is_nowhere_yet_is_not_drawn_beside_a_brick(bench):
     bench.robot()
     bench.transform('world', 'brick', (7.0, 7.0, 7.0))
     assert bench.draw() == {}
-    assert bench.paper.focus == (ARENA_CENTER, ARENA_CENTER)
+    assert corners(bench) == (0.0, ARENA_SIZE)
 
 
 def test_another_robot_takes_the_place_of_the_first(bench):
@@ -271,14 +282,24 @@ def test_the_curves_are_what_was_heard(speed_x, speed_y, falling):
     assert {heights[0], distances[0], speeds[0]} == {None}, 'before anything was in sight'
 
 
-def test_a_robot_that_is_followed_is_what_the_cameras_see(bench):
-    bench.transform('world', 'odom', (5.0, 5.0, 0.0), static=True)
-    for x, y, bench.paper.follow in ((1.0, 2.0, True), (3.0, -4.0, False), (-2.0, 0.5, True)):
-        bench.now += NANOSECONDS
-        bench.transform('odom', 'base_link', (x, y, 0.0), from_yaw(x))
-        bench.draw()
-        assert bench.paper.focus == ((x + 5.0, y + 5.0) if bench.paper.follow
-                                     else (ARENA_CENTER, ARENA_CENTER))
+def test_robot_brick_and_the_ground_below_it_are_what_is_seen_from_near(bench):
+    bench.draw()
+    assert bench.paper.points[NEAR] == []
+    bench.robot()
+    bench.transform('world', 'base_link', (1.0, 2.0, 0.0))
+    bench.transform('base_link', 'platform', (0.0, 0.0, 1.5))
+    bench.draw()
+    assert bench.paper.points[NEAR] == [(1.0, 2.0, 0.0), (1.0, 2.0, 1.5)]
+    bench.transform('world', 'brick', (7.0, 8.0, 9.0))
+    bench.draw()
+    assert bench.paper.points[NEAR][2:] == [(7.0, 8.0, 9.0), (7.0, 8.0, 0.0)]
+
+
+def test_a_part_of_the_panel_is_there_when_its_node_is(bench):
+    for counts in product((0, 1, 2), repeat=3):
+        bench.publishers = dict(zip(('brick_marker', 'odom', 'catcher_marker'), counts))
+        bench.draw(after=NANOSECONDS)
+        assert bench.paper.texts['parts'] == tuple(map(bool, counts))
 
 
 def test_the_walls_are_as_far_apart_as_they_are(bench):
@@ -300,7 +321,8 @@ def test_the_brick_is_told_by_its_marker_and_its_frame(bench):
         text, color = bench.paper.texts['brick']
         assert text == f'{phase.value}, 8.00 m up'
         assert color == pytest.approx(BRICK_COLORS[phase])
-    assert bench.paper.texts['place'] == (7.5, 7.0, 8.0)
+        assert bench.paper.texts.pop('place', None) == (
+            (7.5, 7.0, 8.0) if phase is Phase.HOVERING else None)
     assert set(bench.paper.texts['legend'][0]) == set(Phase)
     assert len(set(BRICK_COLORS.values())) == len(Phase), 'each has its own'
     bench.marker('brick_marker', type=Marker.CUBE)
@@ -333,6 +355,13 @@ def test_only_the_text_unreachable_calls_a_brick_unreachable(bench, message, ref
     bench.draw()
     assert bench.paper.texts['account'] == (
         ('Unreachable', True) if refused else ('The brick falls', False))
+
+
+def test_the_catcher_explains_itself(bench):
+    bench.brick(Phase.FALLING)
+    bench.page.hear_state(String(data='unreachable: it is 0.009 s too early'))
+    bench.draw()
+    assert bench.paper.texts['account'] == ('Unreachable: it is 0.009 s too early', True)
 
 
 def test_rates_are_told_by_the_name_that_is_heard(bench):

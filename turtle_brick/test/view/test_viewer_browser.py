@@ -25,10 +25,12 @@ from perspective import seen_from
 import pytest
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.parameters import load
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.view.camera import NEAR
 
 # Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
 if find_spec('viser') is not None:
-    from turtle_brick.view.scene import ABOVE, NEAR
+    from turtle_brick.view.panel import VIEWS
 
 pytestmark = [
     pytest.mark.skipif(find_chromium() is None,
@@ -38,6 +40,8 @@ pytestmark = [
 
 TIMEOUT = 120.0
 WIDTH, HEIGHT = 960, 480
+
+SIDES = (0.0, ARENA_SIZE)
 
 GROUND = (7.0, 4.5, 0.0)
 """A point of the ground that nothing hides."""
@@ -64,41 +68,45 @@ class Page(Chromium):
         """Wait until an element of the panel has a text."""
         self.wait_for(self.says(name, text))
 
-    def pixel_of(self, point, camera):
-        """Return where in the scene a point of the world (m) is."""
+    def pixels_of(self, view, points, *sights):
+        """Return where a view that has some points (m) in sight shows other points."""
         width, height = self.evaluate(f'[{CANVAS}.width, {CANVAS}.height]')
-        right, up = seen_from(*camera, point)
-        return width / 2.0 + height * right, height / 2.0 - height * up
+        camera = view.camera(points, width / height)
+        seen = [seen_from(*camera, point) for point in sights]
+        return [(width / 2.0 + height * right, height / 2.0 - height * up) for right, up in seen]
 
-    def click_on(self, point, camera):
-        """Click on a point of the world (m)."""
-        left, top = self.evaluate(f'[{CANVAS}.x, {CANVAS}.y]')
-        x, y = self.pixel_of(point, camera)
-        self.click(left + x, top + y)
-
-    def place_at_height(self, text, answer):
-        """Write a height (m) into the last field of the place and push the button until it is."""
+    def write_place(self, text, answer, button=None):
+        """Write a place (m) and push Enter or a button until the answer comes."""
         deadline = monotonic() + TIMEOUT
-        while not self.comes(self.says('answer', answer)):
-            assert monotonic() < deadline, answer
-            left, middle = self.center_of(
-                '[...document.querySelectorAll("input")].filter(one => one.inputMode)[2]')
-            self.click(left - 8.0, middle, times=3)
+        while True:
+            self.click(*self.center_of('document.querySelector("form input")'), times=3)
             self.write(text)
-            # The page may send what was written later than that the button was pushed.
-            self.push('button', 'Place')
+            self.push('button', button) if button else self.press_enter()
+            # The page may send what was written later than that, or not at all.
+            if self.comes(self.says('answer', answer)):
+                return
+            assert monotonic() < deadline, answer
 
-    def see(self, camera, *sights):
-        """Wait until points (m) have colors (shares of red, green and blue) as they should."""
+    def see(self, button, points, *sights):
+        """Push a view's button until points (m) have colors (shares of red, green and blue)."""
         from PIL import Image
-        pixels = [tuple(map(round, self.pixel_of(point, camera))) for point, _ in sights]
+        pixels = self.pixels_of(VIEWS[button], points, *(point for point, _ in sights))
         deadline = monotonic() + TIMEOUT
         while monotonic() < deadline:
+            self.push('button', button)
             picture = numpy.asarray(Image.open(BytesIO(self.scene())).convert('RGB'), float)
-            colors = [picture[y - 1:y + 2, x - 1:x + 2].mean(axis=(0, 1)) for x, y in pixels]
+            colors = [picture[y - 1:y + 2, x - 1:x + 2].mean(axis=(0, 1))
+                      for x, y in ((round(x), round(y)) for x, y in pixels)]
             if all(looks(color / color.sum()) for (_, looks), color in zip(sights, colors)):
                 return
         raise AssertionError(f'the colors at {[point for point, _ in sights]} are {colors}')
+
+
+def near(x, y, brick):
+    """Return the points (m) that are in sight from near, with the robot at x and y."""
+    parameters = load()
+    hinge = parameters.platform_height - parameters.platform_thickness
+    return [(x, y, 0.0), (x, y, hinge), brick, (*brick[:2], 0.0)]
 
 
 def is_red(color):
@@ -113,7 +121,7 @@ def is_blue(color):
 
 def is_wall(color):
     """Return whether a color is a wall's."""
-    return color[2] > color[0] + 0.03
+    return color[2] > color[0] + 0.015
 
 
 def is_gray(color):
@@ -131,29 +139,30 @@ def test_a_brick_is_seen_placed_and_caught_on_the_page(domain_id):
         url = launched.wait_for_output(r'Viewer: (http\S+)', TIMEOUT).group(1)
         page.open_page(url)
         page.wait_for_text('brick', f'hovering, {z:.2f} m up')
-        page.see(NEAR, (brick, is_red), ((x, y, z - 0.5), lambda color: not is_red(color)),
+        page.see('From above', [(x, y, 0.0) for x in SIDES for y in SIDES],
+                 *(((x, y, 0.5), is_wall) for x, y in (
+                     (-0.05, 5.5), (11.14, 5.5), (5.5, -0.05), (5.5, 11.14))))
+        page.see('Near', near(*CENTER, brick), (brick, is_red),
+                 ((x, y, z - 0.5), lambda color: not is_red(color)),
                  (platform, is_blue), (GROUND, is_gray), ((5.5, 11.14, 0.25), is_wall))
 
-        page.push('button', 'From above')
-        page.see(ABOVE, *(((x, y, 0.5), is_wall) for x, y in (
-            (-0.05, 5.5), (11.14, 5.5), (5.5, -0.05), (5.5, 11.14))))
-        page.push('button', 'Near')
-
-        page.place_at_height('-1', 'under the ground')
+        page.write_place(f'{x}, {y}, -1', 'under the ground')
+        page.write_place('', "place: '' is no place")
         page.wait_for_text('brick', f'hovering, {z:.2f} m up')
 
         page.wait_for('[...document.querySelectorAll(\'[data-turtle-brick="rates"] '
                       'td:last-child\')].every(cell => cell.textContent.endsWith(" Hz"))')
-        page.click_on(GROUND, NEAR)
+        (across, down), = page.pixels_of(NEAR, near(*CENTER, brick), GROUND)
+        left, top = page.evaluate(f'[{CANVAS}.x, {CANVAS}.y]')
+        page.click(left + across, top + down)
         live.wait_for(lambda: goals.messages, TIMEOUT, 'a goal')
         point = goals.last.pose.position
         assert (point.x, point.y) == pytest.approx(GROUND[:2], abs=0.1)
-        page.see(NEAR, (brick, is_red), (platform, lambda color: not is_blue(color)))
-        page.push('label', 'follow robot')
-        page.see(NEAR, (platform, is_blue))
+        page.see('Near', near(point.x, point.y, brick), (brick, is_red), (platform, is_gray),
+                 ((point.x, point.y, platform[2]), is_blue))
 
         # From so high that a busy machine has the time to catch it.
-        page.place_at_height('30', 'the brick hovers at (7.5, 7, 30)')
+        page.write_place('7.5, 7, 30', 'the brick hovers at (7.5, 7, 30)', button='Place')
         page.push('button', 'Drop')
         page.wait_for_text('answer', 'drop: the brick falls from')
         page.wait_for_text('brick', 'floating')

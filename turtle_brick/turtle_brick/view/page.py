@@ -31,12 +31,13 @@ from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_ros import Buffer, TransformException
 from turtle_brick.arena import BRICK_COLORS
-from turtle_brick.core.geometry import Pose
+from turtle_brick.core.geometry import Pose, Vector
 from turtle_brick.core.time_steps import NANOSECONDS, nanoseconds_of
-from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
 from turtle_brick.physics import Phase
 from turtle_brick.ros.tf import BASE_LINK, BRICK, ODOM, OLDEST, pose_of, WORLD
 from turtle_brick.view.account import Account
+from turtle_brick.view.camera import ABOVE, NEAR
 from turtle_brick.view.markers import Markers
 from turtle_brick.view.measures import common_instant, Curves, Rate
 from turtle_brick.view.shapes import (is_drawable, ORIGIN, robot_shapes, RobotShapes, Shape, Thing,
@@ -67,6 +68,9 @@ FRAMES = (WORLD, ODOM, BASE_LINK, BRICK)
 PHASES = {phase.value: phase for phase in Phase}
 """What the brick does, by the text of its marker."""
 
+PARTS = (BRICK_MARKER, 'odom', CATCHER_MARKER)
+"""Topics that arena, robot and catcher publish: without them their parts of the panel are gone."""
+
 UNREACHABLE = 'Unreachable'
 """The text on catcher_marker for a brick that can't be caught."""
 
@@ -87,7 +91,7 @@ class Page:
     """Keep what the messages say, and draw it."""
 
     def __init__(self, scene: 'Scene', panel: 'Panel', buffer: Buffer,
-                 warn: Callable[[str, str], Any]) -> None:
+                 warn: Callable[[str, str], Any], publishers: Callable[[str], int]) -> None:
         """
         Begin with nothing known.
 
@@ -95,11 +99,13 @@ class Page:
         :param panel: where texts and curves are shown
         :param buffer: the transforms
         :param warn: called with a topic and a sentence about a message that can't be shown
+        :param publishers: returns how many there are of a topic
         """
         self._scene = scene
         self._panel = panel
         self._buffer = buffer
         self._warn = warn
+        self._publishers = publishers
         self._robot = RobotShapes('', {}, ())
         self._markers = Markers()
         self._brick_colors = dict(BRICK_COLORS)
@@ -109,7 +115,6 @@ class Page:
         self._answer = ('', True)
         self._rates = {name: Rate() for names in COUNTED for name in names}
         self._curves = Curves(3)
-        self._place_is_suggested = False
         self._fixed_frame = WORLD
         self._instant = 0
         self._poses: dict[str, Pose | None] = {}
@@ -150,6 +155,10 @@ class Page:
                 self._brick_colors[phase] = (color.r, color.g, color.b, color.a)
         elif topic == CATCHER_MARKER and message.text == UNREACHABLE:
             self._account.see_unreachable()
+
+    def hear_state(self, message: String) -> None:
+        """Hear what the catcher does."""
+        self._account.see_state(message.data)
 
     def hear_goal(self, message: PoseStamped) -> None:
         """Hear where the robot is sent."""
@@ -208,7 +217,7 @@ class Page:
         self._things = {**self._robot_things(), **self._goal_things(), **self._frame_things(),
                         **self._markers.things(now, self._pose_drawn)}
         self._scene.show(self._things)
-        self._scene.focus_on(*self._focus())
+        self._scene.keep_in_sight({NEAR: self._near(), ABOVE: self._below()})
         if self._curves.add(now, *self._sample()):
             self._panel.show_curves(self._curves.columns())
         if self._text_time is None or now - self._text_time >= TEXT_PERIOD:
@@ -231,13 +240,21 @@ class Page:
         return {f'frames/{frame}': Thing((), pose, frame) for frame in FRAMES
                 if self._panel.frames and (pose := self._pose_drawn(frame)) is not None}
 
-    def _focus(self) -> tuple[float, float]:
-        """Return what the cameras see: the arena, the followed robot, or a robot alone (m)."""
-        robot = self._pose_drawn(BASE_LINK) if self._panel.follow else None
-        if robot is not None:
-            return robot.position[0], robot.position[1]
-        center = ARENA_CENTER if self._fixed_frame == WORLD else 0.0
-        return center, center
+    def _near(self) -> list[Vector]:
+        """Return points (m) of the robot and the brick, and the point of the ground below it."""
+        points = [thing.pose.position for name, thing in self._things.items()
+                  if name.startswith('robot/')]
+        brick = self._pose_drawn(BRICK)
+        if brick is not None:
+            x, y, _ = brick.position
+            points += [brick.position, (x, y, 0.0)]
+        return points
+
+    def _below(self) -> list[Vector]:
+        """Return the corners (m) of the arena, which is around a robot alone."""
+        least = 0.0 if self._fixed_frame == WORLD else -ARENA_CENTER
+        sides = least, least + ARENA_SIZE
+        return [(x, y, 0.0) for x in sides for y in sides]
 
     def _sample(self) -> tuple[float | None, float | None, float | None]:
         """Return height of the brick (m), its distance (m) to the robot, and its speed (m/s)."""
@@ -254,18 +271,18 @@ class Page:
 
     def _write(self, now: int) -> None:
         """Update the texts."""
+        self._panel.show_parts(*(self._publishers(topic) > 0 for topic in PARTS))
         brick, phase = self._pose_drawn(BRICK), self._account.phase
         if brick is None:
             self._panel.show_brick('no brick in sight', None)
         else:
-            if not self._place_is_suggested:
+            if phase is Phase.HOVERING:
                 self._panel.suggest_place(brick.position)
-                self._place_is_suggested = True
             self._panel.show_brick(
                 f'{phase.value if phase else "brick"}, {brick.position[2]:.2f} m up',
                 self._brick_colors[phase] if phase else None)
         self._panel.show_legend(self._brick_colors)
-        self._panel.show_account(self._account.sentence(), self._account.unreachable)
+        self._panel.show_account(self._account.sentence(), self._account.alarm)
         self._panel.show_answer(*self._answer)
         self._panel.show_tilt(self._tilt)
         self._panel.show_rates(self.rates(now))

@@ -18,14 +18,15 @@ from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from math import ceil, inf, pi
 from time import monotonic
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy
 from turtle_brick.core.geometry import Color, Vector
 from turtle_brick.core.time_steps import NANOSECONDS
 from turtle_brick.physics import Phase
+from turtle_brick.view.camera import ABOVE, ground_under, NEAR
 from turtle_brick.view.measures import Curves
-from turtle_brick.view.scene import ABOVE, look, NEAR, Scene
+from turtle_brick.view.scene import Scene
 import viser
 
 GREEN = (46, 125, 70)
@@ -43,7 +44,7 @@ CURVES = (('height (m)', '#e8590c'), ('distance (m)', '#1971c2'), ('speed (m/s)'
 LEAST_TOP = 10.0
 """The plot reaches from 0 to this, or to the next multiple of it."""
 
-CAMERAS = {'Near': NEAR, 'From above': ABOVE}
+VIEWS = {'Near': NEAR, 'From above': ABOVE}
 
 
 class Orders(NamedTuple):
@@ -51,6 +52,8 @@ class Orders(NamedTuple):
 
     place: Callable[[float, float, float], None]
     """Place the brick at a point of the world (m)."""
+    drop_from: Callable[[float, float, float], None]
+    """Place it there, and drop it."""
     drop: Callable[[], None]
     """Drop the brick."""
     drop_at_random: Callable[[], None]
@@ -59,6 +62,8 @@ class Orders(NamedTuple):
     """Tilt the platform by an angle (rad)."""
     go: Callable[[float, float], None]
     """Send the robot to a point of the ground (m in the world)."""
+    refuse: Callable[[str], None]
+    """Say why something is not done."""
 
 
 class Panel:
@@ -75,21 +80,24 @@ class Panel:
         gui = server.gui
         gui.configure_theme(show_logo=False, show_share_button=False, brand_color=GREEN)
         gui.main_panel.dock_right()
-        with gui.add_folder('Brick'):
+        with gui.add_folder('Brick') as self._arena_part:
             self._brick = gui.add_html('')
             self._legend = gui.add_html('')
-            self._place = gui.add_vector3('place (m)', (0.0, 0.0, 0.0), step=0.1)
+            with gui.add_form(None) as form:
+                # Any: mypy takes the value of an input for read-only.
+                self._place: Any = gui.add_text('x, y, z (m)', '')
             buttons = gui.add_button_group('', ('Place', 'Drop', 'Drop at random'))
-            self._answer = gui.add_html('')
-        with gui.add_folder('Robot'):
+        self._answer = gui.add_html('')
+        with gui.add_folder('Robot') as self._robot_part:
             self._account = gui.add_html('')
-            self._tilt = gui.add_slider('tilt (rad)', -STEEPEST, STEEPEST, 0.01, 0.0)
-            goes = gui.add_checkbox('go on click', True)
+            self._tilt: Any = gui.add_slider('tilt (rad)', -STEEPEST, STEEPEST, 0.01, 0.0)
+            self._beyond = gui.add_html('', visible=False)
+            self._goes = gui.add_checkbox('click the ground to drive', True)
         with gui.add_folder('View'):
-            cameras = gui.add_button_group('', tuple(CAMERAS))
-            self._follow = gui.add_checkbox('follow robot', False)
+            cameras = gui.add_button_group('', tuple(VIEWS))
             self._frames = gui.add_checkbox('frames', False)
-        with gui.add_folder(f'Last {Curves.LENGTH * Curves.PERIOD // NANOSECONDS} s'):
+        with gui.add_folder(
+                f'Last {Curves.LENGTH * Curves.PERIOD // NANOSECONDS} s') as self._plot_part:
             series = (viser.uplot.Series(), *(
                 viser.uplot.Series(label=label, stroke=color, width=2) for label, color in CURVES))
             self._plotted: Sequence[Sequence[float | None]] = Curves(len(CURVES)).columns()
@@ -99,32 +107,32 @@ class Panel:
         with gui.add_folder('Rates'):
             self._rates = gui.add_html('')
         self._dragged = -inf
+        self._suggested: Vector | None = None
+        self._orders = orders
+
+        @form.on_submit
+        async def _(_: viser.GuiEvent) -> None:
+            self._on_button('Place')
 
         @buttons.on_click
-        def _(event: viser.GuiEvent) -> None:
-            match event.target.value:
-                case 'Place':
-                    orders.place(*self._place.value)
-                case 'Drop':
-                    orders.drop()
-                case 'Drop at random':
-                    orders.drop_at_random()
+        async def _(event: viser.GuiEvent) -> None:
+            self._on_button(event.target.value)
 
         @self._tilt.on_update
         def _(event: viser.GuiEvent) -> None:
             if event.client is not None:  # else it was moved from here
                 self._dragged = monotonic()
-                orders.tilt(self._tilt.value)
+                self._on_tilt(self._tilt.value)
 
         @cameras.on_click
         async def _(event: viser.GuiEvent) -> None:
             if event.client is not None:
-                look(event.client, CAMERAS[event.target.value])
+                scene.look(event.client, VIEWS[event.target.value])
 
         @server.scene.on_click()
         def _(event: viser.SceneClickEvent) -> None:
-            point = scene.ground_at(event)
-            if goes.value and point is not None:
+            point = ground_under(event.ray_origin, event.ray_direction)
+            if self._goes.visible and self._goes.value and point is not None:
                 orders.go(*point)
 
     @property
@@ -132,15 +140,21 @@ class Panel:
         """Whether frames are to be shown."""
         return self._frames.value
 
-    @property
-    def follow(self) -> bool:
-        """Whether the robot is to be followed."""
-        return self._follow.value
-
     def suggest_place(self, position: Vector) -> None:
-        """Fill in a place for the brick (m)."""
-        x, y, z = (round(part, 2) for part in position)
-        self._place.value = (x, y, z)  # type: ignore[misc]
+        """Fill in a place for the brick (m), unless somebody has written another one."""
+        place = _to_millimeters(position)
+        if place != self._suggested:
+            if not self._is_edited():
+                self._place.value = '{:.10g}, {:.10g}, {:.10g}'.format(*place)
+            self._suggested = place
+
+    def show_parts(self, arena: bool, robot: bool, catcher: bool) -> None:
+        """Show the parts of those nodes that are there."""
+        self._arena_part.visible = arena
+        self._robot_part.visible = robot or catcher
+        self._account.visible = catcher
+        self._tilt.visible = self._goes.visible = robot
+        self._plot_part.visible = arena or robot
 
     def show_brick(self, text: str, color: Color | None) -> None:
         """Show what the brick does, and in which color."""
@@ -172,7 +186,10 @@ class Panel:
         """Move the slider to the angle (rad) of the platform, unless somebody is at it."""
         shown = round(min(max(angle, -STEEPEST), STEEPEST), 2)
         if monotonic() - self._dragged >= HANDS_OFF and shown != self._tilt.value:
-            self._tilt.value = shown  # type: ignore[misc]
+            self._tilt.value = shown
+        self._beyond.visible = abs(angle) > STEEPEST
+        self._beyond.content = _block(
+            'beyond', f'The tilt is {angle:g} rad, beyond the slider')
 
     def show_curves(self, columns: Sequence[Sequence[float | None]]) -> None:
         """Plot what there was: the times (s), then the values of each of CURVES."""
@@ -186,6 +203,59 @@ class Panel:
         if scales != self._plot.scales:
             self._plot.scales = scales
         self._plot.data = _arrays(columns)
+
+    def _is_edited(self) -> bool:
+        """Tell whether somebody has written another place than the suggested one."""
+        try:
+            return _to_millimeters(place_of(self._place.value)) != self._suggested
+        except ValueError:
+            return self._suggested is not None
+
+    def _on_button(self, name: str) -> None:
+        """Do what a button says; "Drop" first places the brick where is written, if that is new."""
+        if name == 'Drop at random':
+            self._orders.drop_at_random()
+        elif name == 'Drop' and not self._is_edited():
+            self._orders.drop()
+        else:
+            text = self._place.value
+            # Sent back, because viser may lose what is written in the last 50 ms before Enter.
+            self._place.value = ''
+            self._place.value = text
+            try:
+                place = place_of(text)
+            except ValueError as error:
+                self._orders.refuse(str(error))
+            else:
+                (self._orders.place if name == 'Place' else self._orders.drop_from)(*place)
+
+    def _on_tilt(self, angle: float) -> None:
+        """Tilt the platform by an angle (rad), which may be written beside the slider."""
+        if abs(angle) <= STEEPEST:
+            self._orders.tilt(angle)
+        else:
+            self._orders.refuse(f'tilt: {angle:g} rad is beyond the slider, which reaches from '
+                                f'{-STEEPEST} to {STEEPEST} rad')
+
+
+def place_of(text: str) -> Vector:
+    """
+    Return the place (m) that is written.
+
+    :raises ValueError: there is none; the text says why
+    """
+    try:
+        x, y, z = map(float, text.strip(' ()').split(','))
+    except ValueError:
+        raise ValueError(f'place: {text!r} is no place: write x, y and z in meters, '
+                         'as in 7.5, 7, 1.66') from None
+    return (x, y, z)
+
+
+def _to_millimeters(place: Vector) -> Vector:
+    """Return a place (m), rounded."""
+    x, y, z = place
+    return round(x, 3), round(y, 3), round(z, 3)
 
 
 def _block(name: str, content: str) -> str:

@@ -14,34 +14,18 @@
 
 """The scene of the page: things in the world, the ground, and where it is seen from. No ROS."""
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from collections import deque
+from collections.abc import Mapping, Sequence
+from math import dist
+from typing import Any
 from urllib.parse import quote
 
 import numpy
 from turtle_brick.core.geometry import Pose, Vector
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER
+from turtle_brick.view.camera import NEAR, View
 from turtle_brick.view.shapes import Shape, Thing
 import viser
-
-
-class Camera(NamedTuple):
-    """How a camera is set up, in the world."""
-
-    position: Vector
-    """Where it is (m)."""
-    look_at: Vector
-    """What it looks at (m), which stays in place while one turns the view."""
-    field_of_view: float
-    """Its vertical angle (rad)."""
-
-
-NEAR = Camera((ARENA_CENTER - 2.1, ARENA_CENTER - 4.2, 2.2), (ARENA_CENTER, ARENA_CENTER, 2.75),
-              1.26)
-"""The robot in the arena's center is near, and the brick is in sight at its start in the air."""
-
-ABOVE = Camera((ARENA_CENTER, ARENA_CENTER - 0.01, 24.0), (ARENA_CENTER, ARENA_CENTER, 0.0), 0.54)
-"""The whole arena, like turtlesim's window: from far away, so that the perspective is weak."""
 
 GROUND = (229, 232, 226)
 LINES = (196, 201, 194)
@@ -52,8 +36,50 @@ HORIZON = (240, 244, 248)
 LAMP = (-4.0, -12.0, 7.0)
 """Position (m) of a lamp for the sides that face the viewer; the sun is overhead."""
 
-FAR = 200.0
-"""Farthest point of the ground (m) to which a click can send the robot."""
+FIRST_SIGHT = ((ARENA_CENTER, ARENA_CENTER, 0.0), (ARENA_CENTER, ARENA_CENTER, 8.0))
+"""What is in the picture (m) until something is known."""
+
+TOUCHED = 1e-3
+"""How far (m) from where it was set a camera has to be to have been moved in its browser."""
+
+
+LABELS: dict[str, Any] = {
+    'world': 'bottom-right', 'odom': 'top-right', 'base_link': 'bottom-left', 'brick': 'top-left'}
+"""Which corner of a frame's name is at its origin, so that names at one place do not overlap."""
+
+
+class Eye:
+    """The camera of a browser: it has a view until somebody turns it there."""
+
+    def __init__(self, client: viser.ClientHandle) -> None:
+        """Begin near."""
+        self._camera = client.camera
+        self._camera.on_update(self._on_update)
+        self.look(NEAR)
+
+    def look(self, view: View) -> None:
+        """Take a view."""
+        self._view: View | None = view
+        self._set: deque[Vector] = deque(maxlen=300)
+        self._is_obeyed = False
+
+    def keep_in_sight(self, points: Mapping[View, Sequence[Vector]]) -> None:
+        """Have the points (m) of the view in the picture."""
+        if self._view is None or not points[self._view]:
+            return
+        last = self._set[-1] if self._set else None
+        aspect = self._camera.image_width / max(self._camera.image_height, 1)
+        camera = self._view.camera(points[self._view], aspect, last)
+        if last is None or dist(last, camera.position) > TOUCHED:
+            self._camera.position, self._camera.look_at, self._camera.fov = camera
+            self._set.append(camera.position)
+
+    async def _on_update(self, camera: viser.CameraHandle) -> None:
+        """Learn where the camera is in the browser: if obeyed, where it was set some time ago."""
+        is_obeyed = any(dist(camera.position, place) < TOUCHED for place in self._set)
+        if self._is_obeyed and not is_obeyed:
+            self._view = None
+        self._is_obeyed = is_obeyed
 
 
 class Scene:
@@ -62,13 +88,13 @@ class Scene:
     def __init__(self, server: viser.ViserServer) -> None:
         """Begin with the empty ground."""
         self._scene = server.scene
-        self._focus = (ARENA_CENTER, ARENA_CENTER)
+        self._clients = server.get_clients
+        self._eyes: dict[int, Eye] = {}
         self._shown: dict[str, tuple[Any, Thing]] = {}
         initial = server.initial_camera
-        initial.position, initial.look_at, initial.fov = NEAR
-        self._world = self._scene.add_frame('/world', show_axes=False)
+        initial.position, initial.look_at, initial.fov = NEAR.camera(FIRST_SIGHT, 1.0)
         self._scene.add_grid(
-            '/world/ground', infinite_grid=True, cell_size=1.0, section_size=1.0,
+            '/ground', infinite_grid=True, cell_size=1.0, section_size=1.0,
             cell_color=LINES, section_color=LINES, plane_color=GROUND, plane_opacity=1.0,
             shadow_opacity=0.45, fade_distance=60.0, position=(0.0, 0.0, -1e-3))
         self._scene.set_background_image(sky(), format='png')
@@ -91,34 +117,27 @@ class Scene:
                 node.position, node.wxyz = thing.pose.position, _wxyz(thing.pose)
                 self._shown[name] = (node, thing)
 
-    def focus_on(self, x: float, y: float) -> None:
-        """
-        Have all cameras see a point of the world (m) in the arena's center.
+    def look(self, client: viser.ClientHandle, view: View) -> None:
+        """Have a browser look from some side."""
+        self._eyes[client.client_id].look(view)
 
-        The world is moved under the cameras. So it moves in the same instant as the things in it,
-        and everybody can turn his view meanwhile.
-        """
-        if (x, y) != self._focus:
-            self._focus = (x, y)
-            self._world.position = (ARENA_CENTER - x, ARENA_CENTER - y, 0.0)
-
-    def ground_at(self, event: viser.SceneClickEvent) -> tuple[float, float] | None:
-        """Return the point of the ground (m) that was clicked, None if it is too far away."""
-        point = ground_under(event.ray_origin, event.ray_direction)
-        if point is None:
-            return None
-        return (point[0] + self._focus[0] - ARENA_CENTER,
-                point[1] + self._focus[1] - ARENA_CENTER)
+    def keep_in_sight(self, points: Mapping[View, Sequence[Vector]]) -> None:
+        """Have the points (m) of its view in the picture of each browser."""
+        self._eyes = {number: self._eyes.get(number) or Eye(client)
+                      for number, client in self._clients().items()}
+        for eye in self._eyes.values():
+            eye.keep_in_sight(points)
 
     def _add(self, name: str, thing: Thing) -> Any:
         """Add a thing, and return its node."""
         # One step in viser's tree, whatever characters the name has: no thing is part of another.
-        path = f'/world/things/{quote(name, safe="")}'
+        path = f'/things/{quote(name, safe="")}'
         node = self._scene.add_frame(
             path, show_axes=bool(thing.label), axes_length=0.6, axes_radius=0.018,
             position=thing.pose.position, wxyz=_wxyz(thing.pose))
         if thing.label:
-            self._scene.add_label(f'{path}/name', thing.label, font_screen_scale=1.2)
+            self._scene.add_label(f'{path}/name', thing.label, font_screen_scale=1.2,
+                                  anchor=LABELS[thing.label])
         for number, shape in enumerate(thing.shapes):
             self._add_shape(f'{path}/{number}', shape)
         return node
@@ -149,25 +168,8 @@ def _wxyz(pose: Pose) -> tuple[float, float, float, float]:
     return w, x, y, z
 
 
-def look(client: viser.ClientHandle, camera: Camera) -> None:
-    """Set up the camera of a browser."""
-    with client.atomic():
-        client.camera.position = camera.position
-        client.camera.look_at = camera.look_at
-        client.camera.fov = camera.field_of_view
-
-
 def sky() -> numpy.ndarray:
     """Return a picture of a clear sky, uint8 of shape (height, width, 3)."""
     above_horizon = numpy.linspace(1.0, -1.4, 256).clip(0.0)[:, None, None]
     colors = HORIZON + above_horizon * numpy.subtract(ZENITH, HORIZON)
     return numpy.broadcast_to(colors, (256, 16, 3)).astype(numpy.uint8)
-
-
-def ground_under(origin: Vector, direction: Vector) -> tuple[float, float] | None:
-    """Return where a ray (m) meets the plane z = 0, None where that is too far away."""
-    if direction[2] >= 0.0 or origin[2] <= 0.0:
-        return None
-    length = -origin[2] / direction[2]
-    x, y = origin[0] + length * direction[0], origin[1] + length * direction[1]
-    return (x, y) if abs(x) <= FAR and abs(y) <= FAR else None

@@ -24,6 +24,7 @@ Subscribes:
     walls (visualization_msgs/MarkerArray, latched): the walls of the arena
     brick_marker (visualization_msgs/Marker, latched): the brick; its text tells what it does
     catcher_marker (visualization_msgs/Marker): the text "Unreachable"
+    catcher_state (std_msgs/String, latched): why it is; the page can do without
     goal_pose (geometry_msgs/PoseStamped): where the robot is sent
     tilt (turtle_brick_interfaces/Tilt): the angle of the platform (rad)
     cmd_vel or turtle1/cmd_vel (geometry_msgs/Twist), odom (nav_msgs/Odometry),
@@ -117,14 +118,14 @@ class Viewer(Node):
         self._calls: list[tuple[Future, str, int, Callable[[], None]]] = []
         buffer = Buffer()
         orders = Orders(
-            place=self._soon(self.place), drop=self._soon(self.drop),
-            drop_at_random=self._soon(self.drop_at_random), tilt=self._soon(self.tilt),
-            go=self._soon(self.go))
+            place=self._soon(self.place), drop_from=self._soon(self.drop_from),
+            drop=self._soon(self.drop), drop_at_random=self._soon(self.drop_at_random),
+            tilt=self._soon(self.tilt), go=self._soon(self.go), refuse=self._soon(self.refuse))
 
         def lay_out() -> Page:
             scene = Scene(self.server.viser)
             panel = Panel(self.server.viser, scene, orders)
-            return Page(scene, panel, buffer, Warner(self).warn)
+            return Page(scene, panel, buffer, Warner(self).warn, self.count_publishers)
 
         self.page = self.server.change(lay_out)
         """What is shown."""
@@ -160,15 +161,23 @@ class Viewer(Node):
         """Drop the brick."""
         self._call(self._drop_client, Trigger.Request(), lambda: None)
 
+    def drop_from(self, x: float, y: float, z: float) -> None:
+        """Place the brick (m in the world), and drop it."""
+        self.place(x, y, z, then=self.drop)
+
+    def refuse(self, reason: str) -> None:
+        """Say why something that was asked for is not done."""
+        self.page.hear_answer(reason, False)
+
     def drop_at_random(self) -> None:
         """Place the brick anywhere between the walls, and drop it."""
         walls = self.page.walls()
         if walls is None:
-            self.page.hear_answer('drop at random: no walls are in sight', False)
+            self.refuse('drop at random: no walls are in sight')
             return
         west, east, south, north = walls
-        self.place(uniform(west + MARGIN, east - MARGIN), uniform(south + MARGIN, north - MARGIN),
-                   uniform(*RANDOM_HEIGHTS), then=self.drop)
+        self.drop_from(uniform(west + MARGIN, east - MARGIN),
+                       uniform(south + MARGIN, north - MARGIN), uniform(*RANDOM_HEIGHTS))
 
     def tilt(self, angle: float) -> None:
         """Tilt the platform (rad)."""
@@ -200,6 +209,7 @@ class Viewer(Node):
                 (MarkerArray, WALLS, on_walls, LATCHED),
                 (Marker, BRICK_MARKER, on_marker(BRICK_MARKER), LATCHED),
                 (Marker, CATCHER_MARKER, on_marker(CATCHER_MARKER), 10),
+                (String, 'catcher_state', self.page.hear_state, LATCHED),
                 (PoseStamped, 'goal_pose', self.page.hear_goal, 10),
                 (Tilt, 'tilt', self.page.hear_tilt, 10)):
             self.create_subscription(kind, topic, hear, qos)
@@ -240,7 +250,7 @@ class Viewer(Node):
             self._calls.append(
                 (client.call_async(request), name, monotonic_ns() + ANSWER_TIME, then))
         else:
-            self.page.hear_answer(f'{name}: nobody offers {service}', False)
+            self.refuse(f'{name}: nobody offers {service}')
 
     def _take_answers(self) -> None:
         """Show the answers that have come, and give up on those that are late."""
@@ -253,7 +263,7 @@ class Viewer(Node):
                     then()
             elif monotonic_ns() > deadline:
                 future.cancel()
-                self.page.hear_answer(f'{name}: no answer', False)
+                self.refuse(f'{name}: no answer')
             else:
                 self._calls.append((future, name, deadline, then))
 

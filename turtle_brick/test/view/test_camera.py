@@ -1,0 +1,102 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+import numpy
+from perspective import seen_from
+import pytest
+from turtle_brick.core.parameters import load
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
+from turtle_brick.view.camera import ABOVE, FREE, ground_under, NEAR, ROOM, UPRIGHT
+
+COORDINATES = st.floats(-50.0, 50.0)
+POINTS = st.lists(st.tuples(*[st.floats(-20.0, 20.0)] * 3), min_size=1, max_size=5)
+VIEWS = st.sampled_from([NEAR, ABOVE])
+ASPECTS = st.floats(0.3, 3.0)
+
+
+def sees(camera, points, aspect, room=ROOM):
+    """Return whether points (m), with some room (m), are in the free part of the picture."""
+    forward = numpy.subtract(camera.look_at, camera.position)
+    right = numpy.cross(forward, (0.0, 0.0, 1.0))
+    right *= room / numpy.linalg.norm(right)
+    up = numpy.cross(right, forward) / numpy.linalg.norm(forward)
+    least = 0.5 - FREE if aspect < UPRIGHT else -0.5
+    seen = [seen_from(*camera, point + side)
+            for point in numpy.array(points) for side in (right, -right, up, -up)]
+    return all(abs(across) <= aspect / 2.0 + 1e-6 and least - 1e-6 <= above <= 0.5 + 1e-6
+               for across, above in seen)
+
+
+@given(VIEWS, POINTS, ASPECTS)
+def test_it_is_as_near_as_it_can_be_and_sees_all(view, points, aspect):
+    camera = view.camera(points, aspect)
+    assert camera.field_of_view == view.field_of_view
+    assert sees(camera, points, aspect)
+    forward = numpy.subtract(camera.look_at, camera.position)
+    forward /= numpy.linalg.norm(forward)
+    nearest = min(forward @ numpy.subtract(point, camera.position) for point in points)
+    assert nearest == pytest.approx(ROOM) or not any(
+        sees(camera._replace(position=camera.position + step, look_at=camera.look_at + step),
+             points, aspect) for step in (0.01 * forward,))
+
+
+@settings(max_examples=10)
+@given(VIEWS, POINTS, POINTS, ASPECTS)
+def test_it_sees_all_at_any_time_and_comes_to_rest(view, before, points, aspect):
+    camera = view.camera(before, aspect)
+    for _ in range(3):
+        last, camera = camera, view.camera(points, aspect, camera.position)
+        assert sees(camera, points, aspect)
+    for _ in range(600):
+        last, camera = camera, view.camera(points, aspect, camera.position)
+    assert camera.position == pytest.approx(last.position, abs=1e-3)
+
+
+def test_it_stays_where_it_is_while_all_that_moves_is_in_the_picture():
+    robot, brick = (5.0, 5.0, 0.0), (7.0, 7.0, 8.0)
+    camera = NEAR.camera([robot, brick], 1.5)
+    for place in ((5.5, 5.0, 0.0), (6.5, 6.0, 0.0)):
+        assert NEAR.camera([robot, brick, place], 1.5, camera.position).position == (
+            pytest.approx(camera.position))
+
+
+def test_robot_and_arena_fill_the_picture():
+    """In a picture as wide as it is high, and in a narrow one above the panel."""
+    parameters = load()
+    center = (ARENA_CENTER, ARENA_CENTER)
+    robot = ((*center, 0.0), (*center, parameters.platform_height))
+    corners = [(x, y, 0.0) for x in (0.0, ARENA_SIZE) for y in (0.0, ARENA_SIZE)]
+    for aspect, free in ((1.0, 1.0), (0.5, FREE)):
+        for points, share in (((*robot, parameters.brick_start), 0.1), (robot, 0.45)):
+            foot, top, *_ = (seen_from(*NEAR.camera(points, aspect), point)[1] for point in points)
+            assert top - foot >= share * free
+        seen = [seen_from(*ABOVE.camera(corners, aspect), corner) for corner in corners]
+        wide, high = numpy.ptp(seen, axis=0)
+        assert 0.8 * min(aspect, free) < high < free and wide == pytest.approx(high, rel=0.01)
+
+
+@given(st.tuples(COORDINATES, COORDINATES, st.floats(0.1, 50.0)), COORDINATES, COORDINATES)
+def test_a_click_is_on_the_ground_that_it_points_at(eye, x, y):
+    ray = (x - eye[0], y - eye[1], -eye[2])
+    assert ground_under(eye, ray) == pytest.approx((x, y), abs=1e-9)
+    assert ground_under(eye, (ray[0], ray[1], eye[2])) is None
+    assert ground_under((eye[0], eye[1], -eye[2]), ray) is None
+
+
+def test_a_click_at_the_horizon_is_no_goal():
+    assert ground_under((0.0, 0.0, 1.0), (1.0, 0.0, -1.0 / 199.0)) == pytest.approx((199.0, 0.0))
+    assert ground_under((0.0, 0.0, 1.0), (1.0, 0.0, -1.0 / 201.0)) is None
+    assert ground_under((0.0, 0.0, 1.0), (0.0, -1.0, -1.0 / 201.0)) is None
