@@ -44,6 +44,11 @@ def generate_launch_description():
             description='What shows the robot: rviz2 (rviz), a page in the browser (web) or '
                         'nothing, for a machine without a display (none). '
                         'The variable TURTLE_BRICK_VIEW, if set, replaces the default.'),
+        DeclareLaunchArgument(
+            'namespace',
+            default_value='',
+            description='The namespace of all nodes, topics and services, TF included: with one '
+                        'of its own each, several robots live side by side.'),
         # First: launch waits for xacro here, and a Ctrl-C meanwhile would leave nodes behind.
         IncludeLaunchDescription(
             PathJoinSubstitution([ThisLaunchFileDir(), 'show_turtle.launch.py']),
@@ -51,10 +56,12 @@ def generate_launch_description():
                 ('use_jsp', 'none'),
                 ('rviz_config', LaunchConfiguration('rviz_config')),
                 ('view', LaunchConfiguration('view')),
+                ('namespace', LaunchConfiguration('namespace')),
             ]),
         Node(
             package='turtlesim',
             executable='turtlesim_node',
+            namespace=LaunchConfiguration('namespace'),
             parameters=[{'holonomic': True}],
             # Qt takes the first that works: without a display turtlesim draws into memory.
             additional_env={
@@ -64,8 +71,10 @@ def generate_launch_description():
         Node(
             package='turtle_brick',
             executable='turtle_robot',
+            namespace=LaunchConfiguration('namespace'),
             parameters=[
                 PathJoinSubstitution([FindPackageShare('turtle_brick'), 'config', 'turtle.yaml']),
             ],
-            remappings=[('cmd_vel', 'turtle1/cmd_vel')]),
+            remappings=[('cmd_vel', 'turtle1/cmd_vel'), ('/tf', 'tf'),
+                        ('/tf_static', 'tf_static')]),
     ])

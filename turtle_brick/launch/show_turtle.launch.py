@@ -50,9 +50,16 @@ def generate_launch_description():
             description='What shows the robot: rviz2 (rviz), a page in the browser (web) or '
                         'nothing, for a machine without a display (none). '
                         'The variable TURTLE_BRICK_VIEW, if set, replaces the default.'),
+        DeclareLaunchArgument(
+            'namespace',
+            default_value='',
+            description='The namespace of all nodes, topics and services, TF included: with one '
+                        'of its own each, several robots live side by side.'),
         Node(
             package='robot_state_publisher',
             executable='robot_state_publisher',
+            namespace=LaunchConfiguration('namespace'),
+            remappings=[('/tf', 'tf'), ('/tf_static', 'tf_static')],
             parameters=[{
                 'robot_description': ParameterValue(
                     Command([
@@ -69,10 +76,12 @@ def generate_launch_description():
         Node(
             package='joint_state_publisher_gui',
             executable='joint_state_publisher_gui',
+            namespace=LaunchConfiguration('namespace'),
             condition=IfCondition(EqualsSubstitution(LaunchConfiguration('use_jsp'), 'gui'))),
         Node(
             package='joint_state_publisher',
             executable='joint_state_publisher',
+            namespace=LaunchConfiguration('namespace'),
             condition=IfCondition(EqualsSubstitution(LaunchConfiguration('use_jsp'), 'jsp'))),
         LogInfo(
             msg='Showing the robot in rviz2. Where that is not installed, try view:=web.',
@@ -80,6 +89,8 @@ def generate_launch_description():
         Node(
             package='rviz2',
             executable='rviz2',
+            namespace=LaunchConfiguration('namespace'),
+            remappings=[('/tf', 'tf'), ('/tf_static', 'tf_static')],
             arguments=[
                 '-d',
                 PathJoinSubstitution(
@@ -89,5 +100,7 @@ def generate_launch_description():
         Node(
             package='turtle_brick',
             executable='viewer',
+            namespace=LaunchConfiguration('namespace'),
+            remappings=[('/tf', 'tf'), ('/tf_static', 'tf_static')],
             condition=IfCondition(EqualsSubstitution(LaunchConfiguration('view'), 'web'))),
     ])

@@ -44,21 +44,31 @@ def generate_launch_description():
             description='What shows robot, arena and brick: rviz2 (rviz), a page in the browser '
                         '(web) or nothing, for a machine without a display (none). '
                         'The variable TURTLE_BRICK_VIEW, if set, replaces the default.'),
+        DeclareLaunchArgument(
+            'namespace',
+            default_value='',
+            description='The namespace of all nodes, topics and services, TF included: with one '
+                        'of its own each, several robots live side by side.'),
         IncludeLaunchDescription(
             PathJoinSubstitution([ThisLaunchFileDir(), 'run_turtle.launch.py']),
             launch_arguments=[
                 ('rviz_config', LaunchConfiguration('rviz_config')),
                 ('view', LaunchConfiguration('view')),
+                ('namespace', LaunchConfiguration('namespace')),
             ]),
         Node(
             package='turtle_brick',
             executable='arena',
+            namespace=LaunchConfiguration('namespace'),
+            remappings=[('/tf', 'tf'), ('/tf_static', 'tf_static')],
             parameters=[
                 PathJoinSubstitution([FindPackageShare('turtle_brick'), 'config', 'turtle.yaml']),
             ]),
         Node(
             package='turtle_brick',
             executable='catcher',
+            namespace=LaunchConfiguration('namespace'),
+            remappings=[('/tf', 'tf'), ('/tf_static', 'tf_static')],
             parameters=[
                 PathJoinSubstitution([FindPackageShare('turtle_brick'), 'config', 'turtle.yaml']),
             ]),

@@ -59,21 +59,24 @@ def ended(launching):
 
 
 def test_show_turtle(domain_id):
-    with launched('show_turtle', 'xml', domain_id, 'use_jsp:=jsp', 'view:=none') as launching:
-        with graph(domain_id) as live:
+    with launched('show_turtle', 'xml', domain_id, 'use_jsp:=jsp', 'view:=none',
+                  'namespace:=alice') as launching:
+        with graph(domain_id, namespace='alice') as live:
             states = live.record('joint_states', JointState)
             assert live.rates([states], 20) == [pytest.approx(10.0, rel=0.1)]
             live.wait_for(lambda: states.last.name, PATIENCE, 'joints')
             assert states.last.name == ['stem_joint', 'wheel_joint', 'platform_joint']
             assert list(states.last.position) == [0.0] * 3
+            live.wait_for(lambda: live.listener.count_publishers('tf'), PATIENCE, 'TF in it')
+            assert not live.listener.count_publishers('/tf')
         assert ended(launching) == 2
 
 
 def test_turtle_arena(domain_id):
-    """The robot obeys a goal, catches a brick, and is commanded at 100 Hz."""
-    with launched('turtle_arena', 'py', domain_id, 'view:=none') as launching:
+    """The robot obeys a goal, catches a brick, and is commanded at 100 Hz: all in a namespace."""
+    with launched('turtle_arena', 'py', domain_id, 'view:=none', 'namespace:=bob') as launching:
         launching.wait_for_output('waiting for a fall', 30.0)
-        with graph(domain_id) as live:
+        with graph(domain_id, namespace='bob') as live:
             commands = live.record('turtle1/cmd_vel', Twist)
             assert live.rates([commands], 200) == [pytest.approx(100.0, rel=0.02)]
             poses = live.record('turtle1/pose', Pose)
@@ -87,6 +90,9 @@ def test_turtle_arena(domain_id):
             above = Place.Request(location=Point(x=6.5, y=6.0, z=20.0))
             assert live.call('place', Place, above).success
             assert live.call('drop', Trigger).success
+            topics = {name for name, _ in live.listener.get_topic_names_and_types()}
+            assert {name for name in topics if not name.startswith('/bob/')} == {
+                '/parameter_events', '/rosout'}
         launching.wait_for_output('can be caught', PATIENCE)
         launching.wait_for_output(r'arena-\d\].*on the platform', PATIENCE)
         assert ended(launching) == 5

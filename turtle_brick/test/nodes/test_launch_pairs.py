@@ -23,7 +23,7 @@ import ast
 from pathlib import Path
 
 from launch import LaunchContext
-from launch.actions import (DeclareLaunchArgument, IncludeLaunchDescription,
+from launch.actions import (DeclareLaunchArgument, IncludeLaunchDescription, LogInfo,
                             SetLaunchConfiguration)
 from launch.launch_description_sources import AnyLaunchDescriptionSource
 from launch.utilities import normalize_to_list_of_substitutions, perform_substitutions
@@ -96,6 +96,8 @@ def evaluated(name, language, **given):
                 [(value(key), value(entry)) for key, entry in
                  getattr(environment, 'items', lambda: environment)()],
                 condition))
+        elif isinstance(action, LogInfo):
+            actions.append(('log', value(action.msg), condition))
         else:
             assert isinstance(action, IncludeLaunchDescription)
             action.launch_description_source.get_launch_description(context)
@@ -120,10 +122,12 @@ def default_view(monkeypatch):
 
 
 @pytest.mark.parametrize('name, given', [
-    ('show_turtle', {}), ('show_turtle', {'use_jsp': 'jsp', 'view': 'web'}),
+    ('show_turtle', {}), ('show_turtle', {'use_jsp': 'jsp', 'view': 'web', 'namespace': 'alice'}),
     ('show_turtle', {'use_jsp': 'none', 'view': 'none', 'rviz_config': 'config/own.rviz'}),
-    ('run_turtle', {}), ('run_turtle', {'view': 'web', 'rviz_config': 'config/own.rviz'}),
-    ('turtle_arena', {}), ('turtle_arena', {'view': 'none', 'rviz_config': 'config/own.rviz'})])
+    ('run_turtle', {}),
+    ('run_turtle', {'view': 'web', 'rviz_config': 'config/own.rviz', 'namespace': 'alice'}),
+    ('turtle_arena', {}),
+    ('turtle_arena', {'view': 'none', 'rviz_config': 'config/own.rviz', 'namespace': 'alice'})])
 def test_twins_do_the_same(name, given):
     actions = evaluated(name, 'py', **given)
     assert actions == evaluated(name, 'xml', **given)
@@ -141,9 +145,13 @@ def test_twins_do_the_same(name, given):
         assert '<robot name="turtle"' in section['robot_description']
         wanted = SHARE / given.get('rviz_config', 'config/show_turtle.rviz')
         assert str(wanted) in nodes['rviz2'][3]
-    for _, _, _, words, *_ in nodes.values():
+    for executable, (_, _, _, words, *_) in nodes.items():
         remaps = [part for before, part in zip(words, words[1:]) if before == '-r']
-        assert not any(part.startswith('/') or ':=/' in part for part in remaps)
+        # TF's names are absolute, and no others: they are to be in the namespace, too.
+        no_tf = executable == 'turtlesim_node' or 'joint_state' in executable
+        assert [part for part in remaps if part.startswith('/') or ':=/' in part] == [
+            f'__ns:=/{given.get("namespace", "")}',
+            *([] if no_tf else ['/tf:=tf', '/tf_static:=tf_static'])]
     for _, included, passed in (action for action in actions if action[0] == 'include'):
         # An argument that is left out would take whatever value leaked from elsewhere.
         assert set(passed) == set(arguments(included))
@@ -188,8 +196,8 @@ def test_arguments_that_are_shown_are_those_that_count(language):
         shown = inclusion(name, language).launch_description_source \
             .try_get_launch_description_without_context().get_launch_arguments()
         own = ['use_jsp'] if name == 'show_turtle' else []
-        assert [argument.name for argument in shown] == [*own, 'rviz_config', 'view']
-        assert [part.describe() for part in shown[-1].default_value] == ["'rviz'"]
+        assert [argument.name for argument in shown] == [*own, 'rviz_config', 'view', 'namespace']
+        assert [part.describe() for part in shown[-2].default_value] == ["'rviz'"]
 
 
 @pytest.mark.parametrize('language', ['py', 'xml'])

@@ -195,6 +195,9 @@ def process_record(command, options, temporary, files, inherited):
             argv[index] = f'$TMP{len(temporary)}'
     argv = [re.sub(r'^.*(?=/lib/(turtle|joint|robot|rviz))', '$PREFIX', normal(part, files))
             for part in argv]
+    for since in ('__ns:=/', '/tf:=tf', '/tf_static:=tf_static'):  # our launch files have it
+        if since in argv:
+            del argv[argv.index(since) - 1:argv.index(since) + 1]
     env = options['env']
     exact = not env.keys() >= {'HOME', 'PATH'}
     return {'argv': argv, 'cwd': options['cwd'], 'files': written,
