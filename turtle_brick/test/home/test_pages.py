@@ -356,6 +356,11 @@ def test_a_node_of_your_own_takes_a_line(monkeypatch):
     assert given['entry_points']['console_scripts'][0] == line.strip(" ',\n")
 
 
+def test_the_line_that_an_exercise_replaces_is_there():
+    line = block('exercises.md', 'python', 'predict')
+    assert (PACKAGE / 'turtle_brick' / 'core' / 'driving.py').read_text().count(line) == 1
+
+
 def test_one_more_number_takes_three_lines(tmp_path):
     """The page's three lines, put where it says, are all that node and xacro need."""
     for name in ('config', 'urdf', 'turtle_brick'):
