@@ -204,7 +204,7 @@ def test_the_parts_of_nodes_that_are_gone_are_hidden(page):
 
 
 def test_a_place_is_what_is_written_or_refused():
-    for text, place in (('7.5, 7, 1.66', (7.5, 7.0, 1.66)), ('(-1,2e1,.125) ', (-1.0, 20.0, 0.125))):
+    for text, place in (('7.5, 7, 1.66', (7.5, 7.0, 1.66)), ('(-1,2e1,.5) ', (-1.0, 20.0, 0.5))):
         assert panels.place_of(text) == place
     for text in ('', '7.5, 7', '7.5, , 8', '7.5 7 8', '1, 2, 3, 4', 'a, b, c', '7,5, 7, 8'):
         with pytest.raises(ValueError, match=f'{text!r} is no place: write x, y and z'):

@@ -212,7 +212,7 @@ class Panel:
             return self._suggested is not None
 
     def _on_button(self, name: str) -> None:
-        """Do what a button says; "Drop" first places the brick where is written, if that is new."""
+        """Do what a button says; "Drop" places the brick first where is written, if new."""
         if name == 'Drop at random':
             self._orders.drop_at_random()
         elif name == 'Drop' and not self._is_edited():
