@@ -61,10 +61,10 @@ def test_ours_keeps_every_requirement(domain_id):
         add_nodes(graph)
         record = watch(graph, meeting=60.0, program=PROGRAM)
     assert marks(record, BROKEN) == {}
-    # Where the machine stood still, what needs time may be open, and nothing else.
-    held_up = record.held_up()
-    assert [words for words in marks(record, OPEN).values() if held_up not in words] == []
-    assert held_up or len(marks(record, KEPT)) == len(referee.RULES)
+    # Where the machine stood still, what needs time may be open: a brick may have been missed.
+    due = {rule.name for rule in referee.RULES
+           if not record.held_up() or rule.name.startswith('URDF')}
+    assert due <= marks(record, KEPT).keys()
 
 
 def test_faults_are_found(domain_id, monkeypatch):
