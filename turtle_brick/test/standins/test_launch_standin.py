@@ -247,6 +247,14 @@ def test_errors_are_those_recorded(record, files, environment, capfd):
     assert status == record['returncode']
 
 
+def test_an_interrupt_that_ends_a_command_is_no_error(environment, tmp_path, capfd):
+    path = tmp_path / 'command.launch.xml'
+    path.write_text('<launch><log message="$(command '
+                    '\'sh -c &quot;kill -INT $PPID; exit 1&quot;\')"/></launch>')
+    assert launched(str(path), {}) == 0
+    assert capfd.readouterr().out.endswith('user interrupted with ctrl-c (SIGINT)\n')
+
+
 # ------------------------------------------------------------------------ what is done by commands
 
 LAUNCH = """
