@@ -20,16 +20,268 @@ one. Left out are the buffer's action client and server, transform() of message 
 the registration of types and BufferInterface) and velocities.
 """
 
-from tf2_ros.buffer import Buffer
-from tf2_ros.buffer_core import (BufferCore, ConnectivityException, ExtrapolationException,
-                                 InvalidArgumentException, LookupException, TimeoutException,
-                                 TransformException)
-from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster
-from tf2_ros.transform_broadcaster import TransformBroadcaster
-from tf2_ros.transform_listener import TransformListener
+from collections.abc import Callable, Iterable
+import sys
+from threading import Event, Thread
+from typing import Any
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.clock import Clock, JumpThreshold, TimeJump
+from rclpy.duration import Duration
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.logging import get_logger
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.task import Future
+from tf2_msgs.msg import TFMessage
+from tf2_msgs.srv import FrameGraph
+from tf2_ros.buffer_core import (AnyTime, BufferCore, ConnectivityException,
+                                 ExtrapolationException, InvalidArgumentException, LookupException,
+                                 nanoseconds_of, TimeoutException, TransformException)
 
 __all__ = [
     'Buffer', 'BufferCore', 'ConnectivityException', 'ExtrapolationException',
     'InvalidArgumentException', 'LookupException', 'StaticTransformBroadcaster',
     'TimeoutException', 'TransformBroadcaster', 'TransformException', 'TransformListener',
 ]
+
+for name in ('buffer', 'static_transform_broadcaster', 'transform_broadcaster',
+             'transform_listener'):  # modules of their own in the real one
+    sys.modules[f'{__name__}.{name}'] = globals()[name] = sys.modules[__name__]
+
+
+class Buffer(BufferCore):
+    """
+    A buffer of transforms that can wait for them.
+
+    Given a node, it serves tf2_frames (tf2_msgs/srv/FrameGraph), a description of the frames, and
+    forgets everything when the node's clock jumps back.
+    """
+
+    def __init__(self, cache_time: Duration | None = None, node: Node | None = None) -> None:
+        """Make an empty buffer in which each frame's transforms go back so far; 10 s if None."""
+        super().__init__(cache_time)
+        self._waiting: list[Callable[[], None]] = []
+        if node is not None:
+            self.srv = node.create_service(FrameGraph, 'tf2_frames', self._get_frames)
+        self.clock = Clock() if node is None else node.get_clock()
+        self.jump_handle = self.clock.create_jump_callback(
+            JumpThreshold(min_forward=None, min_backward=Duration(seconds=-1),
+                          on_clock_change=True), post_callback=self.time_jump_callback)
+
+    def time_jump_callback(self, time_jump: TimeJump) -> None:
+        """Forget everything, since the clock has jumped back."""
+        get_logger('tf2_buffer').warning('Detected jump back in time. Clearing tf buffer.')
+        self.clear()
+
+    def lookup_transform(self, target_frame: str, source_frame: str, time: AnyTime,
+                         timeout: Duration = Duration()) -> TransformStamped:
+        """
+        Return the pose of the source frame in the target frame.
+
+        :param time: The time; zero for the latest common one.
+        :param timeout: How long to wait for it.
+        :raises TransformException: There is none.
+        """
+        if timeout.nanoseconds:
+            self.can_transform(target_frame, source_frame, time, timeout)
+        return self.lookup_transform_core(target_frame, source_frame, time)
+
+    def lookup_transform_full(self, target_frame: str, target_time: AnyTime, source_frame: str,
+                              source_time: AnyTime, fixed_frame: str,
+                              timeout: Duration = Duration()) -> TransformStamped:
+        """Return the same between two times, by way of a frame that does not move in between."""
+        if timeout.nanoseconds:
+            self.can_transform_full(
+                target_frame, target_time, source_frame, source_time, fixed_frame, timeout)
+        return self.lookup_transform_full_core(
+            target_frame, target_time, source_frame, source_time, fixed_frame)
+
+    def can_transform(self, target_frame: str, source_frame: str, time: AnyTime,
+                      timeout: Duration = Duration(), return_debug_tuple: bool = False
+                      ) -> bool | tuple[bool, str]:
+        """Tell whether there is a transform within a time, and if asked for, why not."""
+        arguments = target_frame, source_frame, time
+        self._wait(timeout, self.wait_for_transform_async, arguments)
+        answer = self.can_transform_core(*arguments)
+        return answer if return_debug_tuple else answer[0]
+
+    def can_transform_full(self, target_frame: str, target_time: AnyTime, source_frame: str,
+                           source_time: AnyTime, fixed_frame: str,
+                           timeout: Duration = Duration(), return_debug_tuple: bool = False
+                           ) -> bool | tuple[bool, str]:
+        """Tell whether there is one between two times within a time, and if asked for, why not."""
+        arguments = target_frame, target_time, source_frame, source_time, fixed_frame
+        self._wait(timeout, self.wait_for_transform_full_async, arguments)
+        answer = self.can_transform_full_core(*arguments)
+        return answer if return_debug_tuple else answer[0]
+
+    def wait_for_transform_async(self, target_frame: str, source_frame: str, time: AnyTime
+                                 ) -> Future:
+        """Return a future for what lookup_transform() returns."""
+        return self._future(lambda: self.lookup_transform_core(target_frame, source_frame, time))
+
+    def wait_for_transform_full_async(self, target_frame: str, target_time: AnyTime,
+                                      source_frame: str, source_time: AnyTime, fixed_frame: str
+                                      ) -> Future:
+        """Return a future for what lookup_transform_full() returns."""
+        return self._future(lambda: self.lookup_transform_full_core(
+            target_frame, target_time, source_frame, source_time, fixed_frame))
+
+    async def lookup_transform_async(self, *arguments: str | AnyTime) -> TransformStamped:
+        """Return what lookup_transform() returns, as soon as there is one."""
+        return await self.wait_for_transform_async(*arguments)
+
+    async def lookup_transform_full_async(self, *arguments: str | AnyTime) -> TransformStamped:
+        """Return what lookup_transform_full() returns, as soon as there is one."""
+        return await self.wait_for_transform_full_async(*arguments)
+
+    @staticmethod
+    def _wait(timeout: Duration, begin: Callable[..., Future], arguments: tuple[Any, ...]) -> None:
+        """Wait for a future, if there is time for that."""
+        if not nanoseconds_of(timeout):
+            return
+        done = Event()
+        future = begin(*arguments)
+        future.add_done_callback(lambda _: done.set())
+        done.wait(nanoseconds_of(timeout) * 1e-9)
+        future.cancel()
+
+    def _future(self, lookup: Callable[[], TransformStamped]) -> Future:
+        future = Future()
+
+        def try_again() -> None:
+            try:
+                transform = lookup()
+            except TransformException:
+                return
+            if not future.done():
+                future.set_result(transform)
+
+        def forget(_: Future) -> None:
+            with self._lock:
+                self._waiting.remove(try_again)
+
+        with self._lock:
+            self._waiting.append(try_again)
+            future.add_done_callback(forget)
+            try_again()
+        return future
+
+    def _changed(self) -> None:
+        for try_again in tuple(self._waiting):
+            try_again()
+
+    def _get_frames(self, request: FrameGraph.Request, response: FrameGraph.Response
+                    ) -> FrameGraph.Response:
+        response.frame_yaml = self.all_frames_as_yaml()
+        return response
+
+
+class TransformListener:
+    """Subscriptions to /tf and /tf_static that fill a buffer."""
+
+    def __init__(self, buffer: Buffer, node: Node, *, spin_thread: bool = False,
+                 qos: QoSProfile | int | None = None,
+                 static_qos: QoSProfile | int | None = None,
+                 static_only: bool = False) -> None:
+        """
+        Subscribe, reliably with depth 100 unless told otherwise.
+
+        :param spin_thread: Whether to spin the node in a thread of its own.
+        :param static_only: Whether to leave out /tf.
+        """
+        if qos is None:
+            qos = QoSProfile(depth=100)
+        if static_qos is None:
+            static_qos = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.buffer = buffer
+        self.node = node
+        # In a group of its own, the subscriptions go on while a callback waits for a transform.
+        self.group = ReentrantCallbackGroup()
+        self.tf_sub = None if static_only else node.create_subscription(
+            TFMessage, '/tf', self.callback, qos, callback_group=self.group)
+        self.tf_static_sub = node.create_subscription(
+            TFMessage, '/tf_static', self.static_callback, static_qos, callback_group=self.group)
+        if spin_thread:
+            self.executor = SingleThreadedExecutor(context=node.context)
+            self.dedicated_listener_thread = Thread(target=self._spin)
+            self.dedicated_listener_thread.start()
+
+    def __del__(self) -> None:
+        """End the thread, if there is one, and unsubscribe."""
+        if hasattr(self, 'dedicated_listener_thread'):
+            self.executor.shutdown()
+            self.dedicated_listener_thread.join()
+        self.unregister()
+
+    def unregister(self) -> None:
+        """Unsubscribe."""
+        if self.tf_sub is not None:
+            self.node.destroy_subscription(self.tf_sub)
+        self.node.destroy_subscription(self.tf_static_sub)
+
+    def callback(self, data: TFMessage) -> None:
+        """Take transforms of moving frames."""
+        for transform in data.transforms:
+            self.buffer.set_transform(transform, 'default_authority')
+
+    def static_callback(self, data: TFMessage) -> None:
+        """Take transforms of frames that do not move."""
+        for transform in data.transforms:
+            self.buffer.set_transform_static(transform, 'default_authority')
+
+    def _spin(self) -> None:
+        self.executor.add_node(self.node)
+        try:
+            self.executor.spin()
+        except ExternalShutdownException:
+            pass
+        self.executor.remove_node(self.node)
+
+
+def as_list(transform: TransformStamped | Iterable[TransformStamped]) -> list[TransformStamped]:
+    """Return what sendTransform() takes, a transform or several, as a list."""
+    if isinstance(transform, list):
+        return transform
+    return list(transform) if hasattr(transform, '__iter__') else [transform]
+
+
+class TransformBroadcaster:
+    """A publisher of transforms on /tf."""
+
+    def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
+        """Open the topic, reliable with depth 100 unless told otherwise."""
+        if qos is None:
+            qos = QoSProfile(depth=100)
+        self.pub_tf = node.create_publisher(TFMessage, '/tf', qos)
+
+    def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
+        """Publish a transform, or several, in one message."""
+        self.pub_tf.publish(TFMessage(transforms=as_list(transform)))
+
+
+class StaticTransformBroadcaster:
+    """
+    A latched publisher of transforms on /tf_static.
+
+    Every message holds all transforms that were ever sent, so that a late subscriber gets them
+    all. A child frame keeps its first transform, as in tf2_ros_py 0.36.4.
+    """
+
+    def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
+        """Open the topic, reliable and transient local with depth 1 unless told otherwise."""
+        if qos is None:
+            qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.pub_tf = node.create_publisher(TFMessage, '/tf_static', qos)
+        self.net_message = TFMessage()
+        self._child_frame_ids: set[str] = set()
+
+    def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
+        """Publish a transform, or several, together with those sent before."""
+        for item in as_list(transform):
+            if item.child_frame_id not in self._child_frame_ids:
+                self._child_frame_ids.add(item.child_frame_id)
+                self.net_message.transforms.append(item)
+        self.pub_tf.publish(self.net_message)

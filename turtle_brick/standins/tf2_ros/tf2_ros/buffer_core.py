@@ -11,12 +11,20 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The tree of frames: transforms go in, transforms between any two frames come out."""
+"""
+The tree of frames: transforms go in, transforms between any two frames come out.
 
+A cache holds the recent transforms of one frame as tuples (parent, x, y, z, qx, qy, qz, qw): a
+point p of the frame is at q p q* + (x, y, z) in its parent. Times are integers in ns.
+"""
+
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import chain
-from math import inf, isnan
+from math import acos, inf, isnan, sin, sqrt
 from threading import RLock
+from typing import Any
 
 from builtin_interfaces.msg import Duration as DurationMsg
 from builtin_interfaces.msg import Time as TimeMsg
@@ -24,11 +32,12 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
 from rclpy.logging import get_logger
 from rclpy.time import Time
-from tf2_ros.transform_cache import canonical, display_time, NoDataError, StaticCache, TimeCache
 
 AnyTime = Time | TimeMsg
 # A translation and a rotation: x, y, z, qx, qy, qz, qw.
 Transform = tuple[float, float, float, float, float, float, float]
+Rotation = tuple[float, float, float, float]
+Entry = tuple[Any, float, float, float, float, float, float, float]
 
 _NANOSECONDS = 1_000_000_000
 # A longer way to the root is taken for a loop.
@@ -60,16 +69,154 @@ class TimeoutException(TransformException):
     """A transform did not come in time."""
 
 
+class NoDataError(Exception):
+    """The cache has no transform for a time; the text says why."""
+
+
+def display_time(time: int) -> str:
+    """Write a time in s as tf2 does."""
+    seconds, nanoseconds = divmod(time, 1_000_000_000)
+    return f'{seconds + 1e-9 * nanoseconds:.6f}'
+
+
+def canonical(x: float, y: float, z: float, w: float) -> Rotation:
+    """
+    Choose the length and the sign of a quaternion as tf2 does, by way of a rotation matrix.
+
+    :return: The unit quaternion of the same rotation with a positive w, if that exceeds 1/2, or
+        else with a positive largest component of x, y and z.
+    """
+    xx, yy, zz, ww = x * x, y * y, z * z, w * w
+    square = xx + yy + zz + ww
+    if 4.0 * ww > square:
+        sign = w
+    elif xx < yy:
+        sign = z if yy < zz else y
+    else:
+        sign = z if xx < zz else x
+    if square == 1.0:
+        return (x, y, z, w) if sign > 0.0 else (-x, -y, -z, -w)
+    scale = 1.0 / sqrt(square) if sign > 0.0 else -1.0 / sqrt(square)
+    return (x * scale, y * scale, z * scale, w * scale)
+
+
+def interpolate(one: Entry, two: Entry, ratio: float) -> Entry:
+    """Return the transform between two, on a straight line and by the shortest rotation."""
+    parent, x1, y1, z1, qx1, qy1, qz1, qw1 = one
+    _, x2, y2, z2, qx2, qy2, qz2, qw2 = two
+    rest = 1.0 - ratio
+    x = rest * x1 + ratio * x2
+    y = rest * y1 + ratio * y2
+    z = rest * z1 + ratio * z2
+    cosine = qx1 * qx2 + qy1 * qy2 + qz1 * qz2 + qw1 * qw2
+    half_angle = acos(min(1.0, abs(cosine)))
+    if half_angle == 0.0:
+        return (parent, x, y, z, qx1, qy1, qz1, qw1)
+    a = sin(rest * half_angle) / sin(half_angle)
+    b = sin(ratio * half_angle) / sin(half_angle)
+    if cosine < 0.0:
+        b = -b
+    return (parent, x, y, z,
+            a * qx1 + b * qx2, a * qy1 + b * qy2, a * qz1 + b * qz2, a * qw1 + b * qw2)
+
+
+class StaticCache:
+    """The one transform of a frame that does not move."""
+
+    times = (0,)
+
+    def insert(self, _time: int, entry: Entry) -> bool:
+        """Set the transform."""
+        self._entry = entry
+        return True
+
+    def get(self, _time: int) -> Entry:
+        """Return the transform, which holds at any time."""
+        return self._entry
+
+    def latest(self) -> tuple[int, Any]:
+        """Return zero, a time that limits no common time, and the parent."""
+        return 0, self._entry[0]
+
+    def clear(self) -> None:
+        """Keep the transform: what is static stays."""
+
+
+class TimeCache:
+    """The transforms of a moving frame, as far back as the cache's length."""
+
+    def __init__(self, max_age: int) -> None:
+        """Make an empty cache that goes so far back from its latest transform."""
+        self._max_age = max_age
+        self.times: list[int] = []
+        self._entries: list[Entry] = []
+
+    def latest(self) -> tuple[int, Any]:
+        """Return the latest time and the parent then; zero and None if there is none."""
+        return (self.times[-1], self._entries[-1][0]) if self.times else (0, None)
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self.times.clear()
+        self._entries.clear()
+
+    def insert(self, time: int, entry: Entry) -> bool:
+        """Add a transform, unless it is there already; return whether it is recent enough."""
+        times = self.times
+        if times:
+            # As in tf2, what the previous transform made too old goes before a new one is added.
+            expired = bisect_left(times, times[-1] - self._max_age)
+            del times[:expired], self._entries[:expired]
+            if time < times[-1] - self._max_age:
+                return False
+        index = bisect_right(times, time)
+        if entry not in self._entries[bisect_left(times, time):index]:
+            times.insert(index, time)
+            self._entries.insert(index, entry)
+        return True
+
+    def get(self, time: int) -> Entry:
+        """
+        Return the transform at a time, interpolated where it lies between two.
+
+        :raises NoDataError: The time is not covered by the cache.
+        """
+        times = self.times
+        if not times:
+            raise NoDataError('')
+        oldest, latest = times[0], times[-1]
+        if time == latest:
+            return self._entries[-1]
+        if len(times) == 1:
+            raise NoDataError(f'Lookup would require extrapolation at time {display_time(time)}, '
+                              f'but only time {display_time(oldest)} is in the buffer')
+        if time > latest:
+            raise NoDataError(
+                'Lookup would require extrapolation into the future.  Requested time '
+                f'{display_time(time)} but the latest data is at time {display_time(latest)}')
+        if time < oldest:
+            raise NoDataError(
+                'Lookup would require extrapolation into the past.  Requested time '
+                f'{display_time(time)} but the earliest data is at time {display_time(oldest)}')
+        if time == oldest:
+            return self._entries[0]
+        index = bisect_right(times, time)
+        one, two = self._entries[index - 1:index + 1]
+        if one[0] is not two[0]:
+            return one
+        earlier = times[index - 1]
+        return interpolate(one, two, (time - earlier) / (times[index] - earlier))
+
+
+@dataclass(eq=False)
 class Frame:
     """A frame that a transform has named."""
 
-    def __init__(self, name: str) -> None:
-        """Make a frame that has no parent yet."""
-        self.name = name
-        self.cache: StaticCache | TimeCache | None = None
-        """The transforms to its parent; None if it has only been named as a parent."""
-        self.authority = ''
-        """Who sent the last transform."""
+    name: str
+    cache: StaticCache | TimeCache | None = None
+    """The transforms to its parent; None if it has only been named as a parent."""
+    authority: str = ''
+    """Who sent the last transform."""
 
 
 def nanoseconds_of(time: AnyTime | Duration | DurationMsg) -> int:
@@ -169,7 +316,7 @@ class BufferCore:
         nanoseconds = nanoseconds_of(time)
         with self._lock:
             found = self._lookup(target_frame, source_frame, nanoseconds)
-        return self._message(target_frame, source_frame, *found)
+        return stamped(target_frame, source_frame, *found)
 
     def lookup_transform_full_core(self, target_frame: str, target_time: AnyTime,
                                    source_frame: str, source_time: AnyTime, fixed_frame: str
@@ -182,7 +329,7 @@ class BufferCore:
                 self._known(f'lookupTransform argument {role}_frame', name)
             _, first = self._lookup(fixed_frame, source_frame, source_nanoseconds)
             nanoseconds, second = self._lookup(target_frame, fixed_frame, target_nanoseconds)
-        return self._message(target_frame, source_frame, nanoseconds, compose(second, first))
+        return stamped(target_frame, source_frame, nanoseconds, compose(second, first))
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
         """Return the latest time with a transform; zero if there are only static ones between."""
@@ -190,7 +337,7 @@ class BufferCore:
             target = self._known('get_latest_common_time', target_frame)
             source = self._known('get_latest_common_time', source_frame)
             if target is source:
-                return Time(nanoseconds=source.cache.latest_time if source.cache else 0)
+                return Time(nanoseconds=source.cache.latest()[0] if source.cache else 0)
             return Time(nanoseconds=self._latest_common_time(target, source))
 
     def all_frames_as_string(self) -> str:
@@ -210,16 +357,15 @@ class BufferCore:
         with self._lock:
             for frame in self._frames.values():
                 cache = frame.cache
-                if cache is None or cache.length == 0:
+                if cache is None or not cache.times:
                     continue
-                covered = cache.latest_time - cache.oldest_time
-                rate = cache.length * 1e9 / max(covered, 100_000)
+                covered = cache.times[-1] - cache.times[0]
                 text += (f'{frame.name}: \n'
                          f"  parent: '{cache.latest()[1].name}'\n"
                          f"  broadcaster: '{frame.authority}'\n"
-                         f'  rate: {rate:.3f}\n'
-                         f'  most_recent_transform: {display_time(cache.latest_time)}\n'
-                         f'  oldest_transform: {display_time(cache.oldest_time)}\n'
+                         f'  rate: {len(cache.times) * 1e9 / max(covered, 100_000):.3f}\n'
+                         f'  most_recent_transform: {display_time(cache.times[-1])}\n'
+                         f'  oldest_transform: {display_time(cache.times[0])}\n'
                          f'  buffer_length: {covered * 1e-9:.3f}\n')
             return text if self._frames else '[]'
 
@@ -249,6 +395,7 @@ class BufferCore:
             inserted = child.cache.insert(time, (parent, x, y, z, *canonical(qx, qy, qz, qw)))
             if inserted:
                 child.authority = authority
+                self._changed()
         if not inserted:
             get_logger('tf2').warning(
                 f'TF_OLD_DATA ignoring data from the past for frame {child_name} at time '
@@ -256,9 +403,10 @@ class BufferCore:
                 'listed at http://wiki.ros.org/tf/Errors%20explained')
 
     def _frame(self, name: str) -> Frame:
-        if name not in self._frames:
-            self._frames[name] = Frame(name)
-        return self._frames[name]
+        return self._frames.setdefault(name, Frame(name))
+
+    def _changed(self) -> None:
+        """Do what is due when there is a new transform."""
 
     # ----------------------------------------------------------------------------- what comes out
 
@@ -295,7 +443,7 @@ class BufferCore:
             # tf2 has it so for frames that it does not know, too.
             frame = self._frames.get(target_name)
             if time == 0 and frame is not None and frame.cache is not None:
-                time = frame.cache.latest_time
+                time, _ = frame.cache.latest()
             return time, _IDENTITY
         return self._between(self._known('lookupTransform argument target_frame', target_name),
                              self._known('lookupTransform argument source_frame', source_name),
@@ -370,37 +518,36 @@ class BufferCore:
             f"Could not find a connection between '{target.name}' and '{source.name}' because "
             'they are not part of the same tree.Tf has two or more unconnected trees.')
 
-    @staticmethod
-    def _message(target_name: str, source_name: str, time: int, transform: Transform
-                 ) -> TransformStamped:
-        x, y, z, *rotation = transform
-        message = TransformStamped(child_frame_id=source_name)
-        message.header.frame_id = target_name
-        message.header.stamp.sec, message.header.stamp.nanosec = divmod(time, _NANOSECONDS)
-        t, r = message.transform.translation, message.transform.rotation
-        t.x, t.y, t.z = x, y, z
-        r.x, r.y, r.z, r.w = canonical(*rotation)
-        return message
+
+def stamped(target_name: str, source_name: str, time: int, transform: Transform
+            ) -> TransformStamped:
+    """Return a transform at a time (ns) as a message."""
+    message = TransformStamped(child_frame_id=source_name)
+    message.header.frame_id = target_name
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(time, _NANOSECONDS)
+    t, r = message.transform.translation, message.transform.rotation
+    t.x, t.y, t.z = transform[:3]
+    r.x, r.y, r.z, r.w = canonical(*transform[3:])
+    return message
 
 
 def _refuse(parent: str, child: str, authority: str, translation: tuple[float, ...],
             rotation: tuple[float, ...]) -> None:
     """Say in the log why a transform cannot be used."""
+    sender, of_child = f'from authority "{authority}"', f'for child_frame_id "{child}"'
     if child == parent:
-        reason = (f'TF_SELF_TRANSFORM: Ignoring transform from authority "{authority}" with '
-                  f'frame_id and child_frame_id "{child}" because they are the same')
+        reason = (f'TF_SELF_TRANSFORM: Ignoring transform {sender} with frame_id and '
+                  f'child_frame_id "{child}" because they are the same')
     elif not child:
-        reason = (f'TF_NO_CHILD_FRAME_ID: Ignoring transform from authority "{authority}" because '
-                  'child_frame_id not set')
+        reason = (f'TF_NO_CHILD_FRAME_ID: Ignoring transform {sender} because child_frame_id not '
+                  'set')
     elif not parent:
-        reason = (f'TF_NO_FRAME_ID: Ignoring transform with child_frame_id "{child}" from '
-                  f'authority "{authority}" because frame_id not set')
+        reason = (f'TF_NO_FRAME_ID: Ignoring transform with child_frame_id "{child}" {sender} '
+                  'because frame_id not set')
     elif any(map(isnan, (*translation, *rotation))):
-        reason = (f'TF_NAN_INPUT: Ignoring transform for child_frame_id "{child}" from authority '
-                  f'"{authority}" because of a nan value in the transform {translation} '
-                  f'{rotation}')
+        reason = (f'TF_NAN_INPUT: Ignoring transform {of_child} {sender} because of a nan value '
+                  f'in the transform {translation} {rotation}')
     else:
-        reason = (f'TF_DENORMALIZED_QUATERNION: Ignoring transform for child_frame_id "{child}" '
-                  f'from authority "{authority}" because of an invalid quaternion in the '
-                  f'transform {rotation}')
+        reason = (f'TF_DENORMALIZED_QUATERNION: Ignoring transform {of_child} {sender} because of '
+                  f'an invalid quaternion in the transform {rotation}')
     get_logger('tf2').error(reason)
