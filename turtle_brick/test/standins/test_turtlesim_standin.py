@@ -35,7 +35,7 @@ from turtle_brick.tools.graph import executable
 from turtle_referee.domains import reserved_domain
 from turtle_referee.record import rate
 from turtlesim.msg import Pose
-from turtlesim.srv import Kill, Spawn, TeleportAbsolute, TeleportRelative
+from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
 
 COMMAND = [executable('turtlesim', 'turtlesim_node')]
 
@@ -204,6 +204,15 @@ def test_turtles_come_and_go(shared: World) -> None:
     pose = poses_of(live, first).last
     assert (pose.x, pose.y) == (ARENA_CENTER, ARENA_CENTER)
     assert spawn('') == 'turtle2'
+
+
+def test_there_is_no_canvas(shared: World) -> None:
+    """Who asks for one, as the tutorials do, is answered, and the log says so."""
+    turtlesim, live, turtle = shared
+    live.call('clear', Empty)
+    turtlesim.wait_for_output(r'\[WARN\].*There is no canvas here to clear\n', 10.0)
+    live.call(f'{turtle}/set_pen', SetPen)
+    turtlesim.wait_for_output(r'\[WARN\].*There is no canvas here to draw on\n', 10.0)
 
 
 def test_all_names_are_relative(domain_id: int) -> None:

@@ -26,20 +26,23 @@ Subscribes, for each turtle:
 Serves, for each turtle:
     <turtle>/teleport_absolute (turtlesim/srv/TeleportAbsolute): jump to a pose
     <turtle>/teleport_relative (turtlesim/srv/TeleportRelative): turn, then jump ahead
+    <turtle>/set_pen (turtlesim/srv/SetPen): answer, with a warning that there is no canvas
 
 Serves:
     spawn (turtlesim/srv/Spawn): add a turtle
     kill (turtlesim/srv/Kill): remove a turtle
     reset (std_srvs/srv/Empty): begin again with turtle1 in the center
+    clear (std_srvs/srv/Empty): answer, with a warning that there is no canvas
 
 ROS parameters:
     holonomic (bool, false): whether turtles obey sideways velocities; may change at any time
 
-There is no window and no canvas. Left out are therefore color_sensor, set_pen, clear and the
-parameters background_r, background_g and background_b; and the action rotate_absolute.
+There is no window and no canvas. Left out are therefore color_sensor, the parameters background_r,
+background_g and background_b; and the action rotate_absolute.
 
 """
 
+from collections.abc import Callable
 from gc import freeze
 from signal import alarm, SIG_IGN, SIGINT, signal, SIGTERM
 from typing import Any
@@ -59,7 +62,16 @@ from rclpy.validate_topic_name import validate_topic_name
 from std_srvs.srv import Empty
 from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK, Turtle, TurtlePose, TurtleSim
 from turtlesim.msg import Pose
-from turtlesim.srv import Kill, Spawn, TeleportAbsolute, TeleportRelative
+from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
+
+
+def answering(act: Callable[[Any], None]) -> Callable[[Any, Any], Any]:
+    """Return a service's callback that does something with the request."""
+    def answer(request: Any, response: Any) -> Any:
+        act(request)
+        return response
+
+    return answer
 
 
 class TurtleTopics:
@@ -82,10 +94,12 @@ class TurtleTopics:
             Twist, f'{name}/cmd_vel', self._command, qos,
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False))
         self._services = [
-            node.create_service(
-                TeleportAbsolute, f'{name}/teleport_absolute', self._teleport_absolute),
-            node.create_service(
-                TeleportRelative, f'{name}/teleport_relative', self._teleport_relative),
+            node.create_service(TeleportAbsolute, f'{name}/teleport_absolute', answering(
+                lambda to: turtle.teleport_absolute(to.x, to.y, to.theta))),
+            node.create_service(TeleportRelative, f'{name}/teleport_relative', answering(
+                lambda by: turtle.teleport_relative(by.linear, by.angular))),
+            node.create_service(SetPen, f'{name}/set_pen', answering(
+                lambda _: node.get_logger().warning('There is no canvas here to draw on'))),
         ]
 
     def publish(self, pose: TurtlePose) -> None:
@@ -109,18 +123,6 @@ class TurtleTopics:
         """Queue a velocity command."""
         self._turtle.command(twist.linear.x, twist.linear.y, twist.angular.z)
 
-    def _teleport_absolute(self, request: TeleportAbsolute.Request,
-                           response: TeleportAbsolute.Response) -> TeleportAbsolute.Response:
-        """Have the turtle jump to a pose at the next tick."""
-        self._turtle.teleport_absolute(request.x, request.y, request.theta)
-        return response
-
-    def _teleport_relative(self, request: TeleportRelative.Request,
-                           response: TeleportRelative.Response) -> TeleportRelative.Response:
-        """Have the turtle turn and jump ahead at the next tick."""
-        self._turtle.teleport_relative(request.linear, request.angular)
-        return response
-
 
 class TurtleSimNode(Node):
     """Turtlesim without its window; the module's documentation lists its interface."""
@@ -136,9 +138,11 @@ class TurtleSimNode(Node):
         self.get_logger().info(
             f'Starting turtlesim with node name {self.get_fully_qualified_name()}')
         self._open('turtle1')
-        self.create_service(Empty, 'reset', self._reset)
+        self.create_service(Empty, 'reset', answering(self._reset))
+        self.create_service(Empty, 'clear', answering(
+            lambda _: self.get_logger().warning('There is no canvas here to clear')))
         self.create_service(Spawn, 'spawn', self._spawn)
-        self.create_service(Kill, 'kill', self._kill)
+        self.create_service(Kill, 'kill', answering(self._kill))
         # turtlesim ticks by Qt's timer, which knows nothing of simulated time.
         self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
@@ -183,16 +187,15 @@ class TurtleSimNode(Node):
             self.get_logger().error(f'A turtle named [{request.name}] already exists')
         return response
 
-    def _kill(self, request: Kill.Request, response: Kill.Response) -> Kill.Response:
+    def _kill(self, request: Kill.Request) -> None:
         """Remove a turtle."""
         if self._sim.kill(request.name):
             self._topics.pop(request.name).close()
         else:
             self.get_logger().error(
                 f'Tried to kill turtle [{request.name}], which does not exist')
-        return response
 
-    def _reset(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
+    def _reset(self, _: Empty.Request) -> None:
         """Begin again with turtle1 in the arena's center."""
         self.get_logger().info('Resetting turtlesim.')
         self._sim.reset(self._now())
@@ -200,7 +203,6 @@ class TurtleSimNode(Node):
             topics.close()
         self._topics.clear()
         self._open('turtle1')
-        return response
 
 
 def main(args: list[str] | None = None) -> str | None:
