@@ -116,6 +116,9 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
   fi
 
   if [[ $- == *i* ]]; then
+    if [[ $kind == pypi ]]; then
+      eval "$(register-python-argcomplete ros2)" # Tab completes, as with the real ros2
+    fi
     [[ $kind == native ]] && kind='' || kind=', as Python wheels,'
     echo "turtle_brick: this shell has ROS 2 Jazzy$kind and the packages, built in $home" >&2
   fi

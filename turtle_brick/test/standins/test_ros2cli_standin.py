@@ -17,6 +17,7 @@
 Every record of data/ros2 about what the stand-in has is replayed on one graph.
 """
 
+from argparse import Namespace
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 import contextlib
@@ -39,25 +40,23 @@ from recorded import Command, records, with_paths, write_files
 from ros2cli import cli, traffic
 import ros2cli.graph as cli_graph
 from ros2cli.graph import Observer
-from std_srvs.srv import Empty
 from tf2_msgs.srv import FrameGraph
 from turtle_brick.tools.graph import Graph
 from turtle_referee.domains import reserved_domain
 from turtlesim.action import RotateAbsolute
 from turtlesim.msg import Color
-from turtlesim.srv import SetPen
 
 RECORDS = records('cli', 'launch_show_args', 'launch_errors')
 
 # Verbs that the stand-in does not have, by the words of the command.
 LEFT_OUT_VERBS = (
-    'action', 'daemon', 'doctor', 'interface list', 'interface package', 'interface packages',
-    'interface proto', 'param delete', 'param dump', 'param load', 'pkg xml', 'service find',
-    'topic bw', 'topic delay', 'topic find')
+    'action', 'daemon', 'doctor', 'interface package', 'interface packages', 'interface proto',
+    'param delete', 'param load', 'pkg xml', 'topic bw', 'topic delay')
 
 # Records that are not replayed, with the reason.
 LEFT_OUT = {
-    'pkg_list': 'the recording is of what was installed there',
+    **dict.fromkeys(('pkg_list', 'interface_list', 'interface_list_messages'),
+                    'the recording is of what was installed there'),
     **dict.fromkeys(
         (name for name, record in RECORDS.items()
          if record['command'][1:2] == ['launch'] and record['stdout'].startswith('[')),
@@ -118,8 +117,6 @@ def complete(turtlesim: Node, publisher: Node, *listeners: Node) -> None:
     for node in listeners:
         node.create_service(FrameGraph, 'tf2_frames', lambda _, response: response)
     turtlesim.create_publisher(Color, 'turtle1/color_sensor', 10)
-    turtlesim.create_service(Empty, 'clear', lambda _, response: response)
-    turtlesim.create_service(SetPen, 'turtle1/set_pen', lambda _, response: response)
     ActionServer(turtlesim, RotateAbsolute, 'turtle1/rotate_absolute', lambda _: None)
     for color, name, value in (('b', 'Blue', 255), ('g', 'Green', 86), ('r', 'Red', 69)):
         turtlesim.declare_parameter(f'background_{color}', value, ParameterDescriptor(
@@ -282,6 +279,8 @@ ANSWERS = {
     'topic_list_verbose': r'(/(?:tf_static|parameter_events|rosout) .*\] )\d+( )',
     **dict.fromkeys(('call_drop_again', 'service_call_without_slash'), r'(Response\().*()'),
     **dict.fromkeys((name for name in RECORDS if name.startswith('param_set')), r'(failed: ).*()'),
+    # what others set, and what this turtlesim leaves out
+    'param_dump': r'((?:background_b|depth|durability|history|reliability):).*()',
     # what xacro makes of the comments differs between its versions
     'echo_latched_string_truncated': r"(data: )'?<\?xml[\s\S]*?(\.\.\.)'?",
     # the workspace has changed since
@@ -344,26 +343,93 @@ def test_verb(name: str, near: Callable, files: Path, monkeypatch: pytest.Monkey
 
 # ------------------------------------------------------------------ what the stand-in does better
 
-@pytest.mark.parametrize('verb', ('interface list', 'daemon'))
-def test_what_is_left_out_says_so(verb: str, files: Path, domain_id: int) -> None:
-    """One line, whatever follows the verb."""
-    assert outcome(start(['ros2', *verb.split(), 'a', '--b', '-h'], domain_id)) == (
-        1, '', f'ros2 {verb}: this needs the real ros2cli, which this one stands in for\n')
-
-
-@pytest.mark.parametrize('number, status, said', [
-    (signal.SIGTERM, 0, 'got SIGTERM\n'),
-    (signal.SIGHUP, 256 - signal.SIGHUP, '[ros2run]: Hangup\n'),
+@pytest.mark.parametrize('words, sentence', [
+    ('interface proto a', 'interface proto: this needs the real ros2cli, which this one stands in '
+                          'for'),
+    ('bag record -a', 'bag: this needs a ROS 2 that is installed; here, `ros2 topic echo --csv '
+                      'TOPIC > FILE` writes down what comes on a topic'),
+    ('run rviz2 rviz2', 'run rviz2: this needs a ROS 2 that is installed; here, the launch files '
+                        'show the robot in a browser with `view:=web`'),
 ])
-def test_run_passes_signals_on(number: int, status: int, said: str, files: Path,
-                               domain_id: int) -> None:
-    """The child ends too, and its status is that of the command."""
-    before = signal.signal(number, signal.SIG_DFL)  # under nohup a child would ignore SIGHUP
-    command = start(['ros2', 'run', 'probe', 'wait'], domain_id)
-    signal.signal(number, before)
-    command.wait_for(lambda: command.has_said('ready'))
-    command.send(number.name, 'process')
-    assert outcome(command) == (status, f'ready\n{said}', '')
+def test_what_is_left_out_says_so(words: str, sentence: str, files: Path,
+                                  monkeypatch: pytest.MonkeyPatch) -> None:
+    """One line, whatever follows the verb."""
+    record = {'command': ['ros2', *words.split(), 'a', '--b', '-h']}
+    assert run_here(record, files, monkeypatch) == (1, '', f'ros2 {sentence}\n')
+
+
+@pytest.mark.parametrize('words, kind', [
+    ('topic pub /x String', 'message'), ('topic pub /x std_srvs/srv/Trigger', 'message'),
+    ('topic echo /x /String', 'message'), ('service call /drop Trigger', 'service')])
+def test_what_is_no_type(words: str, kind: str, files: Path,
+                         near: Callable, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A name without its package, or of another kind, is told in the real one's sentence."""
+    monkeypatch.setattr(traffic, 'observer', near)
+    assert run_here({'command': ['ros2', *words.split()]}, files, monkeypatch) == (
+        1, '', f'The passed {kind} type is invalid\n')
+
+
+def test_interfaces_are_listed(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All of a kind, under its heading, as in the recording of what was installed there."""
+    recorded = RECORDS['interface_list']['stdout'].splitlines()
+    printed = run_here({'command': ['ros2', 'interface', 'list']}, files, monkeypatch).stdout
+    assert [line for line in printed.splitlines() if 'turtle' in line or ':' in line] == recorded
+
+
+@pytest.mark.parametrize('argument, before, answers', [
+    ('executable_name', {'package_name': 'turtle_brick'}, {'arena', 'catcher'}),
+    ('launch_file_name', {'package_name': 'turtle_brick'}, {'run_turtle.launch.xml'}),
+    ('type', {}, {'turtlesim/msg/Color', 'turtlesim/srv/Kill'}),
+    ('node_name', {}, {'/arena', '/catcher'}),
+    ('parameter_name', {'node_name': '/arena'}, {'gravity_accel'}),
+    ('message_type', {'topic_name': '/odom'}, {'nav_msgs/msg/Odometry'})])
+def test_tab_knows_what_can_be(argument: str, before: dict[str, str], answers: set[str],
+                               near: Callable, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the packages, and from the graph."""
+    monkeypatch.setattr(cli_graph, 'observer', near)
+    table = cli.yaml.safe_load(Path(cli.__file__).with_name('command_line.yaml').read_text())
+    known = cli.complete(table['completed'], Namespace(dest=argument), Namespace(**before))
+    assert answers <= set(known)
+
+
+def test_tab_completes(tmp_path: Path, domain_id: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The shell that has sourced env.bash asks in this way, and reads such answers."""
+    line = 'ros2 interface show turtlesim/msg/'
+    for name, value in (('_ARGCOMPLETE', '1'), ('COMP_LINE', line), ('COMP_POINT', len(line)),
+                        ('_ARGCOMPLETE_IFS', '\n'), ('_ARGCOMPLETE_SUPPRESS_SPACE', '0'),
+                        ('_ARGCOMPLETE_STDOUT_FILENAME', tmp_path / 'words')):
+        monkeypatch.setenv(name, str(value))
+    assert outcome(start(['ros2'], domain_id)).status == 0
+    assert (tmp_path / 'words').read_text() == 'turtlesim/msg/Color\nturtlesim/msg/Pose'
+
+
+# What the real tf2_echo says of the transform that the test below publishes.
+ECHO = """At time 0.0
+- Translation: [1.500, -2.000, 0.250]
+- Rotation: in Quaternion (xyzw) [0.034, 0.106, 0.144, 0.983]
+- Rotation: in RPY (radian) [0.100, 0.200, 0.300]
+- Rotation: in RPY (degree) [5.730, 11.459, 17.189]
+- Matrix:
+  0.936 -0.275  0.218  1.500
+  0.290  0.956 -0.037 -2.000
+ -0.199  0.098  0.975  0.250
+  0.000  0.000  0.000  1.000
+"""
+
+
+def test_tf2_echo_tells_what_is_published(domain_id: int) -> None:
+    """As the real ones do, from their executables, until Ctrl-C."""
+    publisher, echo = (start(['ros2', 'run', 'tf2_ros', *words.split()], domain_id) for words in (
+        'static_transform_publisher --x 1.5 --y -2 --z 0.25 --roll 0.1 --pitch 0.2 --yaw 0.3 '
+        '--frame-id world --child-frame-id brick', 'tf2_echo world brick -r 20'))
+    echo.wait_for(lambda: echo.has_said('  1.000$'))
+    for command in (publisher, echo):
+        command.send('SIGINT', 'group')
+    assert echo.text.startswith(ECHO)
+    assert re.sub(r'.*Waiting for transform world ->  brick: .*\n', '', outcome(echo).stderr) == ''
+    said = outcome(publisher).stderr
+    assert "rotation: ('0.034271', '0.106021', '0.143572', '0.983347')\n" in said
+    assert said.endswith("from 'world' to 'brick'\n")
 
 
 # What pybind11 makes of an exception that comes in a callback.

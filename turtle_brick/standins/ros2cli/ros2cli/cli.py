@@ -14,8 +14,10 @@
 """The command `ros2`: its command line, which command_line.yaml describes, and its exit."""
 
 import argparse
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
+from functools import partial
 from importlib import import_module
+from io import StringIO
 import os
 from pathlib import Path
 import re
@@ -88,17 +90,19 @@ def add_words(parser, before, typed, table):
         metavar=f'Call `{f"ros2 {before}".strip()} <command> -h` for more detailed usage.')
     parser.set_defaults(function=lambda _: parser.print_help())
     for word, text in words.items():
+        if word not in typed[:1]:
+            if word[0] != '_':
+                children.add_parser(word)
+            continue
         child = children.add_parser(word, description=text,
                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-        if word not in typed[:1]:
-            continue
         name = before + word
         add_arguments(child, table['arguments'].get(name, ()))
         module = [module for module, names in table['modules'].items() if name in names]
         if module:
             # only the one that is needed: `ros2 run` need not wait for rclpy
             child.set_defaults(function=getattr(
-                import_module(f'ros2cli.{module[0]}'), name.replace(' ', '_')))
+                import_module(f'ros2cli.{module[0]}'), name.replace(' ', '_').strip('_')))
         elif any(other.startswith(f'{name} ') for other in table['words']):
             add_words(child, f'{name} ', typed[1:], table)
         else:
@@ -112,8 +116,27 @@ def parse(argv):
     parser = argparse.ArgumentParser(
         prog='ros2', formatter_class=argparse.RawDescriptionHelpFormatter, **table['ros2'])
     add_arguments(parser, table['arguments']['ros2'])
-    add_words(parser, '', [word for word in argv if not word.startswith('-')], table)
+    line = os.environ['COMP_LINE'].split()[1:] if '_ARGCOMPLETE' in os.environ else argv
+    words = [word for word in line if not word.startswith('-')]
+    for name, instead in table['instead'].items():
+        if f'{" ".join(words)} '.startswith(f'{name} '):
+            sys.exit(f'ros2 {name}: this needs a ROS 2 that is installed; here, {instead}')
+    add_words(parser, '', words, table)
+    if line is not argv:  # the user has pressed Tab
+        from argcomplete import autocomplete
+        autocomplete(parser, exclude=['-h', '--help'], always_complete_options=False,
+                     default_completer=partial(complete, table['completed']))
     return parser.parse_args(argv)
+
+
+def complete(verbs, action, parsed_args, **_):
+    """Return what another verb says that an argument of the command line can be."""
+    os.environ.pop('_ARGCOMPLETE', None)
+    with redirect_stdout(StringIO()) as said:
+        if action.dest in verbs:
+            args = parse(verbs[action.dest].format(**vars(parsed_args)).split())
+            args.function(args)
+    return [line.split()[-1] for line in said.getvalue().splitlines()]
 
 
 def main():

@@ -14,8 +14,9 @@
 """The verbs that list and describe the graph, and the node with which every verb sees it."""
 
 import contextlib
-from functools import partial
+from functools import partial, reduce
 import os
+import re
 import signal
 import sys
 from time import monotonic
@@ -29,14 +30,16 @@ import rclpy.parameter as ros_parameter
 from rclpy.signals import SignalHandlerOptions
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 from ros2cli.cli import undisturbed
+import yaml
 
 # How long (s) a wait may take before it looks for a Ctrl-C, which the middleware would miss.
 GLANCE = 0.02
 
 # Participants announce themselves every 0.3 s (fastdds.xml) and when a new one appears, so the
-# graph is known when nothing in it has changed for longer than that. What the user asks for is
-# found sooner if it is there. Counted in glances, of which a busy machine makes fewer in a second.
-KNOWN, FOUND, MISSING, LIMIT = 40, 25, 100, 250
+# graph is known when nothing in it lacks its other half, and nothing has changed for longer than
+# that. What the user asks for is found sooner if it is there. Counted in glances, of which a busy
+# machine makes fewer in a second.
+KNOWN, FOUND, MISSING, LIMIT = 40, 25, 100, 400
 
 # How long (s) a parameter service may take to be there, and to answer.
 TIMEOUT = 5.0
@@ -51,7 +54,7 @@ class Observer(Node):
 
     def __init__(self, name):
         """Enter the graph."""
-        super().__init__(name or f'_ros2cli_{os.getpid()}', start_parameter_services=False)
+        super().__init__(name or f'_ros2cli_{os.getpid()}', start_parameter_services=bool(name))
         self._spinner = SingleThreadedExecutor()
         self._spinner.add_node(self)
 
@@ -74,9 +77,32 @@ class Observer(Node):
                  for name, _ in self.get_topic_names_and_types()])
             quiet = quiet + 1 if seen == before else 0
             missing = all(name[0] == '_' for name in seen[0]) or found and not found(self)
-            if quiet >= (FOUND if found else KNOWN) and (glance >= MISSING or not missing):
+            if quiet >= (FOUND if found else KNOWN) and (
+                    glance >= MISSING or not missing) and self.is_whole():
                 return
             self._spinner.spin_once(timeout_sec=GLANCE)
+
+    def is_whole(self):
+        """Tell whether all participants have named their nodes, and each node its services."""
+        def participants(topic, **options):
+            return {bytes(end.endpoint_gid)[:12]
+                    for end in self.get_publishers_info_by_topic(topic, **options)
+                    if options or not end.node_name.startswith('_NODE_NAME_UNKNOWN_')}
+
+        def halves(names_and_types, *node):
+            found = (re.fullmatch('r[qr](/.*)(Request|Reply)', name)
+                     for name, _ in names_and_types(*node, no_demangle=True))
+            return {match[1] for match in found if match}
+
+        if not participants('ros_discovery_info', no_mangle=True) <= (
+                participants('/parameter_events')):
+            return False
+        for node in self.get_node_names_and_namespaces():
+            written = halves(self.get_publisher_names_and_types_by_node, *node)
+            if written != halves(self.get_subscriber_names_and_types_by_node, *node) or (
+                    not written and node[0][0] != '_'):
+                return False
+        return True
 
     def node_names(self, hidden=False):
         """Return the full names of all nodes, sorted."""
@@ -94,11 +120,12 @@ class Observer(Node):
 
 
 @contextlib.contextmanager
-def observer(found=None, name=None):
+def observer(found=None, name=None, ros_args=()):
     """Enter the graph, wait until it is known, and leave it afterwards."""
     try:
         with undisturbed():
-            rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+            rclpy.init(args=['--ros-args', *ros_args],
+                       signal_handler_options=SignalHandlerOptions.NO)
             graph = Observer(name)
         graph.discover(found)
         yield graph
@@ -153,54 +180,48 @@ def node_info(args):
             print(*(f'    {name}: {", ".join(types)}' for name, types in found.items()), sep='\n')
 
 
-def print_names(names, count, show_types):
-    """Print names with their types, or how many there are."""
-    if count:
-        return print(len(names))
-    for name, types in names.items():
-        print(f'{name} [{", ".join(types)}]' if show_types else name)
-
-
-def service_list(args):
-    """Print the names of the services."""
+def print_names(names, args):
+    """Print the names of topics or services, of one type if it is given, or how many there are."""
     with observer() as graph:
-        print_names(graph.service_types(args.include_hidden_services), args.count_services,
-                    args.show_types)
+        found = {name: types for name, types in names(graph, args.hidden).items()
+                 if getattr(args, 'type', None) in (None, *types)}
+    if args.count:
+        return print(len(found))
+    for name, types in found.items():
+        print(f'{name} [{", ".join(types)}]' if getattr(args, 'show_types', 0) else name)
+
+
+service_find = service_list = partial(print_names, Observer.service_types)
+topic_find = partial(print_names, Observer.topic_types)
 
 
 def topic_list(args):
     """Print the names of the topics."""
+    if args.count or not args.verbose:
+        return topic_find(args)
     with observer() as graph:
-        topics = graph.topic_types(args.include_hidden_topics)
-        if args.count_topics or not args.verbose:
-            return print_names(topics, args.count_topics, args.show_types)
         for what, end, count in (('Published', 'publisher', graph.count_publishers),
                                  ('Subscribed', 'subscriber', graph.count_subscribers)):
             print(f'{what} topics:')
-            for name, types in topics.items():
+            for name, types in graph.topic_types(args.hidden).items():
                 if count(name):
                     print(f' * {name} [{", ".join(types)}] {count(name)} {end}'
                           + 's' * (count(name) > 1))
             print()
 
 
-def print_type(name, hidden, names):
+def print_type(names, name, args):
     """Print the types that a topic or service has; the status tells whether it is there."""
+    name = getattr(args, name)
     with observer(lambda graph: name in names(graph)) as graph:
-        types = names(graph, hidden).get(name, ())
+        types = names(graph, args.hidden).get(name, ())
     for each in types:
         print(each)
     return 0 if types else 1
 
 
-def service_type(args):
-    """Print the type of a service."""
-    return print_type(args.service_name, args.include_hidden_services, Observer.service_types)
-
-
-def topic_type(args):
-    """Print the type of a topic."""
-    return print_type(args.topic_name, args.include_hidden_topics, Observer.topic_types)
+service_type = partial(print_type, Observer.service_types, 'service_name')
+topic_type = partial(print_type, Observer.topic_types, 'topic_name')
 
 
 def topic_info(args):
@@ -238,12 +259,13 @@ def ask(graph, node, service, **request):
     return future.result()
 
 
-def ask_node(args, service, **request):
-    """Return what a parameter service of the node on the command line answers."""
+@contextlib.contextmanager
+def asking(args):
+    """Enter the graph; give what asks the parameter services of the node on the command line."""
     with observer(lambda graph: wanted(graph, args)) as graph:
         if not graph.spin_until(lambda: wanted(graph, args), args.timeout):
             raise RuntimeError('Node not found')
-        return ask(graph, wanted(graph, args)[0], service, **request)
+        yield partial(ask, graph, wanted(graph, args)[0])
 
 
 def param_list(args):
@@ -266,7 +288,8 @@ def param_list(args):
 
 def param_get(args):
     """Print the value of a parameter."""
-    values = ask_node(args, 'get_parameters', names=[args.parameter_name]).values
+    with asking(args) as answer:
+        values = answer('get_parameters', names=[args.parameter_name]).values
     if not values:
         return 'Parameter not set'
     value = ros_parameter.parameter_value_to_python(values[0])
@@ -275,11 +298,24 @@ def param_get(args):
     print(value if args.hide_type else 'Parameter not set.' if value is None else label)
 
 
+def param_dump(args):
+    """Print the parameters of a node as a parameter file."""
+    tree = {}
+    with asking(args) as answer:
+        names = sorted(answer('list_parameters').result.names)
+        for name, value in zip(names, answer('get_parameters', names=names).values):
+            *groups, name = name.split('.')
+            reduce(lambda group, inner: group.setdefault(inner, {}), groups, tree)[name] = (
+                ros_parameter.parameter_value_to_python(value))
+    print(yaml.dump({f'/{args.node_name.lstrip("/")}': {'ros__parameters': tree}}))
+
+
 def param_set(args):
     """Set a parameter."""
     value = ros_parameter.get_parameter_value(string_value=args.value)
-    result, = ask_node(args, 'set_parameters', parameters=[
-        Parameter(name=args.parameter_name, value=value)]).results
+    with asking(args) as answer:
+        result, = answer('set_parameters', parameters=[
+            Parameter(name=args.parameter_name, value=value)]).results
     print('Set parameter successful' if result.successful else 'Setting parameter failed',
           end=f': {result.reason}\n' if result.reason else '\n',
           file=sys.stdout if result.successful else sys.stderr)
@@ -287,7 +323,9 @@ def param_set(args):
 
 def param_describe(args):
     """Print what a node tells about parameters."""
-    for each in ask_node(args, 'describe_parameters', names=args.parameter_names).descriptors:
+    with asking(args) as answer:
+        descriptors = answer('describe_parameters', names=args.parameter_names).descriptors
+    for each in descriptors:
         limits = [*each.floating_point_range, *each.integer_range][:1]
         for text, value in (
                 ('Parameter name:', each.name), ('  Type:', TYPES[each.type]),

@@ -44,6 +44,14 @@ def pkg_executables(args):
             print(path if args.full_path else f'{package} {os.path.basename(path)}')
 
 
+def pkg_launch_files(args):
+    """Print the names of a package's launch files."""
+    for _, _, names in os.walk(index.get_package_share_directory(args.package_name)):
+        for name in names:
+            if name.endswith(('launch.py', 'launch.xml')):
+                print(name)
+
+
 def pkg_list(args):
     """Print the names of all packages."""
     print(*sorted(index.get_packages_with_prefixes()), sep='\n')
@@ -56,6 +64,19 @@ def pkg_prefix(args):
         print(find(args.package_name))
     except (index.PackageNotFoundError, ValueError):
         return 'Package not found'
+
+
+def interface_list(args):
+    """Print the names of all types of interfaces."""
+    kinds = {'Messages': 'msg', 'Services': 'srv', 'Actions': 'action'}
+    only = [heading for heading in kinds if getattr(args, f'only_{kinds[heading]}s')]
+    for heading in only or kinds:
+        print(f'{heading}:')
+        for package in sorted(index.get_resources('rosidl_interfaces')):
+            files = index.get_resource('rosidl_interfaces', package)[0].split()
+            for name in sorted({os.path.splitext(file)[0] for file in files}):
+                if name.startswith(f'{kinds[heading]}/') and '_' not in name:
+                    print(f'    {package}/{name}')
 
 
 def interface_show(args):

@@ -29,11 +29,14 @@ import yaml
 
 def interface(name, kind, problem):
     """Return the class of a type such as std_msgs/msg/String, whose middle may be missing."""
-    package, *middle, own_name = name.split('/')
     try:
-        return getattr(import_module('.'.join([package, *(middle or [kind])])), own_name)
+        package, *middle, own_name = name.split('/')
+        found = getattr(import_module('.'.join([package, *(middle or [kind])])), own_name)
     except (AttributeError, ImportError, TypeError, ValueError):
         raise RuntimeError(problem) from None
+    if kind == 'msg' and not hasattr(found, 'SLOT_TYPES'):
+        raise RuntimeError(problem)
+    return found
 
 
 def read(args):

@@ -1,0 +1,93 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""The programs of tf2_ros, tf2_echo and static_transform_publisher."""
+
+from functools import reduce
+from math import asin, atan2, cos, degrees, sin
+from random import choices
+from string import ascii_letters, digits
+
+from rclpy.time import Time
+from ros2cli.graph import observer
+from tf2_ros import Buffer, StaticTransformBroadcaster, TransformListener
+from tf2_ros.buffer_core import compose, stamped
+
+AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def described(transform, precision):
+    """Return a transform in all the ways of tf2_echo."""
+    def listed(numbers):
+        return ', '.join(f'{number:.{precision}f}' for number in numbers)
+
+    t, r = transform.transform.translation, transform.transform.rotation
+    position, rotation, stamp = (t.x, t.y, t.z), (r.x, r.y, r.z, r.w), transform.header.stamp
+    x, y, z = (compose((0.0, 0.0, 0.0, *rotation), (*axis, 0.0, 0.0, 0.0, 1.0))[:3]
+               for axis in AXES)
+    angles = atan2(y[2], z[2]), -asin(max(-1.0, min(1.0, x[2]))), atan2(x[1], x[0])
+    matrix = '\n'.join(''.join(f' {number:6.{precision}f}' for number in row)
+                       for row in (*zip(x, y, z, position), (0.0, 0.0, 0.0, 1.0)))
+    return (f'At time {stamp.sec}.{stamp.nanosec}\n- Translation: [{listed(position)}]\n'
+            f'- Rotation: in Quaternion (xyzw) [{listed(rotation)}]\n'
+            f'- Rotation: in RPY (radian) [{listed(angles)}]\n'
+            f'- Rotation: in RPY (degree) [{listed(map(degrees, angles))}]\n'
+            f'- Matrix:\n{matrix}')
+
+
+def tf2_echo(args):
+    """Print again and again where one frame is in another."""
+    buffer, found = Buffer(), False
+    wanted = args.source_frame, args.target_frame, Time(seconds=args.t)
+    if args.p < 0:
+        return 'Precision must be non-negative'
+    with observer(lambda _: True, 'tf2_echo', args.ros_args) as graph:
+        def say():
+            nonlocal found
+            there, why = buffer.can_transform_core(*wanted)
+            found = found or there
+            if there:
+                print(described(buffer.lookup_transform(*wanted), args.p))
+            elif found:
+                print(f'Failure at {graph.get_clock().now().nanoseconds * 1e-9:.{args.p}f}\n'
+                      f'Exception thrown:{why}\nThe current list of frames is:\n'
+                      f'{buffer.all_frames_as_string()}')
+            else:
+                graph.get_logger().info('Waiting for transform {} ->  {}: {}'.format(
+                    *wanted[:2], why), throttle_duration_sec=1.0)
+
+        listener = TransformListener(buffer, graph)
+        say()
+        graph.create_timer(1.0 / args.r, say)
+        graph.spin_until(lambda: listener is None)
+
+
+def static_transform_publisher(args):
+    """Publish a transform that holds at all times."""
+    given, angles = (args.qx, args.qy, args.qz, args.qw), (args.yaw, args.pitch, args.roll)
+    if args.frame_id == args.child_frame_id:
+        return f"cannot publish static transform from '{args.frame_id}' to itself, exiting"
+    if given != (0.0, 0.0, 0.0, 1.0) and any(angles):
+        return 'Cannot specify both quaternion and Euler rotations'
+    transform = reduce(compose, (
+        (0.0, 0.0, 0.0, *(sin(angle / 2.0) * on for on in axis), cos(angle / 2.0))
+        for angle, axis in zip(angles, AXES[::-1])), (args.x, args.y, args.z, *given))
+    name = f'static_transform_publisher_{"".join(choices(ascii_letters + digits, k=16))}'
+    with observer(lambda _: True, name, args.ros_args) as graph:
+        broadcaster = StaticTransformBroadcaster(graph)
+        broadcaster.sendTransform(stamped(args.frame_id, args.child_frame_id,
+                                          graph.get_clock().now().nanoseconds, transform))
+        graph.get_logger().info('Spinning until stopped - publishing transform\n' + (
+            "translation: ('{:f}', '{:f}', '{:f}')\nrotation: ('{:f}', '{:f}', '{:f}', '{:f}')\n"
+            "from '{}' to '{}'").format(*transform, args.frame_id, args.child_frame_id))
+        graph.spin_until(lambda: False)
