@@ -70,12 +70,13 @@ LASTING = {
     'ros2 run turtle_brick sweep': 'drops, into ',
     'ros2 run turtle_brick viewer': 'http://',
     'ros2 topic hz': 'average rate: ',
+    'ros2 run tf2_ros tf2_echo': '- Matrix:',
     'python3 own_node.py': "'caught': 1",
     'bash turtle_brick/scripts/demo': 'http://',
 }
 """Commands that go on until Ctrl-C, and what they print when they are up."""
 
-TALKS = 'ros2 (node|param|service|topic)|python3 own_node'
+TALKS = 'ros2 (node|param|service|topic|run tf2_ros)|python3 own_node'
 """What talks to that graph."""
 
 NEEDS_VISER = 'ros2 run turtle_brick viewer|bash turtle_brick/scripts/demo'
