@@ -56,6 +56,9 @@ def is_standin(package: str) -> bool:
     return False
 
 
+LONGEST = ('test_pages', 'test_ros2cli_standin', 'test_launch_standin', 'test_viewer_browser',
+           'test_chaos', 'test_referee_live')
+
 LEFT_OUT = left_out()
 collect_ignore = [file for files in LEFT_OUT.values() for file in files]
 
@@ -94,5 +97,10 @@ def domain_id(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run the linters first: flake8 forks, which a process full of DDS's threads should not."""
-    items.sort(key=lambda item: item.get_closest_marker('linter') is None)
+    """Run the linters first, then the files that take longest: none is to be the last alone."""
+    def rank(item: pytest.Item) -> int:
+        if item.get_closest_marker('linter'):
+            return 0  # flake8 forks, which a process full of DDS's threads should not
+        return 1 if item.path.stem in LONGEST else 2
+
+    items.sort(key=rank)
