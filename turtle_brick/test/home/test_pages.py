@@ -213,10 +213,11 @@ def outcomes(request, domain, tmp_path_factory):
                 run(next(place for place in COMMANDS if ' /place ' in place), domain)
             return try_out(command, domain, directory)
 
+    commands = [item.callspec.params['command'] for item in request.session.items
+                if getattr(item, 'originalname', '') == 'test_command_beside_it']
+    commands.sort(key=lambda command: not re.search('own_node|/drop', command))  # the longest
     with ThreadPoolExecutor(6) as pool:
-        return {command: pool.submit(talk, command) for command in [
-            item.callspec.params['command'] for item in request.session.items
-            if getattr(item, 'originalname', '') == 'test_command_beside_it']}
+        return {command: pool.submit(talk, command) for command in commands}
 
 
 class TestBesideTheArena:

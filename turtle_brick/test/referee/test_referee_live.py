@@ -77,7 +77,6 @@ def test_faults_are_found(domain_id, monkeypatch):
                 for cause, *others in (mutant.rows for mutant in MUTANTS)
                 for row in (cause, *others)}
     broken = {one.name: one.follows for one in referee.RULES.judge(record) if one.mark == BROKEN}
-    assert expected.keys() & marks(record, KEPT).keys() == set()
     if record.held_up():
         assert {'frames: world', 'odom: pose', 'walls: size'} <= broken.keys() <= expected.keys()
     else:

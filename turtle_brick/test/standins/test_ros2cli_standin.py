@@ -423,6 +423,7 @@ def test_tf2_echo_tells_what_is_published(domain_id: int) -> None:
         'static_transform_publisher --x 1.5 --y -2 --z 0.25 --roll 0.1 --pitch 0.2 --yaw 0.3 '
         '--frame-id world --child-frame-id brick', 'tf2_echo world brick -r 20'))
     echo.wait_for(lambda: echo.has_said('  1.000$'))
+    publisher.wait_for(lambda: publisher.error.endswith("to 'brick'\n"))
     for command in (publisher, echo):
         command.send('SIGINT', 'group')
     assert echo.text.startswith(ECHO)

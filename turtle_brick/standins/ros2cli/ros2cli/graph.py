@@ -41,6 +41,9 @@ GLANCE = 0.02
 # machine makes fewer in a second.
 KNOWN, FOUND, MISSING, LIMIT = 40, 25, 100, 400
 
+# Topics of every node, also of other commands that come and go.
+COMMON = ('/rosout', '/parameter_events')
+
 # How long (s) a parameter service may take to be there, and to answer.
 TIMEOUT = 5.0
 
@@ -72,13 +75,14 @@ class Observer(Node):
         seen = quiet = None
         for glance in range(LIMIT):
             before, seen = seen, (
-                self.get_node_names(), self.get_service_names_and_types(),
+                self.node_names(), self.get_service_names_and_types(),
                 [(name, self.count_publishers(name), self.count_subscribers(name))
-                 for name, _ in self.get_topic_names_and_types()])
+                 for name, _ in self.get_topic_names_and_types() if name not in COMMON])
             quiet = quiet + 1 if seen == before else 0
-            missing = all(name[0] == '_' for name in seen[0]) or found and not found(self)
+            missing = not seen[0] or found and not found(self)
             if quiet >= (FOUND if found else KNOWN) and (
-                    glance >= MISSING or not missing) and self.is_whole():
+                    glance >= MISSING or not missing) and (
+                    quiet >= MISSING or self.is_whole()):
                 return
             self._spinner.spin_once(timeout_sec=GLANCE)
 
