@@ -99,7 +99,7 @@ class Graph(Spins):
         self._use_sim_time = (overrides or {}).get('use_sim_time', False)
         self.domain_id = domain_id
         self.context = Context()
-        self._log_level = ['--log-level', 'warn'] if quiet else []
+        self._log_level = ['--log-level', 'warn' if quiet else 'info']
         rclpy.init(args=['--ros-args', *self._log_level], context=self.context,
                    domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)
         self.executor = make_executor(self.context)
