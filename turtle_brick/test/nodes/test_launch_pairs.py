@@ -81,7 +81,7 @@ def evaluated(name, language, **given):
                             action.choices, context.launch_configurations[action.name]))
         elif isinstance(action, Node):
             action._perform_substitutions(context)
-            if hasattr(action, 'expanded_node_namespace'):  # the real one tells it when it executes
+            if hasattr(action, 'expanded_node_namespace'):  # which it tells when it executes
                 context.extend_locals({'ros_specific_arguments': {
                     'ns': f'__ns:={action.expanded_node_namespace}'}})
             # The first part finds the executable, of a package that need not be here.

@@ -111,9 +111,9 @@ def normal(text, files, log_dir=None):
     text = text.replace(f'{files}/probe', '$PROBE').replace(str(files), '$FILES')
     text = text.replace(SHARE, '$SHARE')
     text = re.sub(r'(pid \[?)\d+', r'\1$PID', text)
+    text = re.sub(rf'{re.escape(gettempdir())}/launch_params_\w+', '$TMP1', text)
     text = re.sub(r'0x[0-9a-f]+', '0x$ADDRESS', text)
     text = re.sub(r'(?m)^(\[.*?\] )?(Traceback .*:)(\n\1?  .*)+', r'\1\2\n\1  $TRACEBACK', text)
-    text = re.sub(rf'{re.escape(gettempdir())}/launch_params_\w+', '$TMP1', text)
     return re.sub(r'([=_-])\1{2,}', r'\1\1\1', re.sub(r'in \d+\.\d+s', 'in $N s', text))
 
 

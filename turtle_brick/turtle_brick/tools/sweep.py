@@ -41,6 +41,7 @@ from random import Random
 import signal
 import sys
 from time import monotonic, strftime
+import warnings
 from xml.etree import ElementTree
 
 from joblib import cpu_count, delayed, Parallel, parallel_config
@@ -178,6 +179,9 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list
                 file.flush()
                 drops.append(drop)
         except KeyboardInterrupt:
+            with warnings.catch_warnings():
+                warnings.simplefilter('ignore')  # joblib's, that drops have been made in vain
+                results.close()
             print(f'Stopped: {len(drops):,} of {plan.drops:,} drops are done, and kept.')
     by = (f'the workers of {options.dask}' if options.dask else
           f'{options.workers} worker{"s" if options.workers > 1 else ""}')
