@@ -34,7 +34,7 @@ import numpy as np
 import pytest
 from turtle_brick.core.dimensions import least_height
 from turtle_brick.core.parameters import default_path, load, ParameterError, TABLE
-from turtle_brick.tools.graph import robot_description
+from turtle_brick.tools.description import robot_description
 import xacro
 import yaml
 

@@ -27,10 +27,8 @@ from pathlib import Path
 import sys
 from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
-from xml.parsers.expat import ExpatError
 
-from ament_index_python.packages import (get_package_prefix, get_package_share_path,
-                                         PackageNotFoundError)
+from ament_index_python.packages import get_package_prefix, PackageNotFoundError
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
@@ -39,10 +37,10 @@ from turtle_brick.arena import Arena
 from turtle_brick.catcher import CatcherNode
 from turtle_brick.core.parameters import default_path
 from turtle_brick.ros.node_main import make_executor
+from turtle_brick.tools.description import robot_description
 from turtle_brick.turtle_robot import TurtleRobot
 from turtle_referee.processes import close_all, Process
 from turtle_referee.spinning import Spins
-import xacro
 import yaml
 
 END_TIME = 15.0
@@ -61,19 +59,6 @@ def executable(package: str, name: str) -> str:
         return str(Path(get_package_prefix(package), 'lib', package, name))
     except PackageNotFoundError:
         raise PackageNotFoundError(f'the package {package} is not installed here') from None
-
-
-def robot_description(params_file: Path) -> str:
-    """
-    Return the URDF of the robot that a file of parameters describes.
-
-    :raises ValueError: xacro cannot make it of them
-    """
-    path = get_package_share_path('turtle_brick') / 'urdf' / 'turtle.urdf.xacro'
-    try:
-        return xacro.process_file(str(path), mappings={'params_file': str(params_file)}).toxml()
-    except (xacro.XacroException, ExpatError) as error:
-        raise ValueError(f'{path}: {str(error).splitlines()[0].strip()}') from error
 
 
 class Graph(Spins):

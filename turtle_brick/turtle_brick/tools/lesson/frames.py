@@ -29,14 +29,14 @@ from matplotlib.patches import Circle, Polygon
 import numpy as np
 from turtle_brick.core.geometry import IDENTITY, Pose, Pose2D
 from turtle_brick.core.odometry import Odometer
-from turtle_brick.core.parameters import default_path, Parameters
+from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.tools.description import robot_description
 from turtle_brick.tools.lesson.sketches import arrow, sketched
 from turtle_brick.tools.plots import drawn, FAINT, INK, REFUSED, ROBOT
 from turtle_brick.tools.simulation import Simulation
 from turtle_brick.view.shapes import ORIGIN, robot_shapes, Shape
-import xacro
 
 START = (3.0, 2.0, radians(30.0))
 """Where the robot starts (m, rad): neither at the origin nor along x."""
@@ -108,8 +108,7 @@ def urdf(parameters: Parameters) -> str:
     with TemporaryDirectory() as folder:
         file = Path(folder, 'turtle.yaml')
         file.write_text(json.dumps({'/**': {'ros__parameters': asdict(parameters)}}))
-        source = default_path().parents[1] / 'urdf' / 'turtle.urdf.xacro'
-        return xacro.process_file(str(source), mappings={'params_file': str(file)}).toxml()
+        return robot_description(file)
 
 
 def outline(shape: Shape, frame: Pose) -> np.ndarray:
