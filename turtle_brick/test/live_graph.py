@@ -36,7 +36,7 @@ from typing import Any
 from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from tf2_msgs.msg import TFMessage
 from turtle_brick.tools.graph import Graph
 from turtle_referee.observer import DEPTH, Listener
@@ -45,6 +45,9 @@ from turtle_referee.record import rate
 
 GLANCE = 0.005
 """How often (s) one looks at what has come."""
+
+LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""To hear the last messages of a latched topic, however many publish it, or to latch some."""
 
 PATIENCE = 30.0
 """How long (s) something may take that comes at once on a quiet machine."""

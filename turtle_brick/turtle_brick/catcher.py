@@ -39,7 +39,6 @@ from typing import Any
 
 from geometry_msgs.msg import PoseStamped, TransformStamped
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 from tf2_ros import Buffer
 from turtle_brick.core.catch_logic import Catcher, DriveOrder, PERIOD, TiltOrder
@@ -49,7 +48,8 @@ from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import nanoseconds_of
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.node_parameters import declare_parameters
-from turtle_brick.ros.tf import BRICK, GuardedListener, latest, PLATFORM, pose_of, recent, WORLD
+from turtle_brick.ros.tf import (BRICK, GuardedListener, LATCHED, latest, PLATFORM, pose_of,
+                                 recent, WORLD)
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
 
@@ -85,9 +85,7 @@ class CatcherNode(Node):
         self.goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', 10)
         self.tilt_publisher = self.create_publisher(Tilt, 'tilt', 10)
         self.marker_publisher = self.create_publisher(Marker, 'catcher_marker', 10)
-        self.state_publisher = self.create_publisher(
-            String, 'catcher_state', QoSProfile(
-                depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self.state_publisher = self.create_publisher(String, 'catcher_state', LATCHED)
         self.publish_state()
         self.create_timer(PERIOD, self.update)
 

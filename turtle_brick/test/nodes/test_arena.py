@@ -18,9 +18,8 @@ from itertools import groupby
 from math import inf, nan, pi, sqrt
 
 from driven import PARAMETERS, Stage
-from live_graph import graph, PATIENCE
+from live_graph import graph, LATCHED, PATIENCE
 import pytest
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from turtle_brick import arena
 from turtle_brick.arena import MARKER_PERIOD
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply
@@ -183,9 +182,8 @@ def test_inclined_like_the_platform(bench):
 
 def test_markers(bench):
     """Late joiners get the walls around the arena, and the brick in its own frame."""
-    latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    walls = bench.live.record('walls', MarkerArray, latched)
-    bricks = bench.live.record('brick_marker', Marker, latched)
+    walls = bench.live.record('walls', MarkerArray, LATCHED)
+    bricks = bench.live.record('brick_marker', Marker, LATCHED)
     bench.live.wait_for(lambda: walls.messages and bricks.messages, PATIENCE, 'late joiners')
     edges = set()
     for wall in walls.last.markers:

@@ -19,10 +19,9 @@ from math import dist, nan
 
 from driven import PARAMETERS, Stage
 from geometry_msgs.msg import PoseStamped
-from live_graph import graph, PATIENCE
+from live_graph import graph, LATCHED, PATIENCE
 import pytest
 from rclpy.duration import Duration
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
@@ -38,8 +37,6 @@ from turtle_referee.domains import reserved_domain
 from visualization_msgs.msg import Marker
 
 REST = resting_height(PARAMETERS)
-
-LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Bench(Stage):

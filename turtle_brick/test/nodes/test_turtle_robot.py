@@ -18,10 +18,9 @@ from itertools import cycle
 from math import cos, dist, hypot, inf, nan, sin
 
 from geometry_msgs.msg import PoseStamped, Twist
-from live_graph import graph, NodeProcess, PATIENCE
+from live_graph import graph, LATCHED, NodeProcess, PATIENCE
 from nav_msgs.msg import Odometry
 import pytest
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from tf2_ros import StaticTransformBroadcaster
 from turtle_brick.core.geometry import from_yaw, Pose
@@ -128,8 +127,7 @@ def test_odom_is_the_first_pose_heading_included(bench):
     """World to odom is latched, said once, and outlives teleports, which roll no wheel."""
     wheel = bench.robot.odometer.wheel_angle
     bench.teleport(8.0, 2.0, -2.0)
-    statics = bench.live.record_transforms(
-        'odom', '/tf_static', QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    statics = bench.live.record_transforms('odom', '/tf_static', LATCHED)
     bench.live.wait_for(lambda: statics.messages, PATIENCE, 'a late joiner gets world -> odom')
     bench.stays(bench.odometry)
     (transform,) = statics.messages

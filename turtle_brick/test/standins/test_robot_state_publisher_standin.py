@@ -23,12 +23,12 @@ from typing import Any
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
-from live_graph import graph, LiveGraph, process, Recording
+from live_graph import graph, LATCHED, LiveGraph, process, Recording
 import pytest
 from rcl_interfaces.srv import SetParameters
 from rclpy.exceptions import ParameterException
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, qos_profile_sensor_data, QoSProfile
+from rclpy.qos import qos_profile_sensor_data, QoSProfile
 from robot_state_publisher.description import DescriptionError, parse
 from robot_state_publisher.node import RobotStatePublisher
 from sensor_msgs.msg import JointState
@@ -39,7 +39,6 @@ from turtle_brick.tools.graph import executable
 DATA = Path(__file__).parents[1] / 'data' / 'tf2'
 URDF = (DATA / 'r2.urdf').read_text()
 RECORDINGS = [json.loads(path.read_text()) for path in sorted(DATA.glob('rsp_*.json'))]
-LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 SECOND = 1_000_000_000
 
 
