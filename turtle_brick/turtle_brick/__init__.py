@@ -15,7 +15,9 @@
 A turtlesim robot that catches a brick dropped from the sky.
 
 The imports of its executables take up to a second. A Ctrl-C meanwhile ends them at once: raised in
-the midst of an import, a KeyboardInterrupt prints a long traceback, or gets lost.
+the midst of an import, a KeyboardInterrupt prints a long traceback, or gets lost. Until this one is
+imported, their first line does so, which setup.py writes. What comes while Python itself starts
+still prints a traceback.
 """
 
 import os
@@ -35,5 +37,5 @@ def _on_interrupt(number: int, frame: FrameType | None) -> None:
 
 
 if (Path(sys.argv[0]).parent.name == __name__  # as in lib/turtle_brick/arena
-        and signal.getsignal(signal.SIGINT) == signal.default_int_handler):
+        and signal.getsignal(signal.SIGINT) != signal.SIG_IGN):  # as in a worker of sweep
     signal.signal(signal.SIGINT, _on_interrupt)

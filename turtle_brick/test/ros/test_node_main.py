@@ -143,23 +143,42 @@ EXECUTABLES = [
     if package == 'turtle_brick' or is_standin(package)]
 
 
+@pytest.fixture
+def fake(tmp_path):
+    """Return a function that runs an executable with modules that interrupt what imports them."""
+    def fake(path, *names):
+        for name in names:
+            (tmp_path / f'{name}.py').write_text(
+                f"import os, signal; {TO_ITSELF.format('SIGINT')}; print('too late')")
+        done = subprocess.run(
+            [path], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+            env={**os.environ, 'PYTHONPATH': f'{tmp_path}:{os.environ["PYTHONPATH"]}'})
+        return done.stdout, done.returncode
+    return fake
+
+
 @pytest.mark.parametrize('path', EXECUTABLES, ids=lambda path: path.name)
-def test_an_interrupt_ends_an_executable_while_it_imports_its_modules(path, tmp_path):
-    for name in ('joblib', 'launch', 'matplotlib', 'rclpy', 'yaml'):
-        (tmp_path / f'{name}.py').write_text(
-            f"import os, signal; {TO_ITSELF.format('SIGINT')}; print('too late')")
-    done = subprocess.run(
-        [path], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-        env={**os.environ, 'PYTHONPATH': f'{tmp_path}:{os.environ["PYTHONPATH"]}'})
-    assert (done.stdout, done.returncode) == ('', 2 if path.name in ('referee', 'ros2') else 0)
+def test_an_interrupt_ends_an_executable_while_it_imports_its_modules(path, fake):
+    status = 2 if path.name in ('referee', 'ros2') else 0
+    assert fake(path, 'joblib', 'launch', 'matplotlib', 'rclpy', 'yaml') == ('', status)
 
 
-@pytest.mark.parametrize('path', ['/opt/lib/turtle_brick/my_node', '/opt/bin/pytest'])
-def test_an_interrupt_raises_an_exception_otherwise(path):
-    program = f'import os, signal, sys; sys.argv[0] = {path!r}; import turtle_brick; '
-    done = subprocess.run([sys.executable, '-c', program + TO_ITSELF.format('SIGINT')],
-                          stderr=subprocess.PIPE, text=True)
-    assert done.stderr.endswith('KeyboardInterrupt\n')
+def test_an_interrupt_ends_an_executable_while_python_looks_up_what_it_runs(tmp_path, fake):
+    subprocess.run([sys.executable, '-W', 'ignore', 'setup.py', '-q', 'egg_info', '-e', tmp_path,
+                    'install_scripts', '-d', tmp_path], cwd=Path(__file__).parents[2], check=True)
+    assert fake(tmp_path / 'arena', 'email') == ('', 0)
+
+
+@pytest.mark.parametrize('path, before, last', [
+    ('/opt/lib/turtle_brick/my_node', '', ['KeyboardInterrupt']),
+    ('/opt/bin/pytest', '', ['KeyboardInterrupt']),
+    ('/opt/lib/turtle_brick/sweep', 'signal.signal(signal.SIGINT, signal.SIG_IGN)', [])])
+def test_an_interrupt_is_otherwise_as_always(path, before, last):
+    """It raises an exception; and a worker of a sweep ignores it."""
+    program = (f'import os, signal, sys\n{before}\nsys.argv[0] = {path!r}\nimport turtle_brick\n'
+               + TO_ITSELF.format('SIGINT'))
+    done = subprocess.run([sys.executable, '-c', program], stderr=subprocess.PIPE, text=True)
+    assert done.stderr.splitlines()[-1:] == last
 
 
 def test_a_defect_is_not_hidden(start):
