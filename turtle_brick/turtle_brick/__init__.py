@@ -15,7 +15,7 @@
 A turtlesim robot that catches a brick dropped from the sky.
 
 The imports of its executables take up to a second. A Ctrl-C meanwhile ends them at once: raised in
-the midst of an import, a KeyboardInterrupt prints a long traceback, or gets lost. Until this one is
+the midst of an import, a KeyboardInterrupt prints a long traceback, or gets lost. Until this is
 imported, their first line does so, which setup.py writes. What comes while Python itself starts
 still prints a traceback.
 """
