@@ -36,7 +36,7 @@ import pytest
 from rcl_interfaces.msg import IntegerRange, ParameterDescriptor, ParameterEvent
 from rclpy.action import ActionServer
 from rclpy.node import Node
-from recorded import Command, records, with_paths, write_files
+from recorded import Command, GLANCE, records, with_paths, write_files
 from ros2cli import cli, traffic
 import ros2cli.graph as cli_graph
 from ros2cli.graph import Observer
@@ -77,13 +77,13 @@ def verb(record: dict[str, Any]) -> str | None:
 REPLAYED = [name for name, record in RECORDS.items()
             if name not in LEFT_OUT and verb(record) is None]
 
-# These are commands in processes of their own, as a user's are: what gets a signal, what starts
-# processes, what sees an empty graph, and for each way into the graph and out of it one. The
-# others are done in this process, in which a node enters the graph at once.
-PROCESSES = [name for name in REPLAYED if RECORDS[name].get('signals') or re.match(
-    'run_(?!help|unk)|empty|ros2_run|echo_transient|node_list$|node_info_catcher|topic_type$|'
-    'echo_once$|echo_latched_w|pub_times|call_place_refused|param_list_all|'
-    'param_get_double|param_set_unknown|pub_bad_topic|pub_wrong_value', name)]
+# These are commands in processes of their own, as a user's are: what starts processes, what sees
+# an empty graph or fails with a traceback, and for each way into the graph and out of it one. The
+# others are done in this process, in which a node enters the graph at once (and hears what is
+# latched, whatever its QoS).
+PROCESSES = [name for name in REPLAYED if re.match(
+    'run_(?!help|unk)|ros2_run|empty|node_list$|node_info_catcher|echo_(once$|two|transient)|'
+    'topic_hz$|pub_times|pub_bad_topic|call_unknown_service|param_list_all', name)]
 
 # They come last, since they change what others see.
 HERE = sorted(set(REPLAYED).difference(PROCESSES), key=lambda name: (
@@ -171,28 +171,32 @@ def outcome(command: Command) -> Outcome:
     return Outcome(command.end()[0], command.text, command.error)
 
 
+def signals_of(record: dict[str, Any]) -> list[list]:
+    """Return the signals that were sent: what was waited for, the signal, and to whom."""
+    signals = [] if record.get('stderr') else list(record.get('signals', ()))
+    if record.get('ended_by_recorder'):
+        signals.append([signals[-1][0] if signals else ['t', 0], 'SIGINT', 'group'])
+    return signals
+
+
+def has_come(record: dict[str, Any], when: list, said: str, pid: int, arena: Node) -> bool:
+    """Tell whether what a signal waits for has come, by what a process has said so far."""
+    kind, what = when
+    if kind == 'line':
+        pattern, times = what if isinstance(what, list) else (what, 1)
+        return said.endswith('\n') and len(re.findall(pattern, said, re.M)) >= times
+    # After some seconds, when it was waiting: for what it has told, or as a subscription.
+    expected = record['stdout'].replace('$MORE\n', '').count('\n')
+    return said.count('\n') >= expected if expected else any(
+        info.node_name == f'_ros2cli_{pid}' for topic in record['command'][3:]
+        if topic.startswith('/') for info in arena.get_subscriptions_info_by_topic(topic))
+
+
 def replay(record: dict[str, Any], domain: int, arena: Node, files: Path) -> Outcome:
     """Do what was recorded, with its signals when what they waited for has come."""
     command = start(with_paths(record['command'], files), domain, record.get('stdin', ''))
-    topics = [word for word in record['command'][3:] if word.startswith('/')]
-    expected = record['stdout'].replace('$MORE\n', '').count('\n')
-
-    def reached(kind: str, what: Any) -> bool:
-        """Return whether what a signal waits for has come."""
-        if kind == 'line':
-            return command.text.endswith('\n') and command.has_said(
-                *(what if isinstance(what, list) else [what]))
-        # After some seconds, when it was waiting: for what it has told, or as a subscription.
-        name = f'_ros2cli_{command.popen.pid}'
-        return command.has_said('\n', expected) if expected else any(
-            info.node_name == name for topic in topics
-            for info in arena.get_subscriptions_info_by_topic(topic))
-
-    signals = [] if record['stderr'] else list(record.get('signals', ()))
-    if record.get('ended_by_recorder'):
-        signals.append([signals[-1][0] if signals else ['t', 0], 'SIGINT', 'group'])
-    for when, name, whom in signals:
-        command.wait_for(lambda: reached(*when))
+    for when, name, whom in signals_of(record):
+        command.wait_for(lambda: has_come(record, when, command.text, command.popen.pid, arena))
         command.send(name, whom)
     return outcome(command)
 
@@ -221,23 +225,40 @@ def near(arena: Node) -> Iterator[Callable[..., AbstractContextManager[Observer]
             def observer(found: object = None, name: str | None = None) -> Iterator[Observer]:
                 """Do without the wait."""
                 node = Observer(name)
-                yield node
-                node.destroy_node()
+                try:
+                    yield node
+                finally:
+                    node.destroy_node()
 
             yield observer
         signal.alarm(0)
 
 
-def run_here(record: dict[str, Any], files: Path, patch: pytest.MonkeyPatch) -> Outcome:
-    """Do a recorded command in this process."""
+def run_here(record: dict[str, Any], files: Path, patch: pytest.MonkeyPatch,
+             arena: Node | None = None) -> Outcome:
+    """Do a recorded command in this process, with a Ctrl-C where there was one."""
     streams = [io.TextIOWrapper(io.BytesIO()) for _ in range(2)]
     for name, value in (('argv', with_paths(record['command'], files)),
                         ('stdin', io.StringIO(record.get('stdin', ''))),
                         ('stdout', streams[0]), ('stderr', streams[1])):
         patch.setattr(sys, name, value)
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    over = threading.Event()
+
+    def interrupt() -> None:
+        for when, *_ in signals_of(record):
+            while not has_come(record, when, streams[0].buffer.getvalue().decode(), os.getpid(),
+                               arena):
+                if over.wait(GLANCE):
+                    return
+            os.kill(os.getpid(), signal.SIGINT)
+
+    user = threading.Thread(target=interrupt)
+    user.start()
     with pytest.raises(SystemExit) as ended:
         cli.main()
+    over.set()
+    user.join()
     for number, handler in handlers.items():
         signal.signal(number, handler)
     code = ended.value.code
@@ -248,6 +269,69 @@ def run_here(record: dict[str, Any], files: Path, patch: pytest.MonkeyPatch) -> 
         stream.flush()
         texts.append(stream.buffer.getvalue().decode())
     return Outcome(1 if isinstance(code, str) else code or 0, *texts)
+
+
+# ------------------------------------------------------- beside the commands that are replayed
+
+# What the real tf2_echo says of the transform that the test below publishes.
+ECHO = """At time 0.0
+- Translation: [1.500, -2.000, 0.250]
+- Rotation: in Quaternion (xyzw) [0.034, 0.106, 0.144, 0.983]
+- Rotation: in RPY (radian) [0.100, 0.200, 0.300]
+- Rotation: in RPY (degree) [5.730, 11.459, 17.189]
+- Matrix:
+  0.936 -0.275  0.218  1.500
+  0.290  0.956 -0.037 -2.000
+ -0.199  0.098  0.975  0.250
+  0.000  0.000  0.000  1.000
+"""
+
+
+def test_tf2_echo_tells_what_is_published(outcomes: object, domain_id: int) -> None:
+    """As the real ones do, from their executables, until Ctrl-C."""
+    publisher, echo = (start(['ros2', 'run', 'tf2_ros', *words.split()], domain_id) for words in (
+        'static_transform_publisher --x 1.5 --y -2 --z 0.25 --roll 0.1 --pitch 0.2 --yaw 0.3 '
+        '--frame-id world --child-frame-id brick', 'tf2_echo world brick -r 20'))
+    echo.wait_for(lambda: echo.has_said('  1.000$'))
+    publisher.wait_for(lambda: publisher.error.endswith("to 'brick'\n"))
+    for command in (publisher, echo):
+        command.send('SIGINT', 'group')
+    assert echo.text.startswith(ECHO)
+    assert re.sub(r'.*Waiting for transform world ->  brick: .*\n', '', outcome(echo).stderr) == ''
+    said = outcome(publisher).stderr
+    assert "rotation: ('0.034271', '0.106021', '0.143572', '0.983347')\n" in said
+    assert said.endswith("from 'world' to 'brick'\n")
+
+
+# What pybind11 makes of an exception that comes in a callback.
+SWALLOWED = """
+import os, sys
+from ros2cli import cli, graph
+number = int(sys.argv.pop())
+def spin_until(*_):
+    try:
+        os.kill(os.getpid(), number)
+    except BaseException:
+        raise RuntimeError("Unable to convert call argument '0'")
+graph.Observer.spin_until = spin_until
+cli.main()
+"""
+
+
+@pytest.mark.parametrize('number', (signal.SIGINT, signal.SIGTERM))
+def test_interrupted_in_the_middleware(number: int, outcomes: object, arena: Node) -> None:
+    """Whatever the middleware makes of the interruption, the command ends quietly."""
+    command = start([sys.executable, '-c', SWALLOWED, 'topic', 'echo', '/odom',
+                     'nav_msgs/msg/Odometry', str(int(number))], arena.context.get_domain_id())
+    assert outcome(command) == (number, '', '')
+
+
+def test_nobody_reads_on(outcomes: object, arena: Node) -> None:
+    """A pipe that is closed ends the command quietly, as in `ros2 topic echo ... | head`."""
+    command = ['bash', '-c', 'ros2 topic echo /turtle1/pose | head -n 1']
+    done = outcome(start(command, arena.context.get_domain_id()))
+    assert (done.status, done.stderr) == (0, '')
+    assert done.stdout.startswith('x: ')
 
 
 # -------------------------------------------------------------------------------- the comparison
@@ -332,11 +416,12 @@ def test_command(name: str, outcomes: dict[str, Future], files: Path) -> None:
 
 
 @pytest.mark.parametrize('name', HERE)
-def test_verb(name: str, near: Callable, files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_verb(name: str, arena: Node, near: Callable, files: Path,
+              monkeypatch: pytest.MonkeyPatch) -> None:
     """So does what the command does, in this process."""
     for module in (cli_graph, traffic):
         monkeypatch.setattr(module, 'observer', near)
-    done = run_here(RECORDS[name], files, monkeypatch)
+    done = run_here(RECORDS[name], files, monkeypatch, arena)
     monkeypatch.undo()
     assert_same(name, done, files)
 
@@ -401,64 +486,3 @@ def test_tab_completes(tmp_path: Path, domain_id: int, monkeypatch: pytest.Monke
         monkeypatch.setenv(name, str(value))
     assert outcome(start(['ros2'], domain_id)).status == 0
     assert (tmp_path / 'words').read_text() == 'turtlesim/msg/Color\nturtlesim/msg/Pose'
-
-
-# What the real tf2_echo says of the transform that the test below publishes.
-ECHO = """At time 0.0
-- Translation: [1.500, -2.000, 0.250]
-- Rotation: in Quaternion (xyzw) [0.034, 0.106, 0.144, 0.983]
-- Rotation: in RPY (radian) [0.100, 0.200, 0.300]
-- Rotation: in RPY (degree) [5.730, 11.459, 17.189]
-- Matrix:
-  0.936 -0.275  0.218  1.500
-  0.290  0.956 -0.037 -2.000
- -0.199  0.098  0.975  0.250
-  0.000  0.000  0.000  1.000
-"""
-
-
-def test_tf2_echo_tells_what_is_published(domain_id: int) -> None:
-    """As the real ones do, from their executables, until Ctrl-C."""
-    publisher, echo = (start(['ros2', 'run', 'tf2_ros', *words.split()], domain_id) for words in (
-        'static_transform_publisher --x 1.5 --y -2 --z 0.25 --roll 0.1 --pitch 0.2 --yaw 0.3 '
-        '--frame-id world --child-frame-id brick', 'tf2_echo world brick -r 20'))
-    echo.wait_for(lambda: echo.has_said('  1.000$'))
-    publisher.wait_for(lambda: publisher.error.endswith("to 'brick'\n"))
-    for command in (publisher, echo):
-        command.send('SIGINT', 'group')
-    assert echo.text.startswith(ECHO)
-    assert re.sub(r'.*Waiting for transform world ->  brick: .*\n', '', outcome(echo).stderr) == ''
-    said = outcome(publisher).stderr
-    assert "rotation: ('0.034271', '0.106021', '0.143572', '0.983347')\n" in said
-    assert said.endswith("from 'world' to 'brick'\n")
-
-
-# What pybind11 makes of an exception that comes in a callback.
-SWALLOWED = """
-import os, sys
-from ros2cli import cli, graph
-number = int(sys.argv.pop())
-def spin_until(*_):
-    try:
-        os.kill(os.getpid(), number)
-    except BaseException:
-        raise RuntimeError("Unable to convert call argument '0'")
-graph.Observer.spin_until = spin_until
-cli.main()
-"""
-
-
-@pytest.mark.parametrize('number', (signal.SIGINT, signal.SIGTERM))
-def test_interrupted_in_the_middleware(number: int, domain_id: int) -> None:
-    """Whatever the middleware makes of the interruption, the command ends quietly."""
-    command = start([sys.executable, '-c', SWALLOWED, 'topic', 'echo', '/odom',
-                     'nav_msgs/msg/Odometry', str(int(number))], domain_id)
-    assert outcome(command) == (number, '', '')
-
-
-def test_nobody_reads_on(arena: Node) -> None:
-    """A pipe that is closed ends the command quietly, as in `ros2 topic echo ... | head`."""
-    command = ['bash', '-c', 'ros2 topic echo /turtle1/pose | head -n 1']
-    done = outcome(start(command, arena.context.get_domain_id()))
-    assert (done.status, done.stderr) == (0, '')
-    assert done.stdout.startswith('x: ')
