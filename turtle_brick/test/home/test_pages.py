@@ -169,18 +169,15 @@ def try_out(command, domain, directory):
         assert done.stdout == EXPECTED[command]
 
 
-@pytest.mark.parametrize('command', [
-    command for command in COMMANDS if command != ARENA
-    and not begins(command, NOT_RUN) and not re.match(TALKS, command)], ids=str)
-def test_command(command, domain_id, tmp_path):
+def lacks(command):
+    """Return what a command needs that is not here, if there is something."""
     if re.match(NEEDS_HOME, command) and os.environ.get('TURTLE_BRICK_HOME') != f'{ROOT}/.ros':
-        pytest.skip('env.bash has not been sourced')
+        return 'env.bash has not been sourced'
     if re.match(NEEDS_VISER, command) and find_spec('viser') is None:
-        pytest.skip('viser is not installed')
-    try_out(command, domain_id, tmp_path)
+        return 'viser is not installed'
 
 
-@pytest.fixture(scope='class')
+@pytest.fixture(scope='module')
 def domain(tmp_path_factory):
     """Start the graph in a domain of its own; see in the end that Ctrl-C ends it quietly."""
     with reserved_domain() as domain, started(
@@ -199,13 +196,20 @@ def domain(tmp_path_factory):
                 run('ros2 daemon stop', domain)
 
 
-@pytest.fixture(scope='class')
-def outcomes(request, domain, tmp_path_factory):
-    """Try the commands that are asked for, six at a time: most of them wait for the graph."""
+@pytest.fixture(scope='module')
+def outcomes(request, tmp_path_factory):
+    """Try the commands that are asked for, six at a time: many of them wait for the graph."""
+    commands = [item.callspec.params['command'] for item in request.session.items
+                if getattr(item, 'originalname', '') == 'test_command'
+                and not lacks(item.callspec.params['command'])]
+    commands.sort(key=lambda command: not re.search('own_node|/drop|reach', command))
     brick = Lock()
 
-    def talk(command):
+    def attempt(command):
         directory = tmp_path_factory.mktemp('reader')
+        if not re.match(TALKS, command):
+            with reserved_domain() as own:
+                return try_out(command, own, directory)
         if not re.search('/drop|/place|own_node', command):
             return try_out(command, domain, directory)
         with brick:
@@ -213,39 +217,38 @@ def outcomes(request, domain, tmp_path_factory):
                 run(next(place for place in COMMANDS if ' /place ' in place), domain)
             return try_out(command, domain, directory)
 
-    commands = [item.callspec.params['command'] for item in request.session.items
-                if getattr(item, 'originalname', '') == 'test_command_beside_it']
-    commands.sort(key=lambda command: not re.search('own_node|/drop', command))  # the longest
+    if any(re.match(TALKS, command) for command in commands):
+        domain = request.getfixturevalue('domain')
     with ThreadPoolExecutor(6) as pool:
-        return {command: pool.submit(talk, command) for command in commands}
+        yield {command: pool.submit(attempt, command) for command in commands}
 
 
-class TestBesideTheArena:
-    """What a page says of the graph of turtle_arena, which is started as the page says."""
+@pytest.mark.parametrize('command', [command for command in COMMANDS if command != ARENA
+                                     and not begins(command, NOT_RUN)], ids=str)
+def test_command(command, outcomes):
+    if lacks(command):
+        pytest.skip(lacks(command))
+    outcomes[command].result()
 
-    @pytest.mark.parametrize('command', [
-        command for command in COMMANDS if re.match(TALKS, command)], ids=str)
-    def test_command_beside_it(self, command, outcomes):
-        outcomes[command].result()
 
-    def test_what_the_nodes_publish_hear_and_serve_is_told_and_drawn(self, domain):
-        words = set(re.findall('[a-z_0-9/]+', ' '.join(drawn()[1])))
-        with graph(domain) as live:
-            for row in cells('graph.md', 'Nodes')[:3]:
-                node, = names(row[0])
-                told = [set(re.findall(r'`([\w/]+)` ([A-Z]\w+)', cell))
-                        for cell in (*row[1:], '')[:3]]
+def test_what_the_nodes_publish_hear_and_serve_is_told_and_drawn(domain):
+    words = set(re.findall('[a-z_0-9/]+', ' '.join(drawn()[1])))
+    with graph(domain) as live:
+        for row in cells('graph.md', 'Nodes')[:3]:
+            node, = names(row[0])
+            told = [set(re.findall(r'`([\w/]+)` ([A-Z]\w+)', cell))
+                    for cell in (*row[1:], '')[:3]]
 
-                def seen():
-                    ask = live.listener
-                    return [interfaces(getter(node, '/')) for getter in (
-                        ask.get_publisher_names_and_types_by_node,
-                        ask.get_subscriber_names_and_types_by_node,
-                        ask.get_service_names_and_types_by_node)]
+            def seen():
+                ask = live.listener
+                return [interfaces(getter(node, '/')) for getter in (
+                    ask.get_publisher_names_and_types_by_node,
+                    ask.get_subscriber_names_and_types_by_node,
+                    ask.get_service_names_and_types_by_node)]
 
-                live.wait_for(lambda: node in live.listener.get_node_names() and seen() == told,
-                              20.0, f'a graph in which {node} has {told}')
-                assert {node, *(name for part in told for name, _ in part)} <= words, words
+            live.wait_for(lambda: node in live.listener.get_node_names() and seen() == told,
+                          20.0, f'a graph in which {node} has {told}')
+            assert {node, *(name for part in told for name, _ in part)} <= words, words
 
 
 # --------------------------------------------------------------------------------------- names

@@ -63,7 +63,7 @@ def test_show_turtle(domain_id):
                   'namespace:=alice') as launching:
         with graph(domain_id, namespace='alice') as live:
             states = live.record('joint_states', JointState)
-            assert live.rates([states], 20) == [pytest.approx(10.0, rel=0.1)]
+            assert live.rates([states], 10) == [pytest.approx(10.0, rel=0.1)]
             live.wait_for(lambda: states.last.name, PATIENCE, 'joints')
             assert states.last.name == ['stem_joint', 'wheel_joint', 'platform_joint']
             assert list(states.last.position) == [0.0] * 3
@@ -78,7 +78,7 @@ def test_turtle_arena(domain_id):
         launching.wait_for_output('waiting for a fall', 30.0)
         with graph(domain_id, namespace='bob') as live:
             commands = live.record('turtle1/cmd_vel', Twist)
-            assert live.rates([commands], 200) == [pytest.approx(100.0, rel=0.02)]
+            assert live.rates([commands], 100) == [pytest.approx(100.0, rel=0.02)]
             poses = live.record('turtle1/pose', Pose)
             goal = PoseStamped()
             goal.header.frame_id = 'world'
