@@ -26,6 +26,9 @@ Publishes:
 Subscribes:
     /tf, /tf_static: the frames brick and platform; it knows nothing else of brick and robot
 
+How long messages and orders take it measures, so that the nodes may be on several hosts: see
+`turtle_brick.core.latency`. Their clocks have to agree, as chrony or another NTP client keeps them.
+
 Parameters, read-only:
     max_velocity (double, m/s): greatest speed of the robot
     platform_height (double, m): height of the platform's top
@@ -39,19 +42,30 @@ from typing import Any
 
 from geometry_msgs.msg import PoseStamped, TransformStamped
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from std_msgs.msg import String
 from tf2_ros import Buffer
 from turtle_brick.core.catch_logic import Catcher, DriveOrder, PERIOD, TiltOrder
 from turtle_brick.core.parameters import CatcherParameters
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.core.time_steps import nanoseconds_of
+from turtle_brick.core.time_steps import due_instant, NANO, nanoseconds_of
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.node_parameters import declare_parameters
-from turtle_brick.ros.tf import (BRICK, GuardedListener, LATCHED, latest, PLATFORM, pose_of,
-                                 recent, WORLD)
+from turtle_brick.ros.tf import (BASE_LINK, BRICK, GuardedListener, LATCHED, latest, PLATFORM,
+                                 pose_of, recent, WORLD)
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
+
+ORDERS = QoSProfile(depth=1)
+"""Only the latest order counts. With a depth of 1 each one tells the subscriber that those before
+it are void: one that got lost does not hold them back."""
+
+MOVING = (BRICK, PLATFORM, BASE_LINK)
+"""The frames whose transforms show how long messages take."""
+
+ON_TIME = 0.005
+"""Longest delay (s) of a timer of this node that did not stand still."""
 
 TEXT_HEIGHT = 0.6
 """Height of the letters (m)."""
@@ -78,19 +92,27 @@ class CatcherNode(Node):
         """Whether it was logged what is missing."""
         self.complete = False
         """Whether robot and brick have been in sight."""
+        self.warned_of_clocks = False
+        """Whether it was logged that the clocks of the hosts disagree."""
+        self.ages: dict[str, float] = {}
+        """How old (s) the last transform of each moving frame was when it arrived."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self, self.on_transform)
 
-        self.goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', 10)
-        self.tilt_publisher = self.create_publisher(Tilt, 'tilt', 10)
+        self.goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', ORDERS)
+        self.tilt_publisher = self.create_publisher(Tilt, 'tilt', ORDERS)
         self.marker_publisher = self.create_publisher(Marker, 'catcher_marker', 10)
         self.state_publisher = self.create_publisher(String, 'catcher_state', LATCHED)
         self.publish_state()
-        self.create_timer(PERIOD, self.update)
+        self.timer = self.create_timer(PERIOD, self.on_timer)
 
     def on_transform(self, transform: TransformStamped) -> None:
         """Note where the brick is; act at once if it has begun to fall."""
+        stamp = nanoseconds_of(transform.header.stamp)
+        if transform.child_frame_id in MOVING:
+            self.ages[transform.child_frame_id] = (
+                self.get_clock().now().nanoseconds - stamp) * NANO
         if transform.child_frame_id != BRICK:
             return
         position = pose_of(transform.transform).position
@@ -100,8 +122,26 @@ class CatcherNode(Node):
             if above is None:
                 return
             position = pose_of(above.transform).transform(position)
-        if self.catcher.see_brick(nanoseconds_of(transform.header.stamp), position, parent):
+        if self.catcher.see_brick(stamp, position, parent):
             self.update()
+
+    def on_timer(self) -> None:
+        """Note how long messages take, and let the catcher decide."""
+        now = self.get_clock().now().nanoseconds
+        # A node that stood still measures its own delay, and simulated time passes in steps.
+        if ((now - due_instant(self.timer, now)) * NANO <= ON_TIME
+                and not self.get_parameter('use_sim_time').value):
+            for age in self.ages.values():
+                self.catcher.latency.hear(now, age)
+        self.ages.clear()
+        ahead = self.catcher.latency.ahead(now)
+        if ahead and not self.warned_of_clocks:
+            self.warned_of_clocks = True
+            self.get_logger().warning(
+                f'Stamps are up to {ahead:.3f} s ahead of this clock: the clocks of the hosts '
+                'disagree, and bricks are refused that could be caught. chrony, or another NTP '
+                'client, on each host keeps their clocks together')
+        self.update()
 
     def update(self) -> None:
         """Let the catcher decide, and publish what it orders."""
@@ -163,7 +203,8 @@ class CatcherNode(Node):
         if decision.reachable:
             self.get_logger().info(
                 f'{place} and can be caught: down in {decision.available:.3f} s, the robot, '
-                f'{decision.distance:.2f} m away, needs {decision.needed:.3f} s')
+                f'{decision.distance:.2f} m away, needs {decision.needed:.3f} s; the commands '
+                f'take {decision.latency:.2f} s here')
         else:
             self.get_logger().info(f'{place}: unreachable, {decision.reason}')
 

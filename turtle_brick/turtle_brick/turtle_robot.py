@@ -61,7 +61,7 @@ from turtle_brick.core.turtlesim_kinematics import TurtlePose
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.ros.tf import (BASE_LINK, GuardedListener, LATEST, ODOM, pose_of, set_transform,
-                                 transform_message, WORLD)
+                                 STATES, transform_message, WORLD)
 from turtle_brick.ros.throttling import Warner
 from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage
@@ -104,7 +104,7 @@ class TurtleRobot(Node):
         self.cmd_vel_publisher = self.create_publisher(Twist, 'cmd_vel', 10)
         self.odom_publisher = self.create_publisher(Odometry, 'odom', 10)
         self.joint_publisher = self.create_publisher(JointState, 'joint_states', 10)
-        self.create_subscription(TurtlePoseMessage, 'turtle1/pose', self.on_pose, 10)
+        self.create_subscription(TurtlePoseMessage, 'turtle1/pose', self.on_pose, STATES)
         self.create_subscription(PoseStamped, 'goal_pose', self.on_goal, 10)
         self.create_subscription(Tilt, 'tilt', self.on_tilt, 10)
 

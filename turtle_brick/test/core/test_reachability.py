@@ -24,6 +24,7 @@ import pytest
 from turtle_brick.core.driving import travel_time
 from turtle_brick.core.fall_detection import Fall
 from turtle_brick.core.geometry import from_pitch, Pose
+from turtle_brick.core.latency import Latency
 from turtle_brick.core.parameters import load
 from turtle_brick.core.reachability import (CARRY_ON, COMMAND_LATENCY, guaranteed_distance,
                                             LEVEL_LATENCY, reach, resting_height, RobotMotion,
@@ -93,7 +94,8 @@ def test_reason_says_what_is_missing():
     assert not decision.reachable
     assert decision.reason == (
         f'the robot, 4.00 m away, needs {decision.needed:.3f} s and the brick is down in '
-        f'{decision.available:.3f} s, {-decision.margin:.3f} s too early')
+        f'{decision.available:.3f} s, {-decision.margin:.3f} s too early; '
+        'the commands take 0.11 s here')
     decision = reach(fall, SECOND, None, PARAMETERS)
     assert (decision.reachable, decision.needed) == (False, inf)
     assert 'no robot' in decision.reason
@@ -132,7 +134,7 @@ def seen_at(track, time, x, y=5.0, tilt=0.0, level=True):
 
 
 def test_robot_that_is_seen_moving_goes_on_at_full_speed_until_it_has_stood_for_a_while():
-    track = Track(PARAMETERS.max_velocity)
+    track = Track(PARAMETERS.max_velocity, Latency())
     seen_at(track, 1.0, 5.0)
     robot = seen_at(track, 1.01, 5.003, 5.004)
     assert robot.bound_for == (pytest.approx((5.003 + 0.6 * WAY, 5.004 + 0.8 * WAY)),)
@@ -144,12 +146,15 @@ def test_robot_that_is_seen_moving_goes_on_at_full_speed_until_it_has_stood_for_
 
 def test_robot_that_was_sent_somewhere_is_bound_for_it():
     """Also if it isn't seen to move yet, and for COMMAND_LATENCY for where it was sent before."""
-    track = Track(PARAMETERS.max_velocity)
+    track = Track(PARAMETERS.max_velocity, Latency())
     seen_at(track, 1.0, 5.0)
     track.order(seconds(1.2), (9.0, 5.0))
     assert seen_at(track, 1.2 + COMMAND_LATENCY - 0.001, 5.0).bound_for == ((5.0 + WAY, 5.0),)
     assert seen_at(track, 1.2 + COMMAND_LATENCY + 0.001, 5.0).at_rest
     # On its way, it may pass its goal as far as it is seen to go, but is bound for it as well.
+    track = Track(PARAMETERS.max_velocity, Latency())
+    track.order(seconds(1.2), (9.0, 5.0))
+    seen_at(track, 1.34, 8.87)
     robot = seen_at(track, 1.35, 8.9)
     assert robot.bound_for == (pytest.approx((8.9 + WAY, 5.0)), pytest.approx((9.0, 5.0)))
     track.order(seconds(1.4), (8.9, 1.0))
@@ -160,7 +165,7 @@ def test_robot_that_was_sent_somewhere_is_bound_for_it():
 
 
 def test_robot_that_was_seen_for_too_short_a_time_may_be_going_anywhere():
-    track = Track(PARAMETERS.max_velocity)
+    track = Track(PARAMETERS.max_velocity, Latency())
     for begin in (1.0, 2.0):
         assert seen_at(track, begin, 5.0).reserve == WAY
         assert seen_at(track, begin + 0.069, 5.0).reserve == WAY
@@ -170,7 +175,7 @@ def test_robot_that_was_seen_for_too_short_a_time_may_be_going_anywhere():
 
 
 def test_platform_is_level_if_it_was_ordered_so_and_is_seen_so():
-    track = Track(PARAMETERS.max_velocity)
+    track = Track(PARAMETERS.max_velocity, Latency())
     assert seen_at(track, 1.0, 5.0).level
     assert not seen_at(track, 1.1, 5.0, level=False).level
     assert not seen_at(track, 1.2, 5.0, tilt=0.01).level

@@ -27,6 +27,7 @@ from typing import NamedTuple
 from turtle_brick.core.driving import within_arena
 from turtle_brick.core.fall_detection import FallDetector
 from turtle_brick.core.geometry import FARTHEST, Vector
+from turtle_brick.core.latency import Latency
 from turtle_brick.core.parameters import CatcherParameters
 from turtle_brick.core.reachability import (Decision, LEVEL_LATENCY, reach, resting_height,
                                             RobotMotion, ROUNDING, Track)
@@ -311,9 +312,13 @@ class Ramp:
         """Set the angle to zero at once."""
         self.angle, self._ordered = 0.0, now
 
-    def is_level(self, now: int) -> bool:
-        """Tell whether level was ordered so long before an instant (ns) that all others see it."""
-        return self.angle == 0.0 and (now - self._ordered) * NANO > LEVEL_LATENCY
+    def is_level(self, now: int, latency: float) -> bool:
+        """Tell whether level was ordered longer than a latency (s) before an instant (ns)."""
+        return self.angle == 0.0 and self.ordered_for(now) > latency
+
+    def ordered_for(self, now: int) -> float:
+        """Return how long (s) before an instant (ns) the angle was ordered."""
+        return (now - self._ordered) * NANO
 
 
 class Catcher:
@@ -333,7 +338,9 @@ class Catcher:
         """The last instant (ns)."""
         self._brick = Brick()
         self._detector = FallDetector(self.parameters.gravity_accel)
-        self._track = Track(self.parameters.max_velocity)
+        self.latency = Latency()
+        """How long messages and orders take here."""
+        self._track = Track(self.parameters.max_velocity, self.latency)
         self._ramp = Ramp()
         self._ramp.level(now)
 
@@ -354,6 +361,7 @@ class Catcher:
         x, y, z = position
         if not abs(x) + abs(y) + abs(z) <= FARTHEST:
             return False
+        self.latency.see_brick(stamp)
         self._brick = self._brick.observe(stamp, position, parent)
         return self._detector.observe(stamp, x, y, z)
 
@@ -372,7 +380,8 @@ class Catcher:
             actions.append(TiltOrder(0.0))
         self._now = now
         track, ramp = self._track, self._ramp
-        robot = track.observe(now, platform, ramp.is_level(now))
+        level_latency = LEVEL_LATENCY + self.latency.excess(now)
+        robot = track.observe(now, platform, ramp.is_level(now, level_latency))
         decision = self._decide(robot)
         if decision is not None:
             self.decision = decision
@@ -390,10 +399,13 @@ class Catcher:
         if goal is not None:
             track.order(now, goal)
             actions.append(DriveOrder(*goal))
+        elif track.lost(now):
+            actions.append(DriveOrder(*track.goal))
         if catchable:
             ramp.level(now)
             actions.append(TiltOrder(0.0))
-        if ramp.move(now, self.parameters.tilt_angle if state is State.TILTING else 0.0):
+        if (ramp.move(now, self.parameters.tilt_angle if state is State.TILTING else 0.0)
+                or self.latency.loses(now) and ramp.ordered_for(now) < level_latency):
             actions.append(TiltOrder(ramp.angle))
         return actions
 
@@ -403,11 +415,11 @@ class Catcher:
         if (fall is None or self.decision is not None and self.decision.fall is fall
                 or abs(now - self._brick.seen) * NANO > CLOCK_DIFFERENCE):
             return None
-        decision = reach(fall, now, robot, self.parameters)
+        decision = reach(fall, now, robot, self.parameters, self._track.excess)
         # A robot that is not seen, or not for long enough, may turn out to be near and at rest.
         hoped_for = RobotMotion(fall.x, fall.y) if robot is None else robot._replace(reserve=0.0)
         if (not decision.reachable and decision.available > LAST_WORD
-                and reach(fall, now, hoped_for, self.parameters).reachable):
+                and reach(fall, now, hoped_for, self.parameters, self._track.excess).reachable):
             return None
         return decision
 

@@ -16,8 +16,9 @@
 Decide whether the robot can be under a falling brick in time.
 
 `reach` decides, from the course of the fall and from what `Track` knows of the robot: where it is,
-and where the commands on their way may take it. The latencies of the command path are derived
-here. Instants are integer nanoseconds of one clock.
+and where the commands on their way may take it. The latencies of the command path on one machine are
+derived here; what they take longer elsewhere is measured, see `latency`, and called the excess.
+Instants are integer nanoseconds of one clock.
 """
 
 from collections import deque
@@ -26,6 +27,7 @@ from typing import NamedTuple
 
 from turtle_brick.core.driving import PERIOD, TRANSPORT, travel_time
 from turtle_brick.core.fall_detection import Fall
+from turtle_brick.core.latency import Latency, LONGEST
 from turtle_brick.core.parameters import CatcherParameters
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import NANO
@@ -52,6 +54,9 @@ CARRY_ON = QUEUE_LATENCY + 2 * PERIOD + TICK
 """Time (s) for which a moving robot may go on from where it is seen: the pose is up to a tick and
 a cycle old, and the commands on their way are obeyed in any case."""
 
+FAR = 0.05
+"""Distance (m) of a goal that a robot at rest surely begins to drive to."""
+
 ROUNDING = 1e-9
 """Distance (m) by which poses of a robot at rest may differ: tf2 interpolates them."""
 
@@ -67,6 +72,8 @@ class Decision(NamedTuple):
     """Time from the decision to the contact."""
     needed: float
     """Time from the decision until the platform can be under the brick."""
+    latency: float
+    """Longest time from the decision to the platform's first motion, as reckoned with."""
     distance: float
     reason: str
     """Why the brick can't be caught; empty if it can."""
@@ -116,36 +123,40 @@ def fall_time(height: float, parameters: CatcherParameters) -> float:
     return sqrt(2.0 * depth / parameters.gravity_accel)
 
 
-def guaranteed_distance(height: float, parameters: CatcherParameters) -> float:
+def guaranteed_distance(height: float, parameters: CatcherParameters,
+                        excess: float = 0.0) -> float:
     """
     Return the distance from a robot at rest within which a brick is promised to be caught.
 
     :param height: of the brick's center when it is released (m)
     :param parameters: the physical numbers
+    :param excess: how much longer decision and commands take than on one machine (s)
     :return: The distance (m), inside the arena; negative where nothing is promised.
     """
     if height < resting_height(parameters):
         return -inf
-    time = fall_time(height, parameters) - GUARANTEED_LATENCY
+    time = fall_time(height, parameters) - GUARANTEED_LATENCY - excess
     return parameters.max_velocity * time + parameters.platform_radius
 
 
-def time_needed(distance: float, parameters: CatcherParameters) -> float:
+def time_needed(distance: float, parameters: CatcherParameters, excess: float = 0.0) -> float:
     """
     Return the longest time (s) from the decision until the level platform is under a place.
 
     :param distance: of the place from the robot (m)
     :param parameters: the physical numbers
-    :return: COMMAND_LATENCY and the time to travel at max_velocity; 0 where it is there already.
+    :param excess: how much longer the commands take than on one machine (s)
+    :return: COMMAND_LATENCY, the excess and the time to travel at max_velocity; 0 where it is
+        there already.
     """
     if distance <= parameters.platform_radius:
         return 0.0
-    return COMMAND_LATENCY + travel_time(
+    return COMMAND_LATENCY + excess + travel_time(
         distance, parameters.platform_radius, parameters.max_velocity)
 
 
 def reach(fall: Fall, now: int, robot: RobotMotion | None,
-          parameters: CatcherParameters) -> Decision:
+          parameters: CatcherParameters, excess: float = 0.0) -> Decision:
     """
     Compute whether the robot can be under a falling brick when it comes down.
 
@@ -153,6 +164,7 @@ def reach(fall: Fall, now: int, robot: RobotMotion | None,
     :param now: the present instant (ns)
     :param robot: the robot, None where it is not known
     :param parameters: max_velocity, platform_height, platform_radius, gravity_accel, brick_size
+    :param excess: how much longer the commands take than on one machine (s)
     :return: The decision. The brick is reachable if it comes down inside the arena and
         `time_needed` is within the time until the contact. The distance of a moving robot is the
         largest that the commands on their way may lead to.
@@ -161,15 +173,16 @@ def reach(fall: Fall, now: int, robot: RobotMotion | None,
     time = fall.time_to(height, parameters.gravity_accel)
     contact = fall.stamp + (0 if isnan(time) else round(time / NANO))
     available = (contact - now) * NANO
+    latency = COMMAND_LATENCY + excess
     if robot is None:
-        return Decision(False, fall, contact, available, inf, inf,
+        return Decision(False, fall, contact, available, inf, latency, inf,
                         'no robot is known that could come')
     distance = robot.distance_to(fall.position)
     farthest = robot.reserve + max(
         [distance] + [hypot(fall.x - x, fall.y - y) for x, y in robot.bound_for])
-    needed = time_needed(farthest, parameters)
+    needed = time_needed(farthest, parameters, excess)
     if not robot.level:
-        needed = max(needed, LEVEL_LATENCY)
+        needed = max(needed, LEVEL_LATENCY + excess)
     reason = ''
     if isnan(time):
         reason = (f'it falls from {fall.z:.4g} m, below the {height:.4g} m at which it would '
@@ -180,8 +193,9 @@ def reach(fall: Fall, now: int, robot: RobotMotion | None,
         reason = f'at {fall.z:.4g} m it has passed the platform already'
     elif needed > max(available, 0.0):
         reason = (f'the robot, {distance:.2f} m away, needs {needed:.3f} s and the brick is down '
-                  f'in {max(available, 0.0):.3f} s, {needed - available:.3f} s too early')
-    return Decision(not reason, fall, contact, available, needed, distance, reason)
+                  f'in {max(available, 0.0):.3f} s, {needed - available:.3f} s too early; '
+                  f'the commands take {latency:.2f} s here')
+    return Decision(not reason, fall, contact, available, needed, latency, distance, reason)
 
 
 class Track:
@@ -190,29 +204,55 @@ class Track:
     MEMORY = 0.07
     """Time (s) at one position after which the robot is at rest: over four ticks of turtlesim."""
 
-    def __init__(self, max_velocity: float) -> None:
-        """Know nothing yet of a robot that drives at max_velocity (m/s)."""
+    def __init__(self, max_velocity: float, latency: Latency) -> None:
+        """
+        Know nothing yet of the robot.
+
+        :param max_velocity: its greatest speed (m/s)
+        :param latency: how long messages and orders take; told when the robot obeys
+        """
+        self.excess = 0.0
+        """How much longer (s) orders take, at the last instant, than on one machine."""
+        self._latency = latency
         self.seen = -inf
         """When the robot was in sight last (ns)."""
         self.unseen = 0
         """When it was out of sight last (ns)."""
         self.level_seen = 0
         """When its platform was seen level last (ns)."""
-        self._way = max_velocity * CARRY_ON
-        """How far (m) the commands on their way can take the robot."""
+        self._max_velocity = max_velocity
         self._places: deque[tuple[int, float, float]] = deque()
         """Where it was and when, back to the last one before MEMORY."""
         self._orders: deque[tuple[int, tuple[float, float]]] = deque()
-        """Where it was sent and when, back to the last one before COMMAND_LATENCY."""
+        """Where it was sent and when, back to the last that it may still be obeying."""
+        self._sent_from: tuple[int, float, float] | None = None
+        """When a robot at rest was sent off (ns), and from where (m), until it moves."""
+        self._still = 0
+        """When it was seen there last (ns)."""
 
     @property
     def goal(self) -> tuple[float, float]:
         """Where the robot was sent last, in the world (m)."""
         return self._orders[-1][1]
 
+    @property
+    def _way(self) -> float:
+        """Return how far (m) the commands on their way can take the robot."""
+        return self._max_velocity * (CARRY_ON + self.excess)
+
     def order(self, now: int, goal: tuple[float, float]) -> None:
         """Note that the robot is sent to a point of the world (m) at an instant (ns)."""
         self._orders.append((now, goal))
+        if self._places and self._is_known(now) and not self._onward():
+            _, x, y = self._places[-1]
+            if hypot(goal[0] - x, goal[1] - y) > FAR:
+                self._sent_from = (now, x, y)
+                self._still = now
+
+    def lost(self, now: int) -> bool:
+        """Tell whether the last order may be lost: messages are, and it may not be obeyed yet."""
+        return bool(self._orders and self._latency.loses(now)
+                    and self._is_recent(now, self._orders[-1][0]))
 
     def observe(self, now: int, platform: Platform | None, level: bool) -> RobotMotion | None:
         """
@@ -223,6 +263,7 @@ class Track:
         :param level: whether it was ordered to be level, and all others see it so by now
         :return: The robot, None if it is out of sight.
         """
+        self.excess = self._latency.excess(now)
         if platform is None:
             self.unseen = now
             self._places.clear()
@@ -231,13 +272,29 @@ class Track:
         if platform.is_level:
             self.level_seen = now
         x, y, _ = platform.pose.position
+        self._note_obedience(now, x, y)
         self._places.append((now, x, y))
-        _forget(self._places, now, self.MEMORY)
-        _forget(self._orders, now, COMMAND_LATENCY)
+        _forget(self._places, now, self.MEMORY + self.excess)
+        _forget(self._orders, now, COMMAND_LATENCY + self.excess)
         onward = self._onward()
         bound_for = (*onward, *self._toward_goals(now, bool(onward)))
         return RobotMotion(x, y, bound_for, level and platform.is_level,
                            0.0 if bound_for or self._is_known(now) else self._way)
+
+    def _note_obedience(self, now: int, x: float, y: float) -> None:
+        """Note how long a robot at rest takes to obey, if that is longer than on one machine."""
+        if self._sent_from is None:
+            return
+        ordered, x_then, y_then = self._sent_from
+        if hypot(x - x_then, y - y_then) <= ROUNDING:
+            self._still = now
+            if (now - ordered) * NANO > LONGEST:
+                self._sent_from = None
+            return
+        self._sent_from = None
+        # It was seen to stand for longer than that; it moves since some time after it.
+        if (self._still - ordered) * NANO > COMMAND_LATENCY:
+            self._latency.obey(now, (now - ordered) * NANO - COMMAND_LATENCY)
 
     def _onward(self) -> list[tuple[float, float]]:
         """Return where the robot gets if it goes on as it was seen to move; nothing at rest."""
@@ -255,18 +312,22 @@ class Track:
         _, x, y = self._places[-1]
         points = []
         for ordered, (goal_x, goal_y) in self._orders:
-            # A moving robot obeys the last order; for COMMAND_LATENCY after it, it may still obey
-            # the one before.
-            if moving or len(self._orders) > 1 or (now - ordered) * NANO < COMMAND_LATENCY:
+            # A moving robot obeys the last order; as long as that may be on its way, it may still
+            # obey the one before.
+            if moving or len(self._orders) > 1 or self._is_recent(now, ordered):
                 distance = hypot(goal_x - x, goal_y - y)
                 if distance > 0.0:
                     part = min(self._way / distance, 1.0)
                     points.append((x + part * (goal_x - x), y + part * (goal_y - y)))
         return points
 
+    def _is_recent(self, now: int, ordered: int) -> bool:
+        """Tell whether an order given at an instant (ns) may not be obeyed yet."""
+        return (now - ordered) * NANO < COMMAND_LATENCY + self.excess
+
     def _is_known(self, now: int) -> bool:
         """Tell whether a robot without motion is at rest: else it may be going anywhere."""
-        return (now - self._places[0][0]) * NANO >= self.MEMORY
+        return (now - self._places[0][0]) * NANO >= self.MEMORY + self.excess
 
 
 def _forget(entries: deque, now: int, age: float) -> None:

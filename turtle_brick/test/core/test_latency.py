@@ -1,0 +1,198 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Measured latency: what it follows, and that both promises hold over links of any delay."""
+
+from math import cos, pi, sin
+from random import Random
+
+from hypothesis import given
+from hypothesis import strategies as st
+from laws import law, seconds
+import pytest
+from test_catch_logic import COURSE, PARAMETERS, Stage
+from turtle_brick.core.catch_logic import DriveOrder, State, TiltOrder
+from turtle_brick.core.latency import (CLOCK_TOLERANCE, Latency, LOSS_RESERVE, LOSSES, MEMORY,
+                                       USUAL_AGE)
+from turtle_brick.core.reachability import COMMAND_LATENCY, Decision, guaranteed_distance
+from turtle_brick.physics import Phase, STEP
+
+SECOND = 1_000_000_000
+
+
+@law(40)
+@given(ages=st.lists(st.tuples(st.floats(0.0, 8.0), st.floats(0.0, 0.3)), min_size=1))
+def test_latency_is_that_of_the_worst_age_of_the_recent_past(ages):
+    """Out and back, each as slow as the slowest message of the last MEMORY; at once."""
+    latency, now = Latency(), SECOND
+    heard = []
+    for pause, age in ages:
+        now += seconds(pause)
+        latency.hear(now, age)
+        heard.append((now, age))
+        worst = max(age for then, age in heard if (now - then) * 1e-9 <= MEMORY)
+        assert latency.excess(now) == pytest.approx(2.0 * max(worst - USUAL_AGE, 0.0))
+    assert latency.excess(now + seconds(MEMORY) + 1) == 0.0
+
+
+def test_lost_messages_cost_a_reserve_and_a_node_that_stood_still_does_not():
+    latency, stamp = Latency(), SECOND
+    for loss in range(LOSSES):
+        assert not latency.loses(stamp) and latency.excess(stamp) == 0.0
+        for steps in (1,) * 20 + (2 + 5 * loss,):
+            stamp += steps * STEP
+            latency.see_brick(stamp)
+    assert latency.loses(stamp) and latency.excess(stamp) == LOSS_RESERVE
+    # A brick that isn't broadcast for a while, and comes back on another grid, loses nothing.
+    other = Latency()
+    for begin in range(2, 6):
+        for step in range(50):
+            other.see_brick(begin * 2 * SECOND + begin * 1_234_567 + step * STEP)
+    assert not other.loses(12 * SECOND)
+
+
+@law(20)
+@given(ahead=st.floats(0.0, 1.0), link=st.floats(0.0, 0.2), motion=st.floats(0.0, 0.5))
+def test_clocks_that_disagree_make_it_careful(ahead, link, motion):
+    """Whatever hides in the ages: as much as they disagree, and as the motion showed, is added."""
+    latency = Latency()
+    latency.hear(SECOND, -ahead)
+    latency.hear(SECOND, link - ahead)
+    latency.obey(SECOND, motion)
+    if ahead > CLOCK_TOLERANCE:
+        assert latency.ahead(SECOND) == ahead
+        assert latency.excess(SECOND) >= 2.0 * (link - USUAL_AGE) + ahead + motion - 1e-9
+    else:
+        assert latency.ahead(SECOND) == 0.0
+        assert latency.excess(SECOND) == pytest.approx(
+            max(2.0 * max(link - ahead - USUAL_AGE, -ahead - USUAL_AGE, 0.0), motion))
+
+
+class FarStage(Stage):
+    """A Stage whose catcher, arena and robot are on three hosts."""
+
+    def __init__(self, mean, deviation, loss, seed):
+        self.mean, self.deviation, self.loss = mean, deviation, loss
+        self.link = Random(seed)
+        self.goals = []
+        self.mail = []
+        self.seen = self.shown = None
+        self.newest = {}
+        self.ages = []
+        super().__init__()
+
+    def send(self, kind, content):
+        """Send a message over a link; the kinds that tell a state don't come out of order."""
+        if self.link.random() >= self.loss:
+            delay = max(self.link.gauss(self.mean, self.deviation), 0.0)
+            self.mail.append((self.now + seconds(delay), kind, self.now, content))
+
+    def take(self, now):
+        """Return what has arrived, but states that newer ones have overtaken."""
+        arrived = sorted(mail for mail in self.mail if mail[0] <= now)
+        self.mail = [mail for mail in self.mail if mail[0] > now]
+        for arrival, kind, sent, content in arrived:
+            if sent >= self.newest.get(kind, 0):
+                self.newest[kind] = sent
+                yield arrival, kind, sent, content
+
+    def run(self, time, until=lambda: False):
+        """Let time (s) pass until a condition holds; return whether it came to."""
+        end = self.now + seconds(time)
+        while self.now < end:
+            self.now += STEP
+            self.steps += 1
+            self.move()
+            if self.steps % 3 == 0:
+                # 83 per second: the pose of a robot, and through which links it goes.
+                for kind in ('to the arena', 'to the catcher'):
+                    self.send(kind, self.platform())
+            self.world.platform = self.shown
+            self.world.step()
+            self.send('brick', self.world.brick)
+            fell = False
+            for arrival, kind, sent, content in self.take(self.now):
+                if kind == 'to the arena':
+                    self.shown = content
+                elif kind == 'goal':
+                    self.goals.append((self.now + seconds(COMMAND_LATENCY - 0.01), content))
+                elif kind == 'tilt':
+                    self.angle = content
+                else:
+                    self.ages.append((arrival - sent) * 1e-9)
+                    if kind == 'brick':
+                        fell |= self.catcher.see_brick(sent, content)
+                    else:
+                        self.seen = content
+            if fell or self.steps % 5 == 0:
+                for age in self.ages:
+                    self.catcher.latency.hear(self.now, age)
+                self.ages.clear()
+                self.decide()
+            if until():
+                return True
+        return False
+
+    def move(self):
+        """Drive for one step towards the goal that has gone through the command path."""
+        while self.goals and self.goals[0][0] <= self.now:
+            self.goal = self.goals.pop(0)[1]
+        super().move()
+
+    def decide(self):
+        """Have the catcher decide, and send its orders."""
+        before = self.catcher.state
+        for action in self.catcher.update(self.now, self.seen):
+            self.actions.append((self.now, action))
+            if isinstance(action, DriveOrder):
+                self.send('goal', (action.x, action.y))
+            elif isinstance(action, TiltOrder):
+                self.send('tilt', action.angle)
+        if self.catcher.state is not before:
+            self.states.append(self.catcher.state)
+
+
+@pytest.mark.parametrize(('mean', 'deviation', 'loss'), [
+    (0.0, 0.0, 0.0), (0.01, 0.002, 0.0), (0.03, 0.005, 0.0), (0.06, 0.015, 0.0),
+    (0.005, 0.002, 0.01), (0.005, 0.002, 0.03), (0.03, 0.005, 0.01)])
+def test_promises_hold_over_any_link(mean, deviation, loss):
+    """Said reachable is caught, and nothing is refused within what the measured latency allows."""
+    stage = FarStage(mean, deviation, loss, seed=1)
+    random = Random(2)
+    caught = refused = 0
+    for number in range(12):
+        stage.run(1.0)
+        excess = stage.catcher.latency.excess(stage.now)
+        height = random.uniform(6.0, 12.0)
+        limit = guaranteed_distance(height, PARAMETERS, excess)
+        way = random.uniform(0.6, 1.1) * min(limit, 4.5)
+        angle = random.uniform(-pi, pi)
+        x, y = stage.robot
+        stage.drop(x + way * cos(angle), y + way * sin(angle), height)
+        released = stage.now
+        assert stage.run(3.0, lambda: stage.told(Decision) and stage.world.phase in (
+            Phase.RIDING, Phase.GROUNDED))
+        decision, = stage.told(Decision)
+        assert decision.reachable is (stage.world.phase is Phase.RIDING), (number, decision)
+        if decision.reachable:
+            caught += 1
+            stage.reach_state(State.WAITING)
+            assert stage.states == COURSE
+        else:
+            refused += 1
+            decided = next(time for time, action in stage.actions if action is decision)
+            late = max((decided - released) * 1e-9 - 0.012, 0.0)
+            assert way > guaranteed_distance(
+                height, PARAMETERS, decision.latency - COMMAND_LATENCY + late), decision
+    assert caught and refused

@@ -1,0 +1,321 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+far: spread the graph over three hosts with slow links between them, and drop bricks.
+
+The hosts are network namespaces of this machine, joined by a switch that holds each frame back
+for a while or loses it: turtlesim, robot_state_publisher and turtle_robot on the first, the arena
+and who drops the bricks on the second, the catcher on the third. It needs no root, but a Linux
+where anybody may have namespaces (`unshare --user`) and /dev/net/tun.
+
+    python3 test/far.py --delay 30 --jitter 5 --loss 1 --drops 40
+"""
+
+import argparse
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from fcntl import ioctl
+import heapq
+from math import cos, hypot, pi, sin
+import os
+from pathlib import Path
+from random import Random
+import re
+import select
+import socket
+import struct
+import subprocess
+import sys
+from time import monotonic
+from typing import Any
+
+HERE = Path(__file__).resolve()
+
+ROWS = ((0, 0, 0), (10, 2, 0), (30, 5, 0), (60, 15, 0), (5, 2, 1), (5, 2, 3), (30, 5, 1))
+"""The links of the table: delay one way and its standard deviation (ms), loss (%)."""
+
+TUNSETIFF, SIOCSIFFLAGS, SIOCSIFADDR, SIOCSIFNETMASK = 0x400454ca, 0x8914, 0x8916, 0x891c
+"""Requests of ioctl, see netdevice(7) and Linux' if_tun.h."""
+
+TAP_WITHOUT_HEADER, UP, MULTICAST = 0x1002, 0x1, 0x1000
+"""Flags of an interface."""
+
+HOSTS = 3
+ROBOT, ARENA, CATCHER = range(HOSTS)
+
+START_TIME = 60.0
+"""How long (s) the graph may take to come up."""
+
+LONGEST = 40.0
+"""How long (s) anything else may take: several heartbeats, and the way across the arena."""
+
+HOVERING = 1.0
+"""Time (s) for which a brick hovers before it is dropped."""
+
+
+# --------------------------------------------------------------------------- hosts and the switch
+
+def be_host(number: int, line: socket.socket) -> None:
+    """Make this process's network that of a host, hand its cable over the line; wait for EOF."""
+    tap = os.open('/dev/net/tun', os.O_RDWR)
+    ioctl(tap, TUNSETIFF, struct.pack('16sH', b'tap', TAP_WITHOUT_HEADER))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as control:
+        for request, address in ((SIOCSIFADDR, f'10.0.0.{number + 1}'),
+                                 (SIOCSIFNETMASK, '255.255.255.0')):
+            ioctl(control, request, struct.pack(
+                '16sHH4s8x', b'tap', socket.AF_INET, 0, socket.inet_aton(address)))
+        for name in (b'lo', b'tap'):
+            ioctl(control, SIOCSIFFLAGS, struct.pack('16sH', name, UP | MULTICAST))
+    socket.send_fds(line, [b'cable'], [tap])
+    line.recv(1)
+
+
+class Host:
+    """A network of its own in which programs can run."""
+
+    def __init__(self, number: int) -> None:
+        """Begin with no program."""
+        self._line, other = socket.socketpair()
+        self._holder = subprocess.Popen(
+            ['unshare', '--net', sys.executable, str(HERE), '--host', str(number),
+             str(other.fileno())], pass_fds=[other.fileno()])
+        other.close()
+        _, (self.cable, *_), _, _ = socket.recv_fds(self._line, 5, 1)
+
+    def command(self, *command: str) -> list[str]:
+        """Return the command that runs a command there."""
+        return ['nsenter', f'--net=/proc/{self._holder.pid}/ns/net', *command]
+
+    def close(self) -> None:
+        """End the network."""
+        os.close(self.cable)
+        self._line.close()
+        self._holder.wait()
+
+
+class Switch:
+    """Pass frames on from each cable to the others, late or not at all."""
+
+    def __init__(self, cables: list[int], delay: float, jitter: float, loss: float) -> None:
+        """Hold each frame back for a random time (s), and lose some (part of all)."""
+        self._cables = cables
+        self._delay, self._jitter, self._loss = delay, jitter, loss
+        self._random = Random(1)
+        self._known: dict[bytes, int] = {}
+        """On which cable an address is."""
+        self._late: list[tuple[float, int, int, bytes]] = []
+        """When a frame is due (s), its number, its cable, and itself."""
+        self._count = 0
+
+    def work(self, until: Callable[[], bool]) -> None:
+        """Pass frames on until a condition holds, which is asked about ten times per second."""
+        while not until():
+            end = monotonic() + 0.1
+            while (now := monotonic()) < end:
+                while self._late and self._late[0][0] <= now:
+                    _, _, cable, frame = heapq.heappop(self._late)
+                    os.write(cable, frame)
+                due = self._late[0][0] if self._late else end
+                ready, _, _ = select.select(self._cables, [], [], max(min(due, end) - now, 0.0))
+                for cable in ready:
+                    self._take(cable, os.read(cable, 2048), monotonic())
+
+    def _take(self, source: int, frame: bytes, now: float) -> None:
+        """Send a frame on its way to whom it is for: to all, where that is not known."""
+        self._known[frame[6:12]] = source
+        goal = self._known.get(frame[:6])
+        for cable in self._cables if goal is None else [goal]:
+            if cable != source and self._random.random() >= self._loss:
+                delay = max(self._random.gauss(self._delay, self._jitter), 0.0)
+                self._count += 1
+                heapq.heappush(self._late, (now + delay, self._count, cable, frame))
+
+
+# ------------------------------------------------------------------------------------- the bricks
+
+def judge(drops: int, seed: int) -> Iterator[tuple[float, float, float, str]]:
+    """
+    Drop bricks from 0.6 to 1.0 of what is promised with the latency that the catcher told last.
+
+    :return: For each how far it was (m), how far it might have been (m), the latency (s) and what
+        became of it: caught, refused, missed, or caught although refused.
+    """
+    # Not at the top: the switch needs no ROS.
+    from rcl_interfaces.msg import Log
+    from rclpy.node import Node
+    from rclpy.qos import QoSProfile
+    from std_msgs.msg import String
+    from std_srvs.srv import Trigger
+    from tf2_ros import Buffer
+    from turtle_brick.core.driving import within_arena
+    from turtle_brick.core.parameters import load
+    from turtle_brick.core.reachability import COMMAND_LATENCY, guaranteed_distance, resting_height
+    from turtle_brick.physics import Phase
+    from turtle_brick.ros.tf import GuardedListener, LATCHED, latest, PLATFORM
+    from turtle_brick_interfaces.srv import Place
+    from turtle_referee.spinning import Spinner
+    from visualization_msgs.msg import Marker
+    parameters, random = load(), Random(seed)
+
+    class Judge(Node):
+        """Who drops the bricks."""
+
+        def __init__(self, **options: Any) -> None:
+            super().__init__('judge', **options)
+            self.buffer = Buffer()
+            self.listener = GuardedListener(self.buffer, self)
+            self.phase = self.state = ''
+            self.verdicts: list[tuple[bool, float]] = []
+            self.place_client = self.create_client(Place, 'place')
+            self.drop_client = self.create_client(Trigger, 'drop')
+            self.create_subscription(Marker, 'brick_marker', self.on_marker, LATCHED)
+            self.create_subscription(String, 'catcher_state', self.on_state, LATCHED)
+            self.create_subscription(Log, '/rosout', self.on_log, QoSProfile(depth=100))
+
+        def on_marker(self, message: Marker) -> None:
+            self.phase = message.text
+
+        def on_state(self, message: String) -> None:
+            self.state = message.data.partition(':')[0]
+
+        def on_log(self, message: Log) -> None:
+            print(f'  {message.name}: {message.msg}', flush=True)
+            if found := re.search('the commands take ([0-9.]+) s here', message.msg):
+                self.verdicts.append(('can be caught' in message.msg, float(found[1])))
+
+    def promised(height: float, latency: float) -> float:
+        # An order goes over a link, the motion comes back over another one, and the release is
+        # seen one link later.
+        return guaranteed_distance(height, parameters, 1.5 * (latency - COMMAND_LATENCY))
+
+    with Spinner(Judge) as spinner:
+        node = spinner.node
+
+        def wait(condition: Callable[[], Any], what: str, timeout: float = LONGEST) -> None:
+            spinner.spin_until(condition, timeout, what)
+
+        def ask(client: Any, request: Any) -> None:
+            answer = client.call_async(request)
+            wait(answer.done, client.srv_name)
+            assert answer.result().success, answer.result().message
+
+        wait(lambda: node.state and node.phase and node.place_client.service_is_ready()
+             and node.drop_client.service_is_ready() and latest(node.buffer, PLATFORM),
+             'robot, arena and catcher are there', START_TIME)
+        latency = COMMAND_LATENCY
+        for number in range(drops + 1):
+            wait(lambda: node.state in ('waiting', 'unreachable'), 'the catcher waits')
+            robot = latest(node.buffer, PLATFORM).transform.translation
+            while True:
+                z = resting_height(parameters) + random.uniform(3.0, 7.0)
+                # The first one tells how long the commands take.
+                way = random.uniform(0.6, 1.0) * promised(z, latency) if number else 0.6
+                angle = random.uniform(-pi, pi)
+                x, y = robot.x + way * cos(angle), robot.y + way * sin(angle)
+                if within_arena(x, y) == (x, y):
+                    break
+            request = Place.Request()
+            request.location.x, request.location.y, request.location.z = x, y, z
+            ask(node.place_client, request)
+            spinner.spin_for(HOVERING)
+            robot = latest(node.buffer, PLATFORM).transform.translation
+            told = len(node.verdicts)
+            ask(node.drop_client, Trigger.Request())
+            wait(lambda: node.phase in (Phase.RIDING.value, Phase.GROUNDED.value), 'the brick comes down')
+            caught = node.phase == Phase.RIDING.value
+            wait(lambda: len(node.verdicts) > told, 'the catcher says what it does')
+            (reachable, latency), = node.verdicts[told:]
+            if caught:
+                wait(lambda: node.phase == Phase.FLOATING.value, 'the brick is tipped off')
+            outcome = (('caught' if caught else 'missed') if reachable
+                       else 'caught although refused' if caught else 'refused')
+            if number:
+                yield hypot(x - robot.x, y - robot.y), promised(z, latency), latency, outcome
+
+
+def tell(drops: int, seed: int) -> None:
+    """Print each drop, and the row of the table."""
+    outcomes: list[str] = []
+    inside = 0
+    latencies = []
+    for distance, promised, latency, outcome in judge(drops, seed):
+        outcomes.append(outcome)
+        latencies.append(latency)
+        inside += outcome == 'refused' and distance <= promised
+        print(f'  {distance:.2f} m, promised {promised:.2f} m, commands {latency:.2f} s: '
+              f'{outcome}', flush=True)
+    broken = len([one for one in outcomes if one not in ('caught', 'refused')])
+    print(f'| {len(outcomes)} | {min(latencies):.2f}–{max(latencies):.2f} s | '
+          f'{outcomes.count("caught")} | {outcomes.count("refused")} | {inside} | {broken} |',
+          flush=True)
+    sys.exit(0 if not broken else 1)
+
+
+# ------------------------------------------------------------------------------------ the program
+
+def spread(options: argparse.Namespace) -> int:
+    """Run the graph on three hosts and drop bricks; return the status of the judge."""
+    from ament_index_python.packages import get_package_share_directory
+    from turtle_referee.processes import Process
+    file = Path(get_package_share_directory('turtle_brick'), 'config', 'turtle.yaml')
+    # Shared memory would go past the links.
+    os.environ.update(ROS_DOMAIN_ID='0', ROS_AUTOMATIC_DISCOVERY_RANGE='SUBNET',
+                      FASTDDS_BUILTIN_TRANSPORTS='UDPv4')
+    with ExitStack() as stack:
+        hosts = [Host(number) for number in range(HOSTS)]
+        for host in hosts:
+            stack.callback(host.close)
+        for number, command in (
+                (ROBOT, ['ros2', 'launch', 'turtle_brick', 'run_turtle.launch.py', 'view:=none']),
+                *((number, ['ros2', 'run', 'turtle_brick', name, '--ros-args', '--params-file',
+                            str(file)]) for number, name in ((ARENA, 'arena'),
+                                                             (CATCHER, 'catcher')))):
+            stack.enter_context(Process(hosts[number].command(*command)))
+        judging = stack.enter_context(Process(
+            hosts[ARENA].command(sys.executable, str(HERE), '--judge', *sys.argv[1:]),
+            listener=sys.stdout.write))
+        switch = Switch([host.cable for host in hosts], options.delay * 1e-3,
+                        options.jitter * 1e-3, options.loss * 1e-2)
+        switch.work(lambda: not judging.running)
+        return judging.wait(1.0)
+
+
+def main() -> int:
+    """Run the program; return its exit status."""
+    if sys.argv[1:2] == ['--host']:
+        be_host(int(sys.argv[2]), socket.socket(fileno=int(sys.argv[3])))
+        return 0
+    parser = argparse.ArgumentParser(prog='far', description=__doc__.split('\n\n')[0].strip())
+    parser.add_argument('--delay', type=float, default=30.0, metavar='MS',
+                        help='mean delay of a frame, one way (ms)')
+    parser.add_argument('--jitter', type=float, default=5.0, metavar='MS',
+                        help='standard deviation of the delay (ms)')
+    parser.add_argument('--loss', type=float, default=0.0, metavar='PERCENT',
+                        help='how many frames get lost (%%)')
+    parser.add_argument('--drops', type=int, default=40, metavar='N', help='how many bricks')
+    parser.add_argument('--seed', type=int, default=1, metavar='N', help='of the bricks')
+    parser.add_argument('--judge', action='store_true', help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.judge:
+        tell(options.drops, options.seed)
+    if os.environ.get('FAR_INSIDE') != '1':
+        os.environ['FAR_INSIDE'] = '1'
+        os.execvp('unshare', ['unshare', '--user', '--map-root-user', '--net', sys.executable,
+                              str(HERE), *sys.argv[1:]])
+    return spread(options)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,126 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+How much longer orders take here than on one machine: measured, not assumed.
+
+On one machine the latencies are those that `reachability` derives. Where the nodes are on several
+hosts, the links between them add theirs, and `Latency` reckons with the worst of the recent past:
+of the ages of transforms on arrival, of the time from an order to the first motion, and of lost
+messages. Instants are integer nanoseconds of one clock.
+"""
+
+from collections import deque
+
+from turtle_brick.core.time_steps import NANO
+
+MEMORY = 10.0
+"""Time (s) for which the worst that was seen counts."""
+
+USUAL_AGE = 0.005
+"""Age (s) on arrival that transforms have on one machine too: the latencies there allow for it."""
+
+CLOCK_TOLERANCE = 0.006
+"""Time (s) by which stamps may be ahead of their arrival before the clocks disagree: the arena
+stamps a brick that rides a step, 0.004 s, ahead."""
+
+LOSSES = 3
+"""Number of gaps among the stamps of the brick within MEMORY that show that messages get lost: a
+single one may be a node that stood still."""
+
+LOSS_RESERVE = 0.06
+"""Time (s) to spare where messages get lost: two orders in a row, 0.02 s each, and two of the
+robot's poses, 0.01 s each."""
+
+LONGEST = 1.0
+"""Time (s) beyond which a delay is none: the order was ignored, the brick's node was stopped."""
+
+
+class Worst:
+    """The largest of the values noted within MEMORY."""
+
+    def __init__(self) -> None:
+        """Know no value."""
+        self._values: deque[tuple[int, float]] = deque()
+        """What no later value exceeds, with its instant (ns)."""
+
+    def note(self, now: int, value: float) -> None:
+        """Note a value at an instant (ns)."""
+        values = self._values
+        while values and values[-1][1] <= value:
+            values.pop()
+        values.append((now, value))
+
+    def within_memory(self, now: int) -> float:
+        """Return the largest value of the last MEMORY before an instant (ns), at least 0."""
+        values = self._values
+        while values and (now - values[0][0]) * NANO > MEMORY:
+            values.popleft()
+        return max(values[0][1], 0.0) if values else 0.0
+
+
+class Latency:
+    """What is known of the time that messages and orders take here."""
+
+    def __init__(self) -> None:
+        """Assume one machine."""
+        self._age = Worst()
+        self._ahead = Worst()
+        self._motion = Worst()
+        self._gaps: deque[int] = deque(maxlen=LOSSES)
+        self._stamp: int | None = None
+        self._period = 0.0
+        """Usual time (s) between two stamps of the brick."""
+
+    def hear(self, now: int, age: float) -> None:
+        """Note the age (s) that a transform had when it arrived, at an instant (ns)."""
+        self._age.note(now, age)
+        self._ahead.note(now, -age)
+
+    def see_brick(self, stamp: int) -> None:
+        """Note the stamp (ns) of a position of the brick, and so whether some are missing."""
+        gap = 0.0 if self._stamp is None else (stamp - self._stamp) * NANO
+        self._stamp = stamp
+        if not 0.0 < gap < LONGEST:
+            return
+        if gap > 1.5 * self._period > 0.0:
+            self._gaps.append(stamp)
+        self._period += (0.02 if self._period else 1.0) * (gap - self._period)
+
+    def obey(self, now: int, longer: float) -> None:
+        """Note that the robot has moved, longer (s) after an order than on one machine."""
+        self._motion.note(now, longer)
+
+    def loses(self, now: int) -> bool:
+        """Tell whether messages get lost."""
+        return len(self._gaps) == LOSSES and (now - self._gaps[0]) * NANO <= MEMORY
+
+    def ahead(self, now: int) -> float:
+        """Return by how much (s) stamps are ahead of their arrival: 0 where the clocks agree."""
+        ahead = self._ahead.within_memory(now)
+        return ahead if ahead > CLOCK_TOLERANCE else 0.0
+
+    def excess(self, now: int) -> float:
+        """
+        Return how much longer (s) an order takes than on one machine, at an instant (ns).
+
+        It goes out over one link, and the motion comes back over another one: each is reckoned to
+        be as slow as the slowest of those seen. Clocks that disagree hide how slow that is: then
+        what is seen otherwise, by the motion, is added, and as much as they disagree.
+        """
+        ahead = self.ahead(now)
+        link = max(self._age.within_memory(now) + ahead - USUAL_AGE, 0.0)
+        seen = 2.0 * link + (LOSS_RESERVE if self.loses(now) else 0.0)
+        motion = self._motion.within_memory(now)
+        return seen + ahead + motion if ahead else max(seen, motion)
