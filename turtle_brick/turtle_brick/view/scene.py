@@ -98,6 +98,9 @@ class Scene:
             cell_color=LINES, section_color=LINES, plane_color=GROUND, plane_opacity=1.0,
             shadow_opacity=0.45, fade_distance=60.0, position=(0.0, 0.0, -1e-3))
         self._scene.set_background_image(sky(), format='png')
+        # Without a graphics card, viser's own surroundings take ten seconds of a processor.
+        self._scene.configure_environment_map(None)
+        self._scene.add_light_hemisphere('/daylight', ground_color=GROUND, intensity=2.0)
         self._scene.add_light_directional(
             '/lamp', color=(255, 250, 240), intensity=1.1, position=LAMP)
 
