@@ -14,10 +14,12 @@
 
 from ament_pep257.main import main
 import pytest
+from unlinted import unlinted
 
 
 @pytest.mark.linter
 @pytest.mark.pep257
 def test_pep257():
-    rc = main(argv=['.', 'test'])
-    assert rc == 0, 'Found code style errors / warnings'
+    with unlinted('pep257') as files:
+        rc = main(argv=files) if files else 0
+        assert rc == 0, 'Found code style errors / warnings'
