@@ -14,7 +14,6 @@
 """What the packages import: as package.xml names it, and only downwards."""
 
 import ast
-from collections.abc import Iterable
 from pathlib import Path
 import re
 import sys
@@ -50,7 +49,7 @@ MAY_IMPORT = {
 """What each room may import of this package's modules."""
 
 
-def modules_of(paths: Iterable[Path]) -> set[str]:
+def modules_of(paths):
     """Return the full names of the modules that files import."""
     names = set()
     for path in paths:
@@ -65,7 +64,7 @@ def modules_of(paths: Iterable[Path]) -> set[str]:
     return names
 
 
-def imported(paths: Iterable[Path]) -> set[str]:
+def imported(paths):
     """Return the keys of the modules that are imported, without the package's own."""
     modules = {name.partition('.')[0] for name in modules_of(paths)}
     own = {'turtle_brick', 'turtle_referee',
@@ -73,32 +72,32 @@ def imported(paths: Iterable[Path]) -> set[str]:
     return {KEYS.get(name, name) for name in modules - sys.stdlib_module_names - own}
 
 
-def named(kind: str) -> set[str]:
+def named(kind):
     """Return the dependencies of a kind."""
     return {element.text for element in ElementTree.fromstring(MANIFEST).iter(kind)}
 
 
-def without_key() -> set[str]:
+def without_key():
     """Return the modules of the manifest's comment on what rosdep does not have."""
     comment = re.search(r'<!-- viser(.*?)-->', MANIFEST, re.DOTALL)
     return set(re.findall(r'\w+', comment[0]))
 
 
-def test_what_is_imported_or_launched_is_named_and_nothing_else() -> None:
+def test_what_is_imported_or_launched_is_named_and_nothing_else():
     launched = {name for path in PACKAGE.glob('launch/*') for name in re.findall(
         r'(?:package=\'|pkg=")(\w+)', path.read_text())} - {'turtle_brick'}
     used = imported([*PACKAGE.glob('turtle_*/**/*.py'), *PACKAGE.glob('launch/*.py')])
     assert named('exec_depend') == (used - without_key()) | launched | NOT_PYTHON
 
 
-def test_what_tests_import_is_named_and_nothing_else() -> None:
+def test_what_tests_import_is_named_and_nothing_else():
     used = imported(PACKAGE.glob('test/**/*.py'))
     used -= without_key() | named('exec_depend') | {'ros2cli', 'turtlesim_standin'}
     assert named('test_depend') == used
 
 
 @pytest.mark.parametrize('room', MAY_IMPORT)
-def test_no_room_imports_from_above(room: str) -> None:
+def test_no_room_imports_from_above(room):
     place = PACKAGE / room
     ours = {name for name in modules_of([place] if place.is_file() else place.rglob('*.py'))
             if name.startswith(('turtle_brick.', 'turtle_referee.'))}

@@ -24,7 +24,6 @@ from math import dist, sqrt
 from typing import Any, NamedTuple
 
 from geometry_msgs.msg import Quaternion, TransformStamped
-import pytest
 from rclpy.publisher import Publisher
 from turtle_brick.core.parameters import load
 from turtle_referee.constants import CENTER
@@ -49,57 +48,57 @@ class Mutant(NamedTuple):
     change: Change
 
 
-def every(count: int) -> Change:
+def every(count):
     """Return what leaves out every so manyth message."""
     heard = 0
 
-    def leave_out(message: Any) -> bool:
+    def leave_out(message):
         nonlocal heard
         heard += 1
         return heard % count != 0
     return leave_out
 
 
-def add_lost_frame(message: Any) -> None:
+def add_lost_frame(message):
     """Broadcast one more frame."""
     lost = TransformStamped(child_frame_id='lost')
     lost.header.frame_id = 'nowhere'
     message.transforms = [*message.transforms, lost]
 
 
-def creep(message: Any) -> None:
+def creep(message):
     """Turn a robot at rest, slower than turtlesim shows."""
     at_rest = message.linear.x == message.linear.y == 0.0
     message.angular.z = 1e-6 if at_rest else 0.0
 
 
-def late_stem() -> Change:
+def late_stem():
     """Return what turns the stem 0.1 s late: with the motion that is seen."""
     angles: deque[float] = deque(maxlen=10)
 
-    def turn(message: Any) -> None:
+    def turn(message):
         angles.append(message.position[0])
         message.position[0] = angles[0]
     return turn
 
 
-def slow_wheel(message: Any) -> None:
+def slow_wheel(message):
     """Say half of the wheel's velocity."""
     message.velocity[1] /= 2.0
 
 
-def level_on_the_ground(message: Any) -> None:
+def level_on_the_ground(message):
     """Let the brick lie flat on the ground."""
     for transform in message.transforms:
         if transform.child_frame_id == 'brick' and transform.transform.translation.z < 0.2:
             transform.transform.rotation = Quaternion()
 
 
-def early_fall() -> Change:
+def early_fall():
     """Return what has a brick begin to fall 12 ms earlier: before it is dropped."""
     begin = last = 0.0
 
-    def fall(message: Any) -> None:
+    def fall(message):
         nonlocal begin, last
         for transform in message.transforms:
             place, turn = transform.transform.translation, transform.transform.rotation
@@ -113,34 +112,34 @@ def early_fall() -> Change:
     return fall
 
 
-def shrink(message: Any) -> None:
+def shrink(message):
     """Draw the walls around 10 m x 10 m."""
     for marker in message.markers:
         marker.pose.position.x *= 0.9
         marker.pose.position.y *= 0.9
 
 
-def shift(message: Any) -> None:
+def shift(message):
     """Move what a message says by 2 cm."""
     message.pose.pose.position.x += 0.02
 
 
-def shift_marker(message: Any) -> None:
+def shift_marker(message):
     """Draw something 10 cm beside its place."""
     message.pose.position.x += 0.1
 
 
-def halve(message: Any) -> None:
+def halve(message):
     """Tilt by half of what is asked for."""
     message.angle /= 2.0
 
 
-def show_longer(message: Any) -> None:
+def show_longer(message):
     """Show a text for 5 s."""
     message.lifetime.sec = 5
 
 
-def stay_at_center(message: Any) -> None:
+def stay_at_center(message):
     """Send the robot to the center, wherever the brick falls: farther than any other goal."""
     place = message.pose.position
     if dist((place.x, place.y), CENTER) > 1.6:
@@ -166,11 +165,11 @@ PROGRAM = Program(1.0, 3, (0.5, 0.0), (FAR_OUT, IN_REACH))
 """What shows them all."""
 
 
-def mutate(patch: pytest.MonkeyPatch) -> None:
+def mutate(patch):
     """Have the faults in all that is published from now on."""
     publish = Publisher.publish
 
-    def spoil(publisher: Publisher, message: Any) -> None:
+    def spoil(publisher, message):
         topic = publisher.topic_name.rpartition('/')[2]
         if all(mutant.change(message) is not False
                for mutant in MUTANTS if mutant.topic == topic):

@@ -407,12 +407,7 @@ def tip(record, pull=1.0, angle=0.5, stop=None, drift=0.0):
     """
     Have a brick fall on the platform, which is then tilted at once, and slide off.
 
-    :param record: takes it down
-    :param pull: part of g sin(angle) with which it slides
-    :param angle: of the platform (rad)
-    :param stop: how far (m) down the slope it floats; where it has cleared the platform if None
-    :param drift: speed (m/s) with which it floats
-    :return: the watch
+    It slides with a part of g sin(angle), as far (m) as to a stop, and then drifts (m/s).
     """
     stop = stop if stop is not None else NUMBERS['platform_radius'] + LENGTH / 2.0
     place = (5.5, 5.5, 4.0)

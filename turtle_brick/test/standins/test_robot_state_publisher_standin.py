@@ -13,17 +13,14 @@
 # limitations under the License.
 """The stand-in of robot_state_publisher against recordings of the real one."""
 
-from collections.abc import Callable, Iterator, Sequence
 import contextlib
 from functools import partial
 import json
 from pathlib import Path
 import signal
-from typing import Any
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import TransformStamped
-from live_graph import graph, LATCHED, LiveGraph, process, Recording
+from live_graph import graph, LATCHED, process
 import pytest
 from rcl_interfaces.srv import SetParameters
 from rclpy.exceptions import ParameterException
@@ -42,12 +39,12 @@ RECORDINGS = [json.loads(path.read_text()) for path in sorted(DATA.glob('rsp_*.j
 SECOND = 1_000_000_000
 
 
-def nanoseconds(stamp: Sequence[int]) -> int:
+def nanoseconds(stamp):
     """Read the seconds and nanoseconds of a recorded stamp."""
     return stamp[0] * SECOND + stamp[1]
 
 
-def joint_state(row: dict[str, Any], shift: int) -> JointState:
+def joint_state(row, shift):
     """Make the message that a row of a recording tells of."""
     message = JointState(name=row['name'], position=[float(value) for value in row['position']])
     if nanoseconds(row['stamp']):
@@ -56,8 +53,7 @@ def joint_state(row: dict[str, Any], shift: int) -> JointState:
     return message
 
 
-def assert_transforms(message: TFMessage, recorded: list[dict], shift: int = 0,
-                      stamps: bool = True) -> None:
+def assert_transforms(message, recorded, shift=0, stamps=True):
     """Compare a message with a recorded one."""
     assert len(message.transforms) == len(recorded)
     for found, wanted in zip(message.transforms, recorded):
@@ -73,15 +69,14 @@ def assert_transforms(message: TFMessage, recorded: list[dict], shift: int = 0,
 
 # ----------------------------------------------------------------------------------- recordings
 
-def shift_to_past(live: LiveGraph, recording: dict[str, Any]) -> int:
+def shift_to_past(live, recording):
     """Tell what to add to the recorded stamps, so that the last is a second ago, in ns."""
     now = live.listener.get_clock().now().nanoseconds
     return now - SECOND - nanoseconds(recording['sent'][-1]['stamp'])
 
 
 @contextlib.contextmanager
-def running(domain_id: int, **parameters: Any
-            ) -> Iterator[tuple[LiveGraph, RobotStatePublisher, Recording]]:
+def running(domain_id, **parameters):
     """Run the node with parameters; return the graph, the node and what it says on /tf."""
     overrides = [Parameter(name, value=value) for name, value in parameters.items()]
     with graph(domain_id, partial(RobotStatePublisher, parameter_overrides=overrides)) as live:
@@ -92,8 +87,7 @@ def running(domain_id: int, **parameters: Any
 
 
 @pytest.mark.parametrize('recording', RECORDINGS, ids=lambda recording: recording['name'])
-def test_every_recorded_joint_state_has_its_recorded_effect(
-        recording: dict[str, Any], domain_id: int) -> None:
+def test_every_recorded_joint_state_has_its_recorded_effect(recording, domain_id):
     """Message by message: which are thinned out, what the others move, what is latched."""
     urdf = (DATA / recording.get('urdf', 'r2.urdf')).read_text()
     parameters = {'robot_description': urdf, **recording['params']}
@@ -116,7 +110,7 @@ def test_every_recorded_joint_state_has_its_recorded_effect(
         assert_transforms(static.last, recording['tf_static'][0][1], stamps=False)
 
 
-def test_a_stamp_of_the_future_does_not_silence_it(domain_id: int) -> None:
+def test_a_stamp_of_the_future_does_not_silence_it(domain_id):
     """The interval runs from the node's clock, if that is earlier than the last stamp."""
     with running(domain_id, robot_description=URDF) as (live, node, tf):
         for ahead in (100, 0, 10):
@@ -129,7 +123,7 @@ def test_a_stamp_of_the_future_does_not_silence_it(domain_id: int) -> None:
         assert tf.last.transforms[0].header.stamp == state.header.stamp
 
 
-def test_no_limit_and_no_stamps(domain_id: int) -> None:
+def test_no_limit_and_no_stamps(domain_id):
     """At zero Hz nothing is thinned out that is in order, and on demand nothing at all."""
     for parameter, stamps in (({'publish_frequency': 0.0}, (5, 5, 6)),
                               ({'ignore_timestamp': True}, (5, 0, 4))):
@@ -140,13 +134,13 @@ def test_no_limit_and_no_stamps(domain_id: int) -> None:
             live.wait_for(lambda: len(tf.messages) == 3, 10.0, 'three messages')
 
 
-def set_parameter(live: LiveGraph, name: str, value: Any) -> bool:
+def set_parameter(live, name, value):
     """Set a parameter of the node, and tell whether it took it."""
     return live.call('robot_state_publisher/set_parameters', SetParameters, SetParameters.Request(
         parameters=[Parameter(name, value=value).to_parameter_msg()])).results[0].successful
 
 
-def test_parameters_can_change_while_it_runs(domain_id: int) -> None:
+def test_parameters_can_change_while_it_runs(domain_id):
     """A new robot is published, a bad one refused, and a prefix counts from the next message."""
     with running(domain_id, robot_description=URDF) as (live, node, tf):
         static = live.record('/tf_static', TFMessage, LATCHED)
@@ -157,7 +151,7 @@ def test_parameters_can_change_while_it_runs(domain_id: int) -> None:
         assert not set_parameter(live, 'publish_frequency', 1001.0)
         assert not set_parameter(live, 'publish_frequency', -1.0)
 
-        def moved(second: int) -> TransformStamped:
+        def moved(second):
             """Move a joint, and return what that says of it."""
             node.joint_states_callback(JointState(
                 name=['j1'], position=[1.0], header=Header(stamp=Time(sec=second))))
@@ -181,9 +175,9 @@ def test_parameters_can_change_while_it_runs(domain_id: int) -> None:
 # ------------------------------------------------------------------------------- as a process
 
 @pytest.fixture
-def command(tmp_path: Path) -> Callable[..., list[str]]:
+def command(tmp_path):
     """Return what writes the command that runs the executable with parameters."""
-    def write(**parameters: Any) -> list[str]:
+    def write(**parameters):
         file = tmp_path / 'parameters.yaml'
         file.write_text(json.dumps(
             {'/**': {'ros__parameters': {'robot_description': URDF, **parameters}}}))
@@ -192,7 +186,7 @@ def command(tmp_path: Path) -> Callable[..., list[str]]:
     return write
 
 
-def test_it_ends_quietly(command: Callable[..., list[str]], domain_id: int) -> None:
+def test_it_ends_quietly(command, domain_id):
     """SIGTERM ends it with status 0 and without another word."""
     with graph(domain_id) as live, process(
             command(publish_frequency=1000.0), domain_id, stop=None) as running:
@@ -203,8 +197,7 @@ def test_it_ends_quietly(command: Callable[..., list[str]], domain_id: int) -> N
         assert running.output == before
 
 
-def test_a_bad_parameter_ends_it_with_a_sentence(
-        command: Callable[..., list[str]], domain_id: int) -> None:
+def test_a_bad_parameter_ends_it_with_a_sentence(command, domain_id):
     """The sentence says what is wrong; there is no traceback and no success."""
     with process(command(publish_frequency=2000.0), domain_id, stop=None) as running:
         assert running.wait(20.0) == 1
@@ -221,14 +214,13 @@ def test_a_bad_parameter_ends_it_with_a_sentence(
 
 # -------------------------------------------------------------------------------- descriptions
 
-def robot(*joints: str, links: Sequence[str] = ('a', 'b')) -> str:
+def robot(*joints, links=('a', 'b')):
     """Write a robot's description."""
     return (f'<robot name="r">{"".join(f"<link name={name!r}/>" for name in links)}'
             f'{"".join(joints)}</robot>')
 
 
-def joint(inside: str = '', kind: str = 'fixed', name: str = 'j', parent: str = 'a',
-          child: str = 'b') -> str:
+def joint(inside='', kind='fixed', name='j', parent='a', child='b'):
     """Write a joint."""
     return (f'<joint name="{name}" type="{kind}"><parent link="{parent}"/>'
             f'<child link="{child}"/>{inside}</joint>')
@@ -251,7 +243,7 @@ def joint(inside: str = '', kind: str = 'fixed', name: str = 'j', parent: str = 
     (robot(joint('<origin xyz="0 x 1"/>')), "'x' where a number should be"),
     (robot(joint('<mimic/>', kind='continuous')), 'mimic of joint .* names no joint'),
 ])
-def test_a_bad_description_is_refused_with_a_reason(description: str, reason: str) -> None:
+def test_a_bad_description_is_refused_with_a_reason(description, reason):
     """The reason names the joint or link and what is wrong with it."""
     with pytest.raises(DescriptionError, match=reason):
         parse(description)

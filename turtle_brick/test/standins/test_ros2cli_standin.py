@@ -18,10 +18,8 @@ Every record of data/ros2 about what the stand-in has is replayed on one graph.
 """
 
 from argparse import Namespace
-from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 import contextlib
-from contextlib import AbstractContextManager
 import io
 import os
 from pathlib import Path
@@ -29,13 +27,12 @@ import re
 import signal
 import sys
 import threading
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ament_index_python.packages import get_package_share_directory
 import pytest
 from rcl_interfaces.msg import IntegerRange, ParameterDescriptor, ParameterEvent
 from rclpy.action import ActionServer
-from rclpy.node import Node
 from recorded import Command, GLANCE, records, with_paths, write_files
 from ros2cli import cli, traffic
 import ros2cli.graph as cli_graph
@@ -68,7 +65,7 @@ LEFT_OUT = {
 }
 
 
-def verb(record: dict[str, Any]) -> str | None:
+def verb(record):
     """Return the verb that the stand-in does not have and that a record is about, if it is."""
     words = ' '.join(record['command'][1:]) + ' '
     return next((verb for verb in LEFT_OUT_VERBS if words.startswith(f'{verb} ')), None)
@@ -91,7 +88,7 @@ HERE = sorted(set(REPLAYED).difference(PROCESSES), key=lambda name: (
 
 
 @pytest.fixture(scope='module')
-def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def files(tmp_path_factory):
     """Write the files that were recorded with."""
     top = tmp_path_factory.mktemp('ros2')
     write_files(top)
@@ -112,7 +109,7 @@ class Outcome(NamedTuple):
 
 # ----------------------------------------------------------------------------------- the graph
 
-def complete(turtlesim: Node, publisher: Node, *listeners: Node) -> None:
+def complete(turtlesim, publisher, *listeners):
     """Give nodes what they leave out, or have done without since, and the recordings show."""
     for node in listeners:
         node.create_service(FrameGraph, 'tf2_frames', lambda _, response: response)
@@ -136,7 +133,7 @@ def complete(turtlesim: Node, publisher: Node, *listeners: Node) -> None:
 
 
 @pytest.fixture(scope='module')
-def arena() -> Iterator[Node]:
+def arena():
     """Run what `turtle_arena view:=none` starts, in a domain of its own; return one node."""
     with reserved_domain() as domain, Graph(domain, quiet=True) as graph:
         turtlesim = graph.add_turtlesim()
@@ -146,7 +143,7 @@ def arena() -> Iterator[Node]:
         complete(turtlesim, publisher, node, graph.add_catcher())
         over = threading.Event()
 
-        def spin() -> None:
+        def spin():
             while not over.is_set():
                 graph.spin_for(0.02)
 
@@ -161,17 +158,17 @@ def arena() -> Iterator[Node]:
 
 # ---------------------------------------------------------------------------------- the replay
 
-def start(words: list[str], domain: int, stdin: str = '') -> Command:
+def start(words, domain, stdin=''):
     """Start a command in a domain."""
     return Command(words, {**os.environ, 'ROS_DOMAIN_ID': str(domain)}, stdin)
 
 
-def outcome(command: Command) -> Outcome:
+def outcome(command):
     """Wait until a command has ended."""
     return Outcome(command.end()[0], command.text, command.error)
 
 
-def signals_of(record: dict[str, Any]) -> list[list]:
+def signals_of(record):
     """Return the signals that were sent: what was waited for, the signal, and to whom."""
     signals = [] if record.get('stderr') else list(record.get('signals', ()))
     if record.get('ended_by_recorder'):
@@ -179,7 +176,7 @@ def signals_of(record: dict[str, Any]) -> list[list]:
     return signals
 
 
-def has_come(record: dict[str, Any], when: list, said: str, pid: int, arena: Node) -> bool:
+def has_come(record, when, said, pid, arena):
     """Tell whether what a signal waits for has come, by what a process has said so far."""
     kind, what = when
     if kind == 'line':
@@ -192,7 +189,7 @@ def has_come(record: dict[str, Any], when: list, said: str, pid: int, arena: Nod
         if topic.startswith('/') for info in arena.get_subscriptions_info_by_topic(topic))
 
 
-def replay(record: dict[str, Any], domain: int, arena: Node, files: Path) -> Outcome:
+def replay(record, domain, arena, files):
     """Do what was recorded, with its signals when what they waited for has come."""
     command = start(with_paths(record['command'], files), domain, record.get('stdin', ''))
     for when, name, whom in signals_of(record):
@@ -202,8 +199,7 @@ def replay(record: dict[str, Any], domain: int, arena: Node, files: Path) -> Out
 
 
 @pytest.fixture(scope='module')
-def outcomes(arena: Node, files: Path, request: pytest.FixtureRequest
-             ) -> Iterator[dict[str, Future]]:
+def outcomes(arena, files, request):
     """Do the commands again that this session tests, several at a time: most of them wait."""
     wanted = [item.callspec.params['name'] for item in request.session.items
               if getattr(item, 'function', None) is test_command]
@@ -215,14 +211,14 @@ def outcomes(arena: Node, files: Path, request: pytest.FixtureRequest
 
 
 @pytest.fixture(scope='module')
-def near(arena: Node) -> Iterator[Callable[..., AbstractContextManager[Observer]]]:
+def near(arena):
     """Enter the arena's domain; return what lets a command in this process enter the graph."""
     with pytest.MonkeyPatch.context() as environment:
         environment.setenv('ROS_DOMAIN_ID', str(arena.context.get_domain_id()))
         with cli_graph.observer():  # waits until the graph is known
 
             @contextlib.contextmanager
-            def observer(found: object = None, name: str | None = None) -> Iterator[Observer]:
+            def observer(found=None, name=None):
                 """Do without the wait."""
                 node = Observer(name)
                 try:
@@ -234,8 +230,7 @@ def near(arena: Node) -> Iterator[Callable[..., AbstractContextManager[Observer]
         signal.alarm(0)
 
 
-def run_here(record: dict[str, Any], files: Path, patch: pytest.MonkeyPatch,
-             arena: Node | None = None) -> Outcome:
+def run_here(record, files, patch, arena=None):
     """Do a recorded command in this process, with a Ctrl-C where there was one."""
     streams = [io.TextIOWrapper(io.BytesIO()) for _ in range(2)]
     for name, value in (('argv', with_paths(record['command'], files)),
@@ -245,7 +240,7 @@ def run_here(record: dict[str, Any], files: Path, patch: pytest.MonkeyPatch,
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     over = threading.Event()
 
-    def interrupt() -> None:
+    def interrupt():
         for when, *_ in signals_of(record):
             while not has_come(record, when, streams[0].buffer.getvalue().decode(), os.getpid(),
                                arena):
@@ -287,7 +282,7 @@ ECHO = """At time 0.0
 """
 
 
-def test_tf2_echo_tells_what_is_published(outcomes: object, domain_id: int) -> None:
+def test_tf2_echo_tells_what_is_published(outcomes, domain_id):
     """As the real ones do, from their executables, until Ctrl-C."""
     publisher, echo = (start(['ros2', 'run', 'tf2_ros', *words.split()], domain_id) for words in (
         'static_transform_publisher --x 1.5 --y -2 --z 0.25 --roll 0.1 --pitch 0.2 --yaw 0.3 '
@@ -319,14 +314,14 @@ cli.main()
 
 
 @pytest.mark.parametrize('number', (signal.SIGINT, signal.SIGTERM))
-def test_interrupted_in_the_middleware(number: int, outcomes: object, arena: Node) -> None:
+def test_interrupted_in_the_middleware(number, outcomes, arena):
     """Whatever the middleware makes of the interruption, the command ends quietly."""
     command = start([sys.executable, '-c', SWALLOWED, 'topic', 'echo', '/odom',
                      'nav_msgs/msg/Odometry', str(int(number))], arena.context.get_domain_id())
     assert outcome(command) == (number, '', '')
 
 
-def test_nobody_reads_on(outcomes: object, arena: Node) -> None:
+def test_nobody_reads_on(outcomes, arena):
     """A pipe that is closed ends the command quietly, as in `ros2 topic echo ... | head`."""
     command = ['bash', '-c', 'ros2 topic echo /turtle1/pose | head -n 1']
     done = outcome(start(command, arena.context.get_domain_id()))
@@ -382,14 +377,14 @@ TOKENS = {
 }
 
 
-def comparable(name: str, text: str) -> str:
+def comparable(name, text):
     """Return what a command prints, without what may differ."""
     for pattern, replacement in MAY_DIFFER:
         text = re.sub(pattern, replacement, text)
     return re.sub(ANSWERS[name], r'\1\2', text) if name in ANSWERS else text
 
 
-def matches(name: str, recorded: str, printed: str, files: Path) -> bool:
+def matches(name, recorded, printed, files):
     """Return whether a command has printed what is recorded."""
     tokens = {**TOKENS, 'PROBE': re.escape(f'{files}/probe'), 'FILES': re.escape(str(files))}
     pattern = re.sub(r'\\\$([A-Z]+)', lambda token: tokens.get(token[1], r'\d[\d.]*'),
@@ -399,7 +394,7 @@ def matches(name: str, recorded: str, printed: str, files: Path) -> bool:
     return re.fullmatch(pattern, comparable(name, printed)) is not None
 
 
-def assert_same(name: str, done: Outcome, files: Path) -> None:
+def assert_same(name, done, files):
     """Compare what has come of a command with its record."""
     record = RECORDS[name]
     assert done.status == record['returncode'], done
@@ -410,14 +405,13 @@ def assert_same(name: str, done: Outcome, files: Path) -> None:
 
 
 @pytest.mark.parametrize('name', PROCESSES)
-def test_command(name: str, outcomes: dict[str, Future], files: Path) -> None:
+def test_command(name, outcomes, files):
     """The command prints what the real one printed, and ends as it did."""
     assert_same(name, outcomes[name].result(), files)
 
 
 @pytest.mark.parametrize('name', HERE)
-def test_verb(name: str, arena: Node, near: Callable, files: Path,
-              monkeypatch: pytest.MonkeyPatch) -> None:
+def test_verb(name, arena, near, files, monkeypatch):
     """So does what the command does, in this process."""
     for module in (cli_graph, traffic):
         monkeypatch.setattr(module, 'observer', near)
@@ -429,32 +423,24 @@ def test_verb(name: str, arena: Node, near: Callable, files: Path,
 # ------------------------------------------------------------------ what the stand-in does better
 
 @pytest.mark.parametrize('words, sentence', [
-    ('interface proto a', 'interface proto: this needs the real ros2cli, which this one stands in '
-                          'for'),
-    ('bag record -a', 'bag: this needs a ROS 2 that is installed; here, `ros2 topic echo --csv '
-                      'TOPIC > FILE` writes down what comes on a topic'),
-    ('run rviz2 rviz2', 'run rviz2: this needs a ROS 2 that is installed; here, the launch files '
-                        'show the robot in a browser with `view:=web`'),
-])
-def test_what_is_left_out_says_so(words: str, sentence: str, files: Path,
-                                  monkeypatch: pytest.MonkeyPatch) -> None:
-    """One line, whatever follows the verb."""
-    record = {'command': ['ros2', *words.split(), 'a', '--b', '-h']}
-    assert run_here(record, files, monkeypatch) == (1, '', f'ros2 {sentence}\n')
-
-
-@pytest.mark.parametrize('words, kind', [
-    ('topic pub /x String', 'message'), ('topic pub /x std_srvs/srv/Trigger', 'message'),
-    ('topic echo /x /String', 'message'), ('service call /drop Trigger', 'service')])
-def test_what_is_no_type(words: str, kind: str, files: Path,
-                         near: Callable, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A name without its package, or of another kind, is told in the real one's sentence."""
+    ('interface proto a a --b -h', 'ros2 interface proto: this needs the real ros2cli, which this '
+                                   'one stands in for'),
+    ('bag record -a', 'ros2 bag: this needs a ROS 2 that is installed; here, `ros2 topic echo '
+                      '--csv TOPIC > FILE` writes down what comes on a topic'),
+    ('run rviz2 rviz2', 'ros2 run rviz2: this needs a ROS 2 that is installed; here, the launch '
+                        'files show the robot in a browser with `view:=web`'),
+    ('topic pub /x String', 'The passed message type is invalid'),
+    ('topic pub /x std_srvs/srv/Trigger', 'The passed message type is invalid'),
+    ('topic echo /x /String', 'The passed message type is invalid'),
+    ('service call /drop Trigger', 'The passed service type is invalid')])
+def test_what_cannot_be_done_is_said(words, sentence, files, near, monkeypatch):
+    """In one line: what is left out, and what is no type, without its package or of another."""
     monkeypatch.setattr(traffic, 'observer', near)
     assert run_here({'command': ['ros2', *words.split()]}, files, monkeypatch) == (
-        1, '', f'The passed {kind} type is invalid\n')
+        1, '', f'{sentence}\n')
 
 
-def test_interfaces_are_listed(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interfaces_are_listed(files, monkeypatch):
     """All of a kind, under its heading, as in the recording of what was installed there."""
     recorded = RECORDS['interface_list']['stdout'].splitlines()
     printed = run_here({'command': ['ros2', 'interface', 'list']}, files, monkeypatch).stdout
@@ -468,8 +454,7 @@ def test_interfaces_are_listed(files: Path, monkeypatch: pytest.MonkeyPatch) -> 
     ('node_name', {}, {'/arena', '/catcher'}),
     ('parameter_name', {'node_name': '/arena'}, {'gravity_accel'}),
     ('message_type', {'topic_name': '/odom'}, {'nav_msgs/msg/Odometry'})])
-def test_tab_knows_what_can_be(argument: str, before: dict[str, str], answers: set[str],
-                               near: Callable, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tab_knows_what_can_be(argument, before, answers, near, monkeypatch):
     """From the packages, and from the graph."""
     monkeypatch.setattr(cli_graph, 'observer', near)
     table = cli.yaml.safe_load(Path(cli.__file__).with_name('command_line.yaml').read_text())
@@ -477,7 +462,7 @@ def test_tab_knows_what_can_be(argument: str, before: dict[str, str], answers: s
     assert answers <= set(known)
 
 
-def test_tab_completes(tmp_path: Path, domain_id: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tab_completes(tmp_path, domain_id, monkeypatch):
     """The shell that has sourced env.bash asks in this way, and reads such answers."""
     line = 'ros2 interface show turtlesim/msg/'
     for name, value in (('_ARGCOMPLETE', '1'), ('COMP_LINE', line), ('COMP_POINT', len(line)),

@@ -24,7 +24,7 @@ REAL_HASHES = json.loads(
 
 
 @pytest.mark.parametrize('interface', REAL_HASHES)
-def test_type_hash_is_the_real_one(interface: str) -> None:
+def test_type_hash_is_the_real_one(interface):
     """Field names, types, constants and their order decide on the hash, and it on the wire."""
     package, kind, name = interface.split('/')
     description = json.loads((get_package_share_path(package) / kind / f'{name}.json').read_text())

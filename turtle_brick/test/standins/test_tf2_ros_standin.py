@@ -13,24 +13,20 @@
 # limitations under the License.
 """The stand-in of tf2_ros against recordings of the real one."""
 
-from collections.abc import Sequence
 from functools import partial
 import json
 from pathlib import Path
 from threading import Thread
 from time import monotonic
-from typing import Any
 
 from geometry_msgs.msg import TransformStamped
 from live_graph import graph
 import pytest
 import rclpy
-from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
-from rclpy.topic_endpoint_info import TopicEndpointInfo
 from tf2_msgs.msg import TFMessage
 from tf2_msgs.srv import FrameGraph
 import tf2_ros
@@ -52,8 +48,7 @@ LATEST = Time()
 
 # ---------------------------------------------------------------------------------- conversions
 
-def stamped(parent: str, child: str, time: int, translation: Sequence[float] = (0.0, 0.0, 0.0),
-            rotation: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> TransformStamped:
+def stamped(parent, child, time, translation=(0.0, 0.0, 0.0), rotation=(0.0, 0.0, 0.0, 1.0)):
     """Write a transform at a time in ns."""
     message = TransformStamped()
     message.header.stamp.sec, message.header.stamp.nanosec = divmod(time, SECOND)
@@ -65,20 +60,20 @@ def stamped(parent: str, child: str, time: int, translation: Sequence[float] = (
     return message
 
 
-def numbers(message: TransformStamped) -> list[float]:
+def numbers(message):
     """Read x, y, z and the quaternion x, y, z, w of a transform."""
     t, r = message.transform.translation, message.transform.rotation
     return [t.x, t.y, t.z, r.x, r.y, r.z, r.w]
 
 
-def seconds(time: float) -> Time:
+def seconds(time):
     """Make a time of seconds."""
     return Time(nanoseconds=round(time * SECOND))
 
 
 # ----------------------------------------------------------------------------------- recordings
 
-def ask(buffer: Buffer, call: dict[str, Any]) -> TransformStamped:
+def ask(buffer, call):
     """Repeat a recorded lookup."""
     if call['op'] == 'lookup':
         return buffer.lookup_transform(call['target'], call['source'], seconds(call['t']))
@@ -88,7 +83,7 @@ def ask(buffer: Buffer, call: dict[str, Any]) -> TransformStamped:
 
 
 @pytest.mark.parametrize('script', RECORDED + RANDOM, ids=lambda script: script['name'])
-def test_every_recorded_call_is_answered_as_recorded(script: dict[str, Any]) -> None:
+def test_every_recorded_call_is_answered_as_recorded(script):
     """Values to 1e-9, exceptions to the letter, descriptions of the frames likewise."""
     buffer = Buffer(Duration(seconds=CACHE_TIME.get(script['name'], 10.0)))
     for call in script['ops']:
@@ -126,7 +121,7 @@ def test_every_recorded_call_is_answered_as_recorded(script: dict[str, Any]) -> 
 
 # ----------------------------------------------------------------------------------------- waits
 
-def test_a_lookup_waits_as_long_as_it_may() -> None:
+def test_a_lookup_waits_as_long_as_it_may():
     """It says then what one without a timeout says; what comes within its time, it returns."""
     buffer = Buffer()
     begin = monotonic()
@@ -145,7 +140,7 @@ def test_a_lookup_waits_as_long_as_it_may() -> None:
     assert numbers(found[0])[:3] == [1.0, 2.0, 3.0]
 
 
-def test_a_future_is_done_when_the_transform_comes() -> None:
+def test_a_future_is_done_when_the_transform_comes():
     """Waiting without blocking, for one time and for two."""
     buffer = Buffer()
     future = buffer.wait_for_transform_async('w', 'x', seconds(1.5))
@@ -158,13 +153,13 @@ def test_a_future_is_done_when_the_transform_comes() -> None:
     assert buffer.wait_for_transform_async('w', 'x', LATEST).done()
 
 
-def test_several_threads_can_share_a_buffer() -> None:
+def test_several_threads_can_share_a_buffer():
     """Lookups of the latest time see whole transforms while others are being added."""
     buffer = Buffer()
     buffer.set_transform(stamped('w', 'x', SECOND, (0.0, 0.0, 0.0)), 'test')
     count = 5000
 
-    def fill() -> None:
+    def fill():
         """Add transforms whose coordinates agree with each other and with their time."""
         for index in range(1, count):
             buffer.set_transform(
@@ -188,14 +183,14 @@ def test_several_threads_can_share_a_buffer() -> None:
 class Hearer(Node):
     """A node with a buffer and a listener."""
 
-    def __init__(self, context: Context, **listener_arguments: Any) -> None:
+    def __init__(self, context, **listener_arguments):
         """Start to listen."""
         super().__init__('hearer', context=context)
         self.buffer = Buffer(node=self)
         self.listener_of_tf = TransformListener(self.buffer, self, **listener_arguments)
 
 
-def test_what_is_broadcast_can_be_looked_up(domain_id: int) -> None:
+def test_what_is_broadcast_can_be_looked_up(domain_id):
     """Moving and static transforms pass over DDS, also to a listener in another namespace."""
     with graph(domain_id, Hearer) as live:
         hearer = live.nodes[-1]
@@ -214,7 +209,7 @@ def test_what_is_broadcast_can_be_looked_up(domain_id: int) -> None:
         assert "b: \n  parent: 'world'" in yaml
 
 
-def test_static_transforms_reach_late_listeners_all_together(domain_id: int) -> None:
+def test_static_transforms_reach_late_listeners_all_together(domain_id):
     """One latched message holds every child that was ever sent; a child keeps its first pose."""
     with graph(domain_id) as live:
         static = StaticTransformBroadcaster(live.listener)
@@ -229,14 +224,14 @@ def test_static_transforms_reach_late_listeners_all_together(domain_id: int) -> 
         assert len(heard.messages) == 1
 
 
-def test_topics_are_those_of_the_real_one(domain_id: int) -> None:
+def test_topics_are_those_of_the_real_one(domain_id):
     """Reliable, /tf_static latched; a listener may leave /tf alone, and ends when told to."""
     with graph(domain_id, partial(Hearer, static_only=True), Hearer) as live:
         TransformBroadcaster(live.listener)
         StaticTransformBroadcaster(live.listener)
         ask, (*_, whole) = live.listener, live.nodes
 
-        def ends(topic: str) -> list[TopicEndpointInfo]:
+        def ends(topic):
             return [*ask.get_publishers_info_by_topic(topic),
                     *ask.get_subscriptions_info_by_topic(topic)]
 
@@ -251,7 +246,7 @@ def test_topics_are_those_of_the_real_one(domain_id: int) -> None:
                       'its end')
 
 
-def test_a_listener_can_spin_a_thread_of_its_own(domain_id: int) -> None:
+def test_a_listener_can_spin_a_thread_of_its_own(domain_id):
     """A callback may then wait for a transform, even where nothing else spins."""
     # Such a thread belongs to the default context; the real listener knows no other.
     rclpy.init(domain_id=domain_id)

@@ -17,13 +17,12 @@ The turtlesim_node of this home, from outside: topics, services, parameter, QoS,
 Its motion is held to recordings in test_turtlesim_kinematics.py.
 """
 
-from collections.abc import Callable, Iterator
 from math import pi
 import signal
 from statistics import median
 
 from geometry_msgs.msg import Twist
-from live_graph import graph, LiveGraph, NodeProcess, process, Recording
+from live_graph import graph, process
 import pytest
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
@@ -40,7 +39,7 @@ COMMAND = [executable('turtlesim', 'turtlesim_node')]
 
 
 @pytest.fixture(scope='module')
-def shared() -> Iterator[tuple[NodeProcess, LiveGraph]]:
+def shared():
     """Run one turtlesim and a graph beside it; SIGTERM ends it without another word."""
     with reserved_domain() as domain_id, graph(domain_id) as live:
         with process(COMMAND, domain_id, stop=None) as turtlesim:
@@ -51,7 +50,7 @@ def shared() -> Iterator[tuple[NodeProcess, LiveGraph]]:
 
 
 @pytest.fixture
-def turtle(live: LiveGraph, request: pytest.FixtureRequest) -> Iterator[str]:
+def turtle(live, request):
     """Put a turtle with topics of its own into the center, at rest; return its name."""
     turtle = request.node.name
     answer = live.call('spawn', Spawn, Spawn.Request(
@@ -62,37 +61,37 @@ def turtle(live: LiveGraph, request: pytest.FixtureRequest) -> Iterator[str]:
 
 
 @pytest.fixture
-def live(shared: tuple[NodeProcess, LiveGraph]) -> LiveGraph:
+def live(shared):
     """Return the graph beside it."""
     return shared[1]
 
 
 @pytest.fixture
-def turtlesim(shared: tuple[NodeProcess, LiveGraph]) -> NodeProcess:
+def turtlesim(shared):
     """Return turtlesim."""
     return shared[0]
 
 
-def twist(x: float = 0.0, y: float = 0.0, turn: float = 0.0) -> Twist:
+def twist(x=0.0, y=0.0, turn=0.0):
     """Make a velocity command."""
     message = Twist()
     message.linear.x, message.linear.y, message.angular.z = x, y, turn
     return message
 
 
-def poses_of(live: LiveGraph, turtle: str) -> Recording:
+def poses_of(live, turtle):
     """Record a turtle's poses, and wait for the first."""
     poses = live.record(f'{turtle}/pose', Pose)
     live.wait_for(lambda: poses.messages, 20.0, f'a pose of {turtle}')
     return poses
 
 
-def settle(live: LiveGraph, poses: Recording, wanted: Callable[[Pose], bool], what: str) -> Pose:
+def settle(live, poses, wanted, what):
     """Wait until the latest pose is as wanted, and return it."""
     return live.wait_for(lambda: poses.last and wanted(poses.last) and poses.last, 10.0, what)
 
 
-def test_poses_come_at_62_5_hz(live: LiveGraph, turtle: str) -> None:
+def test_poses_come_at_62_5_hz(live, turtle):
     """Reliably one per 16 ms, none made up for when a machine loses some; first the start."""
     poses = poses_of(live, turtle)
     live.wait_for(lambda: len(poses.messages) > 100, 20.0, '100 poses')
@@ -108,12 +107,12 @@ def test_poses_come_at_62_5_hz(live: LiveGraph, turtle: str) -> None:
             ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
 
 
-def test_a_command_drives_for_a_second(live: LiveGraph, turtle: str) -> None:
+def test_a_command_drives_for_a_second(live, turtle):
     """In whole ticks; the sideways velocity counts once the node is holonomic."""
     poses = poses_of(live, turtle)
     commands = live.publisher(f'{turtle}/cmd_vel', Twist)
 
-    def set_holonomic(value: bool) -> None:
+    def set_holonomic(value):
         answer = live.call('turtlesim/set_parameters', SetParameters, SetParameters.Request(
             parameters=[Parameter('holonomic', value=value).to_parameter_msg()]))
         assert answer.results[0].successful
@@ -133,7 +132,7 @@ def test_a_command_drives_for_a_second(live: LiveGraph, turtle: str) -> None:
     assert pose.linear_velocity == 1.0
 
 
-def test_a_burst_leaves_seven_commands(live: LiveGraph, turtle: str) -> None:
+def test_a_burst_leaves_seven_commands(live, turtle):
     """They are taken in order, one per tick, so each shows in a pose of its own."""
     poses = poses_of(live, turtle)
     commands = live.publisher(f'{turtle}/cmd_vel', Twist, 50)
@@ -146,7 +145,7 @@ def test_a_burst_leaves_seven_commands(live: LiveGraph, turtle: str) -> None:
     assert sorted(set(speeds))[-7:] == [34, 35, 36, 37, 38, 39, 40]
 
 
-def test_teleports_jump(turtlesim: NodeProcess, live: LiveGraph, turtle: str) -> None:
+def test_teleports_jump(turtlesim, live, turtle):
     """To a pose, and by a turn and a distance."""
     poses = poses_of(live, turtle)
     live.call(f'{turtle}/teleport_absolute', TeleportAbsolute,
@@ -163,14 +162,14 @@ def test_teleports_jump(turtlesim: NodeProcess, live: LiveGraph, turtle: str) ->
                               r'x=20\.000000, y=8\.088889\]\)', 10.0)
 
 
-def test_turtles_come_and_go(turtlesim: NodeProcess, live: LiveGraph) -> None:
+def test_turtles_come_and_go(turtlesim, live):
     """Names are given and refused, killed turtles fall silent, and a reset begins again."""
-    def spawn(name: str) -> str:
+    def spawn(name):
         """Ask for a turtle, and return the name that it got."""
         request = Spawn.Request(x=2.0, y=3.0, theta=0.5, name=name)
         return live.call('spawn', Spawn, request).name
 
-    def silent(turtle: str) -> bool:
+    def silent(turtle):
         """Tell whether nobody publishes a turtle's pose any more."""
         return live.listener.count_publishers(f'{turtle}/pose') == 0
 
@@ -200,7 +199,7 @@ def test_turtles_come_and_go(turtlesim: NodeProcess, live: LiveGraph) -> None:
     assert spawn('') == 'turtle2'
 
 
-def test_there_is_no_canvas(turtlesim: NodeProcess, live: LiveGraph) -> None:
+def test_there_is_no_canvas(turtlesim, live):
     """Who asks for one, as the tutorials do, is answered, and the log says so."""
     live.call('clear', Empty)
     turtlesim.wait_for_output(r'\[WARN\].*There is no canvas here to clear\n', 10.0)
@@ -208,7 +207,7 @@ def test_there_is_no_canvas(turtlesim: NodeProcess, live: LiveGraph) -> None:
     turtlesim.wait_for_output(r'\[WARN\].*There is no canvas here to draw on\n', 10.0)
 
 
-def test_a_parameter_that_cannot_be_ends_it_with_a_sentence(domain_id: int) -> None:
+def test_a_parameter_that_cannot_be_ends_it_with_a_sentence(domain_id):
     """With what the real one says, as far as rclpy has the same words for it."""
     with process([*COMMAND, '--ros-args', '-p', 'holonomic:=abc'], domain_id,
                  stop=None) as running:
