@@ -62,13 +62,6 @@ def moved(places: Iterable[Any]) -> float:
 
 # ---------------------------------------------------------------------------- walls and markers
 
-class Extent(NamedTuple):
-    """Where a marker is (m in the world)."""
-
-    low: Array
-    high: Array
-
-
 def pose_of_marker(record: Record, heard: MarkerHeard, instant: int) -> Pose | None:
     """Return where in the world a marker is at an instant (ns), None if unknown."""
     parent = record.pose(heard.marker.header.frame_id.lstrip('/'), instant)
@@ -77,8 +70,8 @@ def pose_of_marker(record: Record, heard: MarkerHeard, instant: int) -> Pose | N
     return parent and parent.compose(pose((p.x, p.y, p.z), turned))
 
 
-def extent(record: Record, heard: MarkerHeard) -> Extent | None:
-    """Return the least and greatest coordinates of a marker, None if unknown."""
+def extent(record: Record, heard: MarkerHeard) -> tuple[Array, Array] | None:
+    """Return the least and greatest coordinates of a marker (m in the world), None if unknown."""
     marker = heard.marker
     there = pose_of_marker(record, heard, heard.published) or pose_of_marker(
         record, heard, record.idle[0][1] if record.idle else 0)
@@ -90,15 +83,15 @@ def extent(record: Record, heard: MarkerHeard) -> Extent | None:
     if there is None or not corners:
         return None
     points = there.transform(corners)
-    return Extent(points.min(0), points.max(0))
+    return points.min(0), points.max(0)
 
 
-def walls(record: Record) -> list[tuple[MarkerHeard, Extent]]:
+def walls(record: Record) -> list[tuple[MarkerHeard, tuple[Array, Array]]]:
     """Return the markers that may be walls; Broken if there are none."""
     found = []
     for heard in record.markers:
         size = extent(record, heard) if heard.marker.type in (CUBE, *LINES) else None
-        if size and max(size.high - size.low) >= WALL:
+        if size and max(size[1] - size[0]) >= WALL:
             found.append((heard, size))
     return needed(found or None, 'no marker is as long as a wall')
 

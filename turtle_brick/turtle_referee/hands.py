@@ -26,7 +26,7 @@ from typing import Any
 from turtle_referee.constants import ARENA_SIZE, NANOSECONDS
 from turtle_referee.drops import DropWatch
 from turtle_referee.geometry import Vector
-from turtle_referee.names import FRAMES
+from turtle_referee.names import FRAMES, NUMBERS
 from turtle_referee.observer import Observer
 from turtle_referee.record import Ask, Drive, plateau
 from turtle_referee.spinning import Spins
@@ -45,10 +45,6 @@ HOVERING = 0.5
 
 AFTER = 0.6
 """How long (s) a brick is watched that has come down beside the platform."""
-
-USUAL = {'platform_height': 1.0, 'platform_radius': 0.5, 'wheel_radius': 0.2,
-         'max_velocity': 1.0, 'gravity_accel': 9.81}
-"""Numbers with which waiting is reckoned where none are known."""
 
 
 class Hands:
@@ -71,7 +67,7 @@ class Hands:
 
     def number(self, name: str) -> float:
         """Return a number of the robot, a usual one where none is known."""
-        return self.record.profile.numbers.get(name, USUAL[name])
+        return self.record.profile.numbers.get(name, NUMBERS[name])
 
     def sees_everything(self) -> bool:
         """Tell whether the whole graph is there: robot, arena and catcher."""

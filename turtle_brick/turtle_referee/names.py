@@ -35,13 +35,9 @@ TOPICS = ('cmd_vel', 'odom', 'joint_states', 'goal_pose', 'tilt', 'pose', 'robot
 SERVICES = ('place', 'drop')
 FRAMES = ('world', 'odom', 'base_link', 'platform', 'brick')
 
-NUMBERS = {
-    'platform_height': "the platform's top above the ground (m)",
-    'platform_radius': 'of the platform (m)',
-    'wheel_radius': 'of the wheel (m)',
-    'max_velocity': "the robot's greatest speed (m/s)",
-    'gravity_accel': 'acceleration due to gravity (m/s^2)',
-}
+NUMBERS = {'platform_height': 1.0, 'platform_radius': 0.5, 'wheel_radius': 0.2,
+           'max_velocity': 1.0, 'gravity_accel': 9.81}
+"""The robot's numbers (m, s), each with a usual one, to reckon with where none is known."""
 
 
 class ProfileError(ValueError):
