@@ -16,14 +16,13 @@
 import signal
 import sys
 
-from geometry_msgs.msg import Point, PoseStamped, Twist
+from geometry_msgs.msg import Point, Twist
 from live_graph import graph, PATIENCE, process
 import pytest
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from turtle_brick.core.parameters import default_path
 from turtle_brick_interfaces.srv import Place
-from turtlesim.msg import Pose
 
 LAUNCH = """
 import sys
@@ -73,22 +72,15 @@ def test_show_turtle(domain_id):
 
 
 def test_turtle_arena(domain_id):
-    """The robot obeys a goal, catches a brick, and is commanded at 100 Hz: all in a namespace."""
+    """The robot is commanded at 100 Hz, and catches a brick beside it: all in a namespace."""
     with launched('turtle_arena', 'py', domain_id, 'view:=none', 'namespace:=bob') as launching:
         launching.wait_for_output('waiting for a fall', 30.0)
         with graph(domain_id, namespace='bob') as live:
             commands = live.record('turtle1/cmd_vel', Twist)
             assert live.rates([commands], 100) == [pytest.approx(100.0, rel=0.02)]
-            poses = live.record('turtle1/pose', Pose)
-            goal = PoseStamped()
-            goal.header.frame_id = 'world'
-            goal.pose.position.x, goal.pose.position.y = 6.5, 6.0
-            live.publisher('goal_pose', PoseStamped).publish(goal)
-            live.wait_for(lambda: poses.last and abs(poses.last.x - 6.5) < 0.05, PATIENCE,
-                          'the turtle at its goal')
-            # Above the robot, and so high that a busy machine has the time to see it fall.
-            above = Place.Request(location=Point(x=6.5, y=6.0, z=20.0))
-            assert live.call('place', Place, above).success
+            # Beside the robot, and so high that a busy machine has the time to see it fall.
+            beside = Place.Request(location=Point(x=6.5, y=6.0, z=20.0))
+            assert live.call('place', Place, beside).success
             assert live.call('drop', Trigger).success
             topics = {name for name, _ in live.listener.get_topic_names_and_types()}
             assert {name for name in topics if not name.startswith('/bob/')} == {

@@ -153,31 +153,6 @@ def test_a_future_is_done_when_the_transform_comes():
     assert buffer.wait_for_transform_async('w', 'x', LATEST).done()
 
 
-def test_several_threads_can_share_a_buffer():
-    """Lookups of the latest time see whole transforms while others are being added."""
-    buffer = Buffer()
-    buffer.set_transform(stamped('w', 'x', SECOND, (0.0, 0.0, 0.0)), 'test')
-    count = 5000
-
-    def fill():
-        """Add transforms whose coordinates agree with each other and with their time."""
-        for index in range(1, count):
-            buffer.set_transform(
-                stamped('w', 'x', SECOND + index * 10_000_000, (index, index, index)), 'test')
-
-    filler = Thread(target=fill)
-    filler.start()
-    seen = [0.0]
-    while seen[-1] < count - 1:
-        message = buffer.lookup_transform('w', 'x', LATEST)
-        x, y, z = numbers(message)[:3]
-        stamp = message.header.stamp
-        assert x == y == z == (stamp.sec * SECOND + stamp.nanosec - SECOND) / 10_000_000
-        assert x >= seen[-1]
-        seen.append(x)
-    filler.join()
-
-
 # -------------------------------------------------------------------------------------- live ROS
 
 class Hearer(Node):
