@@ -174,14 +174,14 @@ class CommandPath:
                 latest = self._count + int((tick - now) / PERIOD)
             else:
                 latest = self._published_by(tick)
-            head = self._head(taken, latest)
-            if head >= self._count:
-                break
-            if head > taken:
-                taken = head
-                _, linear_x, linear_y = sent[max(head - first, 0)]
-            x, y = within_arena(x + (c * linear_x - s * linear_y) * TICK,
-                                y + (s * linear_x + c * linear_y) * TICK)
+            if latest > taken:
+                taken = self._head(taken, latest)
+                if taken >= self._count:
+                    break
+                _, linear_x, linear_y = sent[max(taken - first, 0)]
+            if linear_x or linear_y:
+                x, y = within_arena(x + (c * linear_x - s * linear_y) * TICK,
+                                    y + (s * linear_x + c * linear_y) * TICK)
         return x, y
 
     @staticmethod
@@ -277,7 +277,8 @@ class Driver:
 
 def within_arena(x: float, y: float) -> tuple[float, float]:
     """Return the point of the arena nearest to (x, y), in the world (m)."""
-    return min(max(x, 0.0), ARENA_SIZE), min(max(y, 0.0), ARENA_SIZE)
+    return (0.0 if x < 0.0 else ARENA_SIZE if x > ARENA_SIZE else x,
+            0.0 if y < 0.0 else ARENA_SIZE if y > ARENA_SIZE else y)
 
 
 def travel_time(distance: float, radius: float, max_velocity: float) -> float:

@@ -31,6 +31,7 @@ import struct
 from typing import NamedTuple
 
 _FLOAT = struct.Struct('f')
+_FLOATS = struct.Struct('5f')
 
 
 def float32(value: float) -> float:
@@ -158,7 +159,8 @@ class Turtle:
         :param now: the time (s); only the age of the last command depends on it
         :return: the new pose
         """
-        self._teleport()
+        if self._teleports:
+            self._teleport()
         if now - self._commanded_at > COMMAND_TIMEOUT:
             self._linear_x = self._linear_y = self._angular = 0.0
         linear_x = self._linear_x
@@ -208,8 +210,12 @@ class Turtle:
     def _rounded_pose(self) -> TurtlePose:
         """Return where the turtle is, rounded to what a message can carry."""
         speed = math.sqrt(self._linear_x * self._linear_x + self._linear_y * self._linear_y)
-        return TurtlePose(*map(float32, (
-            self._x, ARENA_SIZE - self._y_down, self._theta, speed, self._angular)))
+        numbers = (self._x, ARENA_SIZE - self._y_down, self._theta, speed, self._angular)
+        try:
+            # At once, which takes half the time of each by itself.
+            return TurtlePose._make(_FLOATS.unpack(_FLOATS.pack(*numbers)))
+        except OverflowError:
+            return TurtlePose._make(map(float32, numbers))
 
 
 class TurtleSim:
