@@ -94,6 +94,7 @@ def files(tmp_path_factory):
     write_files(top)
     with pytest.MonkeyPatch.context() as environment:
         environment.setenv('COLUMNS', '100')
+        environment.setenv('LANGUAGE', 'C')  # for which argparse looks at no file per word
         environment.setenv('AMENT_PREFIX_PATH',
                            f'{top}/probe:{os.environ["AMENT_PREFIX_PATH"]}')
         yield top
