@@ -32,17 +32,21 @@ SECOND = 1_000_000_000
 
 
 @law(40)
-@given(ages=st.lists(st.tuples(st.floats(0.0, 8.0), st.floats(0.0, 0.3)), min_size=1))
-def test_latency_is_that_of_the_worst_age_of_the_recent_past(ages):
-    """Out and back, each as slow as the slowest message of the last MEMORY; at once."""
+@given(ages=st.lists(st.tuples(st.floats(0.0, 0.3), st.floats(0.0, 0.3)), min_size=1,
+                     max_size=300))
+def test_latency_is_that_of_the_slow_messages_of_the_recent_past(ages):
+    """Out and back, each as slow as all but one in a hundred."""
     latency, now = Latency(), SECOND
     heard = []
     for pause, age in ages:
         now += seconds(pause)
         latency.hear(now, age)
         heard.append((now, age))
-        worst = max(age for then, age in heard if (now - then) * 1e-9 <= MEMORY)
-        assert latency.excess(now) == pytest.approx(2.0 * max(worst - USUAL_AGE, 0.0))
+        link = latency.excess(now) / 2.0 + USUAL_AGE
+        recent = [age for then, age in heard if (now - then) * 1e-9 <= MEMORY]
+        assert sum(age > link + 1e-9 for age in recent) <= 0.01 * len(recent) + 0.5
+        assert link == USUAL_AGE or sum(age >= link - 1e-9 for age in recent) >= (
+            0.01 * len(recent) - 0.5)
     assert latency.excess(now + seconds(MEMORY) + 1) == 0.0
 
 

@@ -21,14 +21,19 @@ of the ages of transforms on arrival, of the time from an order to the first mot
 messages. Instants are integer nanoseconds of one clock.
 """
 
+from bisect import bisect_left, insort
 from collections import deque
 
 from turtle_brick.core.time_steps import NANO
 
 MEMORY = 10.0
-"""Time (s) for which the worst that was seen counts."""
+"""Time (s) for which what was seen counts."""
 
-USUAL_AGE = 0.005
+RARE = 0.01
+"""Part of the messages that may be slower: a machine that stood still for a moment is no link. An
+order and the motion that comes back are hardly ever both among them."""
+
+USUAL_AGE = 0.006
 """Age (s) on arrival that transforms have on one machine too: the latencies there allow for it."""
 
 CLOCK_TOLERANCE = 0.006
@@ -47,27 +52,26 @@ LONGEST = 1.0
 """Time (s) beyond which a delay is none: the order was ignored, the brick's node was stopped."""
 
 
-class Worst:
-    """The largest of the values noted within MEMORY."""
+class Recent:
+    """The values of the last MEMORY, in order of size."""
 
     def __init__(self) -> None:
         """Know no value."""
-        self._values: deque[tuple[int, float]] = deque()
-        """What no later value exceeds, with its instant (ns)."""
+        self._noted: deque[tuple[int, float]] = deque()
+        self._sorted: list[float] = []
 
     def note(self, now: int, value: float) -> None:
         """Note a value at an instant (ns)."""
-        values = self._values
-        while values and values[-1][1] <= value:
-            values.pop()
-        values.append((now, value))
+        self._noted.append((now, value))
+        insort(self._sorted, value)
 
-    def within_memory(self, now: int) -> float:
-        """Return the largest value of the last MEMORY before an instant (ns), at least 0."""
-        values = self._values
-        while values and (now - values[0][0]) * NANO > MEMORY:
-            values.popleft()
-        return max(values[0][1], 0.0) if values else 0.0
+    def at(self, now: int, part: float) -> float:
+        """Return the value, at an instant (ns), above a part (0 to 1) of them; 0 of none."""
+        noted, values = self._noted, self._sorted
+        while noted and (now - noted[0][0]) * NANO > MEMORY:
+            _, value = noted.popleft()
+            del values[bisect_left(values, value)]
+        return values[round(part * (len(values) - 1))] if values else 0.0
 
 
 class Latency:
@@ -75,9 +79,8 @@ class Latency:
 
     def __init__(self) -> None:
         """Assume one machine."""
-        self._age = Worst()
-        self._ahead = Worst()
-        self._motion = Worst()
+        self._ages = Recent()
+        self._longer = Recent()
         self._gaps: deque[int] = deque(maxlen=LOSSES)
         self._stamp: int | None = None
         self._period = 0.0
@@ -85,8 +88,7 @@ class Latency:
 
     def hear(self, now: int, age: float) -> None:
         """Note the age (s) that a transform had when it arrived, at an instant (ns)."""
-        self._age.note(now, age)
-        self._ahead.note(now, -age)
+        self._ages.note(now, age)
 
     def see_brick(self, stamp: int) -> None:
         """Note the stamp (ns) of a position of the brick, and so whether some are missing."""
@@ -100,7 +102,7 @@ class Latency:
 
     def obey(self, now: int, longer: float) -> None:
         """Note that the robot has moved, longer (s) after an order than on one machine."""
-        self._motion.note(now, longer)
+        self._longer.note(now, longer)
 
     def loses(self, now: int) -> bool:
         """Tell whether messages get lost."""
@@ -108,7 +110,7 @@ class Latency:
 
     def ahead(self, now: int) -> float:
         """Return by how much (s) stamps are ahead of their arrival: 0 where the clocks agree."""
-        ahead = self._ahead.within_memory(now)
+        ahead = -self._ages.at(now, RARE)
         return ahead if ahead > CLOCK_TOLERANCE else 0.0
 
     def excess(self, now: int) -> float:
@@ -120,7 +122,7 @@ class Latency:
         what is seen otherwise, by the motion, is added, and as much as they disagree.
         """
         ahead = self.ahead(now)
-        link = max(self._age.within_memory(now) + ahead - USUAL_AGE, 0.0)
+        link = max(self._ages.at(now, 1.0 - RARE) + ahead - USUAL_AGE, 0.0)
         seen = 2.0 * link + (LOSS_RESERVE if self.loses(now) else 0.0)
-        motion = self._motion.within_memory(now)
+        motion = self._longer.at(now, 1.0)
         return seen + ahead + motion if ahead else max(seen, motion)
