@@ -85,13 +85,7 @@ class LiveGraph(Graph):
 
     def __init__(self, domain_id: int, *node_factories: Callable[..., Node],
                  **options: Any) -> None:
-        """
-        Start the nodes.
-
-        :param domain_id: the ROS domain
-        :param node_factories: make further nodes, each called with the context as `context=`
-        :param options: passed on to Graph
-        """
+        """Start nodes, each made with `context=` and all in a ROS domain; see Graph."""
         super().__init__(domain_id, **options)
         self._fetched = 0.0
         self._clients: dict[str, Client] = {}
@@ -119,13 +113,10 @@ class LiveGraph(Graph):
 
     def wait_for(self, predicate: Callable[[], Any], timeout: float, what: str) -> Any:
         """
-        Let the nodes work until something is so.
+        Let the nodes work until something is so, and return what the predicate then returns.
 
-        :param predicate: tells whether it is; asked after each piece of work
         :param timeout: how long (s) at most
-        :param what: what is waited for, for the message
-        :return: What the predicate returned at last, which is true.
-        :raises TimeoutError: It was not so in time.
+        :raises TimeoutError: It was not so in time; the message says what was waited for.
         """
         found: list[Any] = []
 
@@ -149,14 +140,7 @@ class LiveGraph(Graph):
         self._fetched = monotonic()
 
     def record(self, topic: str, message_type: type, qos: QoSProfile | int = DEPTH) -> Recording:
-        """
-        Record a topic from now on.
-
-        :param topic: its name
-        :param message_type: the type of its messages
-        :param qos: the quality of service, or a depth: deep, so that none is lost
-        :return: The recording, which goes on while the nodes work.
-        """
+        """Record a topic from now on, while the nodes work; deep, so that nothing is lost."""
         recording = Recording()
         self._ears.listen(message_type, topic, recording.keep, qos)
         return recording
@@ -186,17 +170,7 @@ class LiveGraph(Graph):
 
     def publisher(self, topic: str, message_type: type, qos: QoSProfile | int = 10,
                   readers: int = 1, timeout: float = PATIENCE) -> Publisher:
-        """
-        Make a publisher that is heard.
-
-        :param topic: the topic's name
-        :param message_type: the type of its messages
-        :param qos: the quality of service, or a depth
-        :param readers: how many subscriptions are waited for
-        :param timeout: how long (s) at most
-        :return: The publisher.
-        :raises TimeoutError: So many do not subscribe.
-        """
+        """Make a publisher that so many subscriptions hear within a time (s)."""
         publisher = self.listener.create_publisher(message_type, topic, qos)
         self.wait_for(lambda: publisher.get_subscription_count() >= readers, timeout,
                       f'{readers} to subscribe to {topic}')
@@ -204,16 +178,7 @@ class LiveGraph(Graph):
 
     def call(self, service: str, service_type: type, request: Any = None,
              timeout: float = PATIENCE) -> Any:
-        """
-        Call a service.
-
-        :param service: its name
-        :param service_type: its type
-        :param request: the request; an empty one if None
-        :param timeout: how long (s) it may take until the service is there, and until it answers
-        :return: The response.
-        :raises TimeoutError: There is no such service, or no answer.
-        """
+        """Return a service's response; it may take a time (s) to be there, and to answer."""
         if service not in self._clients:
             self._clients[service] = self.listener.create_client(service_type, service)
         client = self._clients[service]
@@ -236,13 +201,7 @@ class NodeProcess(Process):
 
     def __init__(self, command: Sequence[str], domain_id: int,
                  environment: Mapping[str, str] = {}) -> None:
-        """
-        Start it.
-
-        :param command: the program and its arguments
-        :param domain_id: the ROS domain it is in
-        :param environment: further variables, besides those of this process
-        """
+        """Start a program with its arguments, and with further variables."""
         super().__init__(command, {**environment, 'ROS_DOMAIN_ID': str(domain_id),
                                    'PYTHONFAULTHANDLER': '1'})
 
@@ -251,16 +210,10 @@ class NodeProcess(Process):
 def process(command: Sequence[str], domain_id: int, *, stop: int | None = signal.SIGINT,
             timeout: float = PATIENCE) -> Iterator[NodeProcess]:
     """
-    Run a process and see that it ends as it should.
+    Run a program with its arguments, and see that it ends as it should.
 
-    :param command: the program and its arguments
-    :param domain_id: the ROS domain it is in
-    :param stop: the signal that ends it when the context ends; None if the test has ended it, or
-        does not care how it ends
+    :param stop: the signal that ends it; None if the test has ended it or does not care
     :param timeout: how long (s) it may take to end
-    :return: The process.
-    :raises AssertionError: It did not end as it should when it was asked to.
-    :raises TimeoutError: It did not end in time.
     """
     running = NodeProcess(command, domain_id)
     try:

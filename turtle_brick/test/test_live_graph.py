@@ -15,6 +15,7 @@
 """The harness of the live tests: what it hears, how it waits, and that it hides nothing."""
 
 import functools
+import signal
 import sys
 
 from live_graph import graph, LiveGraph, process
@@ -24,6 +25,7 @@ from rclpy.node import Node
 from std_msgs.msg import Int64
 from std_srvs.srv import Trigger
 from turtle_referee.record import rate
+from turtle_referee.spinning import INTERRUPTED, note_interrupts
 
 
 class Counter(Node):
@@ -68,6 +70,39 @@ def test_a_node_that_cannot_start_leaves_no_graph_behind(domain_id):
     with pytest.raises(OSError, match='no start'):
         LiveGraph(domain_id, failing)
     assert not contexts[0].ok()
+
+
+@pytest.fixture
+def signals():
+    """Have signals noted, and give them back to whoever had them before."""
+    before = note_interrupts()
+    yield list(before)
+    INTERRUPTED.clear()
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def test_an_interrupt_waits_for_the_end_of_a_piece_of_work(signals, domain_id):
+    """Of a callback, and of the making of a node."""
+    done = []
+
+    class Interrupted(Node):
+
+        def __init__(self, **options):
+            super().__init__('interrupted', **options)
+            self.create_timer(0.001, self.work)
+
+        def work(self):
+            signal.raise_signal(signals[len(done)])
+            done.append(True)
+
+    with graph(domain_id) as live:
+        live.add(Interrupted, parameters=False)
+        for number in (1, 2):
+            with pytest.raises(KeyboardInterrupt):
+                live.spin_until(lambda: False, 20.0, 'never')
+            assert len(done) == number
+            INTERRUPTED.clear()
 
 
 PATIENT = """

@@ -64,13 +64,6 @@ def test_a_marker_is_there_until_it_is_deleted_or_its_lifetime_is_over(messages,
             '/'.join(map(str, key)) for key, end in ends.items() if last < end}
 
 
-def test_a_lifetime_ends_to_the_nanosecond():
-    markers = Markers()
-    markers.hear('m', marker(lifetime__sec=3), 5)
-    assert shown(markers, 3 * S + 4) == {'m//0'}
-    assert shown(markers, 3 * S + 5) == set()
-
-
 def test_a_marker_goes_with_its_frame_once_that_is_known():
     markers = Markers()
     markers.hear('m', marker(header__frame_id='brick'), 0)

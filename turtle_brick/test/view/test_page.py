@@ -355,12 +355,8 @@ def test_only_the_text_unreachable_calls_a_brick_unreachable(bench, message, ref
     bench.draw()
     assert bench.paper.texts['account'] == (
         ('Unreachable', True) if refused else ('The brick falls', False))
-
-
-def test_the_catcher_explains_itself(bench):
-    bench.brick(Phase.FALLING)
     bench.page.hear_state(String(data='unreachable: it is 0.009 s too early'))
-    bench.draw()
+    bench.draw(after=NANOSECONDS)
     assert bench.paper.texts['account'] == ('Unreachable: it is 0.009 s too early', True)
 
 

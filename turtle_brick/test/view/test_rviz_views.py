@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The views of the rviz configurations start near the robot, and show what there is to see."""
+"""What rviz shows: our views start near the robot, and the films of the README show two bricks."""
 
 from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_loader
@@ -25,6 +25,8 @@ from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import default_path, load
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.physics import Phase
+from turtle_brick.tools.simulation import drops
 import yaml
 
 CONFIG = default_path().parent
@@ -117,3 +119,25 @@ def test_the_window_of_the_videos_stands_beside_that_of_turtlesim():
     window = record_rviz.configuration()['Window Geometry']
     assert (window['X'], window['Y']) == (record_rviz.TURTLESIM_SIZE, 0)
     assert (window['X'] + window['Width'], window['Height']) == record_rviz.SIZE
+
+
+def test_one_brick_is_caught_and_one_is_not_with_time_to_spare():
+    caught, unreachable = drops(load(), [film.brick for film in record_rviz.FILMS])
+    assert caught.caught and caught.decision.margin > 0.1
+    assert not unreachable.decision.reachable and unreachable.decision.margin < -0.3
+
+
+def test_the_films_wait_for_words_that_the_arena_says():
+    words = {event.partition(': ')[2] for film in record_rviz.FILMS for event in film.events
+             if event.startswith('brick')}
+    assert words == {phase.value for phase in Phase}
+
+
+def test_what_is_missing_is_said_in_a_sentence(tmp_path, monkeypatch, capsys):
+    (tmp_path / 'ffmpeg').touch(0o755)
+    monkeypatch.setenv('PATH', str(tmp_path))
+    monkeypatch.setenv('AMENT_PREFIX_PATH', str(tmp_path))
+    assert record_rviz.main([str(tmp_path)]) == 1
+    assert capsys.readouterr() == (
+        '', 'record_rviz: rviz2 and Xvfb and xdotool not installed here: apt-get install '
+        'ros-jazzy-rviz2 xvfb xdotool\n')
