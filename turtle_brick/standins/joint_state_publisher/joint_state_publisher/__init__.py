@@ -34,6 +34,7 @@ import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
@@ -56,9 +57,8 @@ class JointStatePublisher(Node):
             if self.get_parameters_by_prefix(name) or self.has_parameter(name):
                 raise ValueError(
                     f'{name} needs the real joint_state_publisher: it is not in the stand-in')
-        self.given = {name: self.get_parameter_or(name).value for name in DEFAULTS}
-        self.given.update((name, value) for name, value in DEFAULTS.items()
-                          if self.given[name] is None)
+        self.given = {name: self.get_parameter_or(name, Parameter(name, value=value)).value
+                      for name, value in DEFAULTS.items()}
         if not self.given['rate'] > 0:
             raise ValueError(f'rate is {self.given["rate"]}, but must be more than 0')
         self.names: list[str] = []

@@ -28,13 +28,14 @@ ROS parameters:
         limit. It goes by the stamps of joint_states.
     ignore_timestamp (bool, false): whether to publish after every message, whatever its stamp
     frame_prefix (string, empty): what to put before the names of frames
-
 """
 
+from functools import lru_cache
 from gc import freeze
 from signal import alarm, SIG_IGN, SIGINT, signal, SIGTERM
 from typing import Any, NamedTuple
 
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from rcl_interfaces.msg import SetParametersResult
 import rclpy
@@ -49,23 +50,25 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-# How many sets of joint names to keep a plan for; senders have one each.
-_PLANS = 32
-
 
 class Step(NamedTuple):
-    """What to do with one position of a message."""
+    """What to do with one position of a message, by its index: fill in a joint's transform."""
 
     index: int
-    """Where the position stands."""
-    multiplier: float
-    """By how much to multiply it, for a joint that mimics another."""
+    multiplier: float  # of a joint that mimics another
     offset: float
-    """What to add then."""
     joint: Joint
-    """The joint that it moves."""
     transform: TransformStamped
-    """The transform to fill in."""
+
+
+def place(stamped: TransformStamped, joint: Joint, position: float, stamp: Time
+          ) -> TransformStamped:
+    """Fill in a joint's transform at a position (rad or m), and return it."""
+    stamped.header.stamp = stamp
+    translation, rotation = stamped.transform.translation, stamped.transform.rotation
+    ((translation.x, translation.y, translation.z),
+     (rotation.x, rotation.y, rotation.z, rotation.w)) = joint.pose(position)
+    return stamped
 
 
 class RobotStatePublisher(Node):
@@ -90,7 +93,8 @@ class RobotStatePublisher(Node):
         self._description_publisher = self.create_publisher(String, 'robot_description', latched)
 
         self._joints: dict[str, Joint] = {}
-        self._plans: dict[tuple[str, ...], list[Step]] = {}
+        # The steps for some joints; a sender always has the same ones.
+        self._plan = lru_cache(self._make_plan)
         self._static: dict[str, TransformStamped] = {}
         # When each joint was last published, by the stamps of joint_states, in ns.
         self._published: dict[str, int] = {}
@@ -117,26 +121,9 @@ class RobotStatePublisher(Node):
             return
         if not self._is_due(names, state):
             return
-        try:
-            plan = self._plans[names]
-        except KeyError:
-            plan = self._plan(names)
-        stamp = state.header.stamp
-        transforms = []
-        for index, multiplier, offset, joint, stamped in plan:
-            (x, y, z), (qx, qy, qz, qw) = joint.pose(multiplier * positions[index] + offset)
-            stamped.header.stamp = stamp
-            translation = stamped.transform.translation
-            translation.x = x
-            translation.y = y
-            translation.z = z
-            rotation = stamped.transform.rotation
-            rotation.x = qx
-            rotation.y = qy
-            rotation.z = qz
-            rotation.w = qw
-            transforms.append(stamped)
-        self._tf_publisher.publish(TFMessage(transforms=transforms))
+        self._tf_publisher.publish(TFMessage(transforms=[
+            place(stamped, joint, multiplier * positions[index] + offset, state.header.stamp)
+            for index, multiplier, offset, joint, stamped in self._plan(names)]))
 
     def _is_due(self, names: tuple[str, ...], state: JointState) -> bool:
         """Tell whether a message is due after the last one; if so, record it."""
@@ -157,7 +144,7 @@ class RobotStatePublisher(Node):
             published[name] = stamp
         return True
 
-    def _plan(self, names: tuple[str, ...]) -> list[Step]:
+    def _make_plan(self, names: tuple[str, ...]) -> list[Step]:
         """Return the steps that publish the links of some joints."""
         sources: dict[str, tuple[int, float, float]] = {}
         for index, name in enumerate(names):
@@ -169,13 +156,9 @@ class RobotStatePublisher(Node):
                 sources.setdefault(joint.name, (
                     index, multiplier * mimic.multiplier,
                     offset * mimic.multiplier + mimic.offset))
-        plan = [Step(*source, self._joints[name], self._transform(self._joints[name]))
+        return [Step(*source, self._joints[name], self._transform(self._joints[name]))
                 for name, source in sorted(sources.items())
                 if name in self._joints and self._joints[name].moves]
-        if len(self._plans) >= _PLANS:
-            self._plans.clear()
-        self._plans[names] = plan
-        return plan
 
     def _transform(self, joint: Joint) -> TransformStamped:
         """Make the transform of a joint, to be filled in."""
@@ -187,39 +170,30 @@ class RobotStatePublisher(Node):
     def _set_up(self, description: str) -> None:
         """Read the robot's description; publish it and the fixed links."""
         self._joints = parse(description)
-        self._plans.clear()
+        self._plan.cache_clear()
         self._description_publisher.publish(String(data=description))
         self.get_logger().info('Robot initialized')
         now = self.get_clock().now().to_msg()
         for joint in self._joints.values():
             if joint.is_fixed:
-                stamped = self._transform(joint)
-                stamped.header.stamp = now
-                translation = stamped.transform.translation
-                rotation = stamped.transform.rotation
-                ((translation.x, translation.y, translation.z),
-                 (rotation.x, rotation.y, rotation.z, rotation.w)) = joint.pose(0.0)
+                stamped = place(self._transform(joint), joint, 0.0, now)
                 self._static[stamped.child_frame_id] = stamped
         self._static_publisher.publish(TFMessage(transforms=list(self._static.values())))
 
     def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         """Refuse inadmissible values."""
-        for parameter in parameters:
-            if parameter.name == 'robot_description':
-                if not parameter.value:
-                    return SetParametersResult(
-                        successful=False, reason='Empty URDF is not allowed')
-                try:
-                    parse(parameter.value)
-                except DescriptionError as error:
-                    self.get_logger().warning(str(error))
-                    return SetParametersResult(successful=False, reason=str(error))
-            elif parameter.name == 'publish_frequency':
-                if not 0.0 <= parameter.value <= 1000.0:
-                    return SetParametersResult(
-                        successful=False,
-                        reason='publish_frequency must be between 0.0 and 1000.0')
-        return SetParametersResult(successful=True)
+        values, reason = {parameter.name: parameter.value for parameter in parameters}, ''
+        if not 0.0 <= values.get('publish_frequency', 0.0) <= 1000.0:
+            reason = 'publish_frequency must be between 0.0 and 1000.0'
+        if values.get('robot_description') == '':
+            reason = 'Empty URDF is not allowed'
+        elif 'robot_description' in values:
+            try:
+                parse(values['robot_description'])
+            except DescriptionError as error:
+                self.get_logger().warning(str(error))
+                reason = str(error)
+        return SetParametersResult(successful=not reason, reason=reason)
 
     def _apply_parameters(self, parameters: list[Parameter]) -> None:
         """Apply new values."""
@@ -228,7 +202,7 @@ class RobotStatePublisher(Node):
         self._ignore_stamp = values.get('ignore_timestamp', self._ignore_stamp)
         if 'frame_prefix' in values:
             self._prefix = values['frame_prefix']
-            self._plans.clear()
+            self._plan.cache_clear()
         if 'robot_description' in values:
             self._set_up(values['robot_description'])
 

@@ -192,18 +192,16 @@ class TransformListener:
         :param spin_thread: Whether to spin the node in a thread of its own.
         :param static_only: Whether to leave out /tf.
         """
-        if qos is None:
-            qos = QoSProfile(depth=100)
-        if static_qos is None:
-            static_qos = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.buffer = buffer
         self.node = node
         # In a group of its own, the subscriptions go on while a callback waits for a transform.
         self.group = ReentrantCallbackGroup()
         self.tf_sub = None if static_only else node.create_subscription(
-            TFMessage, '/tf', self.callback, qos, callback_group=self.group)
+            TFMessage, '/tf', self.callback, qos or QoSProfile(depth=100),
+            callback_group=self.group)
         self.tf_static_sub = node.create_subscription(
-            TFMessage, '/tf_static', self.static_callback, static_qos, callback_group=self.group)
+            TFMessage, '/tf_static', self.static_callback, static_qos or QoSProfile(
+                depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL), callback_group=self.group)
         if spin_thread:
             self.executor = SingleThreadedExecutor(context=node.context)
             self.dedicated_listener_thread = Thread(target=self._spin)
@@ -243,8 +241,6 @@ class TransformListener:
 
 def as_list(transform: TransformStamped | Iterable[TransformStamped]) -> list[TransformStamped]:
     """Return what sendTransform() takes, a transform or several, as a list."""
-    if isinstance(transform, list):
-        return transform
     return list(transform) if hasattr(transform, '__iter__') else [transform]
 
 
@@ -253,9 +249,7 @@ class TransformBroadcaster:
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
         """Open the topic, reliable with depth 100 unless told otherwise."""
-        if qos is None:
-            qos = QoSProfile(depth=100)
-        self.pub_tf = node.create_publisher(TFMessage, '/tf', qos)
+        self.pub_tf = node.create_publisher(TFMessage, '/tf', qos or QoSProfile(depth=100))
 
     def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
         """Publish a transform, or several, in one message."""
@@ -272,9 +266,8 @@ class StaticTransformBroadcaster:
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
         """Open the topic, reliable and transient local with depth 1 unless told otherwise."""
-        if qos is None:
-            qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self.pub_tf = node.create_publisher(TFMessage, '/tf_static', qos)
+        self.pub_tf = node.create_publisher(TFMessage, '/tf_static', qos or QoSProfile(
+            depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         self.net_message = TFMessage()
         self._child_frame_ids: set[str] = set()
 

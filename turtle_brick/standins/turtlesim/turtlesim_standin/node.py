@@ -39,7 +39,6 @@ ROS parameters:
 
 There is no window and no canvas. Left out are therefore color_sensor, the parameters background_r,
 background_g and background_b; and the action rotate_absolute.
-
 """
 
 from collections.abc import Callable
@@ -80,9 +79,6 @@ class TurtleTopics:
     def __init__(self, node: Node, name: str, turtle: Turtle) -> None:
         """Open those of the turtle with a name."""
         self._node = node
-        self._turtle = turtle
-        self._message = Pose()
-        self._pose: TurtlePose | None = None
         # As in turtlesim. A tick takes one command, so the commands that wait here wait there.
         qos = QoSProfile(depth=QUEUE_DEPTH)
         # Without event callbacks, since these go with their turtle while the node lives on, which
@@ -91,7 +87,8 @@ class TurtleTopics:
             Pose, f'{name}/pose', qos,
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
         self._subscription = node.create_subscription(
-            Twist, f'{name}/cmd_vel', self._command, qos,
+            Twist, f'{name}/cmd_vel',
+            lambda twist: turtle.command(twist.linear.x, twist.linear.y, twist.angular.z), qos,
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False))
         self._services = [
             node.create_service(TeleportAbsolute, f'{name}/teleport_absolute', answering(
@@ -104,13 +101,7 @@ class TurtleTopics:
 
     def publish(self, pose: TurtlePose) -> None:
         """Publish a pose."""
-        message = self._message
-        # A resting turtle has the very same pose again.
-        if pose is not self._pose:
-            self._pose = pose
-            (message.x, message.y, message.theta,
-             message.linear_velocity, message.angular_velocity) = pose
-        self._publisher.publish(message)
+        self._publisher.publish(Pose(**pose._asdict()))
 
     def close(self) -> None:
         """Close them; the turtle is gone."""
@@ -118,10 +109,6 @@ class TurtleTopics:
         self._node.destroy_subscription(self._subscription)
         for service in self._services:
             self._node.destroy_service(service)
-
-    def _command(self, twist: Twist) -> None:
-        """Queue a velocity command."""
-        self._turtle.command(twist.linear.x, twist.linear.y, twist.angular.z)
 
 
 class TurtleSimNode(Node):
