@@ -33,6 +33,7 @@ from ament_index_python.packages import get_package_share_directory
 import pytest
 from rcl_interfaces.msg import IntegerRange, ParameterDescriptor, ParameterEvent
 from rclpy.action import ActionServer
+from rclpy.time import Time
 from recorded import Command, GLANCE, records, with_paths, write_files
 from ros2cli import cli, traffic
 import ros2cli.graph as cli_graph
@@ -48,7 +49,7 @@ RECORDS = records('cli', 'launch_show_args', 'launch_errors')
 # Verbs that the stand-in does not have, by the words of the command.
 LEFT_OUT_VERBS = (
     'action', 'daemon', 'doctor', 'interface package', 'interface packages', 'interface proto',
-    'param delete', 'param load', 'pkg xml', 'topic bw', 'topic delay')
+    'param delete', 'param load', 'pkg xml')
 
 # Records that are not replayed, with the reason.
 LEFT_OUT = {
@@ -341,7 +342,7 @@ MAY_DIFFER = (
     (r'\$MORE\n?', ''),
     (r'waiting for service to become available\.\.\.\n(?=requester)', ''),
     (r'(Waiting for at least 1 matching subscription\(s\)\.\.\.\n)+(?=publisher)', ''),
-    (r'WARNING: topic .* does not appear to be published yet\n(?=average)', ''),
+    (r'WARNING: topic .* does not appear to be published yet\n(?=average|Subscribed)', ''),
     (r'A message was lost!!!\n.*\n.*---\n', ''),
     (r'\nThis is a stand-in for ros2cli.*\n', ''),
     (r'Traceback \(most recent call last\):\n(  .*\n)+', ''),
@@ -366,6 +367,8 @@ ANSWERS = {
     # the workspace has changed since
     'pkg_executables': r'(turtle_brick arena\n)[\s\S]*(turtle_brick viewer\n)',
     'echo_latched_array': r'(\ntext: ).*()',
+    # it is known before it is asked for
+    'topic_delay_without_header': r'()WARNING.*\n()',
     # since then, joints have velocities
     'echo_csv_joint_states': r'(platform_joint,(?:0\.0,){3}).*()',
     'echo_truncate_length': r'(velocity:)[\s\S]*?(\neffort)',
@@ -419,6 +422,77 @@ def test_verb(name, arena, near, files, monkeypatch):
     done = run_here(RECORDS[name], files, monkeypatch, arena)
     monkeypatch.undo()
     assert_same(name, done, files)
+
+
+# Messages come at times (s), and have so many bytes, or so much delay (ms). What the classes of
+# the real one print of that after 0.3, 1, 2 and 3 s: by verb, window, and a factor of the bytes.
+COME = {0.2: 120, 0.5: 80, 0.6: 400, 1.4: 100, 1.9: 300}
+TOLD = {
+    ('bw', 5, 2): """
+1.50 KB/s from 3 messages
+\tMessage size mean: 0.40 KB min: 0.16 KB max: 0.80 KB
+1.11 KB/s from 5 messages
+\tMessage size mean: 0.40 KB min: 0.16 KB max: 0.80 KB
+714 B/s from 5 messages
+\tMessage size mean: 400 B min: 160 B max: 800 B
+""", ('bw', 3, 100): """
+75.00 KB/s from 3 messages
+\tMessage size mean: 20.00 KB min: 8.00 KB max: 40.00 KB
+57.14 KB/s from 3 messages
+\tMessage size mean: 26.67 KB min: 10.00 KB max: 40.00 KB
+33.33 KB/s from 3 messages
+\tMessage size mean: 26.67 KB min: 10.00 KB max: 40.00 KB
+""", ('bw', 5, 100_000): """
+75.00 MB/s from 3 messages
+\tMessage size mean: 20.00 MB min: 8.00 MB max: 40.00 MB
+55.56 MB/s from 5 messages
+\tMessage size mean: 20.00 MB min: 8.00 MB max: 40.00 MB
+35.71 MB/s from 5 messages
+\tMessage size mean: 20.00 MB min: 8.00 MB max: 40.00 MB
+""", ('delay', 3, 1): """
+average delay: 0.240
+\tmin: 0.080s max: 0.400s std dev: 0.16000s window: 2
+average delay: 0.267
+\tmin: 0.100s max: 0.400s std dev: 0.12472s window: 3
+no new messages
+""", ('hz', 3, 1): """
+average rate: 5.000
+\tmin: 0.100s max: 0.300s std dev: 0.10000s window: 2
+average rate: 2.143
+\tmin: 0.100s max: 0.800s std dev: 0.28674s window: 3
+"""}
+
+
+@pytest.mark.parametrize('verb, window, factor', TOLD)
+def test_figures(verb, window, factor, monkeypatch, capsys):
+    """What is measured of a topic is what the real one measures."""
+    made, nanoseconds = {}, 0
+
+    def spin_until(condition):
+        nonlocal nanoseconds
+        if condition():
+            return
+        for time in sorted({*COME, 0.3, 1.0, 2.0, 3.0}):
+            nanoseconds = round((time + 1000) * 1e9)
+            if time in COME:
+                stamp = Time(nanoseconds=nanoseconds - COME[time] * 1_000_000).to_msg()
+                made['message'](range(COME[time] * factor) if verb == 'bw' else
+                                Namespace(header=Namespace(stamp=stamp)))
+            else:
+                made['timer']()
+
+    graph = Namespace(
+        spin_until=spin_until,
+        get_clock=lambda: Namespace(now=lambda: Namespace(nanoseconds=nanoseconds)),
+        create_subscription=lambda *given, **_: made.update(message=given[2]),
+        create_timer=lambda period, function: made.update(period=period, timer=function))
+    monkeypatch.setattr(traffic, 'observer', lambda found: contextlib.nullcontext(graph))
+    monkeypatch.setattr(traffic, 'topic_class', lambda graph, topic: object)
+    getattr(traffic, f'topic_{verb}')(
+        Namespace(topic_name='/odom', window_size=window, filter_expr=None))
+    assert made['period'] == 1.0
+    told = capsys.readouterr().out.removeprefix('Subscribed to [/odom]\n')
+    assert f'\n{told}' == TOLD[verb, window, factor]
 
 
 # ------------------------------------------------------------------ what the stand-in does better

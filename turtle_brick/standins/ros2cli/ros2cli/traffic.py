@@ -14,7 +14,9 @@
 """The verbs that send and receive messages: topic echo, hz and pub, and service call."""
 
 from array import array
+from collections import deque
 from importlib import import_module
+from itertools import pairwise
 import re
 import statistics
 import sys
@@ -23,6 +25,7 @@ import numpy
 from rclpy.duration import Duration
 from rclpy.expand_topic_name import expand_topic_name
 import rclpy.qos as ros_qos
+from rclpy.time import Time
 from ros2cli.graph import observer
 import yaml
 
@@ -193,30 +196,79 @@ def topic_echo(args):
         graph.spin_until(lambda: done and args.once, args.timeout or float('inf'))
 
 
-def topic_hz(args):
-    """Print, once a second, the rate of a topic."""
-    passes, times, printed = expression(args.filter_expr), [], 0
+def watch(args, look, tell, **options):
+    """Print once a second what a topic's last messages tell: when each came, and what it is."""
+    passes = expression(getattr(args, 'filter_expr', None))
+    seen, told = deque(maxlen=args.window_size + 1), None
     with observer(lambda graph: topic_class(graph, args.topic_name)) as graph:
+        def now():
+            return graph.get_clock().now().nanoseconds * 1e-9
+
         def on_message(message):
-            nonlocal printed
-            if not passes(message):
-                return
-            times.append(graph.get_clock().now().nanoseconds * 1e-9)
-            del times[:-args.window_size - 1]
-            printed = printed or times[-1]
-            if times[-1] >= printed + 1.0:
-                printed = times[-1]
-                gaps = [end - start for start, end in zip(times, times[1:])]
-                print(f'average rate: {1 / statistics.fmean(gaps):.3f}\n\tmin: {min(gaps):.3f}s '
-                      f'max: {max(gaps):.3f}s std dev: {statistics.pstdev(gaps):.5f}s '
-                      f'window: {len(gaps)}')
+            if passes(message):
+                seen.append((now(), look(message)))
+
+        def on_time():
+            nonlocal told
+            if len(seen) > 1:
+                tell(*zip(*seen), now(), seen[-1] is not told)
+                told = seen[-1]
 
         if not topic_class(graph, args.topic_name):
             print(f'WARNING: topic [{args.topic_name}] does not appear to be published yet')
         graph.spin_until(lambda: topic_class(graph, args.topic_name))
         graph.create_subscription(topic_class(graph, args.topic_name), args.topic_name,
-                                  on_message, ros_qos.qos_profile_sensor_data)
+                                  on_message, ros_qos.qos_profile_sensor_data, **options)
+        if options:
+            print(f'Subscribed to [{args.topic_name}]')
+        graph.create_timer(1.0, on_time)
         graph.spin_until(lambda: False)
+
+
+def spread(times):
+    """Return how times (s) differ."""
+    return (f'\n\tmin: {min(times):.3f}s max: {max(times):.3f}s '
+            f'std dev: {statistics.pstdev(times):.5f}s window: {len(times)}')
+
+
+def topic_hz(args):
+    """Print the rate of a topic."""
+    def tell(times, _, now, news):
+        gaps = [end - start for start, end in pairwise(times)]
+        if news:
+            print(f'average rate: {1 / statistics.fmean(gaps):.3f}{spread(gaps)}')
+
+    watch(args, lambda _: None, tell)
+
+
+def topic_delay(args):
+    """Print how long after their stamps messages come."""
+    def stamp(message):
+        if not hasattr(message, 'header'):
+            raise RuntimeError('msg does not have header')
+        return Time.from_msg(message.header.stamp).nanoseconds * 1e-9
+
+    def tell(times, stamps, now, news):
+        delays = [time - stamp for time, stamp in zip(times, stamps)][1:]
+        print(f'average delay: {statistics.fmean(delays):.3f}{spread(delays)}' if news
+              else 'no new messages')
+
+    watch(args, stamp, tell)
+
+
+def topic_bw(args):
+    """Print how many bytes of messages come in a second."""
+    def tell(times, sizes, now, news):
+        times, sizes = times[-args.window_size:], sizes[-args.window_size:]
+        rate = sum(sizes) / (now - times[0])
+        unit, text = (1, '{:.0f} B') if rate < 1e3 else (
+            (1e3, '{:.2f} KB') if rate < 1e6 else (1e6, '{:.2f} MB'))
+        rate, mean, least, most = (text.format(each / unit) for each in (
+            rate, statistics.fmean(sizes), min(sizes), max(sizes)))
+        print(f'{rate}/s from {len(sizes)} messages\n'
+              f'\tMessage size mean: {mean} min: {least} max: {most}')
+
+    watch(args, len, tell, raw=True)
 
 
 def topic_pub(args):
