@@ -18,7 +18,7 @@ A page's commands are the lines of its ```bash blocks, and what stands in `...` 
 command. Each one is run, unless NOT_RUN says why not.
 """
 
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import fields
 from importlib.util import find_spec
 from itertools import pairwise
@@ -177,7 +177,39 @@ def lacks(command):
         return 'viser is not installed'
 
 
+def asked_for(request, test):
+    """Return the commands that a test is asked for."""
+    return [item.callspec.params['command'] for item in request.session.items
+            if getattr(item, 'function', None) is test]
+
+
 @pytest.fixture(scope='module')
+def outcomes(request, tmp_path_factory):
+    """Try the commands that need no other, some at a time."""
+    def attempt(command):
+        with reserved_domain() as domain:
+            try_out(command, domain, tmp_path_factory.mktemp('reader'))
+
+    commands = [command for command in asked_for(request, test_command) if not lacks(command)]
+    with ThreadPoolExecutor(3) as pool:
+        # What may build comes first: the others would see it half done.
+        found = {command: pool.submit(attempt, command) for command in commands
+                 if 'env.bash' in command}
+        wait(found.values())
+        yield found | {command: pool.submit(attempt, command) for command in commands
+                       if command not in found}
+
+
+@pytest.mark.parametrize('command', [
+    command for command in COMMANDS if command != ARENA
+    and not begins(command, NOT_RUN) and not re.match(TALKS, command)], ids=str)
+def test_command(command, outcomes):
+    if lacks(command):
+        pytest.skip(lacks(command))
+    outcomes[command].result()
+
+
+@pytest.fixture(scope='class')
 def domain(tmp_path_factory):
     """Start the graph in a domain of its own; see in the end that Ctrl-C ends it quietly."""
     with reserved_domain() as domain, started(
@@ -196,20 +228,13 @@ def domain(tmp_path_factory):
                 run('ros2 daemon stop', domain)
 
 
-@pytest.fixture(scope='module')
-def outcomes(request, tmp_path_factory):
-    """Try the commands that are asked for, six at a time: many of them wait for the graph."""
-    commands = [item.callspec.params['command'] for item in request.session.items
-                if getattr(item, 'function', None) is test_command
-                and not lacks(item.callspec.params['command'])]
-    commands.sort(key=lambda command: not re.search('own_node|/drop|reach', command))
+@pytest.fixture(scope='class')
+def answers(request, domain, tmp_path_factory):
+    """Try the commands that talk to that graph, six at a time: most of them wait for it."""
     brick = Lock()
 
     def attempt(command):
         directory = tmp_path_factory.mktemp('reader')
-        if not re.match(TALKS, command):
-            with reserved_domain() as own:
-                return try_out(command, own, directory)
         if not re.search('/drop|/place|own_node', command):
             return try_out(command, domain, directory)
         with brick:
@@ -217,38 +242,38 @@ def outcomes(request, tmp_path_factory):
                 run(next(place for place in COMMANDS if ' /place ' in place), domain)
             return try_out(command, domain, directory)
 
-    if any(re.match(TALKS, command) for command in commands):
-        domain = request.getfixturevalue('domain')
+    commands = asked_for(request, TestBesideTheArena.test_command_beside_it)
+    commands.sort(key=lambda command: not re.search('own_node|/drop', command))  # the longest
     with ThreadPoolExecutor(6) as pool:
         yield {command: pool.submit(attempt, command) for command in commands}
 
 
-@pytest.mark.parametrize('command', [command for command in COMMANDS if command != ARENA
-                                     and not begins(command, NOT_RUN)], ids=str)
-def test_command(command, outcomes):
-    if lacks(command):
-        pytest.skip(lacks(command))
-    outcomes[command].result()
+class TestBesideTheArena:
+    """What a page says of the graph of turtle_arena, which is started as the page says."""
 
+    def test_what_the_nodes_publish_hear_and_serve_is_told_and_drawn(self, domain):
+        words = set(re.findall('[a-z_0-9/]+', ' '.join(drawn()[1])))
+        with graph(domain) as live:
+            for row in cells('graph.md', 'Nodes')[:3]:
+                node, = names(row[0])
+                told = [set(re.findall(r'`([\w/]+)` ([A-Z]\w+)', cell))
+                        for cell in (*row[1:], '')[:3]]
 
-def test_what_the_nodes_publish_hear_and_serve_is_told_and_drawn(domain):
-    words = set(re.findall('[a-z_0-9/]+', ' '.join(drawn()[1])))
-    with graph(domain) as live:
-        for row in cells('graph.md', 'Nodes')[:3]:
-            node, = names(row[0])
-            told = [set(re.findall(r'`([\w/]+)` ([A-Z]\w+)', cell))
-                    for cell in (*row[1:], '')[:3]]
+                def seen():
+                    ask = live.listener
+                    return [interfaces(getter(node, '/')) for getter in (
+                        ask.get_publisher_names_and_types_by_node,
+                        ask.get_subscriber_names_and_types_by_node,
+                        ask.get_service_names_and_types_by_node)]
 
-            def seen():
-                ask = live.listener
-                return [interfaces(getter(node, '/')) for getter in (
-                    ask.get_publisher_names_and_types_by_node,
-                    ask.get_subscriber_names_and_types_by_node,
-                    ask.get_service_names_and_types_by_node)]
+                live.wait_for(lambda: node in live.listener.get_node_names() and seen() == told,
+                              20.0, f'a graph in which {node} has {told}')
+                assert {node, *(name for part in told for name, _ in part)} <= words, words
 
-            live.wait_for(lambda: node in live.listener.get_node_names() and seen() == told,
-                          20.0, f'a graph in which {node} has {told}')
-            assert {node, *(name for part in told for name, _ in part)} <= words, words
+    @pytest.mark.parametrize('command', [
+        command for command in COMMANDS if re.match(TALKS, command)], ids=str)
+    def test_command_beside_it(self, command, answers):
+        answers[command].result()
 
 
 # --------------------------------------------------------------------------------------- names
