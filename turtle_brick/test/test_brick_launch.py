@@ -29,8 +29,8 @@ from turtle_referee.domains import reserved_domain
 
 DOMAIN = reserved_domain()
 
-WARM_UP = 100
-"""Commands that come first and do not count: the node may just have been started."""
+WARM_UP, COUNT = 50, 200
+"""How many commands come first and do not count, as the node has just been started, and do."""
 
 
 @pytest.mark.launch_test
@@ -63,13 +63,13 @@ class TestCmdVel(unittest.TestCase):
         rclpy.shutdown()
 
     def test_rate(self):
-        """The mean rate of 300 commands in a row, by when they were published, is 100 Hz."""
+        """The mean rate of 200 commands in a row, by when they were published, is 100 Hz."""
         stamps = []
         self.node.create_subscription(
             Twist, 'cmd_vel', lambda _, info: stamps.append(info['source_timestamp'] * 1e-9), 100)
         deadline = time.monotonic() + 30.0
-        while len(stamps) < WARM_UP + 301 and time.monotonic() < deadline:
+        while len(stamps) <= WARM_UP + COUNT and time.monotonic() < deadline:
             rclpy.spin_once(self.node, timeout_sec=1.0)
-        self.assertGreater(len(stamps), WARM_UP + 300)
-        begin, end = stamps[WARM_UP], stamps[WARM_UP + 300]
-        self.assertAlmostEqual(300.0 / (end - begin), 100.0, delta=1.0)
+        self.assertGreater(len(stamps), WARM_UP + COUNT)
+        begin, end = stamps[WARM_UP], stamps[WARM_UP + COUNT]
+        self.assertAlmostEqual(COUNT / (end - begin), 100.0, delta=2.0)

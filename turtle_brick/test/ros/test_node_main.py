@@ -102,7 +102,7 @@ def test_an_idle_node_sleeps_and_signals_end_it_quietly(start, number, before, e
 
     begin, before = monotonic(), used()
     with pytest.raises(subprocess.TimeoutExpired):
-        program.wait(1.0)
+        program.wait(0.5)
     assert used() - before < 0.15 * (monotonic() - begin)
     for _ in range(3):
         program.send_signal(number)

@@ -19,8 +19,9 @@ from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import Point
 from geometry_msgs.msg import Pose as PoseMessage
 from geometry_msgs.msg import PoseStamped, Quaternion, Vector3
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from laws import law
 import pytest
 from rclpy.time import Time
 from std_msgs.msg import Header, String
@@ -147,6 +148,7 @@ def bench():
     return Bench()
 
 
+@law(20)
 @given(st.tuples(*[st.floats(-9.0, 9.0)] * 3), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
 def test_every_link_is_where_tf_says(place, yaw, pitch):
     bench = Bench()
@@ -186,7 +188,7 @@ def test_another_robot_takes_the_place_of_the_first(bench):
     assert set(bench.draw()) == {'robot/one'}
 
 
-@settings(max_examples=30)
+@law(20)
 @given(st.tuples(*[st.floats(-3.0, 3.0)] * 2), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0),
        st.tuples(*[st.floats(-0.4, 0.4)] * 3), st.tuples(*[st.integers(0, 20_000_000)] * 3))
 def test_a_brick_on_the_platform_is_drawn_there_whatever_comes_when(
@@ -261,7 +263,7 @@ def test_the_four_frames_can_be_switched_on_and_off(bench):
     assert bench.draw() == {}
 
 
-@settings(max_examples=20)
+@law(10)
 @given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(0.0, 3.0))
 def test_the_curves_are_what_was_heard(speed_x, speed_y, falling):
     bench = Bench()
@@ -395,6 +397,7 @@ MARKERS = st.builds(
                        nanosec=st.sampled_from([0, 1, 2**32 - 1])))
 
 
+@law(60)
 @given(st.lists(st.one_of(
     st.tuples(st.sampled_from(['walls', 'brick_marker', 'catcher_marker']), MARKERS),
     st.tuples(NAMES, POINTS), NUMBERS,
