@@ -37,15 +37,11 @@ def axes_of(yaw, tilt):
             (sin(tilt) * cos(yaw), sin(tilt) * sin(yaw), cos(tilt)))
 
 
-def quaternion_of(yaw, tilt):
-    """Return the same rotation as a quaternion (x, y, z, w)."""
-    a, b = yaw / 2.0, tilt / 2.0
-    return (-sin(a) * sin(b), cos(a) * sin(b), sin(a) * cos(b), cos(a) * cos(b))
-
-
 def platform_at(x=0.0, y=0.0, yaw=0.0, tilt=0.0):
     """Return a platform; its frame is at the hinge."""
-    return Platform(Pose((x, y, HINGE), quaternion_of(yaw, tilt)))
+    a, b = yaw / 2.0, tilt / 2.0
+    turn = (-sin(a) * sin(b), cos(a) * sin(b), sin(a) * cos(b), cos(a) * cos(b))
+    return Platform(Pose((x, y, HINGE), turn))
 
 
 def on_platform(place, x, y, yaw, tilt):

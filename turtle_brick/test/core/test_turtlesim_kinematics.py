@@ -163,22 +163,6 @@ def test_commands_at_100_hz_wait_for_60_to_76_ms() -> None:
     assert max(latencies) == pytest.approx(QUEUE_LATENCY - TRANSPORT, abs=2e-4)
 
 
-def test_sideways_velocity_stays_when_holonomic_is_switched_off() -> None:
-    """A turtle that may not drive sideways any more leaves its sideways velocity as it was."""
-    sim = TurtleSim(holonomic=True)
-    turtle = sim.turtles['turtle1']
-    sim.tick(0.0)
-    turtle.command(0.0, 1.0, 0.0)
-    sim.tick(1 * TICK)
-    sim.holonomic = False
-    turtle.command(0.0, 0.0, 0.0)
-    assert sim.tick(2 * TICK)['turtle1'].linear_velocity == 1.0
-    sim.holonomic = True
-    turtle.command(0.0, 0.0, 0.0)
-    assert sim.tick(3 * TICK)['turtle1'].linear_velocity == 0.0
-    assert turtle.pose.y == pytest.approx(ARENA_CENTER + 2 * TICK, abs=1e-6)
-
-
 def test_a_wall_clamps_and_says_so() -> None:
     """The turtle slides along the wall, and tells where it would have been, y downward."""
     turtle = Turtle(x=ARENA_SIZE - 0.01, y=ARENA_SIZE - 1.0, theta=0.0, holonomic=True)
@@ -200,21 +184,6 @@ def test_only_the_upper_wall_is_silent_in_a_teleport() -> None:
     turtle.teleport_absolute(5.0, -2.0, 0.0)
     assert turtle.tick(TICK)[:2] == (5.0, 0.0)
     assert turtle.clamped == (5.0, ARENA_SIZE + 2.0)
-
-
-def test_names_are_counted_and_sorted() -> None:
-    """Unnamed turtles take the next free number; a tick goes through the turtles by name."""
-    sim = TurtleSim()
-    assert sim.spawn(1.0, 1.0, 0.0, 'turtle2') == 'turtle2'
-    assert sim.spawn(2.0, 2.0, 0.0) == 'turtle3'
-    assert sim.spawn(3.0, 3.0, 0.0, 'alice') == 'alice'
-    assert sim.spawn(4.0, 4.0, 0.0, 'alice') == ''
-    assert list(sim.turtles) == ['alice', 'turtle1', 'turtle2', 'turtle3']
-    assert (sim.kill('turtle2'), sim.kill('turtle2')) == (True, False)
-    assert sim.spawn(5.0, 5.0, 0.0) == 'turtle4'
-    sim.reset()
-    assert list(sim.turtles) == ['turtle1']
-    assert sim.spawn(6.0, 6.0, 0.0) == 'turtle2'
 
 
 def test_teleports_leave_the_arena_for_no_tick_and_a_resting_turtle_stays() -> None:

@@ -184,13 +184,17 @@ def test_texts_are_no_html_and_alarms_are_red(page):
         (str(number), phase.value) for number, phase in enumerate(Phase)]
 
 
-def test_the_slider_follows_the_platform_within_its_range(page):
+def test_the_slider_follows_the_platform_and_tilts_it_within_its_range(page):
     for angle, shown in ((0.7, 0.7), (9.0, 1.57), (-9.0, -1.57), (0.0, 0.0)):
         page.panel.show_tilt(angle)
         assert page.panel._tilt.value == pytest.approx(shown)
         assert page.panel._beyond.visible == (angle != shown)
         assert f'{angle:g} rad, beyond' in page.panel._beyond.content
     assert page.orders == [], 'nobody has moved it'
+    for angle, name in ((0.3, 'tilt'), (-1.57, 'tilt'), (1.58, 'refuse'), (-9.0, 'refuse')):
+        page.panel._on_tilt(angle)
+        order, said = page.orders.pop()
+        assert order == name and (said == angle or f'{angle:g} rad is beyond' in said)
 
 
 def test_the_parts_of_nodes_that_are_gone_are_hidden(page):
@@ -237,10 +241,3 @@ def test_drop_places_first_what_is_written_and_not_yet_placed(page):
     assert given_by('Drop at random') == ('drop_at_random',)
     panel.suggest_place((7.0, 7.0, 7.0))
     assert panel._place.value == '' and orders == []
-
-
-def test_the_slider_tilts_as_far_as_it_reaches(page):
-    for angle, name in ((0.3, 'tilt'), (-1.57, 'tilt'), (1.58, 'refuse'), (-9.0, 'refuse')):
-        page.panel._on_tilt(angle)
-        order, said = page.orders.pop()
-        assert order == name and (said == angle or f'{angle:g} rad is beyond' in said)
