@@ -30,8 +30,8 @@ import pytest
 from turtle_brick.core.geometry import Pose
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.physics import Phase
-from worlds import (axes_of, brick_in, distance_to_sides, DT, gap, GRAVITY, HINGE, LIFT, on_platform,
-                    platform_at, RADIUS, riding, SIZE, THICKNESS, TOP, upright_of)
+from worlds import (axes_of, brick_in, distance_to_sides, DT, gap, GRAVITY, HINGE, LIFT,
+                    on_platform, platform_at, RADIUS, riding, SIZE, THICKNESS, TOP, upright_of)
 
 REFUSALS = {
     Phase.FALLING: 'already falling$',
