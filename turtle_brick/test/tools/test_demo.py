@@ -20,6 +20,7 @@ from types import SimpleNamespace
 
 from live_graph import graph, process
 import pytest
+from rclpy.node import Node
 from std_srvs.srv import Trigger
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.parameters import load
@@ -60,6 +61,9 @@ def test_what_cannot_be_is_refused_with_a_sentence(
     with pytest.raises(SystemExit, match='2'):
         demo.main(['--drops', '0'])
     assert '--drops 0: at least 1' in capsys.readouterr().err
+    with pytest.raises(SystemExit, match='2'):
+        demo.main(['--arenas', '0'])
+    assert '--arenas 0: from 1 to 32' in capsys.readouterr().err
 
 
 # ------------------------------------------------------------------------------- what is told
@@ -144,12 +148,25 @@ def test_who_listens_is_no_company_but_another_robot_is(domain_id, monkeypatch):
 
 def test_a_second_one_in_its_domain_ends_with_a_sentence(domain_id):
     """And the first one goes on."""
-    dropped = 'it is let go'
     with process([*DEMO, '--drops', '99'], domain_id, timeout=WAIT) as first:
-        first.wait_for_output(dropped, WAIT)
+        first.wait_for_output(DROPPED, WAIT)
         with process(DEMO, domain_id, stop=None) as second:
             assert second.wait(WAIT) == 1
         assert second.output.startswith('demo: another robot is in ROS domain')
         assert len(second.output.splitlines()) == 1
         first.wait_for_output('(\n.*){%d}' % (first.output.count('\n') + 2), WAIT)
     assert 'Traceback' not in first.output
+
+
+def test_in_each_of_two_arenas_a_brick_is_caught_and_nobody_hears_the_other(domain_id):
+    """No topic is outside their namespaces, TF's neither, but for what ROS itself has there."""
+    command = [*DEMO, '--arenas', '2', '--place', '5.5', '5.5', '3']
+    with process(command, domain_id, stop=None) as both, Graph(domain_id) as live:
+        listener = live.add(Node, parameters=False, node_name='listener')
+        both.wait_for_output('(?s)(it is let go.*){2}', WAIT)
+        topics = {name for name, _ in listener.get_topic_names_and_types()
+                  if listener.count_publishers(name)} - {'/rosout', '/parameter_events'}
+        assert {topic.split('/')[1] for topic in topics} == {'arena_1', 'arena_2'}
+        assert both.wait(WAIT) == 0, both.output
+        for arena in ('arena_1', 'arena_2'):
+            assert f'{arena}: 1 dropped: 1 caught, 0 Unreachable' in both.output

@@ -16,19 +16,23 @@
 demo: the whole graph in one process, and bricks that are dropped into it.
 
 Without arguments two bricks are placed and dropped, one that can be caught and one that can't.
-What happens is told as it happens. The status is 0 only if everything went as it should: what was
-said to be reachable was caught, carried to the center and tipped off, and what can be caught in
-time was not called Unreachable.
+What happens is told as it happens. With --arenas N this goes on in N arenas at the same time.
+
+The status is 0 only if everything went as it should: what was said to be reachable was caught,
+carried to the center and tipped off, and what can be caught in time was not called Unreachable.
 """
 
 import argparse
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from concurrent.futures import as_completed, ThreadPoolExecutor
+from contextlib import contextmanager, ExitStack, suppress
 from dataclasses import replace
-from math import cos, dist, inf, pi, sin
+from math import ceil, cos, dist, inf, pi, sin, sqrt
 import os
+from pathlib import Path
 from random import Random
 import sys
+from tempfile import TemporaryDirectory
 from time import monotonic
 from typing import Any
 import webbrowser
@@ -52,7 +56,7 @@ from turtle_referee.drops import DropWatch
 from turtle_referee.hands import Hands
 from turtle_referee.names import Profile
 from turtle_referee.observer import Observer
-from turtle_referee.spinning import note_interrupts
+from turtle_referee.spinning import INTERRUPTED, note_interrupts
 
 START_TIME = 30.0
 """How long (s) the graph may take to come up."""
@@ -66,6 +70,9 @@ BROWSER_TIME = 8.0
 
 HOVERING_TIME = 1.0
 """How long (s) a brick hovers before it is dropped, for people to see it."""
+
+MOST_ARENAS = 32
+"""How many arenas there may be: beyond a few, no machine has the processor time."""
 
 NEAR_CENTER = 0.02
 """How far (m) from the center the robot may tilt."""
@@ -185,10 +192,12 @@ class Outcome:
 class Match(Hands):
     """The graph, and the bricks that are dropped into it."""
 
-    def __init__(self, graph: Graph, parameters: Parameters) -> None:
-        """Bring every node up in an empty graph, whose parameters are given."""
+    def __init__(self, graph: Graph, parameters: Parameters, start: float) -> None:
+        """Bring every node up in an empty graph; tell times since the start (monotonic, s)."""
         self.parameters = parameters
-        self.start = monotonic()
+        self.title = f'{graph.namespace}: ' if graph.namespace else ''
+        """What begins each line where there are several arenas."""
+        self.start = start
         graph.add_turtlesim()
         graph.add_robot_state_publisher()
         graph.add_robot()
@@ -200,7 +209,7 @@ class Match(Hands):
 
     def say(self, text: str) -> None:
         """Tell what happens, with the time since the start."""
-        print(f'{monotonic() - self.start:7.2f} s  {text}', flush=True)
+        print(f'{monotonic() - self.start:7.2f} s  {self.title}{text}', flush=True)
 
     def await_graph(self) -> None:
         """Wait until every part sees every other."""
@@ -248,7 +257,7 @@ class Match(Hands):
 
 def random_bricks(match: Match, seed: int, count: int) -> Iterator[Vector]:
     """Yield random bricks, from 0.2 to 1.2 of how far from the robot a catch is promised."""
-    random = Random(seed)
+    random = Random(f'{match.title}{seed}' if match.title else seed)
     for _ in range(count):
         robot_x, robot_y = match.robot_place()
         while True:
@@ -279,25 +288,34 @@ def admitted(place: Sequence[float], parameters: Parameters) -> Vector:
 
 # --------------------------------------------------------------------------------- the program
 
+ALL_PAGES = """<!doctype html><title>turtle_brick</title><style>
+body {{ display: grid; grid-template-columns: repeat({columns}, 1fr); height: 100vh; margin: 0 }}
+div {{ display: grid; grid-template-rows: auto 1fr; font: 16px sans-serif; text-align: center }}
+iframe {{ border: 0; height: 100%; width: 100% }}
+</style>{frames}
+"""
+"""The pages of several arenas side by side."""
+
+
 class Page:
     """The page in the browser: a viewer in a process of its own, whose address is told first."""
 
     def __init__(self, graph: Graph) -> None:
-        """Start the viewer, tell its address, and open a browser on a person's screen."""
+        """Start the viewer, and tell its address."""
         self._graph = graph
-        self._url = ''
-        self._shown = self._opened = False
+        self.name = graph.namespace
+        """The arena that it shows, nothing if that is the only one."""
+        self.url = ''
+        self.opened = self._shown = False
         self._viewer = graph.add_process('turtle_brick', 'viewer', listener=self._listen)
-        self._wait(lambda: self._url, START_TIME, 'the viewer starts')
-        if self._url:
-            print(f'The page in the browser: {self._url}', flush=True)
-            display = os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')
-            self._opened = bool(
-                display and sys.stdout.isatty() and webbrowser.open(self._url))
+        self._wait(lambda: self.url, START_TIME, 'the viewer starts')
+        if self.url:
+            print(f'The page {self.name and f"of {self.name} "}in the browser: {self.url}',
+                  flush=True)
 
     def await_browser(self) -> None:
         """Wait some seconds for a browser that was opened to show the page."""
-        if self._opened:
+        if self.opened:
             with suppress(TimeoutError):
                 self._wait(lambda: self._shown, BROWSER_TIME, 'the browser shows the page')
 
@@ -311,39 +329,86 @@ class Page:
         if head or not rest:
             sys.stderr.write(line)
         elif rest.startswith('http'):
-            self._url = rest
+            self.url = rest
         else:
             self._shown = True
 
 
-def play(match: Match, page: Page | None, options: argparse.Namespace) -> int:
-    """Drop the bricks that are asked for; return the exit status."""
-    match.await_graph()
-    spare_collector()
-    if page is not None:
-        page.await_browser()
+def show(pages: Sequence[Page], directory: str) -> None:
+    """Open a browser on a person's screen, with one page (in the directory) for all arenas."""
+    pages = [page for page in pages if page.url]
+    if not pages:
+        return
+    url = pages[0].url
+    if len(pages) > 1:
+        file = Path(directory, 'arenas.html')
+        file.write_text(ALL_PAGES.format(columns=ceil(sqrt(len(pages))), frames=''.join(
+            f'<div>{page.name}<iframe src="{page.url}"></iframe></div>' for page in pages)))
+        url = file.as_uri()
+        print(f'All of them in one page: {url}', flush=True)
+    display = os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')
+    opened = bool(display and sys.stdout.isatty() and webbrowser.open(url))
+    for page in pages:
+        page.opened = opened
+
+
+def at_once(work: Callable[[Any], Any], things: Sequence[Any]) -> list[Any]:
+    """Do the same with several things, each in a thread of its own; the first failure ends all."""
+    with ThreadPoolExecutor(len(things)) as pool:
+        tasks = [pool.submit(work, thing) for thing in things]
+        try:
+            for task in as_completed(tasks):
+                task.result()
+        except BaseException:
+            INTERRUPTED.set()
+            raise
+    return [task.result() for task in tasks]
+
+
+def play(match: Match, options: argparse.Namespace) -> bool:
+    """Drop the bricks that are asked for; tell whether all went as it should."""
     bricks: Iterable[Vector] = options.place or two_bricks(match.parameters)
     if options.drops:
         bricks = random_bricks(match, options.seed, options.drops)
     outcomes = []
     for brick in bricks:
-        print()
+        if not match.title:
+            print()
         outcomes.append(match.show(brick))
     caught = [outcome.watch.caught for outcome in outcomes]
     refused = [bool(outcome.watch.refusals) for outcome in outcomes]
     faults = sum(bool(outcome.faults) for outcome in outcomes)
-    print(f'\n{len(outcomes)} dropped: {sum(caught)} caught, {sum(refused)} Unreachable, '
-          f'{faults} at fault')
+    print(match.title or '\n', f'{len(outcomes)} dropped: {sum(caught)} caught, {sum(refused)} '
+          f'Unreachable, {faults} at fault', sep='', flush=True)
     as_usual = options.drops or options.place or caught[0] and refused[1]
+    return bool(as_usual and not faults)
+
+
+def play_all(matches: Sequence[Match], pages: Sequence[Page], options: argparse.Namespace) -> int:
+    """Play in all arenas at the same time; return the exit status."""
+    at_once(Match.await_graph, matches)
+    spare_collector()
+    if pages:
+        at_once(Page.await_browser, pages)
+    playing = list(matches)
+
+    def play_on(match: Match) -> bool:
+        good = play(match, options)
+        playing.remove(match)
+        match.graph.spin_until(lambda: not playing, inf, 'the others')
+        return good
+
+    good = at_once(play_on, matches)
     if sys.stdin.isatty() and sys.stdout.isatty():
         domain = os.environ.get('ROS_DOMAIN_ID') or '0'
         prefix = '' if domain == '0' else f'ROS_DOMAIN_ID={domain} '
+        place, drop = map(matches[0].observer.resolve_service_name, ('place', 'drop'))
         print('\nThe graph stays up until Ctrl-C. In another terminal, after "source '
               'turtle_brick/scripts/env.bash":\n',
               *(f'  {prefix}{command}' for command in commands(
-                  '/place', '/drop', match.parameters.brick_start)), '', sep='\n')
-        match.graph.spin_until(lambda: False, inf, 'Ctrl-C')
-    return 0 if as_usual and not faults else 1
+                  place, drop, matches[0].parameters.brick_start)), '', sep='\n')
+        at_once(lambda match: match.graph.spin_until(lambda: False, inf, 'Ctrl-C'), matches)
+    return 0 if all(good) else 1
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -357,21 +422,32 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument(
         '--seed', type=int, default=1, metavar='N', help='of the random bricks (default: 1)')
     parser.add_argument(
+        '--arenas', type=int, default=1, metavar='N',
+        help='N arenas side by side, each in a namespace of its own: arena_1, arena_2, ...')
+    parser.add_argument(
         '--no-view', action='store_true', help='do not show the graph in a browser')
     parser.add_argument(
         '--verbose', action='store_true', help='show what the nodes log, not just warnings')
     options = parser.parse_args(args)
     if options.drops is not None and options.drops < 1:
         parser.error(f'--drops {options.drops}: at least 1')
+    if not 1 <= options.arenas <= MOST_ARENAS:
+        parser.error(f'--arenas {options.arenas}: from 1 to {MOST_ARENAS}')
     note_interrupts()
     try:
         parameters = load()
         options.place = [admitted(place, parameters) for place in options.place]
-        with chosen_domain() as shared, Graph(quiet=not options.verbose) as graph:
+        names = [f'arena_{number + 1}' for number in range(options.arenas)]
+        with chosen_domain() as shared, ExitStack() as stack:
+            graphs = [stack.enter_context(Graph(
+                namespace=name, quiet=not options.verbose, tf_inside=bool(name)))
+                for name in (names if len(names) > 1 else [''])]
             if shared:
-                look_out(graph)
-            page = None if options.no_view else Page(graph)
-            return play(Match(graph, parameters), page, options)
+                at_once(look_out, graphs)
+            pages = [] if options.no_view else [Page(graph) for graph in graphs]
+            show(pages, stack.enter_context(TemporaryDirectory()))
+            start = monotonic()
+            return play_all([Match(graph, parameters, start) for graph in graphs], pages, options)
     except KeyboardInterrupt:
         return 0
     except (DomainError, PackageNotFoundError, ParameterError, TimeoutError, ValueError) as error:

@@ -65,7 +65,8 @@ class Graph(Spins):
     """Nodes in one process that see each other, and whoever else is in their ROS domain."""
 
     def __init__(self, domain_id: int | None = None, namespace: str = '',
-                 overrides: dict[str, Any] | None = None, quiet: bool = False) -> None:
+                 overrides: dict[str, Any] | None = None, quiet: bool = False,
+                 tf_inside: bool = False) -> None:
         """
         Start with no nodes.
 
@@ -73,6 +74,7 @@ class Graph(Spins):
         :param namespace: the namespace of all nodes
         :param overrides: parameters that differ from the package's file
         :param quiet: whether the nodes log warnings and errors only
+        :param tf_inside: whether TF is in the namespace, too, as the launch files have it
         """
         self.namespace = namespace
         self._files = TemporaryDirectory()
@@ -84,6 +86,7 @@ class Graph(Spins):
         self._use_sim_time = (overrides or {}).get('use_sim_time', False)
         self.domain_id = domain_id
         self.context = Context()
+        self._remaps = ['-r', '/tf:=tf', '-r', '/tf_static:=tf_static'] if tf_inside else []
         self._log_level = ['--log-level', 'warn' if quiet else 'info']
         rclpy.init(args=['--ros-args', *self._log_level], context=self.context,
                    domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)
@@ -109,7 +112,7 @@ class Graph(Spins):
         :param parameters: whether to give it the parameter file and its overrides
         :param options: passed on to the node's class
         """
-        arguments = ['--ros-args', *ros_arguments]
+        arguments = ['--ros-args', *self._remaps, *ros_arguments]
         if parameters:
             arguments += ['--params-file', str(self.params_file)]
         node = node_type(context=self.context, cli_args=arguments, use_global_arguments=False,
@@ -166,7 +169,7 @@ class Graph(Spins):
         :param arguments: its command line
         :param listener: called with each line that it prints
         """
-        ros_arguments = [*self._log_level]
+        ros_arguments = [*self._log_level, *self._remaps]
         if self.namespace:
             # Real nodes refuse a namespace without the slash.
             ros_arguments += ['-r', f'__ns:=/{self.namespace.lstrip("/")}']
