@@ -173,6 +173,9 @@ def test_a_wall_clamps_and_says_so() -> None:
     turtle.command(-1.0, -2.0, 0.0)
     assert turtle.tick(TICK).y == pytest.approx(ARENA_SIZE - 1.064, abs=1e-6)
     assert turtle.clamped is None
+    for x, y in ((0.0, 0.0), (ARENA_SIZE, ARENA_SIZE), (0.5, ARENA_SIZE - 0.5)):
+        turtle = Turtle(x, y)
+        assert turtle.tick(0.0)[:2] == (x, float32(y)) and turtle.clamped is None
 
 
 def test_only_the_upper_wall_is_silent_in_a_teleport() -> None:
