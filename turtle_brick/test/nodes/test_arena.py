@@ -15,13 +15,14 @@
 """The arena in a live graph: a fall by its stamps, its services, its markers."""
 
 from itertools import groupby
-from math import inf, nan, sqrt
+from math import inf, nan, pi, sqrt
 
 from driven import PARAMETERS, Stage
 from live_graph import graph, LATCHED, PATIENCE
 import pytest
 from turtle_brick import arena
 from turtle_brick.arena import MARKER_PERIOD
+from turtle_brick.core.geometry import from_pitch, from_yaw, multiply
 from turtle_brick.core.time_steps import NANO, NANOSECONDS, nanoseconds_of
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.physics import Phase, STEP
@@ -166,6 +167,16 @@ def test_rides_with_a_platform_that_drives(bench):
     assert_each_step_once(bench.bricks.messages)
     frames = [transform.header.frame_id for transform in bench.bricks.messages]
     assert [frame for frame, _ in groupby(frames)] == ['world', 'platform', 'world']
+
+
+def test_inclined_like_the_platform(bench):
+    """The brick's frame has the platform's inclination, hovering as well."""
+    for yaw, tilt in ((0.0, 0.5), (pi / 2.0, -0.3), (2.0, 0.0)):
+        bench.platform = (5.0, 5.0, yaw, tilt)
+        bench.run(0.1)
+        q = bench.bricks.last.transform.rotation
+        expected = multiply(multiply(from_yaw(yaw), from_pitch(tilt)), from_yaw(-yaw))
+        assert (q.x, q.y, q.z, q.w) == pytest.approx(expected, abs=1e-12)
 
 
 def test_markers(bench):

@@ -82,8 +82,9 @@ def test_turtle_arena(domain_id):
             beside = Place.Request(location=Point(x=6.5, y=6.0, z=20.0))
             assert live.call('place', Place, beside).success
             assert live.call('drop', Trigger).success
-            topics = {name for name, _ in live.listener.get_topic_names_and_types()}
-            assert {name for name in topics if not name.startswith('/bob/')} == {
+            names = {name for name, _ in (*live.listener.get_topic_names_and_types(),
+                                          *live.listener.get_service_names_and_types())}
+            assert {name for name in names if not name.startswith('/bob/')} == {
                 '/parameter_events', '/rosout'}
         launching.wait_for_output('can be caught', PATIENCE)
         launching.wait_for_output(r'arena-\d\].*on the platform', PATIENCE)
