@@ -24,12 +24,17 @@ from std_srvs.srv import Trigger
 from turtle_brick.core.parameters import default_path
 from turtle_brick_interfaces.srv import Place
 
+# The real launch reads its signals from a file, and leaves Python's own handler in place: when its
+# KeyboardInterrupt hits a callback of asyncio, that is lost, and launch may say "user interrupted"
+# and wait for ever. It did so 6 times of 120 while processes printed, and never without.
 LAUNCH = """
+import signal
 import sys
 
 from launch import LaunchDescription, LaunchService
 from launch.actions import IncludeLaunchDescription
 from launch.launch_description_sources import AnyLaunchDescriptionSource
+signal.signal(signal.SIGINT, lambda *_: None)
 service = LaunchService(noninteractive=True)  # not only the terminal interrupts
 service.include_launch_description(LaunchDescription([IncludeLaunchDescription(
     AnyLaunchDescriptionSource(sys.argv[1]),
