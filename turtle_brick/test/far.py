@@ -34,6 +34,7 @@ from pathlib import Path
 from random import Random
 import re
 import select
+import signal
 import socket
 import struct
 import subprocess
@@ -268,7 +269,7 @@ def tell(drops: int, seed: int) -> None:
 def spread(options: argparse.Namespace) -> int:
     """Run the graph on three hosts and drop bricks; return the status of the judge."""
     from ament_index_python.packages import get_package_share_directory
-    from turtle_referee.processes import Process
+    from turtle_referee.processes import close_all, Process
     file = Path(get_package_share_directory('turtle_brick'), 'config', 'turtle.yaml')
     # Shared memory would go past the links.
     os.environ.update(ROS_DOMAIN_ID='0', ROS_AUTOMATIC_DISCOVERY_RANGE='SUBNET',
@@ -277,15 +278,16 @@ def spread(options: argparse.Namespace) -> int:
         hosts = [Host(number) for number in range(HOSTS)]
         for host in hosts:
             stack.callback(host.close)
-        for number, command in (
-                (ROBOT, ['ros2', 'launch', 'turtle_brick', 'run_turtle.launch.py', 'view:=none']),
-                *((number, ['ros2', 'run', 'turtle_brick', name, '--ros-args', '--params-file',
-                            str(file)]) for number, name in ((ARENA, 'arena'),
-                                                             (CATCHER, 'catcher')))):
-            stack.enter_context(Process(hosts[number].command(*command)))
-        judging = stack.enter_context(Process(
+        processes = [Process(hosts[number].command(*command)) for number, command in (
+            (ROBOT, ['ros2', 'launch', 'turtle_brick', 'run_turtle.launch.py', 'view:=none']),
+            *((number, [sys.executable, '-m', f'turtle_brick.{name}', '--ros-args',
+                        '--params-file', str(file)])
+              for number, name in ((ARENA, 'arena'), (CATCHER, 'catcher'))))]
+        stack.callback(close_all, processes)
+        judging = Process(
             hosts[ARENA].command(sys.executable, str(HERE), '--judge', *sys.argv[1:]),
-            listener=sys.stdout.write))
+            listener=sys.stdout.write)
+        processes.append(judging)
         switch = Switch([host.cable for host in hosts], options.delay * 1e-3,
                         options.jitter * 1e-3, options.loss * 1e-2)
         switch.work(lambda: not judging.running)
@@ -314,7 +316,11 @@ def main() -> int:
         os.environ['FAR_INSIDE'] = '1'
         os.execvp('unshare', ['unshare', '--user', '--map-root-user', '--net', sys.executable,
                               str(HERE), *sys.argv[1:]])
-    return spread(options)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        return spread(options)
+    except KeyboardInterrupt:
+        return 1
 
 
 if __name__ == '__main__':

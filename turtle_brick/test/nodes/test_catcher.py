@@ -22,6 +22,7 @@ from geometry_msgs.msg import PoseStamped
 from live_graph import graph, LATCHED, PATIENCE
 import pytest
 from rclpy.duration import Duration
+from rclpy.qos import ReliabilityPolicy
 from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
@@ -31,7 +32,7 @@ from turtle_brick.core.geometry import IDENTITY, Pose
 from turtle_brick.core.reachability import resting_height
 from turtle_brick.core.time_steps import NANOSECONDS
 from turtle_brick.physics import Phase, STEP
-from turtle_brick.ros.tf import BRICK, PLATFORM, transform_message, WORLD
+from turtle_brick.ros.tf import BASE_LINK, BRICK, PLATFORM, transform_message, WORLD
 from turtle_brick_interfaces.msg import Tilt
 from turtle_referee.domains import reserved_domain
 from visualization_msgs.msg import Marker
@@ -147,6 +148,30 @@ def test_without_a_robot_that_hears_it_nothing_is_reachable(domain_id, capfd):
     assert sum(': unreachable, ' in line for line in lines) == 1
     assert sum('can be caught: down in' in line for line in lines) == 1
     assert not [line for line in lines if 'WARN' in line or 'ERROR' in line]
+
+
+def test_latency_is_measured_and_clocks_that_disagree_are_seen(domain_id, capfd):
+    """By the stamps of the moving frames."""
+    with graph(domain_id) as live:
+        node = live.add(CatcherNode)
+        latency, clock = node.catcher.latency, node.get_clock()
+        publisher = live.publisher('/tf', TFMessage)
+        (heard,) = node.get_subscriptions_info_by_topic('/tf')
+        assert heard.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT
+
+        def excess(age, *frames):
+            stamp = clock.now() - Duration(seconds=age)
+            publisher.publish(TFMessage(transforms=[
+                transform_message(WORLD, frame, stamp=stamp.to_msg()) for frame in frames]))
+            return latency.excess(clock.now().nanoseconds)
+
+        live.wait_for(lambda: excess(0.1, BRICK) > 0.18, PATIENCE, 'it is as slow as the brick')
+        live.wait_for(lambda: excess(0.2, PLATFORM, 'nobody') > 0.38, PATIENCE, 'the platform')
+        live.wait_for(lambda: excess(0.3, BASE_LINK) > 0.58, PATIENCE, 'the robot')
+        assert 'chrony' not in capfd.readouterr().err
+        live.wait_for(lambda: excess(-0.4, BASE_LINK) > 1.4, PATIENCE, 'stamps are ahead')
+        live.wait_for(lambda: node.warned_of_clocks, PATIENCE, 'a warning')
+    assert capfd.readouterr().err.count('chrony') == 1
 
 
 def test_drops_one_after_another(bench):

@@ -1,0 +1,46 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The graph on three hosts whose links are slow and lose messages: what is promised holds."""
+
+import os
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+from turtle_referee.processes import Process
+
+FAR = Path(__file__).parents[1] / 'far.py'
+
+
+def why_not() -> str:
+    """Say why this machine can't have hosts; nothing if it can."""
+    try:
+        with open('/dev/net/tun', 'r+b', buffering=0):
+            pass
+        subprocess.run(['unshare', '--user', '--map-root-user', '--net', 'true'], check=True,
+                       capture_output=True)
+    except (OSError, subprocess.CalledProcessError) as error:
+        return f'no network namespaces here: {error}'
+    return ''
+
+
+@pytest.mark.skipif(bool(why_not()), reason=why_not())
+def test_bricks_are_caught_over_slow_links_that_lose_messages():
+    """Near the limit: all that is said to be reachable is caught."""
+    options = ['--delay', '30', '--jitter', '5', '--loss', '1', '--drops', '1']
+    with Process([sys.executable, str(FAR), *options], dict(os.environ)) as far:
+        assert far.wait(120.0) == 0, far.output
+        assert '| 1 | ' in far.output, far.output
