@@ -234,7 +234,8 @@ def judge(drops: int, seed: int) -> Iterator[tuple[float, float, float, str]]:
             robot = latest(node.buffer, PLATFORM).transform.translation
             told = len(node.verdicts)
             ask(node.drop_client, Trigger.Request())
-            wait(lambda: node.phase in (Phase.RIDING.value, Phase.GROUNDED.value), 'the brick comes down')
+            wait(lambda: node.phase in (Phase.RIDING.value, Phase.GROUNDED.value),
+                 'the brick comes down')
             caught = node.phase == Phase.RIDING.value
             wait(lambda: len(node.verdicts) > told, 'the catcher says what it does')
             (reachable, latency), = node.verdicts[told:]

@@ -27,7 +27,8 @@ Subscribes:
     /tf, /tf_static: the frames brick and platform; it knows nothing else of brick and robot
 
 How long messages and orders take it measures, so that the nodes may be on several hosts: see
-`turtle_brick.core.latency`. Their clocks have to agree, as chrony or another NTP client keeps them.
+`turtle_brick.core.latency`. Their clocks have to agree, as chrony or another NTP client keeps
+them.
 
 Parameters, read-only:
     max_velocity (double, m/s): greatest speed of the robot

@@ -73,7 +73,7 @@ def outcome(height=1.0, **seen):
     return demo.Outcome(SimpleNamespace(**{
         'place': (*CENTER, resting_height(PARAMETERS) + height), 'distance': 0.0, 'released': 0,
         'decided': 5_000_000, 'refusals': [], 'landed': None, 'down': 1, 'caught': True,
-        'carried_to': CENTER, 'floated': 2, 'slide_time': 0.5, **seen}), PARAMETERS)
+        'carried_to': CENTER, 'floated': 2, 'slide_time': 0.5, **seen}), PARAMETERS, 0.0)
 
 
 def test_the_reason_of_a_verdict_is_told():

@@ -16,9 +16,9 @@
 Decide whether the robot can be under a falling brick in time.
 
 `reach` decides, from the course of the fall and from what `Track` knows of the robot: where it is,
-and where the commands on their way may take it. The latencies of the command path on one machine are
-derived here; what they take longer elsewhere is measured, see `latency`, and called the excess.
-Instants are integer nanoseconds of one clock.
+and where the commands on their way may take it. The latencies of the command path on one machine
+are derived here; what they take longer elsewhere is measured, see `latency`, and called the
+excess. Instants are integer nanoseconds of one clock.
 """
 
 from collections import deque

@@ -44,8 +44,8 @@ from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.driving import within_arena
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import load, ParameterError, Parameters
-from turtle_brick.core.reachability import (fall_time, guaranteed_distance, resting_height,
-                                            time_needed)
+from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guaranteed_distance,
+                                            resting_height, time_needed)
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.ros.node_main import spare_collector
@@ -138,15 +138,20 @@ def look_out(graph: Graph) -> None:
 class Outcome:
     """What becomes of a brick, against what physics says; lengths in m, times in s."""
 
-    def __init__(self, watch: DropWatch, parameters: Parameters) -> None:
-        """Compare what is seen with what follows from the physical numbers."""
+    def __init__(self, watch: DropWatch, parameters: Parameters, excess: float) -> None:
+        """
+        Compare what is seen with what follows from the physical numbers.
+
+        :param excess: how much longer (s) the commands take here than on an idle machine
+        """
         self.watch = watch
         self.due = fall_time(watch.place[2], parameters)
         """Time of the fall to where the brick would lie on the platform, in closed form."""
-        self.needed = time_needed(watch.distance, parameters)
+        self.needed = time_needed(watch.distance, parameters, excess)
         """Time from the decision until the platform can be below the brick."""
         inside = within_arena(*watch.place[:2]) == watch.place[:2]
-        self.promised = guaranteed_distance(watch.place[2], parameters) if inside else -inf
+        self.promised = (guaranteed_distance(watch.place[2], parameters, excess)
+                         if inside else -inf)
         """How far from the robot the brick may be and is sure to be caught."""
         self.resting_height = resting_height(parameters)
 
@@ -202,7 +207,7 @@ class Match(Hands):
         graph.add_robot_state_publisher()
         graph.add_robot()
         graph.add_arena()
-        graph.add_catcher()
+        self.catcher = graph.add_catcher().catcher
         super().__init__(graph, graph.add(
             Observer, parameters=False, name='demo',
             profile=Profile.from_parameters(parameters)))
@@ -230,6 +235,12 @@ class Match(Hands):
         assert place is not None
         return place
 
+    def outcome(self, watch: DropWatch) -> Outcome:
+        """Return what has become of a brick, by the latency that the catcher reckoned with."""
+        decision = self.catcher.decision
+        return Outcome(watch, self.parameters,
+                       decision.latency - COMMAND_LATENCY if decision else 0.0)
+
     def show(self, brick: Vector) -> Outcome:
         """Place a brick, drop it, and tell and return what becomes of it."""
         self.refuse_company()
@@ -240,7 +251,7 @@ class Match(Hands):
         told: set[str] = set()
 
         def tell(watch: DropWatch) -> None:
-            for event, sentence in Outcome(watch, self.parameters).story():
+            for event, sentence in self.outcome(watch).story():
                 if event not in told:
                     told.add(event)
                     self.say(sentence)
@@ -248,7 +259,7 @@ class Match(Hands):
         watch = self.drop(brick, tell)
         assert watch.ask is not None
         watch.ask.check()
-        outcome = Outcome(watch, self.parameters)
+        outcome = self.outcome(watch)
         for fault in outcome.faults:
             self.say(f'FAULT: {fault}')
         self.say('the platform is level, the robot waits')
