@@ -125,11 +125,3 @@ def test_a_fault_names_the_parameter_file_that_has_it(
     with pytest.raises(ParameterError) as caught:
         declare(context, RobotParameters, max_velocity=3.0, **given)
     assert str(caught.value) == sentence.format(path=path)
-
-
-def test_a_bare_node_is_told_the_file_that_it_needs(context):
-    with pytest.raises(MissingParameterError) as caught:
-        declare(context, RobotParameters)
-    assert str(caught.value) == ('missing parameters: max_velocity, wheel_radius; '
-                                 f'add --ros-args --params-file {default_path()}')
-    assert default_path().is_file()
