@@ -14,6 +14,7 @@
 """The robot as its URDF describes it: where each link is for given joint positions. No ROS."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from math import hypot
@@ -23,6 +24,7 @@ from xml.etree import ElementTree
 import numpy
 from turtle_referee.geometry import Array, Pose, pose, turn, UPRIGHT
 from turtle_referee.record import Record
+from turtle_referee.rules import Broken, needed
 
 MOVABLE = ('revolute', 'continuous', 'prismatic')
 
@@ -36,10 +38,6 @@ Color = tuple[float, ...]
 
 GRAY: Color = (0.7, 0.7, 0.7, 1.0)
 """The color of a visual that has none."""
-
-
-class UrdfError(ValueError):
-    """A robot description cannot be read."""
 
 
 class Solid(NamedTuple):
@@ -80,7 +78,7 @@ class RobotModel:
 
         :param description: the URDF
         :param platform: what its platform is called
-        :raises UrdfError: it can't be understood; the text says why
+        :raises Broken: it can't be understood; the text says why
         """
         self.platform = platform
         try:
@@ -92,17 +90,8 @@ class RobotModel:
                           for link in robot.findall('link')}
             self.joints = [_joint(element) for element in robot.findall('joint')]
         except (ElementTree.ParseError, ValueError) as error:
-            raise UrdfError(str(error)) from None
+            raise Broken(f'the robot_description can not be read: {error}') from None
         self._above = {joint.child: joint for joint in self.joints}
-
-    @staticmethod
-    def of(record: Record) -> 'RobotModel | None':
-        """Return the model that was heard last, None where there is none that can be read."""
-        try:
-            return _read(record.topics['robot_description'][-1].message.data,
-                         record.profile.frames['platform'])
-        except (IndexError, UrdfError):
-            return None
 
     @property
     def roots(self) -> list[str]:
@@ -138,59 +127,66 @@ class RobotModel:
         """Return the axis of a joint in the root, for given positions (rad)."""
         return self.pose(joint.child, positions).axes @ joint.axis
 
-    def solid(self, link: str, kind: str) -> Solid | None:
-        """Return the first visual of a link of a kind ('box', 'cylinder'), None without one."""
-        return next((solid for solid in self.links.get(link, ()) if solid.kind == kind), None)
+    def solid(self, link: str, kind: str) -> Solid:
+        """Return the first visual of a link of a kind ('box', 'cylinder'); Broken without one."""
+        return needed(next((solid for solid in self.links.get(link, ()) if solid.kind == kind),
+                           None), f'{link} has no {kind}')
 
     # --------------------------------------------------------------- the joints, by what they do
 
     @property
-    def platform_joint(self) -> Joint | None:
-        """Return the joint that tilts the platform: the last movable one above it."""
-        return next((joint for joint in reversed(self.way(self.platform)) if joint.movable), None)
+    def platform_joint(self) -> Joint:
+        """Return the joint that tilts the platform: the last movable one above it; or Broken."""
+        return needed(next((joint for joint in reversed(self.way(self.platform))
+                            if joint.movable), None), 'no joint turns the platform')
 
     @property
-    def stem_joint(self) -> Joint | None:
-        """Return the joint that turns about the vertical and carries another movable one."""
+    def stem_joint(self) -> Joint:
+        """Return the joint that turns about the vertical and carries a movable one; or Broken."""
         others = self.way(self.platform)
-        for joint in self.joints:
-            if joint.movable and joint not in others and abs(self.axis(joint)[2]) > VERTICAL:
-                if any(one.movable and self.hangs_below(one, joint) for one in self.joints):
-                    return joint
-        return None
+        return needed(next((
+            joint for joint in self.joints
+            if joint.movable and joint not in others and abs(self.axis(joint)[2]) > VERTICAL
+            and any(one.movable and self.hangs_below(one, joint) for one in self.joints)), None),
+            'no link that turns about the vertical carries a wheel')
 
     @property
-    def wheel_joint(self) -> Joint | None:
-        """Return the movable joint below the stem's, whose axis is horizontal."""
+    def wheel_joint(self) -> Joint:
+        """Return the movable joint below the stem's, whose axis is horizontal; or Broken."""
         stem = self.stem_joint
-        return next((joint for joint in self.joints if stem is not None and joint.movable
-                     and self.hangs_below(joint, stem)
-                     and abs(self.axis(joint)[2]) < HORIZONTAL), None)
+        return needed(next((
+            joint for joint in self.joints if joint.movable and self.hangs_below(joint, stem)
+            and abs(self.axis(joint)[2]) < HORIZONTAL), None),
+            'nothing on the stem turns about a horizontal axis')
 
     def hangs_below(self, joint: Joint, other: Joint) -> bool:
         """Tell whether another joint is on the way to a joint."""
         return other.name in [one.name for one in self.way(joint.parent)]
 
-    @property
-    def rim(self) -> Solid | None:
-        """Return the wheel's cylinder."""
-        return self.solid(self.wheel_joint.child, 'cylinder') if self.wheel_joint else None
-
-    def platform_span(self) -> tuple[float, float] | None:
+    def platform_span(self) -> tuple[float, float]:
         """Return bottom and top of the level platform (m above where the wheel touches down)."""
-        platform, wheel, rim = self.solid(self.platform, 'cylinder'), self.wheel_joint, self.rim
-        if platform is None or wheel is None or rim is None:
-            return None
-        ground = self.pose(wheel.child).transform(rim.pose.position)[2] - rim.size[0]
+        platform, wheel = self.solid(self.platform, 'cylinder'), self.wheel_joint.child
+        rim = self.solid(wheel, 'cylinder')
+        ground = self.pose(wheel).transform(rim.pose.position)[2] - rim.size[0]
         middle = self.pose(self.platform).transform(platform.pose.position)[2] - ground
         return middle - platform.size[1] / 2.0, middle + platform.size[1] / 2.0
 
     def numbers(self) -> dict[str, float]:
         """Return the numbers of the profile that follow from the model."""
-        platform, span, rim = self.solid(self.platform, 'cylinder'), self.platform_span(), self.rim
-        found = {'platform_radius': platform and platform.size[0],
-                 'platform_height': span and span[1], 'wheel_radius': rim and rim.size[0]}
-        return {name: number for name, number in found.items() if number is not None}
+        found = {}
+        for name, tell in (
+                ('platform_radius', lambda: self.solid(self.platform, 'cylinder').size[0]),
+                ('platform_height', lambda: self.platform_span()[1]),
+                ('wheel_radius', lambda: self.solid(self.wheel_joint.child, 'cylinder').size[0])):
+            with suppress(Broken):
+                found[name] = tell()
+        return found
+
+
+def model(record: Record) -> RobotModel:
+    """Return the robot's description that was heard last; Broken if there is none to be read."""
+    heard = needed(record.topics['robot_description'] or None, 'there is no robot_description')
+    return _read(heard[-1].message.data, record.profile.frames['platform'])
 
 
 @lru_cache(4)

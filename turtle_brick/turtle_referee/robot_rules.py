@@ -19,11 +19,10 @@ from math import asin, atan2, degrees, dist, hypot, isfinite, pi, radians
 from typing import Any
 
 from turtle_referee.constants import (ALIKE, CENTER, CROOKED, EXACT, NANO, NANOSECONDS, NEAR,
-                                      PHYSICS_RATE, PRECISION, RATE, RATE_TOLERANCE, ROUGHLY,
-                                      SLIP)
+                                      PHYSICS_RATE, PRECISION, RATE, RATE_TOLERANCE, ROUGHLY, SLIP)
 from turtle_referee.geometry import Array, inclination
 from turtle_referee.record import Drive, Frame, Heard, rate, Record, Sample, stamp_of
-from turtle_referee.robot_model import Joint, RobotModel, Solid
+from turtle_referee.robot_model import Joint, model, Solid
 from turtle_referee.rules import (Broken, Finding, needed, number, Open, Plot, Rules, Series, some,
                                   worst)
 
@@ -291,7 +290,7 @@ def joints_have_their_velocity(record: Record) -> Finding:
         raise Open('no velocity is published, and none is demanded')
     at_rest = worst(abs(value) for begin, end in record.idle for joint in model(record).joints
                     for _, value in record.joint(joint.name, begin, end, 'velocity'))
-    wheel, rolled, summed = wheel_joint(record).name, 0.0, 0.0
+    wheel, rolled, summed = model(record).wheel_joint.name, 0.0, 0.0
     for drive in drives(record):
         angles = record.joint(wheel, drive.begin, drive.end)
         speeds = record.joint(wheel, drive.begin, drive.end, 'velocity')
@@ -304,36 +303,9 @@ def joints_have_their_velocity(record: Record) -> Finding:
 
 # ----------------------------------------------------------------------- the robot's description
 
-def model(record: Record) -> RobotModel:
-    """Return the robot's description; Broken if there is none."""
-    needed(record.topics['robot_description'] or None, 'there is no robot_description')
-    return needed(RobotModel.of(record), 'the robot_description is no URDF that can be read')
-
-
-def solid(record: Record, link: str, kind: str) -> Solid:
-    """Return a link's first solid of a kind; Broken if there is none."""
-    return needed(model(record).solid(link, kind), f'{link} has no {kind}')
-
-
 def cube(record: Record) -> Solid:
     """Return the box of the robot's base; Broken if there is none."""
-    return solid(record, record.profile.frames['base_link'], 'box')
-
-
-def platform_joint(record: Record) -> Joint:
-    """Return the joint that tilts the platform; Broken if there is none."""
-    return needed(model(record).platform_joint, 'no joint turns the platform')
-
-
-def stem_joint(record: Record) -> Joint:
-    """Return the joint that turns the stem; Broken if there is none."""
-    return needed(model(record).stem_joint,
-                  'no link that turns about the vertical carries a wheel')
-
-
-def wheel_joint(record: Record) -> Joint:
-    """Return the joint about which the wheel rolls; Broken if there is none."""
-    return needed(model(record).wheel_joint, 'nothing on the stem turns about a horizontal axis')
+    return model(record).solid(record.profile.frames['base_link'], 'box')
 
 
 def turns(joint: Joint) -> bool:
@@ -354,9 +326,10 @@ def base_is_a_cube(record: Record) -> Finding:
       'a cylinder that turns about a horizontal axis, the highest link')
 def platform_turns(record: Record) -> Finding:
     """Check that the platform is a level cylinder on top that can be tilted."""
-    robot, joint = model(record), platform_joint(record)
+    robot = model(record)
+    joint = robot.platform_joint
     platform = robot.pose(robot.platform)
-    leaning = inclination(platform) + inclination(solid(record, robot.platform, 'cylinder').pose)
+    leaning = inclination(platform) + inclination(robot.solid(robot.platform, 'cylinder').pose)
     higher = [link for link in robot.links if link != robot.platform
               and robot.pose(link).position[2] > platform.position[2] + 1e-6
               and joint not in robot.way(link)]
@@ -370,13 +343,13 @@ def platform_turns(record: Record) -> Finding:
       'fully without colliding with the base link', 'the cube out of reach of the platform')
 def platform_clears_the_base(record: Record) -> Finding:
     """Check that the platform can turn over without touching the cube."""
-    robot, joint, base = model(record), platform_joint(record), cube(record)
-    platform = solid(record, robot.platform, 'cylinder')
+    robot, base = model(record), cube(record)
+    platform = robot.solid(robot.platform, 'cylinder')
     radius, thickness = platform.size
     x, y, z = platform.pose.position
     reach = hypot(radius + hypot(x, y), abs(z) + thickness / 2.0)
     top = base.pose.position[2] + base.size[2] / 2.0
-    room = robot.pose(joint.child).position[2] - top - reach
+    room = robot.pose(robot.platform_joint.child).position[2] - top - reach
     return Finding(room >= -1e-6, f'{room:.3f} m to spare')
 
 
@@ -387,12 +360,11 @@ def post_is_fixed(record: Record) -> Finding:
     robot, found = model(record), []
     hinge = robot.pose(robot.platform).position
     for link in set(robot.links) - {robot.platform, record.profile.frames['base_link']}:
-        cylinder = robot.solid(link, 'cylinder')
-        if cylinder is None or any(joint.movable for joint in robot.way(link)):
-            continue
-        center = robot.pose(link).transform(cylinder.pose.position)
-        if dist(center[:2], hinge[:2]) <= NEAR and center[2] < hinge[2]:
-            found.append(link)
+        for part in robot.links[link]:
+            center = robot.pose(link).transform(part.pose.position)
+            if (part.kind == 'cylinder' and not any(joint.movable for joint in robot.way(link))
+                    and dist(center[:2], hinge[:2]) <= NEAR and center[2] < hinge[2]):
+                found.append(link)
     return Finding(bool(found), listing(found) or 'no such link')
 
 
@@ -400,8 +372,8 @@ def post_is_fixed(record: Record) -> Finding:
       'below the base_link', 'a cylinder below the cube that turns about z')
 def stem_turns(record: Record) -> Finding:
     """Check that below the base a cylinder turns about the vertical."""
-    joint = stem_joint(record)
-    stem = solid(record, joint.child, 'cylinder')
+    joint = model(record).stem_joint
+    stem = model(record).solid(joint.child, 'cylinder')
     height = model(record).pose(joint.child).transform(stem.pose.position)[2]
     below = cube(record).pose.position[2] - height
     return Finding(below > 0.0 and turns(joint), f'{joint.kind} {joint.name}, {below:.3f} m below')
@@ -411,8 +383,8 @@ def stem_turns(record: Record) -> Finding:
       'a cylinder that turns without end about its own axis')
 def wheel_rolls(record: Record) -> Finding:
     """Check that the wheel is a cylinder on the stem, and its joint is continuous."""
-    joint = wheel_joint(record)
-    along = abs(float(joint.axis @ solid(record, joint.child, 'cylinder').pose.upright))
+    joint = model(record).wheel_joint
+    along = abs(float(joint.axis @ model(record).solid(joint.child, 'cylinder').pose.upright))
     return Finding(along > 0.999 and joint.kind == 'continuous', f'{joint.kind} {joint.name}')
 
 
@@ -422,7 +394,7 @@ def links_differ_in_color(record: Record) -> Finding:
     """Check that no two of the robot's parts have the same color."""
     robot = model(record)
     parts = {record.profile.frames['base_link'], robot.platform}
-    parts |= {joint.child for joint in (robot.stem_joint, robot.wheel_joint) if joint}
+    parts |= {robot.stem_joint.child, robot.wheel_joint.child}
     parts |= {joint.child for joint in robot.way(robot.platform) if not joint.movable}
     colors = [robot.links[part][0].color for part in parts if robot.links.get(part)]
     return Finding(len(set(colors)) == len(colors) >= 4,
@@ -440,7 +412,7 @@ def model_has_the_numbers(record: Record) -> Finding:
         if wanted in record.profile.guessed:
             raise Open(f'{wanted} is known from the URDF alone')
     height = number(record, 'platform_height')
-    bottom, top = needed(robot.platform_span(), 'no wheel on the ground, or no platform')
+    bottom, top = robot.platform_span()
     kept = bottom - EXACT <= height <= top + EXACT
     words = f'platform from {bottom:.3f} to {top:.3f} m (configured {height:.3f})'
     for name in ('wheel_radius', 'platform_radius'):
@@ -509,7 +481,7 @@ def speed_is_limited(record: Record) -> Finding:
       rests_on=['joint_states: names', 'URDF: wheel', 'URDF: numbers', 'frames: base_link'])
 def wheel_does_not_slip(record: Record) -> Finding:
     """Check that what rolls off the wheel is the way of the robot, in eight directions."""
-    joint, radius = wheel_joint(record), number(record, 'wheel_radius')
+    joint, radius = model(record).wheel_joint, number(record, 'wheel_radius')
     base, points, directions = frame(record, 'base_link'), [], set()
     for drive in drives(record):
         # Way and angle at the same instants: at the ends of the span the robot may still move.
@@ -531,7 +503,7 @@ def wheel_does_not_slip(record: Record) -> Finding:
 def misaligned(record: Record, sample: Sample, stem: float, way: Array) -> float:
     """Return the angle between a way of base_link and that on which the wheel rolls."""
     axis = sample.pose.axes @ model(record).axis(
-        wheel_joint(record), {stem_joint(record).name: stem})
+        model(record).wheel_joint, {model(record).stem_joint.name: stem})
     return asin(min(abs(float(axis[:2] @ way)) / hypot(*way), 1.0))
 
 
@@ -550,7 +522,7 @@ def stem_turns_first(record: Record) -> Finding:
             continue
         sets_off = turned = samples[moved[0]].stamp
         for stamp, angle in reversed(record.joint(
-                stem_joint(record).name, drive.begin, drive.end)):
+                model(record).stem_joint.name, drive.begin, drive.end)):
             if stamp < sets_off:
                 if misaligned(record, samples[0], angle, far[0]) > radians(CROOKED):
                     break
@@ -570,7 +542,7 @@ def stem_points_along(record: Record) -> Finding:
         samples = frame(record, 'base_link').between(drive.begin, drive.end)
         moving = [(b, way) for a, b in zip(samples, samples[STRIDE:])
                   if hypot(*(way := (b.pose.position - a.pose.position)[:2])) > NEAR]
-        angles = record.joint(stem_joint(record).name, drive.begin, drive.end)
+        angles = record.joint(model(record).stem_joint.name, drive.begin, drive.end)
         for sample, way in moving[len(moving) // 4:-len(moving) // 4 or None]:
             angle = min(angles, key=lambda one: abs(one[0] - sample.stamp))[1]
             off.append(misaligned(record, sample, angle, way))
@@ -586,7 +558,7 @@ def tilt_is_obeyed(record: Record) -> Finding:
     """Check that the platform takes each angle that is asked for, in its joint and in TF."""
     if not some(record.tilts, 'the platform was not tilted')[0].answered:
         raise Broken(record.tilts[0].words)
-    joint, words, kept = platform_joint(record), [], True
+    joint, words, kept = model(record).platform_joint, [], True
     for ask in record.tilts:
         positions = record.joint(joint.name, ask.begin, ask.end)
         platform = record.platform(ask.end - 50_000_000)

@@ -20,6 +20,7 @@ of reach and within reach. Every wait has an end: a graph that does not answer c
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from math import cos, pi, sin
 from time import monotonic, time_ns
 from typing import NamedTuple
@@ -31,7 +32,7 @@ from turtle_referee.hands import Hands, PATIENCE
 from turtle_referee.names import NUMBERS
 from turtle_referee.observer import Observer
 from turtle_referee.record import Ask
-from turtle_referee.robot_model import RobotModel
+from turtle_referee.robot_model import model
 from turtle_referee.rules import Broken, Open
 from turtle_referee.spinning import Spins
 
@@ -150,9 +151,8 @@ class Trial(Hands):
                     number = {2: value.integer_value, 3: value.double_value}.get(value.type, 0.0)
                     if 0.0 < number < 1e9:
                         numbers.setdefault(name, float(number))
-        model = RobotModel.of(self.record)
-        if model is not None:
-            for name, value in model.numbers().items():
+        with suppress(Broken):
+            for name, value in model(self.record).numbers().items():
                 if value > 0.0 and name not in numbers:
                     numbers[name] = value
                     self.record.profile.guessed.add(name)
