@@ -27,7 +27,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import as_completed, ThreadPoolExecutor
 from contextlib import contextmanager, ExitStack, suppress
 from dataclasses import replace
-from math import ceil, cos, dist, inf, pi, sin, sqrt
+from math import cos, dist, inf, pi, sin
 import os
 from pathlib import Path
 from random import Random
@@ -300,12 +300,14 @@ def admitted(place: Sequence[float], parameters: Parameters) -> Vector:
 # --------------------------------------------------------------------------------- the program
 
 ALL_PAGES = """<!doctype html><title>turtle_brick</title><style>
-body {{ display: grid; grid-template-columns: repeat({columns}, 1fr); height: 100vh; margin: 0 }}
-div {{ display: grid; grid-template-rows: auto 1fr; font: 16px sans-serif; text-align: center }}
-iframe {{ border: 0; height: 100%; width: 100% }}
-</style>{frames}
+body { display: grid; grid-template-columns: repeat(auto-fill, minmax(300px, 420px));
+       justify-content: center; height: 100vh; margin: 0 }
+div { display: grid; grid-template-rows: auto 1fr; font: 16px sans-serif; text-align: center }
+iframe { border: 0; height: 100%; min-height: 500px; width: 100% }
+</style>
 """
-"""The pages of several arenas side by side."""
+"""The head of a page that shows those of several arenas, in columns so narrow that the buttons are
+below the picture."""
 
 
 class Page:
@@ -353,8 +355,8 @@ def show(pages: Sequence[Page], directory: str) -> None:
     url = pages[0].url
     if len(pages) > 1:
         file = Path(directory, 'arenas.html')
-        file.write_text(ALL_PAGES.format(columns=ceil(sqrt(len(pages))), frames=''.join(
-            f'<div>{page.name}<iframe src="{page.url}"></iframe></div>' for page in pages)))
+        file.write_text(ALL_PAGES + ''.join(
+            f'<div>{page.name}<iframe src="{page.url}"></iframe></div>' for page in pages))
         url = file.as_uri()
         print(f'All of them in one page: {url}', flush=True)
     display = os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')
