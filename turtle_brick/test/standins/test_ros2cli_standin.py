@@ -270,6 +270,30 @@ def run_here(record, files, patch, arena=None):
 
 # ------------------------------------------------------- beside the commands that are replayed
 
+def test_a_graph_is_whole_when_nothing_lacks_its_other_half():
+    """Each participant has named a node, and each node that is not hidden has its services."""
+    info = {'ros_discovery_info': {1: '', 2: ''}, '/parameter_events': {1: 'arena', 2: '_ros2cli'}}
+    written, read = ({'arena': {each: []}, '_ros2cli': {}} for each in (
+        'rr/dropReply', 'rq/dropRequest'))
+    graph = Namespace(
+        get_publishers_info_by_topic=lambda topic, **_: [
+            Namespace(endpoint_gid=[number] * 16, node_name=name)
+            for number, name in info[topic].items()],
+        get_node_names_and_namespaces=lambda: [(name, '/') for name in written],
+        get_publisher_names_and_types_by_node=lambda name, *_, **__: written[name].items(),
+        get_subscriber_names_and_types_by_node=lambda name, *_, **__: read[name].items())
+    assert Observer.is_whole(graph)
+    for table, key, value in (
+            (info, '/parameter_events', {1: 'arena'}), (written, 'arena', {}), (read, 'arena', {}),
+            (info, '/parameter_events', {1: 'arena', 2: '_NODE_NAME_UNKNOWN_'}),
+            (written, 'brick', {})):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setitem(table, key, value)
+            patch.setitem(read, 'brick', {})
+            assert not Observer.is_whole(graph)
+    assert Observer.is_whole(graph)
+
+
 # What the real tf2_echo says of the transform that the test below publishes.
 ECHO = """At time 0.0
 - Translation: [1.500, -2.000, 0.250]
