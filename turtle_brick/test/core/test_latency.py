@@ -167,6 +167,21 @@ class FarStage(Stage):
             self.states.append(self.catcher.state)
 
 
+def test_orders_that_may_be_lost_are_given_again():
+    """Each of both kinds, at every decision, until it must have been obeyed; elsewhere not."""
+    for loss, times in ((0.0, 1), (0.05, 5)):
+        stage = FarStage(0.01, 0.0, loss, seed=3)
+        stage.drop(7.0, 6.0, 9.0)
+        stage.reach_state(State.APPROACHING)
+        stage.run(0.08)
+        for kind, order in ((DriveOrder, DriveOrder(7.0, 6.0)), (TiltOrder, TiltOrder(0.0))):
+            told = stage.told(kind)
+            assert set(told) == {order}
+            assert len(told) == 1 if times == 1 else len(told) >= (
+                times if kind is DriveOrder else 3)
+        stage.reach_state(State.WAITING)
+
+
 @pytest.mark.parametrize(('mean', 'deviation', 'loss'), [
     (0.0, 0.0, 0.0), (0.01, 0.002, 0.0), (0.03, 0.005, 0.0), (0.06, 0.015, 0.0),
     (0.005, 0.002, 0.01), (0.005, 0.002, 0.03), (0.03, 0.005, 0.01)])
