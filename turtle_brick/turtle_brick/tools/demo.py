@@ -72,7 +72,7 @@ HOVERING_TIME = 1.0
 """How long (s) a brick hovers before it is dropped, for people to see it."""
 
 MOST_ARENAS = 32
-"""How many arenas there may be: beyond a few, no machine has the processor time."""
+"""How many arenas there may be. They share one interpreter, which bears two without haste."""
 
 NEAR_CENTER = 0.02
 """How far (m) from the center the robot may tilt."""
@@ -300,7 +300,7 @@ def admitted(place: Sequence[float], parameters: Parameters) -> Vector:
 # --------------------------------------------------------------------------------- the program
 
 ALL_PAGES = """<!doctype html><title>turtle_brick</title><style>
-body { display: grid; grid-template-columns: repeat(auto-fill, minmax(300px, 420px));
+body { display: grid; grid-template-columns: repeat(auto-fit, minmax(300px, 420px));
        justify-content: center; height: 100vh; margin: 0 }
 div { display: grid; grid-template-rows: auto 1fr; font: 16px sans-serif; text-align: center }
 iframe { border: 0; height: 100%; min-height: 500px; width: 100% }
