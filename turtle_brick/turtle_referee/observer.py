@@ -223,9 +223,12 @@ class Observer(Node):
             usable = [kind for kind in types if kind in TYPES.get(name, types)]
             if usable and full not in self._heard_topics:
                 self._join(full, usable[0], keeper(record.topics[name]))
+        # Not those of a neighbor in another namespace.
+        inside = f'{self.get_namespace().rstrip("/")}/'
         for topic, types in there.items():
             for kind in MARKER_TYPES:
-                if kind in types and topic not in self._heard_topics:
+                if (kind in types and topic.startswith(inside)
+                        and topic not in self._heard_topics):
                     record.latched[topic] = self._join(topic, kind, self._marker_keeper(topic))
 
     def _join(self, topic: str, kind: str, keep: Keep) -> bool:
