@@ -164,7 +164,9 @@ class Hands:
         :param told: called whenever something has been heard
         """
         now = time_ns()
-        watch = DropWatch(self.record, now, place, self.record.platform(now - 20_000_000))
+        # On a busy machine, where the robot is may not have been heard of yet.
+        self.until(lambda: self.record.platform(now), REST)
+        watch = DropWatch(self.record, now, place, self.record.platform(now))
 
         def look() -> None:
             watch.look()

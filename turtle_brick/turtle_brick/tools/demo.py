@@ -218,7 +218,8 @@ class Match(Hands):
 
     def await_graph(self) -> None:
         """Wait until every part sees every other."""
-        self.graph.spin_until(self.robot, START_TIME, 'turtlesim publishes turtle1/pose')
+        self.graph.spin_until(lambda: self.record.topics['pose'], START_TIME,
+                              'turtlesim publishes turtle1/pose')
         self.say('turtlesim is up, the turtle at ({:.2f}, {:.2f})'.format(*self.robot_place()))
         self.graph.spin_until(self.sees_everything, START_TIME,
                               'robot, arena and catcher see each other')
