@@ -47,6 +47,11 @@ def test_latency_is_that_of_the_slow_messages_of_the_recent_past(ages):
         assert sum(age > link + 1e-9 for age in recent) <= 0.01 * len(recent) + 0.5
         assert link == USUAL_AGE or sum(age >= link - 1e-9 for age in recent) >= (
             0.01 * len(recent) - 0.5)
+    # Not a delay but nonsense, which anybody may publish.
+    before = latency.excess(now)
+    latency.hear(now, 1.1)
+    latency.hear(now, -1.1)
+    assert latency.excess(now) == before and latency.ahead(now) == 0.0
     assert latency.excess(now + seconds(MEMORY) + 1) == 0.0
 
 

@@ -49,7 +49,7 @@ LOSS_RESERVE = 0.06
 robot's poses, 0.01 s each."""
 
 LONGEST = 1.0
-"""Time (s) beyond which a delay is none: the order was ignored, the brick's node was stopped."""
+"""Time (s) beyond which a delay is none: an order was ignored, a node stopped, a stamp no stamp."""
 
 
 class Recent:
@@ -88,7 +88,8 @@ class Latency:
 
     def hear(self, now: int, age: float) -> None:
         """Note the age (s) that a transform had when it arrived, at an instant (ns)."""
-        self._ages.note(now, age)
+        if abs(age) <= LONGEST:
+            self._ages.note(now, age)
 
     def see_brick(self, stamp: int) -> None:
         """Note the stamp (ns) of a position of the brick, and so whether some are missing."""
