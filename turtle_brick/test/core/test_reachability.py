@@ -162,7 +162,7 @@ def test_robot_that_is_seen_moving_goes_on_at_full_speed_until_it_has_stood_for_
 
 @on_any_link
 def test_robot_that_was_sent_somewhere_is_bound_for_it(excess):
-    """Also if it isn't seen to move yet, and as long as that takes for where it was to go before."""
+    """Also if it isn't seen to move yet, and meanwhile for where it was sent before."""
     track, way, latency = track_with(excess)
     seen_at(track, 1.0, 5.0)
     track.order(seconds(1.5), (9.0, 5.0))

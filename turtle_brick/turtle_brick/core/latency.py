@@ -49,7 +49,7 @@ LOSS_RESERVE = 0.06
 robot's poses, 0.01 s each."""
 
 LONGEST = 1.0
-"""Time (s) beyond which a delay is none: an order was ignored, a node stopped, a stamp no stamp."""
+"""Time (s) beyond which a delay is none: an order was ignored, a node stopped, a stamp wrong."""
 
 
 class Recent:
