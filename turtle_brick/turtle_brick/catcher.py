@@ -108,12 +108,11 @@ class CatcherNode(Node):
         self.publish_state()
         self.timer = self.create_timer(PERIOD, self.on_timer)
 
-    def on_transform(self, transform: TransformStamped) -> None:
-        """Note where the brick is; act at once if it has begun to fall."""
+    def on_transform(self, transform: TransformStamped, now: int) -> None:
+        """Note where the brick is, heard of now (ns); act at once if it has begun to fall."""
         stamp = nanoseconds_of(transform.header.stamp)
         if transform.child_frame_id in MOVING:
-            self.ages[transform.child_frame_id] = (
-                self.get_clock().now().nanoseconds - stamp) * NANO
+            self.ages[transform.child_frame_id] = (now - stamp) * NANO
         if transform.child_frame_id != BRICK:
             return
         position = pose_of(transform.transform).position

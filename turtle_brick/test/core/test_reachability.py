@@ -145,7 +145,8 @@ def track_with(excess=0.0):
 
 def seen_at(track, time, x, y=5.0, tilt=0.0, level=True):
     """Return the robot that is seen at a place at a time (s)."""
-    return track.observe(seconds(time), Platform(Pose((x, y, HINGE), from_pitch(tilt))), level)
+    return track.observe(seconds(time), Platform(Pose((x, y, HINGE), from_pitch(tilt))),
+                         inf if level else 0.0)
 
 
 @on_any_link
@@ -188,7 +189,7 @@ def test_robot_that_was_seen_for_too_short_a_time_may_be_going_anywhere(excess):
         assert seen_at(track, begin, 5.0).reserve == way
         assert seen_at(track, begin + 0.069 + excess, 5.0).reserve == way
         assert seen_at(track, begin + 0.071 + excess, 5.0).at_rest
-        assert track.observe(seconds(begin + 0.3), None, True) is None
+        assert track.observe(seconds(begin + 0.3), None, inf) is None
         assert (track.seen, track.unseen) == (seconds(begin + 0.071 + excess),
                                               seconds(begin + 0.3))
 
@@ -233,3 +234,12 @@ def test_platform_is_level_if_it_was_ordered_so_and_is_seen_so():
     assert not seen_at(track, 1.1, 5.0, level=False).level
     assert not seen_at(track, 1.2, 5.0, tilt=0.01).level
     assert track.level_seen == seconds(1.1)
+
+
+@on_any_link
+def test_platform_counts_as_level_once_all_others_see_it_so(excess):
+    track, *_ = track_with(excess)
+    platform = Platform(Pose((5.0, 5.0, HINGE), from_pitch(0.0)))
+    for level_for, level in ((LEVEL_LATENCY + excess - 1e-6, False),
+                             (LEVEL_LATENCY + excess + 1e-6, True)):
+        assert track.observe(seconds(1.0), platform, level_for).level is level

@@ -140,7 +140,7 @@ def test_a_listener_hears_all_in_order_and_complains_a_few_times(domain_id, capf
     buffer, heard = Buffer(), []
     with graph(domain_id) as live:
         node = live.add(Node, node_name='hearer', parameters=False)
-        GuardedListener(buffer, node, lambda message: heard.append(
+        GuardedListener(buffer, node, lambda message, _: heard.append(
             (message.transform.translation.x, latest(buffer, 'brick').transform.translation.x)))
         now = node.get_clock().now().nanoseconds
         publisher = live.publisher('/tf', TFMessage, QoSProfile(depth=100))

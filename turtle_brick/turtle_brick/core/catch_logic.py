@@ -312,10 +312,6 @@ class Ramp:
         """Set the angle to zero at once."""
         self.angle, self._ordered = 0.0, now
 
-    def is_level(self, now: int, latency: float) -> bool:
-        """Tell whether level was ordered longer than a latency (s) before an instant (ns)."""
-        return self.angle == 0.0 and self.ordered_for(now) > latency
-
     def ordered_for(self, now: int) -> float:
         """Return how long (s) before an instant (ns) the angle was ordered."""
         return (now - self._ordered) * NANO
@@ -380,8 +376,8 @@ class Catcher:
             actions.append(TiltOrder(0.0))
         self._now = now
         track, ramp = self._track, self._ramp
-        level_latency = LEVEL_LATENCY + self.latency.excess(now)
-        robot = track.observe(now, platform, ramp.is_level(now, level_latency))
+        robot = track.observe(
+            now, platform, ramp.ordered_for(now) if ramp.angle == 0.0 else 0.0)
         decision = self._decide(robot)
         if decision is not None:
             self.decision = decision
@@ -405,7 +401,8 @@ class Catcher:
             ramp.level(now)
             actions.append(TiltOrder(0.0))
         if (ramp.move(now, self.parameters.tilt_angle if state is State.TILTING else 0.0)
-                or self.latency.loses(now) and ramp.ordered_for(now) < level_latency):
+                or self.latency.loses(now)
+                and ramp.ordered_for(now) < LEVEL_LATENCY + track.excess):
             actions.append(TiltOrder(ramp.angle))
         return actions
 

@@ -254,13 +254,14 @@ class Track:
         return bool(self._orders and self._latency.loses(now)
                     and self._is_recent(now, self._orders[-1][0]))
 
-    def observe(self, now: int, platform: Platform | None, level: bool) -> RobotMotion | None:
+    def observe(self, now: int, platform: Platform | None, level_for: float
+                ) -> RobotMotion | None:
         """
         Note where the robot is.
 
         :param now: the present instant (ns)
         :param platform: the platform, None if it is out of sight
-        :param level: whether it was ordered to be level, and all others see it so by now
+        :param level_for: how long ago (s) it was ordered to be level, 0 if it was not
         :return: The robot, None if it is out of sight.
         """
         self.excess = self._latency.excess(now)
@@ -278,7 +279,8 @@ class Track:
         _forget(self._orders, now, COMMAND_LATENCY + self.excess)
         onward = self._onward()
         bound_for = (*onward, *self._toward_goals(now, bool(onward)))
-        return RobotMotion(x, y, bound_for, level and platform.is_level,
+        level = platform.is_level and level_for > LEVEL_LATENCY + self.excess
+        return RobotMotion(x, y, bound_for, level,
                            0.0 if bound_for or self._is_known(now) else self._way)
 
     def _note_obedience(self, now: int, x: float, y: float) -> None:

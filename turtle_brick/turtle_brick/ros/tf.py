@@ -176,14 +176,15 @@ class GuardedListener(TransformListener):
     """A TransformListener that leaves out, with a warning, what would do lasting harm."""
 
     def __init__(self, buffer: Buffer, node: Node,
-                 on_transform: Callable[[TransformStamped], Any] = lambda transform: None) -> None:
+                 on_transform: Callable[[TransformStamped, int], Any] = lambda *_: None) -> None:
         """
         Listen to /tf, best effort, and to /tf_static.
 
         :param buffer: what to fill
         :param node: the node to listen with
         :param on_transform: called with each transform of /tf, in order, once its message is in
-            the buffer; also with those that arrive together because the machine was busy
+            the buffer, and with the instant (ns) at which that came; also with those that arrive
+            together because the machine was busy
         """
         self._intake = Intake(buffer, Warner(node).warn)
         self._on_transform = on_transform
@@ -191,8 +192,9 @@ class GuardedListener(TransformListener):
 
     def callback(self, data: TFMessage) -> None:
         """Take in a message of /tf."""
-        for transform in self._intake.take_in(data, False, self._now()):
-            self._on_transform(transform)
+        now = self._now()
+        for transform in self._intake.take_in(data, False, now):
+            self._on_transform(transform, now)
 
     def static_callback(self, data: TFMessage) -> None:
         """Take in a message of /tf_static."""

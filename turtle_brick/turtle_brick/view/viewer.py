@@ -130,7 +130,7 @@ class Viewer(Node):
         self.page = self.server.change(lay_out)
         """What is shown."""
         self.tf_listener = GuardedListener(
-            buffer, self, lambda one: self.page.hear_transform(one, monotonic_ns()))
+            buffer, self, lambda one, _: self.page.hear_transform(one, monotonic_ns()))
 
         self._goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', 10)
         self._tilt_publisher = self.create_publisher(Tilt, 'tilt', 10)
