@@ -44,9 +44,6 @@ from typing import Any
 
 HERE = Path(__file__).resolve()
 
-ROWS = ((0, 0, 0), (10, 2, 0), (30, 5, 0), (60, 15, 0), (5, 2, 1), (5, 2, 3), (30, 5, 1))
-"""The links of the table: delay one way and its standard deviation (ms), loss (%)."""
-
 TUNSETIFF, SIOCSIFFLAGS, SIOCSIFADDR, SIOCSIFNETMASK = 0x400454ca, 0x8914, 0x8916, 0x891c
 """Requests of ioctl, see netdevice(7) and Linux' if_tun.h."""
 

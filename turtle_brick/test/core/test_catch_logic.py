@@ -76,14 +76,21 @@ class Stage:
             self.now += STEP
             self.steps += 1
             self.move()
-            self.world.platform = self.platform() if self.visible else None
-            self.world.step()
-            seen = self.steps % self.every == 0 and self.see()
-            if seen or self.steps % 5 == 0:
+            if self.step() or self.steps % 5 == 0:
                 self.decide()
             if until():
                 return True
         return False
+
+    def step(self):
+        """Take a step of the physics; return whether the catcher sees that a fall has begun."""
+        self.world.platform = self.seen_platform()
+        self.world.step()
+        return self.steps % self.every == 0 and self.see()
+
+    def seen_platform(self):
+        """Return what the catcher sees of the platform."""
+        return self.platform() if self.visible else None
 
     def see(self):
         """Have the catcher see the brick; return whether it began to fall."""
@@ -100,15 +107,18 @@ class Stage:
     def decide(self):
         """Have the catcher decide, and the robot obey."""
         before = self.catcher.state
-        platform = self.platform() if self.visible else None
-        for action in self.catcher.update(self.now + self.catcher_ahead, platform):
+        for action in self.catcher.update(self.now + self.catcher_ahead, self.seen_platform()):
             self.actions.append((self.now, action))
-            if isinstance(action, DriveOrder):
-                self.goal = (action.x, action.y)
-            elif isinstance(action, TiltOrder):
-                self.angle = action.angle
+            self.obey(action)
         if self.catcher.state is not before:
             self.states.append(self.catcher.state)
+
+    def obey(self, action):
+        """Have the robot do what it is told."""
+        if isinstance(action, DriveOrder):
+            self.goal = (action.x, action.y)
+        elif isinstance(action, TiltOrder):
+            self.angle = action.angle
 
     def drop(self, x, y, z):
         """Place the brick, wait a little, and drop it; forget what was before."""

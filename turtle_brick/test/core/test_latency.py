@@ -116,42 +116,34 @@ class FarStage(Stage):
                 self.newest[kind] = sent
                 yield arrival, kind, sent, content
 
-    def run(self, time, until=lambda: False):
-        """Let time (s) pass until a condition holds; return whether it came to."""
-        end = self.now + seconds(time)
-        while self.now < end:
-            self.now += STEP
-            self.steps += 1
-            self.move()
-            if self.steps % 3 == 0:
-                # 83 per second: the pose of a robot, and through which links it goes.
-                for kind in ('to the arena', 'to the catcher'):
-                    self.send(kind, self.platform())
-            self.world.platform = self.shown
-            self.world.step()
-            self.send('brick', self.world.brick)
-            fell = False
-            for arrival, kind, sent, content in self.take(self.now):
-                if kind == 'to the arena':
-                    self.shown = content
-                elif kind == 'goal':
-                    self.goals.append((self.now + seconds(COMMAND_LATENCY - 0.01), content))
-                elif kind == 'tilt':
-                    self.angle = content
+    def step(self):
+        """Take a step of the physics; return whether the catcher sees that a fall has begun."""
+        if self.steps % 3 == 0:
+            # 83 per second: the pose of a robot, and through which links it goes.
+            for kind in ('to the arena', 'to the catcher'):
+                self.send(kind, self.platform())
+        self.world.platform = self.shown
+        self.world.step()
+        self.send('brick', self.world.brick)
+        fell = False
+        for arrival, kind, sent, content in self.take(self.now):
+            if kind == 'to the arena':
+                self.shown = content
+            elif kind == 'goal':
+                self.goals.append((self.now + seconds(COMMAND_LATENCY - 0.01), content))
+            elif kind == 'tilt':
+                self.angle = content
+            else:
+                self.ages.append((arrival - sent) * 1e-9)
+                if kind == 'brick':
+                    fell |= self.catcher.see_brick(sent, content)
                 else:
-                    self.ages.append((arrival - sent) * 1e-9)
-                    if kind == 'brick':
-                        fell |= self.catcher.see_brick(sent, content)
-                    else:
-                        self.seen = content
-            if fell or self.steps % 5 == 0:
-                for age in self.ages:
-                    self.catcher.latency.hear(self.now, age)
-                self.ages.clear()
-                self.decide()
-            if until():
-                return True
-        return False
+                    self.seen = content
+        return fell
+
+    def seen_platform(self):
+        """Return what the catcher sees of the platform."""
+        return self.seen
 
     def move(self):
         """Drive for one step towards the goal that has gone through the command path."""
@@ -160,16 +152,18 @@ class FarStage(Stage):
         super().move()
 
     def decide(self):
-        """Have the catcher decide, and send its orders."""
-        before = self.catcher.state
-        for action in self.catcher.update(self.now, self.seen):
-            self.actions.append((self.now, action))
-            if isinstance(action, DriveOrder):
-                self.send('goal', (action.x, action.y))
-            elif isinstance(action, TiltOrder):
-                self.send('tilt', action.angle)
-        if self.catcher.state is not before:
-            self.states.append(self.catcher.state)
+        """Have the catcher decide by what has arrived by now."""
+        for age in self.ages:
+            self.catcher.latency.hear(self.now, age)
+        self.ages.clear()
+        super().decide()
+
+    def obey(self, action):
+        """Send the robot what it is told."""
+        if isinstance(action, DriveOrder):
+            self.send('goal', (action.x, action.y))
+        elif isinstance(action, TiltOrder):
+            self.send('tilt', action.angle)
 
 
 def test_orders_that_may_be_lost_are_given_again():
