@@ -16,7 +16,8 @@
 demo: the whole graph in one process, and bricks that are dropped into it.
 
 Without arguments two bricks are placed and dropped, one that can be caught and one that can't.
-What happens is told as it happens. With --arenas N this goes on in N arenas at the same time.
+What happens is told as it happens. With --arenas N this goes on in N arenas at the same time, each
+in a process and a namespace of its own.
 
 The status is 0 only if everything went as it should: what was said to be reachable was caught,
 carried to the center and tipped off, and what can be caught in time was not called Unreachable.
@@ -24,17 +25,19 @@ carried to the center and tipped off, and what can be caught in time was not cal
 
 import argparse
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import as_completed, ThreadPoolExecutor
 from contextlib import contextmanager, ExitStack, suppress
 from dataclasses import replace
-from math import cos, dist, inf, pi, sin
+from math import cos, dist, inf, isnan, pi, sin
+import multiprocessing
+from multiprocessing.connection import wait
 import os
 from pathlib import Path
 from random import Random
+import signal
 import sys
 from tempfile import TemporaryDirectory
 from time import monotonic
-from typing import Any
+from typing import Any, NoReturn
 import webbrowser
 
 from ament_index_python.packages import PackageNotFoundError
@@ -56,7 +59,7 @@ from turtle_referee.drops import DropWatch
 from turtle_referee.hands import Hands
 from turtle_referee.names import Profile
 from turtle_referee.observer import Observer
-from turtle_referee.spinning import INTERRUPTED, note_interrupts
+from turtle_referee.spinning import INTERRUPTED, LONGEST_WAIT, note_interrupts
 
 START_TIME = 30.0
 """How long (s) the graph may take to come up."""
@@ -72,7 +75,7 @@ HOVERING_TIME = 1.0
 """How long (s) a brick hovers before it is dropped, for people to see it."""
 
 MOST_ARENAS = 32
-"""How many arenas there may be. They share one interpreter, which bears two without haste."""
+"""How many arenas there may be; each takes half a core or more."""
 
 NEAR_CENTER = 0.02
 """How far (m) from the center the robot may tilt."""
@@ -118,19 +121,20 @@ def chosen_domain() -> Iterator[bool]:
         yield not local
 
 
-def look_out(graph: Graph) -> None:
-    """Raise CompanyError if another robot is found in the domain of a graph that is empty yet."""
-    lookout = graph.add(Node, parameters=False, node_name='lookout')
+def look_out(*graphs: Graph) -> None:
+    """Raise CompanyError if another robot is found where graphs are to be that are empty yet."""
+    lookouts = [graph.add(Node, parameters=False, node_name='lookout') for graph in graphs]
 
     def found() -> str:
-        return ', '.join([
+        return ', '.join(text for lookout in lookouts for text in [
             *(f'publishes {topic}' for topic in ROBOT_TOPICS if lookout.count_publishers(topic)),
             *['serves drop'] * bool(lookout.count_services('drop'))])
 
     with suppress(TimeoutError):
-        graph.spin_until(found, DISCOVERY_TIME, 'another robot is found')
+        graphs[0].spin_until(found, DISCOVERY_TIME, 'another robot is found')
         raise CompanyError(found())
-    graph.remove(lookout)
+    for graph, lookout in zip(graphs, lookouts):
+        graph.remove(lookout)
 
 
 # ------------------------------------------------------------------------------- what is dropped
@@ -163,7 +167,9 @@ class Outcome:
         if watch.decided is not None and watch.released is not None:
             verdict = 'Unreachable, said' if watch.refusals else 'reachable, decided'
             time = max(watch.decided - watch.released, 0) * NANO
-            reason = f'it falls for {self.due:.3f} s, the robot needs {self.needed:.3f} s'
+            reason = f'it falls for {self.due:.3f} s'
+            if not isnan(self.needed):  # where the robot was is known
+                reason += f', the robot needs {self.needed:.3f} s'
             if watch.place[2] < self.resting_height:
                 reason = 'it starts below where it would lie on the platform'
             yield 'decided', f'{verdict} {time:.3f} s after the release: {reason}'
@@ -214,7 +220,8 @@ class Match(Hands):
 
     def say(self, text: str) -> None:
         """Tell what happens, with the time since the start."""
-        print(f'{monotonic() - self.start:7.2f} s  {self.title}{text}', flush=True)
+        # The line with its end, in one piece: several processes may write here.
+        print(f'{monotonic() - self.start:7.2f} s  {self.title}{text}\n', end='', flush=True)
 
     def await_graph(self) -> None:
         """Wait until every part sees every other."""
@@ -366,19 +373,6 @@ def show(pages: Sequence[Page], directory: str) -> None:
         page.opened = opened
 
 
-def at_once(work: Callable[[Any], Any], things: Sequence[Any]) -> list[Any]:
-    """Do the same with several things, each in a thread of its own; the first failure ends all."""
-    with ThreadPoolExecutor(len(things)) as pool:
-        tasks = [pool.submit(work, thing) for thing in things]
-        try:
-            for task in as_completed(tasks):
-                task.result()
-        except BaseException:
-            INTERRUPTED.set()
-            raise
-    return [task.result() for task in tasks]
-
-
 def play(match: Match, options: argparse.Namespace) -> bool:
     """Drop the bricks that are asked for; tell whether all went as it should."""
     bricks: Iterable[Vector] = options.place or two_bricks(match.parameters)
@@ -392,37 +386,82 @@ def play(match: Match, options: argparse.Namespace) -> bool:
     caught = [outcome.watch.caught for outcome in outcomes]
     refused = [bool(outcome.watch.refusals) for outcome in outcomes]
     faults = sum(bool(outcome.faults) for outcome in outcomes)
-    print(match.title or '\n', f'{len(outcomes)} dropped: {sum(caught)} caught, {sum(refused)} '
-          f'Unreachable, {faults} at fault', sep='', flush=True)
+    head = match.title or '\n'
+    print(f'{head}{len(outcomes)} dropped: {sum(caught)} caught, '
+          f'{sum(refused)} Unreachable, {faults} at fault\n', end='', flush=True)
     as_usual = options.drops or options.place or caught[0] and refused[1]
     return bool(as_usual and not faults)
 
 
-def play_all(matches: Sequence[Match], pages: Sequence[Page], options: argparse.Namespace) -> int:
-    """Play in all arenas at the same time; return the exit status."""
-    at_once(Match.await_graph, matches)
+def run(graph: Graph, pages: Sequence[Page], parameters: Parameters, start: float,
+        options: argparse.Namespace) -> int:
+    """Run the demo in an empty graph; return its exit status."""
+    match = Match(graph, parameters, start)
+    match.await_graph()
     spare_collector()
-    if pages:
-        at_once(Page.await_browser, pages)
-    playing = list(matches)
-
-    def play_on(match: Match) -> bool:
-        good = play(match, options)
-        playing.remove(match)
-        match.graph.spin_until(lambda: not playing, inf, 'the others')
-        return good
-
-    good = at_once(play_on, matches)
-    if sys.stdin.isatty() and sys.stdout.isatty():
+    for page in pages:
+        page.await_browser()
+    good = play(match, options)
+    if options.stay:
         domain = os.environ.get('ROS_DOMAIN_ID') or '0'
         prefix = '' if domain == '0' else f'ROS_DOMAIN_ID={domain} '
-        place, drop = map(matches[0].observer.resolve_service_name, ('place', 'drop'))
+        place, drop = map(match.observer.resolve_service_name, ('place', 'drop'))
         print('\nThe graph stays up until Ctrl-C. In another terminal, after "source '
               'turtle_brick/scripts/env.bash":\n',
               *(f'  {prefix}{command}' for command in commands(
-                  place, drop, matches[0].parameters.brick_start)), '', sep='\n')
-        at_once(lambda match: match.graph.spin_until(lambda: False, inf, 'Ctrl-C'), matches)
-    return 0 if all(good) else 1
+                  place, drop, parameters.brick_start)), '', sep='\n')
+        graph.spin_until(lambda: False, inf, 'Ctrl-C')
+    return 0 if good else 1
+
+
+def run_arena(name: str, parameters: Parameters, start: float,
+              options: argparse.Namespace) -> NoReturn:
+    """Run the demo in a namespace, as all that a process does."""
+    note_interrupts()
+
+    def work() -> int:
+        with new_graph(name, options) as graph:
+            return run(graph, [], parameters, start, options)
+
+    sys.exit(in_words(work))
+
+
+def run_arenas(names: Sequence[str], *how: Any) -> int:
+    """Run the demo in several namespaces at the same time, each in a process of its own."""
+    spawn = multiprocessing.get_context('spawn')
+    processes = [spawn.Process(target=run_arena, args=(name, *how)) for name in names]
+    # What is ignored now is so in the processes until they call note_interrupts: they are ended
+    # from here, and Python says nothing about a Ctrl-C while it starts.
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for process in processes:
+        process.start()
+    signal.signal(signal.SIGINT, handler)
+    try:
+        while running := [process.sentinel for process in processes if process.is_alive()]:
+            wait(running, LONGEST_WAIT)
+            if INTERRUPTED.is_set():
+                raise KeyboardInterrupt
+    finally:
+        for process in processes:
+            process.terminate()
+            process.join()
+    return 1 if any(process.exitcode for process in processes) else 0
+
+
+def new_graph(name: str, options: argparse.Namespace) -> Graph:
+    """Return an empty graph in a namespace, or in none."""
+    return Graph(namespace=name, quiet=not options.verbose, tf_inside=bool(name))
+
+
+def in_words(work: Callable[[], int]) -> int:
+    """Do a piece of work; return its exit status, and tell what goes wrong in one sentence."""
+    try:
+        return work()
+    except KeyboardInterrupt:
+        return 0
+    except (DomainError, PackageNotFoundError, ParameterError, TimeoutError, ValueError) as error:
+        print(f'demo: {error.args[0]}', file=sys.stderr)
+        return 1
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -447,26 +486,29 @@ def main(args: Sequence[str] | None = None) -> int:
         parser.error(f'--drops {options.drops}: at least 1')
     if not 1 <= options.arenas <= MOST_ARENAS:
         parser.error(f'--arenas {options.arenas}: from 1 to {MOST_ARENAS}')
+    options.stay = sys.stdin.isatty() and sys.stdout.isatty()
     note_interrupts()
-    try:
-        parameters = load()
-        options.place = [admitted(place, parameters) for place in options.place]
-        names = [f'arena_{number + 1}' for number in range(options.arenas)]
-        with chosen_domain() as shared, ExitStack() as stack:
-            graphs = [stack.enter_context(Graph(
-                namespace=name, quiet=not options.verbose, tf_inside=bool(name)))
-                for name in (names if len(names) > 1 else [''])]
-            if shared:
-                at_once(look_out, graphs)
-            pages = [] if options.no_view else [Page(graph) for graph in graphs]
-            show(pages, stack.enter_context(TemporaryDirectory()))
-            start = monotonic()
-            return play_all([Match(graph, parameters, start) for graph in graphs], pages, options)
-    except KeyboardInterrupt:
-        return 0
-    except (DomainError, PackageNotFoundError, ParameterError, TimeoutError, ValueError) as error:
-        print(f'demo: {error.args[0]}', file=sys.stderr)
-        return 1
+    return in_words(lambda: run_all(options))
+
+
+def run_all(options: argparse.Namespace) -> int:
+    """Show the arenas and what happens in them; return the exit status."""
+    parameters = load()
+    options.place = [admitted(place, parameters) for place in options.place]
+    names = [f'arena_{number + 1}' for number in range(options.arenas)]
+    with chosen_domain() as shared, ExitStack() as stack:
+        graphs = [stack.enter_context(new_graph(name, options))
+                  for name in (names if len(names) > 1 else [''])]
+        if shared:
+            look_out(*graphs)
+        pages = [] if options.no_view else [Page(graph) for graph in graphs]
+        show(pages, stack.enter_context(TemporaryDirectory()))
+        how = (parameters, monotonic(), options)
+        if len(graphs) == 1:
+            return run(graphs[0], pages, *how)
+        for page in pages:
+            page.await_browser()
+        return run_arenas(names, *how)
 
 
 if __name__ == '__main__':
