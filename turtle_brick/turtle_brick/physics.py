@@ -260,7 +260,7 @@ class World:
     def _ride(self, platform: Platform) -> None:
         """Slide along the platform for one timestep and go where it goes."""
         ex, ey, normal = platform.axes
-        u, v = self._place
+        u, v = place = self._place
         speed_u, speed_v = self._speed
         # Gravity along the platform's x and y, g sin(angle) in all.
         pull_u = -self._gravity * ex[2]
@@ -270,7 +270,7 @@ class World:
                        v + speed_v * dt + 0.5 * pull_v * dt * dt)
         self._speed = (speed_u + pull_u * dt, speed_v + pull_v * dt)
         self._carry(platform)
-        if normal[2] <= VERTICAL or self._is_clear():
+        if normal[2] <= VERTICAL or self._place != place and self._is_clear():
             self._phase = Phase.FLOATING
 
     def _carry(self, platform: Platform) -> None:

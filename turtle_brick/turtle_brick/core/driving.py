@@ -124,10 +124,14 @@ class CommandPath:
         """Number of commands published so far."""
         self._taken = -1
         """Index of the command taken last."""
+        self._moving = -1
+        """Index of the last command that is not zero."""
 
     def publish(self, now: float, linear_x: float, linear_y: float) -> None:
         """Note a command that is published now (s): its velocities in the turtle's frame (m/s)."""
         self._sent.append((now, linear_x, linear_y))
+        if linear_x or linear_y:
+            self._moving = self._count
         self._count += 1
 
     def observe(self, now: float, pose: TurtlePose) -> None:
@@ -160,6 +164,8 @@ class CommandPath:
         if pose is None:
             raise ValueError('there has been no pose yet')
         x, y = pose.x, pose.y
+        if self._moving < self._taken:
+            return x, y  # it obeys zero, and nothing else is on its way
         c, s = cos(pose.theta), sin(pose.theta)
         sent = self._sent
         first = self._count - len(sent)
