@@ -119,6 +119,7 @@ class Scene(Graph):
         super().__init__(domain_id)
         self.random = random
         self.description = self.parameter_file(self.robot_parameters())
+        self.observer: Any = None
         self.processes: dict[str, Process] = {}
         for name in names:
             self.start(name)
@@ -136,8 +137,8 @@ class Scene(Graph):
 
     def look(self) -> None:
         """Begin anew to look, with nothing heard or printed so far, and wait until all speak."""
-        for node in list(self.nodes):
-            self.remove(node)
+        if self.observer:
+            self.remove(self.observer)
         self.observer = self.add(Observer, parameters=False)
         self.record = self.observer.record
         self.hands = Hands(self, self.observer)
@@ -279,18 +280,22 @@ class Scene(Graph):
     def fire(self, count: int) -> None:
         """Send so many random messages and requests, as fast as users don't."""
         gun = self.add(Node, parameters=False, node_name='gun')
-        self.spin_for(1.0)  # to discover all
+        self.until(lambda: all(look(gun) == look(self.observer) for look in (
+            Node.get_topic_names_and_types, Node.get_service_names_and_types)), 'all topics')
         topics = {name: load_type(kinds[0]) for name, kinds in gun.get_topic_names_and_types()
                   # a part that begins with _ is hidden: turtlesim's actions
                   if name not in ('/rosout', '/parameter_events') and '/_' not in name}
         services = {name: load_type(kinds[0]) for name, kinds in gun.get_service_names_and_types()
                     if name in ('/place', '/drop')}
         # Who speaks to late joiners, too, is heard by everybody.
-        shots = [(name, kind, gun.create_publisher(kind, name, how_to_hear(latched=True)).publish)
-                 for name, kind in topics.items()]
+        guns = {name: gun.create_publisher(kind, name, how_to_hear(latched=True))
+                for name, kind in topics.items()}
+        shots = [(name, kind, guns[name].publish) for name, kind in topics.items()]
         shots += [(name, kind.Request, gun.create_client(kind, name).call_async)
                   for name, kind in services.items()]
-        self.spin_for(1.0)  # to be discovered
+        self.until(lambda: all(one.get_subscription_count() == gun.count_subscribers(name)
+                               for name, one in guns.items())
+                   and all(client.service_is_ready() for client in gun.clients), 'all hear')
         weights = {'/tf': 5, '/tf_static': 2, '/place': 2}
         for name, kind, send in self.random.choices(
                 shots, [weights.get(name, 1) for name, *_ in shots], k=count):

@@ -28,7 +28,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from fcntl import ioctl
 import heapq
-from math import cos, hypot, pi, sin
+from math import cos, hypot, inf, pi, sin
 import os
 from pathlib import Path
 from random import Random
@@ -162,8 +162,9 @@ def judge(drops: int, seed: int) -> Iterator[tuple[float, float, float, str]]:
     from turtle_brick.core.reachability import COMMAND_LATENCY, guaranteed_distance, resting_height
     from turtle_brick.physics import Phase
     from turtle_brick.ros.tf import GuardedListener, LATCHED, latest, PLATFORM
+    from turtle_brick.tools.graph import Graph
     from turtle_brick_interfaces.srv import Place
-    from turtle_referee.spinning import Spinner
+    from turtle_referee.spinning import note_interrupts
     from visualization_msgs.msg import Marker
     parameters, random = load(), Random(seed)
 
@@ -198,11 +199,13 @@ def judge(drops: int, seed: int) -> Iterator[tuple[float, float, float, str]]:
         # seen one link later.
         return guaranteed_distance(height, parameters, 1.5 * (latency - COMMAND_LATENCY))
 
-    with Spinner(Judge) as spinner:
-        node = spinner.node
+    note_interrupts()
+    with Graph() as graph:
+        graph.add_arena()
+        node = graph.add(Judge, parameters=False)
 
         def wait(condition: Callable[[], Any], what: str, timeout: float = LONGEST) -> None:
-            spinner.spin_until(condition, timeout, what)
+            graph.spin_until(condition, timeout, what)
 
         def ask(client: Any, request: Any) -> None:
             answer = client.call_async(request)
@@ -227,7 +230,7 @@ def judge(drops: int, seed: int) -> Iterator[tuple[float, float, float, str]]:
             request = Place.Request()
             request.location.x, request.location.y, request.location.z = x, y, z
             ask(node.place_client, request)
-            spinner.spin_for(HOVERING)
+            graph.spin_for(HOVERING)
             robot = latest(node.buffer, PLATFORM).transform.translation
             told = len(node.verdicts)
             ask(node.drop_client, Trigger.Request())
@@ -264,6 +267,18 @@ def tell(drops: int, seed: int) -> None:
 
 # ------------------------------------------------------------------------------------ the program
 
+def run_robot() -> None:
+    """Run turtlesim, robot_state_publisher and turtle_robot until SIGTERM."""
+    from turtle_brick.tools.graph import Graph
+    from turtle_referee.spinning import note_interrupts
+    note_interrupts()
+    with Graph() as graph:
+        graph.add_turtlesim()
+        graph.add_robot_state_publisher()
+        graph.add_robot()
+        graph.spin_until(lambda: False, inf, 'the end')
+
+
 def spread(options: argparse.Namespace) -> int:
     """Run the graph on three hosts and drop bricks; return the status of the judge."""
     from ament_index_python.packages import get_package_share_directory
@@ -276,11 +291,9 @@ def spread(options: argparse.Namespace) -> int:
         hosts = [Host(number) for number in range(HOSTS)]
         for host in hosts:
             stack.callback(host.close)
-        processes = [Process(hosts[number].command(*command)) for number, command in (
-            (ROBOT, ['ros2', 'launch', 'turtle_brick', 'run_turtle.launch.py', 'view:=none']),
-            *((number, [sys.executable, '-m', f'turtle_brick.{name}', '--ros-args',
-                        '--params-file', str(file)])
-              for number, name in ((ARENA, 'arena'), (CATCHER, 'catcher'))))]
+        processes = [Process(hosts[number].command(sys.executable, *command)) for number, command in (
+            (ROBOT, [str(HERE), '--robot']),
+            (CATCHER, ['-m', 'turtle_brick.catcher', '--ros-args', '--params-file', str(file)]))]
         stack.callback(close_all, processes)
         judging = Process(
             hosts[ARENA].command(sys.executable, str(HERE), '--judge', *sys.argv[1:]),
@@ -306,16 +319,19 @@ def main() -> int:
                         help='how many frames get lost (%%)')
     parser.add_argument('--drops', type=int, default=40, metavar='N', help='how many bricks')
     parser.add_argument('--seed', type=int, default=1, metavar='N', help='of the bricks')
-    parser.add_argument('--judge', action='store_true', help=argparse.SUPPRESS)
+    for part in ('--robot', '--judge'):
+        parser.add_argument(part, action='store_true', help=argparse.SUPPRESS)
     options = parser.parse_args()
-    if options.judge:
-        tell(options.drops, options.seed)
-    if os.environ.get('FAR_INSIDE') != '1':
-        os.environ['FAR_INSIDE'] = '1'
-        os.execvp('unshare', ['unshare', '--user', '--map-root-user', '--net', sys.executable,
-                              str(HERE), *sys.argv[1:]])
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
+        if options.robot:
+            run_robot()
+        if options.judge:
+            tell(options.drops, options.seed)
+        if os.environ.get('FAR_INSIDE') != '1':
+            os.environ['FAR_INSIDE'] = '1'
+            os.execvp('unshare', ['unshare', '--user', '--map-root-user', '--net', sys.executable,
+                                  str(HERE), *sys.argv[1:]])
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
         return spread(options)
     except KeyboardInterrupt:
         return 1

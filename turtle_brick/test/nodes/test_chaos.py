@@ -15,14 +15,17 @@
 
 from random import Random
 
-from chaos import NODES, Scene
+from chaos import Scene
 import pytest
 
 
 @pytest.fixture
 def scene(domain_id):
-    """Start the graph as processes, without the page."""
-    with Scene(domain_id, Random(10), set(NODES) - {'viewer'}) as scene:
+    """Start what is dealt with as processes, and the rest of the graph here."""
+    with Scene(domain_id, Random(10), ('arena', 'catcher')) as scene:
+        scene.add_turtlesim()
+        scene.add_robot_state_publisher()
+        scene.add_robot()
         yield scene
 
 

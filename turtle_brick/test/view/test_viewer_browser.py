@@ -13,19 +13,25 @@
 # limitations under the License.
 """The page in a real browser: what is seen on it, and what a click does in the graph."""
 
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from importlib.util import find_spec
 from io import BytesIO
+from math import inf
+from queue import Queue
+from threading import Event
 from time import monotonic
 
 from browser import Chromium, find_chromium
 from geometry_msgs.msg import PoseStamped
-from live_graph import graph, process
+from live_graph import graph
 import numpy
 from perspective import seen_from
 import pytest
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.parameters import load
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.ros.node_main import spare_collector
 from turtle_brick.view.camera import NEAR
 
 # Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
@@ -129,14 +135,31 @@ def is_gray(color):
     return numpy.ptp(color) < 0.04
 
 
+@contextmanager
+def shown(domain_id):
+    """Run the graph in a thread, and its page; yield the page's address, and the goals to come."""
+    goals, end = Queue(), Event()
+    with graph(domain_id, quiet=True) as live, ThreadPoolExecutor() as pool:
+        live.add_turtlesim()
+        live.add_robot_state_publisher()
+        live.add_robot()
+        live.add_arena()
+        live.add_catcher()
+        live.listener.create_subscription(PoseStamped, 'goal_pose', goals.put, 10)
+        viewer = live.add_process('turtle_brick', 'viewer', '--ros-args', '-p', 'port:=0')
+        spare_collector()
+        spinning = pool.submit(live.spin_until, end.is_set, inf, 'the end')
+        try:
+            yield viewer.wait_for_output(r'Viewer: (http\S+)', TIMEOUT)[1], goals
+        finally:
+            end.set()
+            spinning.result()
+
+
 def test_a_brick_is_seen_placed_and_caught_on_the_page(domain_id):
     x, y, z = brick = load().brick_start
     platform = (*CENTER, load().platform_height)
-    command = ['ros2', 'launch', 'turtle_brick', 'turtle_arena.launch.py', 'view:=web']
-    with graph(domain_id) as live, process(command, domain_id) as launched, \
-            Page(WIDTH, HEIGHT) as page:
-        goals = live.record('goal_pose', PoseStamped)
-        url = launched.wait_for_output(r'Viewer: (http\S+)', TIMEOUT).group(1)
+    with Page(WIDTH, HEIGHT) as page, shown(domain_id) as (url, goals):
         page.open_page(url)
         page.wait_for_text('brick', f'hovering, {z:.2f} m up')
         page.see('From above', [(x, y, 0.0) for x in SIDES for y in SIDES],
@@ -155,14 +178,13 @@ def test_a_brick_is_seen_placed_and_caught_on_the_page(domain_id):
         (across, down), = page.pixels_of(NEAR, near(*CENTER, brick), GROUND)
         left, top = page.evaluate(f'[{CANVAS}.x, {CANVAS}.y]')
         page.click(left + across, top + down)
-        live.wait_for(lambda: goals.messages, TIMEOUT, 'a goal')
-        point = goals.last.pose.position
+        point = goals.get(timeout=TIMEOUT).pose.position
         assert (point.x, point.y) == pytest.approx(GROUND[:2], abs=0.1)
         page.see('Near', near(point.x, point.y, brick), (brick, is_red), (platform, is_gray),
                  ((point.x, point.y, platform[2]), is_blue))
 
-        # From so high that a busy machine has the time to catch it.
-        page.write_place('7.5, 7, 30', 'the brick hovers at (7.5, 7, 30)', button='Place')
+        # Above the robot, and so high that a machine that stands still for seconds catches it, too.
+        page.write_place('7, 4.5, 30', 'the brick hovers at (7, 4.5, 30)', button='Place')
         page.push('button', 'Drop')
         page.wait_for_text('answer', 'drop: the brick falls from')
         page.wait_for_text('brick', 'floating')
