@@ -291,9 +291,10 @@ def spread(options: argparse.Namespace) -> int:
         hosts = [Host(number) for number in range(HOSTS)]
         for host in hosts:
             stack.callback(host.close)
-        processes = [Process(hosts[number].command(sys.executable, *command)) for number, command in (
-            (ROBOT, [str(HERE), '--robot']),
-            (CATCHER, ['-m', 'turtle_brick.catcher', '--ros-args', '--params-file', str(file)]))]
+        processes = [
+            Process(hosts[ROBOT].command(sys.executable, str(HERE), '--robot')),
+            Process(hosts[CATCHER].command(sys.executable, '-m', 'turtle_brick.catcher',
+                                           '--ros-args', '--params-file', str(file)))]
         stack.callback(close_all, processes)
         judging = Process(
             hosts[ARENA].command(sys.executable, str(HERE), '--judge', *sys.argv[1:]),

@@ -14,19 +14,21 @@
 """A short slice of the chaos: the graph comes back from what hurts most, and catches."""
 
 from random import Random
+import sys
 
 from chaos import Scene
+import far
+from live_graph import NodeProcess
 import pytest
 
 
 @pytest.fixture
 def scene(domain_id):
-    """Start what is dealt with as processes, and the rest of the graph here."""
-    with Scene(domain_id, Random(10), ('arena', 'catcher')) as scene:
-        scene.add_turtlesim()
-        scene.add_robot_state_publisher()
-        scene.add_robot()
+    """Start what is dealt with as processes of their own, and the robot as one."""
+    with Scene(domain_id, Random(10), ('arena', 'catcher')) as scene, \
+            NodeProcess([sys.executable, str(far.HERE), '--robot'], domain_id) as robot:
         yield scene
+        assert robot.running, robot.output
 
 
 def test_the_next_brick_is_caught_whoever_died_or_stood_still(scene):

@@ -54,9 +54,9 @@ def inclusion(name, language):
     return IncludeLaunchDescription(AnyLaunchDescriptionSource(str(twin(name, language))))
 
 
-def evaluated(name, language, **given):
+def evaluated(name, language, *, only_arguments=False, **given):
     """
-    Load a launch file and evaluate everything in it for the values of its arguments.
+    Load a launch file and evaluate everything, or its arguments only, for their values.
 
     :return: Arguments, nodes and included files, in order: a tuple for each that begins with
         'arg', 'node' or 'include'.
@@ -79,6 +79,8 @@ def evaluated(name, language, **given):
             action.execute(context)
             actions.append(('arg', action.name, value(action.default_value), action.description,
                             action.choices, context.launch_configurations[action.name]))
+        elif only_arguments:
+            pass
         elif isinstance(action, Node):
             action._perform_substitutions(context)
             if hasattr(action, 'expanded_node_namespace'):  # which it tells when it executes
@@ -114,8 +116,8 @@ def evaluated(name, language, **given):
 
 def arguments(name, language='py', **given):
     """Return a launch file's arguments by name: default, description, choices and value."""
-    return {action[1]: action[2:] for action in evaluated(name, language, **given)
-            if action[0] == 'arg'}
+    return {name: found for _, name, *found in evaluated(
+        name, language, only_arguments=True, **given)}
 
 
 @pytest.fixture(autouse=True)

@@ -183,7 +183,7 @@ def test_a_brick_is_seen_placed_and_caught_on_the_page(domain_id):
         page.see('Near', near(point.x, point.y, brick), (brick, is_red), (platform, is_gray),
                  ((point.x, point.y, platform[2]), is_blue))
 
-        # Above the robot, and so high that a machine that stands still for seconds catches it, too.
+        # Above the robot, and so high that a machine that stands still for a while catches it.
         page.write_place('7, 4.5, 30', 'the brick hovers at (7, 4.5, 30)', button='Place')
         page.push('button', 'Drop')
         page.wait_for_text('answer', 'drop: the brick falls from')
