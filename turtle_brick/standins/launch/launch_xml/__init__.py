@@ -103,7 +103,9 @@ class ToSubstitutions(Transformer):
 
 def substitute(text):
     """Read a text with substitutions in it."""
-    return ToSubstitutions().transform(PARSER.parse(text)) if text else [TextSubstitution(text='')]
+    if '$(' not in text:
+        return [TextSubstitution(text=unescape(text))]
+    return ToSubstitutions().transform(PARSER.parse(text))
 
 
 def split(text):
