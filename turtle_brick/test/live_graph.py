@@ -90,16 +90,11 @@ class LiveGraph(Graph):
         self._fetched = 0.0
         self._clients: dict[str, Client] = {}
         self._ears = Listener('ears', context=self.context, namespace=self.namespace)
-        try:
-            self.listener = self._enter(Node(
-                'listener', context=self.context, namespace=self.namespace,
-                start_parameter_services=False))
-            """Who publishes and asks."""
-            for factory in node_factories:
-                self._enter(factory(context=self.context))
-        except BaseException:
-            self.close()
-            raise
+        self.listener = self._enter(Node('listener', context=self.context,
+                                         namespace=self.namespace, start_parameter_services=False))
+        """Who publishes and asks."""
+        for factory in node_factories:
+            self._enter(factory(context=self.context))
 
     def _enter(self, node: Node) -> Node:
         self.nodes.append(node)
@@ -128,11 +123,6 @@ class LiveGraph(Graph):
 
         self.spin_until(look, timeout, what)
         return found[0]
-
-    def pass_time(self, seconds: float) -> None:
-        """Let the nodes work for a time (s), and hear what they say."""
-        self.spin_for(seconds)
-        self.hear()
 
     def hear(self) -> None:
         """Add to the recordings what has come."""

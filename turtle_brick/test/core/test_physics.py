@@ -109,17 +109,6 @@ def test_brick_is_a_tuple_of_floats_of_its_own():
         assert type(brick) is tuple and {type(value) for value in brick} == {float}
 
 
-def test_setter_names_what_it_refuses_and_changes_nothing():
-    world = brick_in((0.0, 0.0, 9.0))
-    world.drop()
-    before = world.brick
-    for location, value in (((nan, 0.0, 1.0), 'nan'), ((0.0, inf, 1.0), 'inf'),
-                            ((0.0, 0.0, -inf), '-inf'), ((0.0, 0.0, 0.0599), '0.0599')):
-        with pytest.raises(ValueError, match=value):
-            world.brick = location
-    assert (world.brick, world.phase) == (before, Phase.FALLING)
-
-
 @pytest.mark.parametrize('steps', (1, 7, 250, 9_991))
 def test_drop_is_a_step_of_the_closed_form_at_any_timestep(steps):
     world = World((1.5, -2.5, 10.0), 9.81, 0.5, 1.0 / steps)

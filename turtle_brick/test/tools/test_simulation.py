@@ -195,17 +195,6 @@ def test_latency_that_is_reckoned_with_is_enough_and_not_too_much(delays):
     assert COMMAND_LATENCY + 0.012 <= GUARANTEED_LATENCY == 0.13
 
 
-def test_robot_may_be_driven_by_somebody_else_meanwhile():
-    """An order from elsewhere moves it, and it catches from there."""
-    simulation = simulate(PARAMETERS, 3)
-    simulation.drive_to(2.0, 9.0)
-    simulation.rest(3.0)
-    assert simulation.turtle.pose[:2] == pytest.approx((2.0, 9.0), abs=0.005)
-    assert simulation.catcher.state is State.WAITING
-    assert simulation.drop((3.0, 8.0, 6.0)).caught
-    assert simulation.drop((3.0, 8.0, 1.0)).decision.reason.startswith('it falls from')
-
-
 def test_same_seed_is_the_same_course():
     """To the last bit, also with jitter; another seed is another one."""
     bricks = [(7.0, 7.0, 8.0), (9.5, 2.0, 4.0)]

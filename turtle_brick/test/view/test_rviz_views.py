@@ -115,12 +115,6 @@ def test_the_videos_show_all_walls_then_both_bricks_and_a_robot_of_a_quarter_of_
         assert height_at(content, *place) > size_of(content)[1] / 4
 
 
-def test_the_window_of_the_videos_stands_beside_that_of_turtlesim():
-    window = record_rviz.configuration()['Window Geometry']
-    assert (window['X'], window['Y']) == (record_rviz.TURTLESIM_SIZE, 0)
-    assert (window['X'] + window['Width'], window['Height']) == record_rviz.SIZE
-
-
 def test_one_brick_is_caught_and_one_is_not_with_time_to_spare():
     caught, unreachable = drops(load(), [film.brick for film in record_rviz.FILMS])
     assert caught.caught and caught.decision.margin > 0.1

@@ -19,9 +19,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 from turtle_brick.core.geometry import rotate
-from turtle_brick.core.parameters import default_path, load
 from turtle_brick.view.shapes import from_rpy, GRAY, robot_shapes, UrdfError
-import xacro
 
 ANGLES = st.floats(-10.0, 10.0)
 
@@ -74,22 +72,6 @@ def test_what_is_drawn_is_what_the_description_says():
     assert sphere.color == (1.0, 0.0, 0.0, 1.0)
     assert (cylinder.kind, cylinder.size, cylinder.color) == ('cylinder', (0.2, 0.2, 3.0), GRAY)
     assert robot.undrawn == ('the mesh of link root',)
-
-
-def test_our_robot_is_read_as_it_is():
-    path = default_path().parent.parent / 'urdf' / 'turtle.urdf.xacro'
-    robot = robot_shapes(xacro.process_file(str(path)).toxml())
-    parameters = load()
-    radius, thickness = parameters.platform_radius, parameters.platform_thickness
-    assert robot.root == 'base_link' and robot.undrawn == ()
-    assert robot.links['base_link'][0].kind == 'box'
-    (plate,) = robot.links['platform']
-    assert plate.size == pytest.approx((2.0 * radius, 2.0 * radius, thickness))
-    assert plate.pose.position == pytest.approx((0.0, 0.0, thickness / 2.0))
-    tyre = robot.links['wheel'][0]
-    assert tyre.kind == 'cylinder'
-    assert tyre.size[:2] == pytest.approx((2.0 * parameters.wheel_radius,) * 2)
-    assert abs(rotate(tyre.pose.orientation, (0.0, 0.0, 1.0))[1]) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(('before', 'after', 'said'), [

@@ -93,12 +93,10 @@ def test_it_serves_on_the_next_free_port_and_ends_quietly(domain_id):
 
 
 @needs_viser
-@pytest.mark.parametrize(('setting', 'said'), [
-    ('port:=70000', 'port is 70000'), ('port:=home', "port is 'home', but must be a whole number"),
-    ('host:=192.0.2.1', "host is '192.0.2.1'")])
-def test_a_parameter_that_can_not_be_is_refused_in_a_sentence(domain_id, setting, said):
-    with graph(domain_id, quiet=True) as live, pytest.raises(ParameterError, match=said):
-        live.add(viewer.Viewer, '-p', setting, parameters=False)
+def test_a_parameter_that_can_not_be_is_refused_in_a_sentence(domain_id):
+    with graph(domain_id, quiet=True) as live, pytest.raises(
+            ParameterError, match="port is 'home', but must be a whole number"):
+        live.add(viewer.Viewer, '-p', 'port:=home', parameters=False)
 
 
 @needs_viser
