@@ -27,6 +27,7 @@ import termios
 import threading
 from time import monotonic
 
+from forked import Forked
 from turtle_brick.core.parameters import ArenaParameters, CatcherParameters, RobotParameters
 
 DATA = Path(__file__).parent / 'data' / 'ros2'
@@ -81,12 +82,16 @@ def with_paths(words, files):
 class Command:
     """A command that runs in a process group of its own, as a shell starts it."""
 
-    def __init__(self, words, environment, stdin=None, terminal=False, cwd=None):
-        """Start it: in a terminal or with pipes, of which the first may have a text and an end."""
+    def __init__(self, words, environment, stdin=None, terminal=False, cwd=None, forked=None):
+        """
+        Start it: in a terminal or with pipes, of which the first may have a text and an end.
+
+        :param forked: the modules and the Python that do it in a fork; see Forked
+        """
         self.text, self.error = '', ''
         self.changed = threading.Condition()
         self.terminal, other = pty.openpty() if terminal else (None, subprocess.PIPE)
-        self.popen = subprocess.Popen(
+        self.popen = Forked(*forked, words, environment, cwd) if forked else subprocess.Popen(
             words, env=environment, cwd=cwd, start_new_session=True, stdin=other, stdout=other,
             stderr=other, preexec_fn=(lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))
             if terminal else None)
@@ -139,10 +144,10 @@ class Command:
                     found.append(stat.parent.name)
         return found
 
-    def end(self):
+    def end(self, timeout=2 * TIME):
         """Wait until it has ended; return its status, and what is left of it, which then goes."""
         try:
-            status = self.popen.wait(2 * TIME)
+            status = self.popen.wait(timeout)
             for reader in self.readers:
                 reader.join(10)
             return status, self.left()

@@ -34,8 +34,10 @@ from threading import Event, Lock
 from time import monotonic
 from xml.etree import ElementTree
 
+from forked import ROS2, ROS2_MODULES
 from live_graph import graph, NodeProcess
 import pytest
+from recorded import Command
 from turtle_brick.core.parameters import default_path, load, Parameters
 from turtle_referee.domains import reserved_domain
 import xacro
@@ -132,11 +134,12 @@ def test_no_table_has_a_command_that_no_page_has():
 # ------------------------------------------------------------------------------------ commands
 
 def run(command, domain, directory='/'):
-    """Run a command in a domain to the end."""
-    return subprocess.run(
-        ['bash', '-c', command], cwd=directory, stdin=subprocess.DEVNULL, text=True,
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=TIMEOUT,
-        env={**os.environ, 'ROS_DOMAIN_ID': str(domain)})
+    """Run a command in a domain to the end; return its status and what it has printed."""
+    forked = re.match('ros2 (node|param|service|topic) [^>]*$', command)
+    process = Command(shlex.split(command) if forked else ['bash', '-c', command],
+                      {**os.environ, 'ROS_DOMAIN_ID': str(domain)}, '', cwd=directory,
+                      forked=(ROS2_MODULES, ROS2) if forked else None)
+    return process.end(TIMEOUT)[0], process.text + process.error
 
 
 def started(command, domain, directory):
@@ -167,13 +170,13 @@ def try_out(command, domain, directory):
             # a real joint_state_publisher ends with a traceback
             assert 'Traceback' not in re.sub(r'\[joint_state.*', '', process.output)
         return
-    done = run(command, domain, directory)
-    assert done.returncode == 0 and 'Traceback' not in done.stdout, done.stdout
+    status, said = run(command, domain, directory)
+    assert status == 0 and 'Traceback' not in said, said
     if re.search('/drop|/place', command):
-        assert 'success=True' in done.stdout
+        assert 'success=True' in said
     if 'lesson' in command:
-        assert sorted(done.stdout.splitlines()) == sorted(''.join(LESSON).splitlines())
-        assert all(text in done.stdout for text in LESSON)
+        assert sorted(said.splitlines()) == sorted(''.join(LESSON).splitlines())
+        assert all(text in said for text in LESSON)
 
 
 def lacks(command):
@@ -225,7 +228,7 @@ def domain(tmp_path_factory):
         deadline, listed = monotonic() + TIMEOUT, ''
         while not {'/odom', '/tf'} <= set(listed.split()):  # a daemon may take a while
             assert monotonic() < deadline, listed
-            listed = run('ros2 topic list', domain).stdout
+            _, listed = run('ros2 topic list', domain)
         try:
             yield domain
             assert interrupted(process) == 0, process.output

@@ -257,6 +257,9 @@ sys.exit(service.run())
 """
 
 
+MODULES = ('launch', 'launch_testing', 'launch_xml')
+
+
 class Run(NamedTuple):
     """What a recorded command, done again, has said and left."""
 
@@ -281,18 +284,23 @@ def run(record, files, top, before):
         environment.pop(name, None)
         if value is not None:
             environment[name] = value.replace('$WORK', str(top))
-    words = record['command']
+    words, forked = record['command'], None
     if isinstance(words, str):  # with a pipe to head
         words = ['bash', '-c', '"$0" -c "$1" "$2" | head -3; echo "${PIPESTATUS[*]}"',
                  sys.executable, LAUNCH, f'{files}/dynamic/chatter.launch.xml']
     elif words[0] == 'ros2':
         if '-a' in words:
             environment['OVERRIDE_LAUNCH_PROCESS_OUTPUT'] = 'both'
-        words = [sys.executable, '-c', LAUNCH, found_in(words, files)[0]]
+        words, forked = ['-c', found_in(words, files)[0]], (MODULES, LAUNCH)
     else:
         words = [sys.executable if word == 'python' else word
                  for word in with_paths(words, files)]
-    command = Command(words, environment, record.get('stdin'), record.get('terminal'), top)
+        if words[0] == 'launch_test':
+            forked = MODULES, 'from launch_testing import main; sys.exit(main())'
+    if record.get('terminal') and forked:
+        words, forked = [sys.executable, '-c', LAUNCH, words[1]], None
+    command = Command(
+        words, environment, record.get('stdin'), record.get('terminal'), top, forked)
     try:
         act(record, command)
     finally:
