@@ -23,8 +23,7 @@ from turtle_brick.core.geometry import IDENTITY, Pose
 from turtle_brick.core.parameters import load
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.physics import Phase, World
-from worlds import (advance, brick_in, gap, LIFT, platform_at, RADIUS, riding, SIZE, THICKNESS,
-                    TOP)
+from worlds import advance, brick_in, gap, LIFT, platform_at, RADIUS, riding, SIZE, THICKNESS, TOP
 
 
 @pytest.mark.parametrize(('member', 'signature', 'docstring'), [
