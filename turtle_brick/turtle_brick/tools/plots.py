@@ -32,6 +32,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
+from matplotlib.patheffects import withStroke
 import numpy as np
 from turtle_brick.core.catch_logic import CENTER, State
 from turtle_brick.core.parameters import Parameters
@@ -271,11 +272,14 @@ def waterfall(axes: Axes, links: Sequence[tuple[str, float, str]]) -> None:
     begin = 0.0
     for row, (words, time, color) in enumerate(links):
         axes.barh(row, time, left=begin, height=0.6, color=color)
-        inside, early = time > 0.5 * whole, begin + time < 0.5 * whole
-        axes.text(0.23 * whole if early else begin + (0.01 if inside else -0.01) * whole, row,
+        end = begin + time
+        inside, early = time > 0.5 * whole, end < 0.5 * whole
+        axes.text(max(0.23 * whole, end + 0.06 * whole) if early
+                  else begin + (0.01 if inside else -0.01) * whole, row,
                   words, ha='left' if inside or early else 'right', va='center',
-                  color='white' if inside else INK)
-        begin += time
+                  color='white' if inside else INK,
+                  path_effects=[] if inside else [withStroke(linewidth=3.0, foreground='white')])
+        begin = end
     axes.grid(axis='y', visible=False)
     axes.set(yticks=[], ylim=(len(links) - 0.4, -0.6), xlim=(0.0, 1.02 * whole))
 
