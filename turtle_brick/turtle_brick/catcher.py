@@ -66,7 +66,7 @@ MOVING = (BRICK, PLATFORM, BASE_LINK)
 """The frames whose transforms show how long messages take."""
 
 ON_TIME = 0.005
-"""Longest delay (s) of a timer of this node that did not stand still."""
+"""Longest delay (s) of a call of the timer that is not late."""
 
 TEXT_HEIGHT = 0.6
 """Height of the letters (m)."""
@@ -128,11 +128,9 @@ class CatcherNode(Node):
     def on_timer(self) -> None:
         """Note how long messages take, and let the catcher decide."""
         now = self.get_clock().now().nanoseconds
-        # A node that stood still measures its own delay, and simulated time passes in steps.
-        if ((now - due_instant(self.timer, now)) * NANO <= ON_TIME
-                and not self.get_parameter('use_sim_time').value):
-            for age in self.ages.values():
-                self.catcher.latency.hear(now, age)
+        if not self.get_parameter('use_sim_time').value:  # which passes in steps
+            late = (now - due_instant(self.timer, now)) * NANO > ON_TIME
+            self.catcher.latency.hear(now, self.ages.values(), late)
         self.ages.clear()
         ahead = self.catcher.latency.ahead(now)
         if ahead and not self.warned_of_clocks:

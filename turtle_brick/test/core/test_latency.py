@@ -40,7 +40,7 @@ def test_latency_is_that_of_the_slow_messages_of_the_recent_past(ages):
     heard = []
     for pause, age in ages:
         now += seconds(pause)
-        latency.hear(now, age)
+        latency.hear(now, [age])
         heard.append((now, age))
         link = latency.excess(now) / 2.0 + USUAL_AGE
         recent = [age for then, age in heard if (now - then) * 1e-9 <= MEMORY]
@@ -49,8 +49,7 @@ def test_latency_is_that_of_the_slow_messages_of_the_recent_past(ages):
             0.01 * len(recent) - 0.5)
     # Not a delay but nonsense, which anybody may publish.
     before = latency.excess(now)
-    latency.hear(now, 1.1)
-    latency.hear(now, -1.1)
+    latency.hear(now, [1.1, -1.1])
     assert latency.excess(now) == before and latency.ahead(now) == 0.0
     assert latency.excess(now + seconds(MEMORY) + 1) == 0.0
 
@@ -71,13 +70,22 @@ def test_lost_messages_cost_a_reserve_and_a_node_that_stood_still_does_not():
     assert not other.loses(12 * SECOND)
 
 
+@pytest.mark.parametrize('rest', [2, 3, 4, 6, 10, 50])
+def test_who_is_late_all_the_time_measures_that_and_who_stood_still_for_once_does_not(rest):
+    """One call out of so many is late, and with it what it hears of."""
+    latency = Latency()
+    for call in range(1000):
+        late = call % rest == 0
+        latency.hear(SECOND + call * seconds(0.02), [0.1 if late else 0.0], late)
+    assert latency.excess(20 * SECOND) == (2.0 * (0.1 - USUAL_AGE) if rest < 5 else 0.0)
+
+
 @law(20)
 @given(ahead=st.floats(0.0, 1.0), link=st.floats(0.0, 0.2), motion=st.floats(0.0, 0.5))
 def test_clocks_that_disagree_make_it_careful(ahead, link, motion):
     """Whatever hides in the ages: as much as they disagree, and as the motion showed, is added."""
     latency = Latency()
-    latency.hear(SECOND, -ahead)
-    latency.hear(SECOND, link - ahead)
+    latency.hear(SECOND, [-ahead, link - ahead])
     latency.obey(SECOND, motion)
     if ahead > CLOCK_TOLERANCE:
         assert latency.ahead(SECOND) == ahead
@@ -153,8 +161,7 @@ class FarStage(Stage):
 
     def decide(self):
         """Have the catcher decide by what has arrived by now."""
-        for age in self.ages:
-            self.catcher.latency.hear(self.now, age)
+        self.catcher.latency.hear(self.now, self.ages)
         self.ages.clear()
         super().decide()
 

@@ -23,6 +23,7 @@ messages. Instants are integer nanoseconds of one clock.
 
 from bisect import bisect_left, insort
 from collections import deque
+from collections.abc import Iterable
 
 from turtle_brick.core.time_steps import NANO
 
@@ -32,6 +33,10 @@ MEMORY = 10.0
 RARE = 0.01
 """Part of the messages that may be slower: a machine that stood still for a moment is no link. An
 order and the motion that comes back are hardly ever both among them."""
+
+STARVED, CALLS = 0.2, 200
+"""Which part of the last calls of a timer is late where processes wait for a processor all the
+time, and how many calls that is about."""
 
 USUAL_AGE = 0.006
 """Age (s) on arrival that transforms have on one machine too: the latencies there allow for it."""
@@ -81,15 +86,27 @@ class Latency:
         """Assume one machine."""
         self._ages = Recent()
         self._longer = Recent()
+        self._lateness = 0.0
+        """Which part of the listener's last calls was late."""
         self._gaps: deque[int] = deque(maxlen=LOSSES)
         self._stamp: int | None = None
         self._period = 0.0
         """Usual time (s) between two stamps of the brick."""
 
-    def hear(self, now: int, age: float) -> None:
-        """Note the age (s) that a transform had when it arrived, at an instant (ns)."""
-        if abs(age) <= LONGEST:
-            self._ages.note(now, age)
+    def hear(self, now: int, ages: Iterable[float], late: bool = False) -> None:
+        """
+        Note how old transforms were when they arrived.
+
+        :param now: the present instant (ns)
+        :param ages: of what has arrived since the last call (s)
+        :param late: whether this call is late. Who stands still for once measures that, and no
+            link; where it is the rule, all others wait for a processor, too.
+        """
+        self._lateness += (late - self._lateness) / CALLS
+        if not late or self._lateness > STARVED:
+            for age in ages:
+                if abs(age) <= LONGEST:
+                    self._ages.note(now, age)
 
     def see_brick(self, stamp: int) -> None:
         """Note the stamp (ns) of a position of the brick, and so whether some are missing."""
