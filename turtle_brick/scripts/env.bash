@@ -100,8 +100,9 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
   IFS='' source "$home/install/local_setup.bash" || return 1
   export TURTLE_BRICK_HOME=$home
 
-  # A mistake in the parameter file is best told right after the edit. All is ready nevertheless.
-  python3 -m turtle_brick.core.parameters "${scripts%/*}/config/turtle.yaml" </dev/null || true
+  # A mistake in the parameter file is best told right after the edit. All else is ready.
+  local status=0
+  python3 -m turtle_brick.core.parameters "${scripts%/*}/config/turtle.yaml" </dev/null || status=1
 
   # What do the launch files show the robot with?
   if [[ -z ${TURTLE_BRICK_VIEW-} ]]; then
@@ -122,6 +123,7 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
     [[ $kind == native ]] && kind='' || kind=', as Python wheels,'
     echo "turtle_brick: this shell has ROS 2 Jazzy$kind and the packages, built in $home" >&2
   fi
+  return "$status"
 }
 
 if _turtle_brick_env; then

@@ -137,7 +137,7 @@ def test_a_mistake_in_the_parameter_file_is_told_and_the_shell_is_whole(elsewher
     status, output, errors = shell(
         f'source {shlex.quote(str(elsewhere[0]))}\necho "$? $OVERLAY $TURTLE_BRICK_HOME"',
         VIRTUAL_ENV=None, ROS_DISTRO='jazzy')
-    assert (status, output) == (0, f'0 sourced {scripts.parents[1]}/.ros\n')
+    assert (status, output) == (0, f'1 sourced {scripts.parents[1]}/.ros\n')
     assert errors.startswith('turtle_brick: ') and 'turtle.yaml: there are no' in errors
 
 
