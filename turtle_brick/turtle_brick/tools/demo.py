@@ -36,7 +36,7 @@ from random import Random
 import signal
 import sys
 from tempfile import TemporaryDirectory
-from time import monotonic
+from time import monotonic, time_ns
 from typing import Any, NoReturn
 import webbrowser
 
@@ -59,6 +59,7 @@ from turtle_referee.drops import DropWatch
 from turtle_referee.hands import Hands
 from turtle_referee.names import Profile
 from turtle_referee.observer import Observer
+from turtle_referee.record import overlaps
 from turtle_referee.spinning import INTERRUPTED, LONGEST_WAIT, note_interrupts
 
 START_TIME = 30.0
@@ -270,6 +271,8 @@ class Match(Hands):
         outcome = self.outcome(watch)
         for fault in outcome.faults:
             self.say(f'FAULT: {fault}')
+        if outcome.faults and overlaps((watch.begin, time_ns()), self.record.all_stalls()):
+            self.say('this machine was too busy meanwhile to run the graph as it should')
         self.say('the platform is level, the robot waits')
         return outcome
 
@@ -410,6 +413,7 @@ def run(graph: Graph, pages: Sequence[Page], parameters: Parameters, start: floa
               'turtle_brick/scripts/env.bash":\n',
               *(f'  {prefix}{command}' for command in commands(
                   place, drop, parameters.brick_start)), '', sep='\n')
+        graph.remove(match.observer)  # which keeps all that it hears
         graph.spin_until(lambda: False, inf, 'Ctrl-C')
     return 0 if good else 1
 
