@@ -157,7 +157,8 @@ class Arena(Node):
         stood, self.last_run = monotonic() - self.last_run, monotonic()
         if jump:
             what = ('The clock was set back by' if jump < 0.0 else
-                    'Here nothing ran for' if stood > jump / 2.0 else 'The clock went ahead by')
+                    'This node was stopped, or the machine too busy to run it, for'
+                    if stood > jump / 2.0 else 'The clock went ahead by')
             self.get_logger().warning(f'{what} {abs(jump):.3g} s: the physics goes on from now')
         if not instants:
             return

@@ -201,8 +201,8 @@ class CatcherNode(Node):
         if decision.reachable:
             self.get_logger().info(
                 f'{place} and can be caught: down in {decision.available:.3f} s, the robot, '
-                f'{decision.distance:.2f} m away, needs {decision.needed:.3f} s; the commands '
-                f'take {decision.latency:.2f} s here')
+                f'{decision.distance:.2f} m away, needs {decision.needed:.3f} s (the commands '
+                f'take {decision.latency:.2f} s here)')
         else:
             self.get_logger().info(f'{place}: unreachable, {decision.reason}')
 

@@ -98,9 +98,8 @@ def test_reason_says_what_is_missing():
     decision = reach(fall, SECOND, RobotMotion(5.0, 5.0), PARAMETERS)
     assert not decision.reachable
     assert decision.reason == (
-        f'the robot, 4.00 m away, needs {decision.needed:.3f} s and the brick is down in '
-        f'{decision.available:.3f} s, {-decision.margin:.3f} s too early; '
-        'the commands take 0.11 s here')
+        f'down in {decision.available:.3f} s, {-decision.margin:.3f} s too early: the robot, '
+        f'4.00 m away, needs {decision.needed:.3f} s (the commands take 0.11 s here)')
     decision = reach(fall, SECOND, None, PARAMETERS)
     assert (decision.reachable, decision.needed) == (False, inf)
     assert 'no robot' in decision.reason

@@ -192,9 +192,9 @@ def reach(fall: Fall, now: int, robot: RobotMotion | None,
     elif time < 0.0:
         reason = f'at {fall.z:.4g} m it has passed the platform already'
     elif needed > max(available, 0.0):
-        reason = (f'the robot, {distance:.2f} m away, needs {needed:.3f} s and the brick is down '
-                  f'in {max(available, 0.0):.3f} s, {needed - available:.3f} s too early; '
-                  f'the commands take {latency:.2f} s here')
+        reason = (f'down in {max(available, 0.0):.3f} s, {needed - available:.3f} s too early: '
+                  f'the robot, {distance:.2f} m away, needs {needed:.3f} s (the commands take '
+                  f'{latency:.2f} s here)')
     return Decision(not reason, fall, contact, available, needed, latency, distance, reason)
 
 

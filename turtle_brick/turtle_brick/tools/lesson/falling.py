@@ -159,7 +159,7 @@ def sketch(parameters: Parameters, path: Path) -> None:
         arrow(axes, (there[0], height[worst]), there, color=REFUSED, style='<|-|>')
         axes.text(there[0] + 0.5, (there[1] + height[worst]) / 2.0, color=REFUSED, va='center',
                   s=f'{DELAYS[worst]:g} ms late: {1e3 * (height[worst] - there[1]):.0f} mm wrong')
-        axes.set(xlim=(time[0] - 1.0, 9.0), xlabel='time before the landing / ms',
+        axes.set(xlim=(time[0] - 1.0, 9.0), xlabel='time since the landing / ms',
                  ylabel='height of the brick / m', title='One transform every 4 ms')
         axes.legend(loc='lower left')
 
