@@ -34,7 +34,7 @@ RARE = 0.01
 """Part of the messages that may be slower: a machine that stood still for a moment is no link. An
 order and the motion that comes back are hardly ever both among them."""
 
-STARVED, CALLS = 0.2, 200
+STARVED, CALLS = 0.2, 50
 """Which part of the last calls of a timer is late where processes wait for a processor all the
 time, and how many calls that is about."""
 
