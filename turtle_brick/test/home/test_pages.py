@@ -133,13 +133,21 @@ def test_no_table_has_a_command_that_no_page_has():
 
 # ------------------------------------------------------------------------------------ commands
 
+HAS_DAEMON = find_spec('ros2cli.daemon') is not None
+"""Whether this is the real `ros2`, which leaves that behind: it is not run in a fork."""
+
+
 def run(command, domain, directory='/'):
     """Run a command in a domain to the end; return its status and what it has printed."""
-    forked = re.match('ros2 (node|param|service|topic) [^>]*$', command)
-    process = Command(shlex.split(command) if forked else ['bash', '-c', command],
-                      {**os.environ, 'ROS_DOMAIN_ID': str(domain)}, '', cwd=directory,
-                      forked=(ROS2_MODULES, ROS2) if forked else None)
-    return process.end(TIMEOUT)[0], process.text + process.error
+    environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain)}
+    if not HAS_DAEMON and re.match('ros2 (node|param|service|topic) [^>]*$', command):
+        process = Command(shlex.split(command), environment, '', cwd=directory,
+                          forked=(ROS2_MODULES, ROS2))
+        return process.end(TIMEOUT)[0], process.text + process.error
+    done = subprocess.run(
+        ['bash', '-c', command], cwd=directory, stdin=subprocess.DEVNULL, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=TIMEOUT, env=environment)
+    return done.returncode, done.stdout
 
 
 def started(command, domain, directory):
@@ -234,7 +242,7 @@ def domain(tmp_path_factory):
             assert interrupted(process) == 0, process.output
             assert 'Traceback' not in process.output
         finally:
-            if find_spec('ros2cli.daemon'):  # which the real `ros2` leaves behind
+            if HAS_DAEMON:
                 run('ros2 daemon stop', domain)
 
 
