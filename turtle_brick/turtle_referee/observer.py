@@ -148,8 +148,9 @@ class Listener(Node):
             with client.handle:
                 while (taken := client.handle.take_response(client.srv_type.Response))[0]:
                     info, response = taken
-                    answers = self._asked.pop((client, info.request_id.sequence_number))
-                    answers.append(Heard(info.source_timestamp, response))
+                    # Where two nodes serve, both answer: the first counts.
+                    self._asked.pop((client, info.request_id.sequence_number), []).append(
+                        Heard(info.source_timestamp, response))
         for subscription, keep in self._kept:
             # As rclpy.wait_for_message does.
             with subscription.handle:
@@ -252,13 +253,21 @@ class Observer(Node):
         twice = sorted(name for name, count in counts.items() if count > 1)
         if twice:
             found.append(f'several nodes are called {", ".join(twice)}: do two graphs run here?')
-        topic = '/' + self.record.profile.topics['pose'].lstrip('/')
-        there = sorted(name.removesuffix(topic) for name, _ in self.get_topic_names_and_types()
-                       if name.endswith(topic) and self.count_publishers(name))
-        if there and self.get_namespace().rstrip('/') not in there:
+        elif served := [name for name in map(
+                self.resolve_service_name, self.record.profile.services.values())
+                if self.count_services(name) > 1]:
+            found.append(f'several nodes serve {", ".join(served)}: end all but one')
+        if there := self.elsewhere():
             found.append(f'a turtle is in the namespace {there[0] or "/"}: say --namespace '
                          f'{there[0].lstrip("/") or "/"}')
         return found
+
+    def elsewhere(self) -> list[str]:
+        """Return the namespaces in which a turtle is, if none is in this one."""
+        topic = '/' + self.record.profile.topics['pose'].lstrip('/')
+        there = sorted(name.removesuffix(topic) for name, _ in self.get_topic_names_and_types()
+                       if name.endswith(topic) and self.count_publishers(name))
+        return [] if self.get_namespace().rstrip('/') in there else there
 
     def _marker_keeper(self, topic: str) -> Keep:
         def keep(message: Any, info: Any) -> None:

@@ -119,6 +119,9 @@ class Trial(Hands):
             self.drop_all(self.program.drops[:1])
             self.tilt()
             self.drop_all(self.program.drops[1:])
+            # Another graph may have come meanwhile.
+            self.record.notes += [doubt for doubt in self.observer.doubts()
+                                  if doubt not in self.record.notes]
 
     # ------------------------------------------------------------------------------- the start
 
@@ -126,9 +129,23 @@ class Trial(Hands):
         """Wait until the graph is there; tell whether there is anything."""
         record = self.record
         self.say('looking for the graph')
-        self.until(lambda: self.sees_everything() or not self.is_alive(), self.meeting)
-        self.read_numbers()
+
+        def has_come() -> bool:
+            return self.sees_everything() or not self.is_alive()
+
+        def is_elsewhere() -> bool:
+            return not (any(record.topics.values()) or self.has('place')) and bool(
+                self.observer.elsewhere())
+
+        if not self.until(has_come, min(self.meeting, MEETING)) and not is_elsewhere():
+            self.until(has_come, self.meeting - MEETING)
         record.notes += self.observer.doubts()
+        if is_elsewhere():
+            # All namespaces may share /tf, and hear each other's markers.
+            record.frames.clear()
+            record.markers.clear()
+        else:
+            self.read_numbers()
         if not record.is_empty() or self.has('place'):
             return True
         record.notes.append('nothing of the exercise is heard here: start the graph in this ROS '

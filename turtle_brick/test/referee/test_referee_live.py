@@ -26,6 +26,7 @@ from turtle_referee import referee
 from turtle_referee.hands import Hands
 from turtle_referee.names import Profile
 from turtle_referee.observer import fill, Observer
+from turtle_referee.record import Frame
 from turtle_referee.rules import BROKEN, KEPT, OPEN
 from turtle_referee.trial import FAR_OUT, MEETING, Program, Trial
 from turtlesim.msg import Pose
@@ -135,16 +136,20 @@ class Odd(Node):
         return response
 
 
-def test_services_may_have_other_names_and_types(domain_id):
+def test_services_may_have_other_names_and_types_and_be_answered_twice(domain_id):
     with Graph(domain_id, quiet=True) as graph:
         odd = graph.add(Odd, parameters=False)
+        graph.add(Odd, '-r', '__node:=second', parameters=False)
         observer = graph.add(Observer, parameters=False, profile=Profile(
             services={'place': 'put', 'drop': 'let_go'}))
         user = Hands(graph, observer)
+        graph.spin_until(lambda: observer.doubts() == [
+            'several nodes serve /put, /let_go: end all but one'], 10.0, 'both are there')
+        user.place((4.0, 5.0, 6.0), hovering=0.2)
         place = user.place((1.0, 2.0, 3.0), hovering=0.0)
         drop = user.ask('drop')
-    assert (place.answered, place.accepted, odd.place) == (True, True, (1.0, 2.0, 3.0))
-    assert (drop.answered, drop.accepted, odd.dropped) == (True, True, True)
+        graph.spin_until(lambda: odd.place == (1.0, 2.0, 3.0) and odd.dropped, 10.0, 'both heard')
+    assert (place.answered, place.accepted) == (drop.answered, drop.accepted) == (True, True)
     assert not fill(Trigger.Request(), (1.0, 2.0, 3.0))
 
 
@@ -159,6 +164,11 @@ def test_what_is_wrong_with_where_one_listens_is_said(domain_id):
         assert observer.doubts() == [
             'several nodes are called /twin: do two graphs run here?',
             'a turtle is in the namespace /judged: say --namespace judged']
+        # Nothing else is asked of this one, whose frames all namespaces hear.
+        observer.record.frames['odom'] = Frame(False)
+        said = []
+        Trial(graph, observer, referee.REACTION, said.append, **HASTE).run()
+        assert observer.record.is_empty() and said == ['looking for the graph']
 
 
 def test_a_command_that_ends_at_once_is_told(domain_id, capfd):
