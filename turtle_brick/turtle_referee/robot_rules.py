@@ -15,7 +15,9 @@
 
 from collections.abc import Callable, Iterator
 from functools import partial
+from itertools import pairwise
 from math import asin, atan2, degrees, dist, hypot, isfinite, pi, radians
+from statistics import quantiles
 from typing import Any
 
 from turtle_referee.constants import (ALIKE, CENTER, CROOKED, EXACT, NANO, NANOSECONDS, NEAR,
@@ -37,6 +39,9 @@ STRIDE = 5
 
 LATELY = 50_000_000
 """How long (ns) before and after an odometry message a command is one of its time."""
+
+EVEN = 0.2
+"""The part by which intervals differ that are alike, on a busy machine."""
 
 GLOBAL = ('/tf', '/tf_static', '/rosout', '/parameter_events', '/clock')
 
@@ -185,15 +190,30 @@ def instants_of_frame(name: str, record: Record, begin: int, end: int) -> list[i
     return [sample.stamp for sample in frame(record, name).between(begin, end)]
 
 
+def is_steady(instants: list[int], nominal: float) -> bool:
+    """
+    Tell whether the middle half of the intervals are alike, and off a nominal rate (Hz).
+
+    A stall lengthens some, and who has to wait for a processor time and again has uneven ones.
+    """
+    if len(instants) < 6:
+        return False
+    low, _, high = quantiles((b - a) * NANO * nominal for a, b in pairwise(instants))
+    return high - low <= EVEN * low and (
+        low > 1.0 + RATE_TOLERANCE or high < 1.0 - RATE_TOLERANCE)
+
+
 def judge_rate(name: str, nominal: float, instants: Callable[..., list[int]],
                record: Record) -> Finding:
     """Judge the rate of something at rest and on the move."""
-    kept, words = True, []
+    kept, steady, words = True, True, []
     for label, (begin, end) in zip(('at rest', 'driving'), spans(record)):
-        frequency = rate([instant * NANO for instant in instants(name, record, begin, end)])
+        found = instants(name, record, begin, end)
+        frequency = rate([instant * NANO for instant in found])
         kept = kept and abs(frequency / nominal - 1.0) <= RATE_TOLERANCE
+        steady = steady and is_steady(found, nominal)
         words.append(f'{frequency:.2f} Hz {label}')
-    return Finding(kept, ', '.join(words))
+    return Finding(kept, ', '.join(words), steady=steady)
 
 
 SHALL = 'All publishing and broadcasting shall be done at 100 Hz'

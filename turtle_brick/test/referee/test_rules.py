@@ -14,6 +14,7 @@
 
 """The referee's rules on records that are made up. No graph."""
 
+from copy import copy
 from functools import partial
 from math import cos, hypot, inf, nan, pi, radians, sin, sqrt
 from pathlib import Path
@@ -154,16 +155,21 @@ def test_who_is_not_driven_has_its_rate_at_rest():
     ([(1.0, 1.1)], [], (OPEN, OPEN)),
     ([], [(0.0, 3.0)], (BROKEN, OPEN)),
     ([], [(0.0, 1.5)], (BROKEN, BROKEN))))
-def test_a_machine_without_time_breaks_no_rate(stalls, full, marks):
+@pytest.mark.parametrize('times', (
+    [number / 100.0 for number in range(280) if number % 6],
+    [number / 81.0 + 0.002 * (number % 2) for number in range(230)]), ids=('lost', 'uneven'))
+def test_a_machine_without_time_breaks_no_rate(times, stalls, full, marks):
     """A node that pauses, from 2 s to 2.1 s, is excused while no processor is to spare."""
     for pause, mark in zip((0.0, 0.1), marks):
         record = new_record()
         record.idle = [(at(0.0), at(3.0))]
         say_frame(record, 'base_link', 'odom', (
-            (number / 80.0 + pause * (number > 160), upright(0.0, 0.0, 0.0))
-            for number in range(230)))
+            (seconds + pause * (seconds > 2.0), upright(0.0, 0.0, 0.0)) for seconds in times))
+        say_frame(record, 'brick', 'world', (
+            (number / 125.0 + pause * (number > 250), upright(*PLACE)) for number in range(350)))
         record.stalls, record.full = (
             [(at(begin), at(end)) for begin, end in spans] for spans in (stalls, full))
+        assert find('rate: brick', record).mark == BROKEN  # Its usual interval is twice as long.
         judgement = find('rate: base_link', record)
         assert judgement.mark == mark
         assert ('stood still in 1 of 1 trial' in judgement.measured) == (mark == OPEN)
@@ -384,6 +390,11 @@ def test_a_fall_that_the_machine_did_not_disturb_is_judged():
     record.stalls = [(at(-0.9), at(-0.8))]
     assert find('fall: acceleration', record).mark == BROKEN
     record.stalls = [(at(0.8), at(0.9))]
+    assert find('fall: acceleration', record).mark == OPEN
+    record.drops *= 3
+    assert find('fall: acceleration', record).mark == BROKEN  # No stall is the same three times.
+    record.drops[1] = copy(record.drops[1])
+    record.drops[1].place = (*PLACE[:2], PLACE[2] + 0.05)
     assert find('fall: acceleration', record).mark == OPEN
 
 
