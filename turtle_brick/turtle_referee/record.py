@@ -51,6 +51,10 @@ DEPTH = 30
 """The most frames between a frame and the world."""
 
 
+STOOD_STILL = 'the machine stood still'
+"""Why something can't be judged that may be kept on a quieter machine."""
+
+
 class Heard(NamedTuple):
     """A message, and when it was published."""
 
@@ -285,7 +289,7 @@ class Record:
         """Say in how many of the spans the machine had no time for the graph; '' in none."""
         spans, stalls = self.busy_spans(), self.all_stalls()
         held = [span for span in spans if overlaps(span, stalls)]
-        return held and f'the machine stood still in {len(held)} of {len(spans)} trials' or ''
+        return held and f'{STOOD_STILL} in {len(held)} of {len(spans)} trials' or ''
 
     def while_calm(self) -> 'Record':
         """Return a record of what was done while the machine had time."""

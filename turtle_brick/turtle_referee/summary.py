@@ -24,9 +24,10 @@ import sys
 from typing import NamedTuple
 
 from turtle_referee import telling
+from turtle_referee.record import STOOD_STILL
 from turtle_referee.rules import BROKEN, KEPT, OPEN, ORDER
 
-TITLES = ('student', KEPT, BROKEN, OPEN, 'broken')
+TITLES = ('student', KEPT, BROKEN, OPEN, 'broken', 'open')
 
 
 class Judged(NamedTuple):
@@ -39,11 +40,14 @@ class Judged(NamedTuple):
     """Of each requirement."""
     broken: list[str]
     """What is broken and does not follow from anything else, or why nothing was judged."""
+    undecided: dict[str, list[str]]
+    """What is open, by what to do about it."""
 
     def row(self) -> tuple[object, ...]:
         """Return what the table says."""
         count = Counter(self.marks.values())
-        return self.name, count[KEPT], count[BROKEN], count[OPEN], ', '.join(self.broken)
+        return self.name, count[KEPT], count[BROKEN], count[OPEN], ', '.join(self.broken), (
+            '; '.join(f'{", ".join(names)} ({why})' for why, names in self.undecided.items()))
 
 
 def read(path: Path, name: str) -> Judged:
@@ -59,10 +63,15 @@ def read(path: Path, name: str) -> Judged:
         told = json.loads(text)
     except (OSError, RecursionError, ValueError) as error:
         raise ValueError(f'{path}: no JSON file: {error}') from None
+    undecided: dict[str, list[str]] = {}
     try:
         marks = {str(one['name']): one['mark'] for one in told['requirements']}
         broken = [one['name'] for one in told['requirements']
                   if one['mark'] == BROKEN and not one.get('follows')]
+        for one in told['requirements']:
+            if one['mark'] == OPEN:
+                undecided.setdefault('judge again on a quieter machine' if STOOD_STILL in (
+                    one['measured']) else one['measured'], []).append(one['name'])
         notes, date = ['nothing judged', *map(str, told['notes'])], str(told.get('date', ''))
     except (AttributeError, LookupError, TypeError):
         raise ValueError(f'{path}: not what the referee writes: {" ".join(text.split())[:50]}'
@@ -71,7 +80,7 @@ def read(path: Path, name: str) -> Judged:
         if mark not in ORDER:
             raise ValueError(f'{path}: the mark of {requirement} is {mark!r:.50}, but must be one '
                              f'of {", ".join(ORDER)}')
-    return Judged(path, name, date, marks, broken if marks else notes)
+    return Judged(path, name, date, marks, broken if marks else notes, undecided)
 
 
 def write_csv(path: Path, judged: Sequence[Judged], requirements: Sequence[str]) -> None:

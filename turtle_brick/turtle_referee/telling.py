@@ -42,7 +42,7 @@ h1 { font-size: 24px; margin: 0 0 4px; }
 table { border-collapse: collapse; width: 100%; margin: 24px 0; background: #fff; }
 td, th { text-align: left; vertical-align: top; padding: 6px 10px; border: 1px solid #dde1e7; }
 td:first-child { font-weight: bold; }
-p, td:first-child, td:last-child, .tall td { overflow-wrap: anywhere; }
+p, td:first-child, td:nth-child(n + 5), .tall td { overflow-wrap: anywhere; }
 i { color: #5b6675; }
 .green { color: #1a7f37; } .red { color: #c62828; } .yellow { color: #9a6700; }
 @media (max-width: 700px) {

@@ -29,7 +29,8 @@ JUDGEMENTS = [
     Judgement('b', 'ж', 'ö', BROKEN, '-' * 300, Plot(
         'Empty', '', '', [], Series('', [], []))),
     Judgement('d', '', '', BROKEN, 'wrong', follows=['b']),
-    Judgement('c', '', '', OPEN, ''),
+    Judgement('c', '', '', OPEN, '50.00 Hz; not judged: the machine stood still in 1 of 9 trials'),
+    Judgement('e', '', '', OPEN, 'nobody asked'),
     Judgement('a', 'words <b> & "more"', 'x [red]', KEPT, '1 < 2 & [bold]3[/bold]', Plot(
         'Title <&>', 'x (m)', 'y & z', [Series('<points>', [0.0, 1.0, nan], [1.0, inf, 2.0])],
         Series('line', [0.0, 1.0], [0.0, 1.0])))]
@@ -71,8 +72,8 @@ def test_the_pages_do_not_overflow(tmp_path, judged):
 
 def test_the_json_has_everything():
     told = json.loads(telling.as_json(JUDGEMENTS, ABOUT), parse_constant=pytest.fail)
-    assert [one['mark'] for one in told['requirements']] == [BROKEN, BROKEN, OPEN, KEPT]
-    assert told['requirements'][3]['plot']['points'][0]['y'] == [1.0, None, 2.0]
+    assert [one['mark'] for one in told['requirements']] == [BROKEN, BROKEN, OPEN, OPEN, KEPT]
+    assert told['requirements'][4]['plot']['points'][0]['y'] == [1.0, None, 2.0]
     assert told['requirements'][1]['follows'] == ['b']
     assert told['seconds'] is None and told['notes'] == ['ö']
 
@@ -81,14 +82,15 @@ def test_the_table_shows_words_as_they_are():
     told = StringIO()
     telling.print_judgements(JUDGEMENTS, Console(file=told, width=120))
     assert '[bold]3[/bold]' in told.getvalue() and 'x [red]' in told.getvalue()
-    assert telling.tally(one.mark for one in JUDGEMENTS) == '1 ✔ kept, 2 ✗ broken, 1 – open'
+    assert telling.tally(one.mark for one in JUDGEMENTS) == '1 ✔ kept, 2 ✗ broken, 2 – open'
 
 
 def test_what_is_not_kept_is_told_again():
     assert telling.not_kept(JUDGEMENTS) == [
         f'{BROKEN} b: {"-" * 300}; expected: ö',
         f'{BROKEN} d: wrong; may follow from: b; expected: ',
-        f'{OPEN} c: ']
+        f'{OPEN} c: {JUDGEMENTS[2].measured}',
+        f'{OPEN} e: nobody asked']
 
 
 # ----------------------------------------------------------------------------------- of a class
@@ -98,7 +100,7 @@ def judged(tmp_path):
     """Return a directory with what was written about some workspaces, and something else."""
     directory = tmp_path / 'judged'
     (directory / 'dora').mkdir(parents=True)
-    for name, judgements in (('ann', JUDGEMENTS), ('bob', JUDGEMENTS[3:]), ('dora/late', [])):
+    for name, judgements in (('ann', JUDGEMENTS), ('bob', JUDGEMENTS[4:]), ('dora/late', [])):
         (directory / f'{name}.json').write_text(telling.as_json(judgements, ABOUT))
     (directory / 'bob.html').touch()
     return directory
@@ -109,11 +111,11 @@ def test_a_class_is_told_a_row_each(judged, tmp_path, capsys):
     assert referee.main(['--summary', str(judged), '--csv', str(table), '--page', str(page)]) == 0
     header, *rows = csv.reader(table.open(newline=''))
     found = [dict(zip(header, row)) for row in rows]
-    assert [[one[name] for name in ('student', KEPT, BROKEN, OPEN, 'broken', 'date', 'b', 'a')]
-            for one in found] == [
-        ['ann', '1', '2', '1', 'b', '2026-11-23', BROKEN, KEPT],
-        ['bob', '1', '0', '0', '', '2026-11-23', '', KEPT],
-        ['dora/late', '0', '0', '0', 'nothing judged, ö', '2026-11-23', '', '']]
+    assert [[one[name] for name in (*summary.TITLES, 'date', 'b', 'a')] for one in found] == [
+        ['ann', '1', '2', '2', 'b', 'c (judge again on a quieter machine); e (nobody asked)',
+         '2026-11-23', BROKEN, KEPT],
+        ['bob', '1', '0', '0', '', '', '2026-11-23', '', KEPT],
+        ['dora/late', '0', '0', '0', 'nothing judged, ö', '', '2026-11-23', '', '']]
     assert header.index('frames: world') < header.index('again') < header.index('b')
     students, hardest = parse(page.read_text()).findall('.//table')
     assert [one.get('href') for one in students.iter('a')] == ['judged/bob.html']
