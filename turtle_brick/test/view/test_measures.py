@@ -45,8 +45,8 @@ def test_curves_are_sampled_once_per_period_and_what_comes_late_fills_the_gap(ga
         latest = ([None] * Curves.LENGTH + samples)[-Curves.LENGTH:]
         assert numbers == latest and set(nothing) == {None}
     assert times == pytest.approx([0.1 * (step - 119) for step in range(120)])
-    curves.add(now + 10**15, 7.0, 8.0)
-    assert curves.columns()[1:] == [[7.0] * 120, [8.0] * 120], 'after a very long gap'
+    curves.add(now + 10**15, 7.0, 8.0)  # after a very long gap
+    assert curves.columns()[1:] == [[7.0] * 120, [8.0] * 120]
 
 
 @given(st.lists(st.integers(0, 100)), st.integers(1, 40), st.integers(1_000, 2_000))

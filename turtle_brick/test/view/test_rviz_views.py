@@ -11,127 +11,62 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""What rviz shows: our views start near the robot, and the films of the README show two bricks."""
+"""What rviz shows: our views start near enough to the robot to see it roll."""
 
-from importlib.machinery import SourceFileLoader
-from importlib.util import module_from_spec, spec_from_loader
-from itertools import product
 from math import cos, pi, sin
-from pathlib import Path
 
 from perspective import seen_from
 import pytest
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import default_path, load
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.physics import Phase
-from turtle_brick.tools.simulation import drops
 import yaml
 
-CONFIG = default_path().parent
-SCRIPT = Path(__file__).resolve().parents[2] / 'scripts' / 'record_rviz'
 PARAMETERS = load()
 
 FIELD_OF_VIEW = pi / 4.0
 """Ogre's default (rad)."""
 
-FRAME = 40, 91
-"""Width and height of what a window has around the 3D view: bars and edges."""
-
-PANEL = 340
-"""Width of the Displays panel."""
-
-record_rviz = module_from_spec(spec_from_loader(
-    'record_rviz', SourceFileLoader('record_rviz', str(SCRIPT))))
-record_rviz.__spec__.loader.exec_module(record_rviz)
+AROUND = 40 + 340, 91
+"""Width and height (pixels) of what a window has around the 3D view: the panel, bars and edges."""
 
 
-def read(name: str) -> dict:
-    """Return a configuration of the package."""
-    return yaml.safe_load((CONFIG / f'{name}.rviz').read_text('utf-8'))
+class Config:
+    """A configuration of the package."""
 
+    def __init__(self, name: str) -> None:
+        """Read it."""
+        content = yaml.safe_load(default_path().with_name(f'{name}.rviz').read_text('utf-8'))
+        self.view = content['Visualization Manager']['Views']['Current']
+        self.fixed_frame = content['Visualization Manager']['Global Options']['Fixed Frame']
+        window = content['Window Geometry']
+        self.aspect = (window['Width'] - AROUND[0]) / (window['Height'] - AROUND[1])
+        """Of the 3D view: its width in its heights."""
 
-def view_of(content: dict) -> dict:
-    """Return the view of a configuration."""
-    return content['Visualization Manager']['Views']['Current']
+    def see(self, point: Vector) -> float:
+        """See that its Orbit view shows a point of its frame (m); return how high, in heights."""
+        yaw, pitch, distance = self.view['Yaw'], self.view['Pitch'], self.view['Distance']
+        x, y, z = look_at = tuple(self.view['Focal Point'][axis] for axis in 'XYZ')
+        position = (x + distance * cos(yaw) * cos(pitch), y + distance * sin(yaw) * cos(pitch),
+                    z + distance * sin(pitch))
+        right, up = seen_from(position, look_at, FIELD_OF_VIEW, point)
+        assert abs(right) < self.aspect / 2.0 and abs(up) < 0.5
+        return up
 
-
-def size_of(content: dict) -> tuple[int, int]:
-    """Return width and height of the 3D view (pixels)."""
-    window = content['Window Geometry']
-    panel = PANEL if content['Panels'] else 0
-    return window['Width'] - panel - FRAME[0], window['Height'] - FRAME[1]
-
-
-def seen(content: dict, point: Vector) -> float:
-    """See that an Orbit view shows a point of its frame (m); return how high, in heights."""
-    view = view_of(content)
-    yaw, pitch, distance = view['Yaw'], view['Pitch'], view['Distance']
-    x, y, z = look_at = tuple(view['Focal Point'][axis] for axis in 'XYZ')
-    position = (x + distance * cos(yaw) * cos(pitch), y + distance * sin(yaw) * cos(pitch),
-                z + distance * sin(pitch))
-    right, up = seen_from(position, look_at, FIELD_OF_VIEW, point)
-    width, height = size_of(content)
-    assert abs(right) < width / height / 2.0 and abs(up) < 0.5
-    return up
-
-
-def height_at(content: dict, x: float, y: float) -> float:
-    """Return the height (pixels) of the robot at a place, where all of it is seen."""
-    return size_of(content)[1] * (seen(content, (x, y, PARAMETERS.platform_height))
-                                  - seen(content, (x, y, 0.0)))
+    def height_at(self, x: float, y: float) -> float:
+        """Return the height of the robot, in those of the view, at a place where it is seen."""
+        return self.see((x, y, PARAMETERS.platform_height)) - self.see((x, y, 0.0))
 
 
 @pytest.mark.parametrize('name', ['show_turtle', 'run_turtle'])
 def test_the_robot_takes_a_quarter_of_the_height_wherever_it_is(name):
-    content = read(name)
-    target = view_of(content)['Target Frame'].replace(
-        '<Fixed Frame>', content['Visualization Manager']['Global Options']['Fixed Frame'])
-    assert target == 'base_link'
-    assert height_at(content, 0.0, 0.0) > size_of(content)[1] / 4
+    config = Config(name)
+    assert config.view['Target Frame'].replace('<Fixed Frame>', config.fixed_frame) == 'base_link'
+    assert config.height_at(0.0, 0.0) > 0.25
 
 
 def test_the_arena_shows_the_brick_at_its_start_and_a_robot_near_enough_to_see_it_roll():
-    content = read('turtle_arena')
-    x, y, z = PARAMETERS.brick_start
-    assert view_of(content)['Target Frame'] == '<Fixed Frame>'
-    seen(content, (x, y, z + PARAMETERS.brick_size[2] / 2))
-    assert height_at(content, *CENTER) > size_of(content)[1] / 6
-    assert height_at(content, x, y) > size_of(content)[1] / 6
-
-
-def test_the_videos_show_all_walls_then_both_bricks_and_a_robot_of_a_quarter_of_their_height():
-    content = record_rviz.configuration()
-    for corner in product((0.0, ARENA_SIZE), repeat=2):
-        seen(content, (*corner, PARAMETERS.wall_height))
-    view_of(content)['Distance'] *= 0.99 ** record_rviz.DRAG
-    for film in record_rviz.FILMS:
-        x, y, z = film.brick
-        seen(content, (x, y, z + PARAMETERS.brick_size[2] / 2))
-        seen(content, (x, y, 0.0))
-    caught = record_rviz.FILMS[0]
-    for place in (CENTER, caught.brick[:2]):
-        assert height_at(content, *place) > size_of(content)[1] / 4
-
-
-def test_one_brick_is_caught_and_one_is_not_with_time_to_spare():
-    caught, unreachable = drops(load(), [film.brick for film in record_rviz.FILMS])
-    assert caught.caught and caught.decision.margin > 0.1
-    assert not unreachable.decision.reachable and unreachable.decision.margin < -0.3
-
-
-def test_the_films_wait_for_words_that_the_arena_says():
-    words = {event.partition(': ')[2] for film in record_rviz.FILMS for event in film.events
-             if event.startswith('brick')}
-    assert words == {phase.value for phase in Phase}
-
-
-def test_what_is_missing_is_said_in_a_sentence(tmp_path, monkeypatch, capsys):
-    (tmp_path / 'ffmpeg').touch(0o755)
-    monkeypatch.setenv('PATH', str(tmp_path))
-    monkeypatch.setenv('AMENT_PREFIX_PATH', str(tmp_path))
-    assert record_rviz.main([str(tmp_path)]) == 1
-    assert capsys.readouterr() == (
-        '', 'record_rviz: rviz2 and Xvfb and xdotool not installed here: apt-get install '
-        'ros-jazzy-rviz2 xvfb xdotool\n')
+    config, (x, y, z) = Config('turtle_arena'), PARAMETERS.brick_start
+    assert config.view['Target Frame'] == '<Fixed Frame>'
+    config.see((x, y, z + PARAMETERS.brick_size[2] / 2))
+    assert config.height_at(*CENTER) > 1.0 / 6.0 and config.height_at(x, y) > 1.0 / 6.0

@@ -48,12 +48,10 @@ def server():
 def test_only_the_pages_of_this_machine_are_let_in():
     for host in HERE:
         assert refusal(HOST, [host], []) == refusal(HOST, [host], [f'http://{host}']) == ''
-        for other in {*HERE, *ELSEWHERE, 'null'} - {host}:
+        for other in {*HERE, *ELSEWHERE} - {host}:
             assert refusal(HOST, [host], [f'http://{other}']), (host, other)
-            assert refusal(HOST, [host], [other])
-        assert refusal(HOST, [host], [f'http://{host}', 'http://evil.example'])
+        assert refusal(HOST, [host], [f'http://{host}', 'null'])
     for host in ELSEWHERE:
-        assert refusal(HOST, [host], []), host
         assert refusal(HOST, [host], [f'http://{host}']), 'a name that has been made to lead here'
     assert refusal(HOST, [], []) and refusal(HOST, ['localhost', 'localhost'], [])
 
@@ -93,12 +91,11 @@ def test_a_port_that_is_taken_is_passed_over():
     assert free_port(HOST, 0) > 0
 
 
-@pytest.mark.parametrize(('host', 'port', 'named'), [
-    (HOST, -1, 'port is -1'), (HOST, 65536, 'port is 65536'), ('x' * 64, 8080, 'x' * 64),
-    ('192.0.2.1', 8080, "host is '192.0.2.1'")])
-def test_an_address_that_cannot_be_is_named(host, port, named):
-    with pytest.raises(ParameterError, match=named):
-        free_port(host, port)
+def test_an_address_that_cannot_be_is_named():
+    for host, port, named in ((HOST, 65536, 'port is 65536'), ('x' * 64, 8080, 'x' * 64),
+                              ('192.0.2.1', 8080, "host is '192.0.2.1'")):
+        with pytest.raises(ParameterError, match=named):
+            free_port(host, port)
 
 
 def test_browsers_that_come_and_go_or_read_nothing_hold_nothing_up(server, capfd):

@@ -61,10 +61,7 @@ def test_roll_pitch_and_yaw_are_turns_about_the_fixed_axes_in_this_order(roll, p
 def test_what_is_drawn_is_what_the_description_says():
     robot = robot_shapes(SMALL)
     assert robot.root == 'root'
-    assert set(robot.links) == {'root', 'tip', 'bare'}
-    assert robot.links['bare'] == ()
-    box, sphere = robot.links['root']
-    (cylinder,) = robot.links['tip']
+    (box, sphere), (cylinder,), () = (robot.links[name] for name in ('root', 'tip', 'bare'))
     assert (box.kind, box.size, box.color) == ('box', (0.5, 0.25, 2.0), (0.1, 0.2, 0.3, 0.4))
     assert box.pose.position == (1.0, 2.0, 3.0)
     assert rotate(box.pose.orientation, (1.0, 0.0, 0.0)) == pytest.approx((0.0, 1.0, 0.0))
@@ -75,31 +72,15 @@ def test_what_is_drawn_is_what_the_description_says():
 
 
 @pytest.mark.parametrize(('before', 'after', 'said'), [
-    ('<?xml version="1.0"?>\n<robot name="small">', '<robot', 'is not XML'),
-    ('<robot name="small">', '<model name="small">', '<model>'),
+    ('</robot>', '', 'is not XML'),
+    (SMALL, '<model/>', '<model>'),
     ('radius="0.5"', 'radius="wide"', 'radius="wide"'),
     ('radius="0.5"', 'radius="inf"', 'radius="inf"'),
-    ('radius="0.5"', '', 'radius=""'),
-    ('xyz="1 2 3"', 'xyz="1 2"', 'xyz="1 2"'),
     ('rgba="1 0 0 1"', 'rgba="1 0 0"', 'rgba="1 0 0"'),
     ('<box size="0.5 0.25 2"/>', '', 'without geometry in link root'),
     ('<child link="bare"/>', '<child link="other"/>', 'no single root link, but root, bare'),
 ])
 def test_what_cannot_be_understood_is_named(before, after, said):
     assert before in SMALL
-    broken = SMALL.replace(before, after, 1)
-    if after.startswith('<model'):
-        broken = broken.replace('</robot>', '</model>')
-    with pytest.raises(UrdfError) as caught:
-        robot_shapes(broken)
-    assert said in str(caught.value)
-
-
-@given(st.text(alphabet='<>/="&;! \0abrobotlink', max_size=60) | st.binary(max_size=30).map(
-    lambda data: data.decode('utf-16', 'surrogatepass') if len(data) % 2 == 0 else ''))
-def test_of_any_text_there_are_shapes_or_a_sentence(text):
-    for description in (text, f'<robot name="a">{text}</robot>'):
-        try:
-            robot_shapes(description)
-        except UrdfError:
-            pass
+    with pytest.raises(UrdfError, match=said):
+        robot_shapes(SMALL.replace(before, after, 1))

@@ -25,7 +25,6 @@ from geometry_msgs.msg import PoseStamped
 from live_graph import graph, PATIENCE, process
 import pytest
 from std_srvs.srv import Trigger
-from turtle_brick.core.parameters import ParameterError
 from turtle_brick.physics import Phase
 from turtle_brick.tools.graph import executable
 from turtle_brick.view import viewer
@@ -34,8 +33,6 @@ from turtle_brick_interfaces.msg import Tilt
 needs_viser = pytest.mark.skipif(
     viewer.find_spec('viser') is None,
     reason='viser, which draws the page, is not installed here')
-
-SERVICES = ('place', 'drop')
 
 
 @pytest.fixture
@@ -93,29 +90,15 @@ def test_it_serves_on_the_next_free_port_and_ends_quietly(domain_id):
 
 
 @needs_viser
-def test_a_parameter_that_can_not_be_is_refused_in_a_sentence(domain_id):
-    with graph(domain_id, quiet=True) as live, pytest.raises(
-            ParameterError, match="port is 'home', but must be a whole number"):
-        live.add(viewer.Viewer, '-p', 'port:=home', parameters=False)
-
-
-@needs_viser
-def test_without_an_arena_it_says_so(live):
-    assert answer_to(live, live.viewer.drop) == 'drop: nobody offers /drop'
-    assert answer_to(live, live.viewer.place, 1.0, 2.0, 3.0) == 'place: nobody offers /place'
-    assert 'no walls are in sight' in answer_to(live, live.viewer.drop_at_random)
-
-
-@needs_viser
 def test_what_the_services_answer_is_shown_on_the_page_only(live, capfd):
-    world = live.add_arena().world
-    await_services(live, *SERVICES)
     place, drop = partial(answer_to, live, live.viewer.place), partial(
         answer_to, live, live.viewer.drop)
-    before = world.brick
+    assert drop() == 'drop: nobody offers /drop'
+    assert 'no walls are in sight' in answer_to(live, live.viewer.drop_at_random)
+    world = live.add_arena().world
+    await_services(live, 'place', 'drop')
     assert 'ground' in place(5.0, 5.0, -1.0)
     assert '#c92a2a' in live.viewer.page._panel._answer.content, 'in red'
-    assert world.brick == before
     assert place(5.0, 5.0, 3.0) == 'place: the brick hovers at (5, 5, 3)'
     assert world.brick == (5.0, 5.0, 3.0)
     assert drop() == 'drop: the brick falls from (5, 5, 3)'
@@ -142,6 +125,7 @@ def test_a_click_sends_the_robot_and_the_slider_tilts_it(live):
     assert goals.last.pose.orientation.w == 1.0
     assert tilts.last.angle == 0.25
     live.wait_for(lambda: live.viewer.page._panel._tilt.value == 0.25, PATIENCE, 'the slider')
+    assert [timer.timer_period_ns for timer in live.viewer.timers] == [1_000_000_000 // 30]
 
 
 @needs_viser
@@ -152,29 +136,3 @@ def test_a_service_that_never_answers_is_reported(live, monkeypatch):
     live.executor.remove_node(live.listener)
     assert answer_to(live, live.viewer.drop) == 'drop: no answer'
     live.executor.add_node(live.listener)
-
-
-@needs_viser
-def test_it_draws_30_pictures_per_second_of_a_busy_graph(live, monkeypatch):
-    """Its timer says so, and each call of it is a picture; a busy machine leaves out some."""
-    page, pictures = live.viewer.page, []
-    draw = page.draw
-    monkeypatch.setattr(page, 'draw', lambda now: (pictures.append(now), draw(now)))
-    live.add_turtlesim()
-    live.add_robot_state_publisher()
-    live.add_robot()
-    live.add_arena()
-    rates = {'brick (TF)': 250.0, 'turtle1/cmd_vel': 100.0, 'odom': 100.0, 'joint_states': 100.0}
-
-    def shown() -> bool:
-        return len(pictures) > 60 and all(
-            rate and abs(rate / rates[name] - 1.0) < 0.04
-            for name, rate in page.rates(pictures[-1]))
-
-    live.wait_for(shown, PATIENCE, f'the rates {rates}')
-    assert [timer.timer_period_ns for timer in live.viewer.timers] == [1_000_000_000 // 30]
-    assert (len(pictures) - 1) * 1e9 / (pictures[-1] - pictures[0]) < 31.5
-    things = page._things
-    assert {'robot/base_link', 'robot/platform', 'robot/wheel'} <= set(things)
-    assert sum(name.startswith('walls/') for name in things) == 4
-    assert sum(name.startswith('brick_marker/') for name in things) == 1

@@ -94,7 +94,7 @@ class Page(Chromium):
             assert monotonic() < deadline, answer
 
     def see(self, button, points, *sights):
-        """Push a view's button until points (m) have colors (shares of red, green and blue)."""
+        """Push a view's button until there is at points (m) what is one of LOOKS."""
         from PIL import Image
         pixels = self.pixels_of(VIEWS[button], points, *(point for point, _ in sights))
         deadline = monotonic() + TIMEOUT
@@ -103,7 +103,8 @@ class Page(Chromium):
             picture = numpy.asarray(Image.open(BytesIO(self.scene())).convert('RGB'), float)
             colors = [picture[y - 1:y + 2, x - 1:x + 2].mean(axis=(0, 1))
                       for x, y in ((round(x), round(y)) for x, y in pixels)]
-            if all(looks(color / color.sum()) for (_, looks), color in zip(sights, colors)):
+            if all(LOOKS[what](color / color.sum())
+                   for (_, what), color in zip(sights, colors)):
                 return
         raise AssertionError(f'the colors at {[point for point, _ in sights]} are {colors}')
 
@@ -115,24 +116,12 @@ def near(x, y, brick):
     return [(x, y, 0.0), (x, y, hinge), brick, (*brick[:2], 0.0)]
 
 
-def is_red(color):
-    """Return whether a color is the hovering brick's."""
-    return color[0] > 0.5
-
-
-def is_blue(color):
-    """Return whether a color is the platform's."""
-    return color[2] > 0.36 and color[2] > color[1] > color[0]
-
-
-def is_wall(color):
-    """Return whether a color is a wall's."""
-    return color[2] > color[0] + 0.015
-
-
-def is_gray(color):
-    """Return whether a color is the ground's."""
-    return numpy.ptp(color) < 0.04
+LOOKS = {
+    'brick': lambda color: color[0] > 0.5, 'not brick': lambda color: color[0] < 0.5,
+    'platform': lambda color: color[2] > 0.36 and color[2] > color[1] > color[0],
+    'wall': lambda color: color[2] > color[0] + 0.015,
+    'ground': lambda color: numpy.ptp(color) < 0.04}
+"""Whether a color (shares of red, green and blue) is that of a hovering brick and so on."""
 
 
 @contextmanager
@@ -163,11 +152,10 @@ def test_a_brick_is_seen_placed_and_caught_on_the_page(domain_id):
         page.open_page(url)
         page.wait_for_text('brick', f'hovering, {z:.2f} m up')
         page.see('From above', [(x, y, 0.0) for x in SIDES for y in SIDES],
-                 *(((x, y, 0.5), is_wall) for x, y in (
+                 *(((x, y, 0.5), 'wall') for x, y in (
                      (-0.05, 5.5), (11.14, 5.5), (5.5, -0.05), (5.5, 11.14))))
-        page.see('Near', near(*CENTER, brick), (brick, is_red),
-                 ((x, y, z - 0.5), lambda color: not is_red(color)),
-                 (platform, is_blue), (GROUND, is_gray), ((5.5, 11.14, 0.25), is_wall))
+        page.see('Near', near(*CENTER, brick), (brick, 'brick'), ((x, y, z - 0.5), 'not brick'),
+                 (platform, 'platform'), (GROUND, 'ground'), ((5.5, 11.14, 0.25), 'wall'))
 
         page.write_place(f'{x}, {y}, -1', 'under the ground')
         page.write_place('', "place: '' is no place")
@@ -180,8 +168,8 @@ def test_a_brick_is_seen_placed_and_caught_on_the_page(domain_id):
         page.click(left + across, top + down)
         point = goals.get(timeout=TIMEOUT).pose.position
         assert (point.x, point.y) == pytest.approx(GROUND[:2], abs=0.1)
-        page.see('Near', near(point.x, point.y, brick), (brick, is_red), (platform, is_gray),
-                 ((point.x, point.y, platform[2]), is_blue))
+        page.see('Near', near(point.x, point.y, brick), (brick, 'brick'), (platform, 'ground'),
+                 ((point.x, point.y, platform[2]), 'platform'))
 
         # Above the robot, and so high that a machine that stands still for a while catches it.
         page.write_place('7, 4.5, 30', 'the brick hovers at (7, 4.5, 30)', button='Place')
