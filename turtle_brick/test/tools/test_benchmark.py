@@ -154,8 +154,9 @@ def test_the_table_holds_what_was_found(tmp_path):
 
 def test_what_is_wrong_with_the_options_is_said(capsys):
     """One sentence names the value, and the status is 2."""
-    for option, value, words in (('--seconds', 'nan', 'at least 1'), ('--drops', '0', 'at least 1'),
-                                 ('--output', __file__, 'this is not a directory')):
+    for option, value, words in (
+            ('--seconds', 'nan', 'at least 1'), ('--drops', '0', 'at least 1'),
+            ('--output', __file__, 'this is not a directory')):
         with pytest.raises(SystemExit, match='2'):
             benchmark.main([option, value])
         assert f'{option} {value}: {words}' in capsys.readouterr().err

@@ -23,7 +23,7 @@ from math import asin, hypot, inf, isfinite
 from typing import Any, NamedTuple
 
 from turtle_brick.core.catch_logic import State
-from turtle_brick.core.driving import Driver, within_arena
+from turtle_brick.core.driving import within_arena
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.reachability import guaranteed_distance
@@ -128,41 +128,18 @@ class Sample(NamedTuple):
     robot: tuple[float, float]
     tilt: float
     """Angle of the platform as the arena knows it (rad)."""
+    commanded: float
+    """The speed that the robot asks turtlesim for (m/s)."""
     speed: float
     """The turtle's, in turtlesim (m/s)."""
     phase: Phase
     state: State
 
 
-class Trace(NamedTuple):
-    """A drop in detail; times in s since the release."""
-
-    samples: list[Sample]
-    """250 per second, until 0.3 s after the end."""
-    commands: list[tuple[float, float]]
-    """Times and commanded speeds (m/s), 100 per second."""
-    decision_time: float
-
-
-class _RecordedDriver(Driver):
-    """A Driver whose commands are noted, with their times."""
-
-    def __init__(self, max_velocity: float) -> None:
-        super().__init__(max_velocity)
-        self.commands: list[tuple[float, float]] = []
-
-    def command(self, now: float) -> tuple[float, float]:
-        velocity = super().command(now)
-        self.commands.append((now, hypot(*velocity)))
-        return velocity
-
-
-def trace(parameters: Parameters, drop: Drop) -> Trace:
-    """Repeat a drop and record it."""
+def trace(parameters: Parameters, drop: Drop) -> list[Sample]:
+    """Repeat a drop; return 250 samples per second, until 0.3 s after its end."""
     simulation = Simulation(parameters, drop.seed, JITTER)
-    driver = simulation.driver = _RecordedDriver(parameters.max_velocity)
     simulation.rest(START_UP)
-    driver.commands.clear()
     samples: list[Sample] = []
 
     def look() -> None:
@@ -171,13 +148,11 @@ def trace(parameters: Parameters, drop: Drop) -> Trace:
         sink = -world.platform.axes[0][2] if world.platform is not None else 0.0
         samples.append(Sample(
             simulation.now * NANO, world.brick, (turtle.x, turtle.y),
-            asin(min(max(sink, -1.0), 1.0)), turtle.linear_velocity, world.phase,
-            simulation.catcher.state))
+            asin(min(max(sink, -1.0), 1.0)), hypot(*simulation.commanded),
+            turtle.linear_velocity, world.phase, simulation.catcher.state))
 
     simulation.on_physics = look
-    result = simulation.drop(drop.result.brick)
+    simulation.drop(drop.result.brick)
     simulation.rest(0.3)
     release = next(sample.time for sample in samples if sample.phase is Phase.FALLING)
-    return Trace([sample._replace(time=sample.time - release) for sample in samples],
-                 [(time - release, speed) for time, speed in driver.commands],
-                 result.decision_time)
+    return [sample._replace(time=sample.time - release) for sample in samples]

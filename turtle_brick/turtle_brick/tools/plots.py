@@ -40,7 +40,7 @@ from turtle_brick.core.reachability import (fall_time, guaranteed_distance, GUAR
                                             resting_height)
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.physics import Phase
-from turtle_brick.tools.drops import Drop, Trace
+from turtle_brick.tools.drops import Drop, Sample
 
 INK = '#1f2933'
 FAINT = '#9aa5b1'
@@ -180,9 +180,9 @@ def reachability_map(drops: Sequence[Drop], parameters: Parameters, cells: int |
                 for outcome in ('caught', 'refused', 'missed')))
 
 
-def one_drop(trace: Trace, drop: Drop, parameters: Parameters, path: Path) -> None:
+def one_drop(samples: Sequence[Sample], drop: Drop, parameters: Parameters, path: Path) -> None:
     """Draw one drop over time, from its record and its result."""
-    samples = trace.samples
+    decided = drop.result.decision_time
     time = [sample.time for sample in samples]
     phases = _spans(time, [sample.phase for sample in samples])
     legible = 0.06 * (time[-1] - time[0])
@@ -195,7 +195,7 @@ def one_drop(trace: Trace, drop: Drop, parameters: Parameters, path: Path) -> No
         for axes in (height, way, speed, tilt):
             for phase, begin, end in phases:
                 axes.axvspan(begin, end, color=PHASE_COLORS[phase], linewidth=0.0, zorder=0)
-            axes.axvline(trace.decision_time, color=MISSED, linewidth=0.9, linestyle=':')
+            axes.axvline(decided, color=MISSED, linewidth=0.9, linestyle=':')
 
         strip.grid(False)
         strip.spines[:].set_visible(False)
@@ -215,8 +215,8 @@ def one_drop(trace: Trace, drop: Drop, parameters: Parameters, path: Path) -> No
             if end - begin > legible:
                 height.text((begin + end) / 2.0, 0.96, phase.value, ha='center', va='top',
                             transform=height.get_xaxis_transform(), fontsize=8)
-        height.annotate(f'decided after {1000.0 * trace.decision_time:.0f} ms',
-                        (trace.decision_time, 0.08), xycoords=('data', 'axes fraction'),
+        height.annotate(f'decided after {1000.0 * decided:.0f} ms',
+                        (decided, 0.08), xycoords=('data', 'axes fraction'),
                         xytext=(5, 0), textcoords='offset points', color=MISSED, fontsize=8)
 
         for place, color, label in ((drop.result.brick[:2], CAUGHT, 'to where the brick falls'),
@@ -228,10 +228,11 @@ def one_drop(trace: Trace, drop: Drop, parameters: Parameters, path: Path) -> No
         way.legend(loc='upper right')
         _level(way, parameters.platform_radius, 'platform under the brick ')
 
-        speed.step(*zip(*trace.commands), where='post', color=STATE_COLORS[State.APPROACHING],
-                   linewidth=1.6, label='commanded, 100 per second')
-        speed.step(time, [sample.speed for sample in samples], where='post', color=CAUGHT,
-                   linewidth=1.6, label="turtlesim's, some 0.07 s behind")
+        for speeds, color, label in (
+                ([sample.commanded for sample in samples], STATE_COLORS[State.APPROACHING],
+                 'commanded, 100 per second'),
+                ([sample.speed for sample in samples], CAUGHT, "turtlesim's, some 0.07 s behind")):
+            speed.step(time, speeds, where='post', color=color, linewidth=1.6, label=label)
         speed.set(ylabel='speed / (m/s)', ylim=(0.0, 1.35 * parameters.max_velocity))
         speed.legend(loc='upper right')
 

@@ -103,6 +103,8 @@ class Simulation:
         self.now = 0
         self.on_physics: Callable[[], None] | None = None
         """Called after each step of the physics."""
+        self.commanded = (0.0, 0.0)
+        """The latest velocity (m/s) that the robot commands, in the turtle's frame."""
         self.decisions: list[tuple[int, Decision]] = []
         """Every decision with its instant (ns)."""
         self._hinge = parameters.platform_height - parameters.platform_thickness
@@ -216,7 +218,8 @@ class Simulation:
                 self._tilt = order.angle
             else:
                 driver.drive_to(*within_arena(order.x, order.y))
-        self._to_turtle.append((now + self._transport, *driver.command(now * NANO)))
+        self.commanded = driver.command(now * NANO)
+        self._to_turtle.append((now + self._transport, *self.commanded))
         place, tilt = driver.pose, self._tilt
         place_shown, tilt_shown = self._shown
         # A platform at rest stays the same one, which spares a sweep a tenth of its time.
