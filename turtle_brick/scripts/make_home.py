@@ -42,17 +42,16 @@ import re
 import shlex
 import shutil
 import signal
-import struct
 import subprocess
 import sys
 import sysconfig
-import threading
 import time
 from xml.etree import ElementTree
 
 TOP = Path(__file__).resolve().parents[2]
 HOME = TOP / '.ros'
 VENV = HOME / 'venv'
+RECORD = HOME / 'made.json'
 REQUIREMENTS = Path(__file__).resolve().with_name('requirements.txt')
 
 # Everything that this program makes, and what mypy knows; other files in .ros are left alone.
@@ -83,13 +82,10 @@ REAL_NAMES = {'tf2_ros': 'tf2_ros_py'}
 PATH_VARIABLES = ('AMENT_PREFIX_PATH', 'CMAKE_PREFIX_PATH', 'COLCON_PREFIX_PATH',
                   'LD_LIBRARY_PATH', 'PATH', 'PYTHONPATH', 'PKG_CONFIG_PATH')
 
-# How pip says that it cannot reach an index, and why.
+# How pip says that it cannot reach an index.
 UNREACHABLE = re.compile(
     r'NewConnectionError|NameResolutionError|Connect(ion|Timeout)Error|ProxyError|SSLError'
     r'|connection broken')
-UNREACHABLE_FOR = re.compile(
-    r'Temporary failure in name resolution|Name or service not known|Network is unreachable'
-    r'|No route to host|Connection refused|timed out|certificate verify failed')
 
 
 class HomeError(Exception):
@@ -106,35 +102,24 @@ def say(text: str, end: str = '\n') -> None:
 @contextlib.contextmanager
 def step(what: str) -> Iterator[Callable[[str], None]]:
     """
-    Print a step and how long it took; on a terminal each second how long it has taken.
+    Print a step and how long it took.
 
-    :return: a function that takes what is said there as well
+    :return: a function that shows what is said meanwhile, on a terminal
     """
-    start, said, over = time.monotonic(), '', threading.Event()
+    start = time.monotonic()
 
     def show(text: str) -> None:
-        nonlocal said
-        said = text
-
-    def tick() -> None:
-        while not over.wait(1.0):
-            line = f'  {what} ... {time.monotonic() - start:.0f} s {said}'
+        if sys.stderr.isatty():
+            line = f'  {what} ... {time.monotonic() - start:.0f} s {text}'
             say(f'\r{line[:shutil.get_terminal_size().columns - 1]}\033[K', end='')
 
-    ticking = threading.Thread(target=tick, daemon=True)
-    is_terminal, done = sys.stderr.isatty(), False
     try:
         say(f'  {what} ...', end='')
-        if is_terminal:
-            ticking.start()
         yield show
-        done = True
+        show('')
+        say(f'\r  {what} ... {time.monotonic() - start:.0f} s', end='')
     finally:
-        over.set()
-        if ticking.is_alive():
-            ticking.join()
-            say(f'\r\033[K  {what} ...', end='')
-        say(f' {time.monotonic() - start:.0f} s' if done else '')
+        say('')
 
 
 def run(command: list[str], env: dict[str, str], text: str = '') -> tuple[int, str]:
@@ -211,39 +196,19 @@ def folder_fingerprint(folder: Path, without: Iterable[str] = ()) -> str:
     return digest.hexdigest()
 
 
-class Record:
-    """The fingerprints of what has been made, kept in a file."""
+def read_record() -> dict[str, str]:
+    """Return the fingerprints of what has been made, by its name; none if none can be read."""
+    try:
+        return json.loads(RECORD.read_text())
+    except (OSError, ValueError):
+        return {}
 
-    def __init__(self, path: Path) -> None:
-        """Read the record. If its file cannot be read, nothing is made."""
-        self._path = path
-        try:
-            self._made: dict[str, str] = json.loads(path.read_text())
-        except (OSError, ValueError):
-            self._made = {}
 
-    def __contains__(self, item: tuple[str, str]) -> bool:
-        """Return whether a part with its fingerprint is made and up to date."""
-        return item in self._made.items()
-
-    def parts(self) -> set[str]:
-        """Return the names of all parts that are made."""
-        return set(self._made)
-
-    def forget(self, part: str) -> None:
-        """Remove a part, before it is changed."""
-        if self._made.pop(part, None) is not None:
-            self._write()
-
-    def add(self, part: str, mark: str) -> None:
-        """Add a part, after it was made."""
-        self._made[part] = mark
-        self._write()
-
-    def _write(self) -> None:
-        new = self._path.with_suffix('.new')
-        new.write_text(json.dumps(self._made, indent=1, sort_keys=True) + '\n')
-        os.replace(new, self._path)
+def write_record(made: dict[str, str]) -> None:
+    """Keep the fingerprints of what has been made."""
+    new = RECORD.with_suffix('.new')
+    new.write_text(json.dumps(made, indent=1, sort_keys=True) + '\n')
+    os.replace(new, RECORD)
 
 
 @contextlib.contextmanager
@@ -275,38 +240,25 @@ def check_path() -> None:
 
 def check_platform() -> None:
     """Check that the wheels of Jazzy can run here: on an x86-64 Linux with glibc."""
-    otherwise = ('on this machine, install ROS 2 Jazzy itself (or use its container) and source '
-                 'it first')
-    if platform.system() != 'Linux' or platform.machine().lower() not in ('x86_64', 'amd64') \
-            or struct.calcsize('P') != 8:
+    library, version = platform.libc_ver()
+    if (platform.system(), platform.machine().lower(), library) != ('Linux', 'x86_64', 'glibc') \
+            or tuple(map(int, version.split('.')[:2])) < GLIBC:
         raise HomeError(
-            f'The wheels of ROS 2 Jazzy are for 64-bit Linux on x86-64, and this Python runs on '
-            f'{platform.system()} on {platform.machine()}: {otherwise}.')
-    name, version = platform.libc_ver()
-    if name != 'glibc' or tuple(map(int, version.split('.')[:2])) < GLIBC:
-        raise HomeError(
-            f'The wheels of ROS 2 Jazzy need glibc {GLIBC[0]}.{GLIBC[1]} or newer, and this '
-            f'machine has {name or "another C library"} {version}'.rstrip() + f': {otherwise}.')
+            'The wheels of ROS 2 Jazzy are for Linux on x86-64 with glibc '
+            f'{GLIBC[0]}.{GLIBC[1]} or newer, and this is {platform.system()} on '
+            f'{platform.machine()} with {library or "another C library"} {version}'.rstrip()
+            + ': on this machine, install ROS 2 Jazzy itself (or use its container) and source '
+            'it first.')
 
 
 def check_compilers() -> None:
-    """Check that C and C++ programs can be built, with the compilers that CMake would take."""
-    for language, variable, usual, include in (
-            ('C', 'CC', ('cc', 'gcc', 'clang'), 'stdlib.h'),
-            ('C++', 'CXX', ('c++', 'g++', 'clang++'), 'vector')):
-        named = shlex.split(os.environ.get(variable, ''))
-        found = named if named else [name for name in usual if shutil.which(name)][:1]
-        if not found or not shutil.which(found[0]):
-            looked_for = f'{variable}={named[0]}' if named else ', '.join(usual)
+    """Check that there are a C and a C++ compiler, those that CMake would take."""
+    for language, variable, usual in (('C', 'CC', ('cc', 'gcc', 'clang')),
+                                      ('C++', 'CXX', ('c++', 'g++', 'clang++'))):
+        wanted = shlex.split(os.environ.get(variable, ''))[:1] or usual
+        if not any(map(shutil.which, wanted)):
             raise HomeError(
-                f'There is no {language} compiler (looked for {looked_for}): install one, for '
-                'example with "sudo apt install build-essential".')
-        status, output = run([*found, '-fsyntax-only', '-x', language.lower(), '-'],
-                             dict(os.environ), f'#include <{include}>\n')
-        if status:
-            raise HomeError(
-                f'The {language} compiler {found[0]} cannot compile a program '
-                f'({last_line(output, "error") or last_line(output)}): install a whole one, '
+                f'There is no {language} compiler (looked for {", ".join(wanted)}): install one, '
                 'for example with "sudo apt install build-essential".')
 
 
@@ -394,16 +346,9 @@ hash -r
 
 def pip_sentence(output: str) -> str:
     """Say in one sentence why pip failed, by all that it printed."""
-    missing = re.search(r'No matching distribution found for (\S+)', output)
     if UNREACHABLE.search(output):
-        reason = UNREACHABLE_FOR.search(output)
-        return ('The Python package index cannot be reached'
-                + (f' ({reason.group()})' if reason else '') + ': connect this machine to the '
-                "network, or set pip's proxy or index, and try again.")
-    if missing:
-        return (f'The package index that pip uses has no {missing.group(1)} for Python '
-                f'{platform.python_version()} on {platform.machine()}: point pip to one that '
-                'mirrors the whole of PyPI.')
+        return ('The Python package index cannot be reached: connect this machine to the network, '
+                "or set pip's proxy or index, and try again.")
     error = last_line(output, '^ *(ERROR|error)').replace('ERROR: ', '') or last_line(output)
     return f'pip could not install the packages of {REQUIREMENTS.name}: {error.rstrip(".")}.'
 
@@ -492,27 +437,31 @@ def underlay_fingerprint(prefixes: list[str], python: str) -> str:
         for name in ('rclpy', 'geometry_msgs', 'rosidl_default_generators')))
 
 
-def build(folders: dict[str, Path], underlay: str, record: Record, launcher: list[str],
+def build(folders: dict[str, Path], underlay: str, made: dict[str, str], launcher: list[str],
           env: dict[str, str]) -> None:
     """
     Build the packages that changed, and delete those that are no longer wanted.
 
     :param folders: The folder of each package that the workspace is to hold, by its name.
     :param underlay: The fingerprint of the home underneath.
+    :param made: The fingerprints of what has been made, which are brought up to date.
     :param launcher: The beginning of a command that is to run in the home underneath.
     """
     marks = {name: fingerprint(underlay, folder_fingerprint(folder, NOT_BUILT))
              for name, folder in folders.items()}
     changed = [name for name, mark in marks.items()
-               if (name, mark) not in record or not (HOME / 'install' / name).is_dir()]
-    dropped = record.parts() - set(marks) - {'venv'}
+               if made.get(name) != mark or not (HOME / 'install' / name).is_dir()]
+    dropped = set(made) - set(marks) - {'venv'}
     if changed and not launcher:
         check_colcon()
     if any((folders[name] / 'CMakeLists.txt').is_file() for name in changed):
         check_compilers()
     HOME.mkdir(exist_ok=True)
     for name in [*changed, *dropped]:
-        record.forget(name)
+        made.pop(name, None)
+    if changed or dropped:
+        write_record(made)
+    for name in [*changed, *dropped]:
         # colcon keeps what a package has stopped to install
         for base in ('build', 'install'):
             shutil.rmtree(HOME / base / name, ignore_errors=True)
@@ -531,8 +480,7 @@ def build(folders: dict[str, Path], underlay: str, record: Record, launcher: lis
         say(output.rstrip())
         raise HomeError(f'colcon could not build {", ".join(changed)}: its output is above and '
                         'in .ros/log/latest_build.')
-    for name in changed:
-        record.add(name, marks[name])
+    write_record({**made, **marks})
 
 
 # --------------------------------------------------------------------------------------- the homes
@@ -549,19 +497,19 @@ def remove_home() -> None:
         HOME.rmdir()
 
 
-def make_native_home(record: Record) -> None:
+def make_native_home(made: dict[str, str]) -> None:
     """Build the packages on the ROS home that the environment has sourced."""
     env = clean_environment()
     env['COLCON_DEFAULTS_FILE'] = os.devnull  # a user's own layout is not this one
     prefixes = [prefix for prefix in env.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if prefix]
     python = f'{sys.prefix} {sys.version_info[:2]}'
-    build(packages_to_build(prefixes), underlay_fingerprint(prefixes, python), record, [], env)
+    build(packages_to_build(prefixes), underlay_fingerprint(prefixes, python), made, [], env)
 
 
-def make_pypi_home(record: Record) -> None:
+def make_pypi_home(made: dict[str, str]) -> None:
     """Make the virtual environment, unless it is there and good, and build the packages on it."""
     mark = venv_fingerprint()
-    if ('venv', mark) not in record or not VENV.is_dir():
+    if made.get('venv') != mark or not VENV.is_dir():
         check_path()
         check_platform()
         check_compilers()
@@ -572,8 +520,8 @@ def make_pypi_home(record: Record) -> None:
             remove_home()
             HOME.mkdir(exist_ok=True)
             make_venv()
-            record = Record(HOME / 'made.json')
-            record.add('venv', mark)
+            made = {'venv': mark}
+            write_record(made)
         except BaseException:
             remove_home()
             raise
@@ -583,7 +531,7 @@ def make_pypi_home(record: Record) -> None:
         env.pop(name, None)
     env.update(CMAKE_GENERATOR='Ninja', COLCON_DEFAULTS_FILE=os.devnull, PYTHONUTF8='1')
     prefixes = [str(VENV)]
-    build(packages_to_build(prefixes), underlay_fingerprint(prefixes, mark), record, in_venv(),
+    build(packages_to_build(prefixes), underlay_fingerprint(prefixes, mark), made, in_venv(),
           env)
 
 
@@ -597,7 +545,7 @@ def main() -> int:
         signal.signal(number, signal.default_int_handler)
     try:
         with alone():
-            homes[sys.argv[1]](Record(HOME / 'made.json'))
+            homes[sys.argv[1]](read_record())
     except HomeError as error:
         say(f'turtle_brick: {error}')
     except KeyboardInterrupt:

