@@ -15,15 +15,12 @@
 
 from contextlib import suppress
 from dataclasses import fields
-import fcntl
 import json
 import os
 from pathlib import Path
-import pty
 import re
 import signal
 import subprocess
-import termios
 import threading
 from time import monotonic
 
@@ -82,24 +79,19 @@ def with_paths(words, files):
 class Command:
     """A command that runs in a process group of its own, as a shell starts it."""
 
-    def __init__(self, words, environment, stdin=None, terminal=False, cwd=None, forked=None):
+    def __init__(self, words, environment, stdin=None, cwd=None, forked=None):
         """
-        Start it: in a terminal or with pipes, of which the first may have a text and an end.
+        Start it with pipes, of which the first may have a text and an end.
 
         :param forked: the modules and the Python that do it in a fork; see Forked
         """
         self.text, self.error = '', ''
         self.changed = threading.Condition()
-        self.terminal, other = pty.openpty() if terminal else (None, subprocess.PIPE)
+        pipe = subprocess.PIPE
         self.popen = Forked(*forked, words, environment, cwd) if forked else subprocess.Popen(
-            words, env=environment, cwd=cwd, start_new_session=True, stdin=other, stdout=other,
-            stderr=other, preexec_fn=(lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))
-            if terminal else None)
-        if terminal:
-            os.close(other)
-            ends = [(self.terminal, 'text')]
-        else:
-            ends = [(self.popen.stdout.fileno(), 'text'), (self.popen.stderr.fileno(), 'error')]
+            words, env=environment, cwd=cwd, start_new_session=True, stdin=pipe, stdout=pipe,
+            stderr=pipe)
+        ends = [(self.popen.stdout.fileno(), 'text'), (self.popen.stderr.fileno(), 'error')]
         self.readers = [threading.Thread(target=self._read, args=end, daemon=True) for end in ends]
         for reader in self.readers:
             reader.start()
@@ -108,11 +100,7 @@ class Command:
             self.popen.stdin.close()
 
     def _read(self, end, name):
-        data = b' '
-        while data:
-            data = b''
-            with suppress(OSError):  # the terminal's way to say that it is over
-                data = os.read(end, 65536)
+        while data := os.read(end, 65536):
             with self.changed:
                 setattr(self, name, getattr(self, name) + data.decode(errors='replace'))
                 self.changed.notify_all()

@@ -48,30 +48,13 @@ pytestmark = pytest.mark.skipif(importlib.metadata.version('launch') != '1.0.0',
                                 reason='this is the real launch, which the recordings are of')
 
 SHARE = get_package_share_directory('turtle_brick')
-HEADER = ['[INFO] [launch]: All log files can be found below $LOGDIR',
-          '[INFO] [launch]: Default logging verbosity is set to INFO']
-
-#: What the recordings have that is not replayed, and why.
-LEFT_OUT = {
-    'no_arguments|.*unknown_file.*|package_without_file|unknown_package|malformed_.*|file_.*'
-    '|argument_empty_value|path_that_does_not_exist|relative_path|show_all_subprocesses_help'
-    '|terminal_ros2_run_ctrl_c|ros2_test': 'the command line is of ros2cli and ros2launch',
-    'print_description_.*|debug|launch_test_verbose': 'for the developers of launch',
-    'launch_test_junit_.*': 'colcon test has pytest write these reports',
-    'launch_test_help': 'what argparse makes of the options, which changes with Python',
-    'pytest_junit_.*|pytest_verbose': 'how pytest reports a test: as the others',
-    'pytest_9_cannot_load_the_plugin': 'a fault of the real one',
-    'noninteractive|second_action_fails|only_process_ends_with_0|outputs_screen_log_both_default':
-    'another does the same',
-    '(launch_test|pytest)_of_the_workspace': 'is test_brick_launch itself',
-}
 
 
-def recorded(name, *more):
-    """Return the records of some files that are replayed, for parametrize."""
-    return [pytest.param(record, id=record['name']) for each in (name, *more)
-            for record in json.loads((DATA / f'launch_{each}.json').read_text())['records']
-            if not any(re.fullmatch(pattern, record['name']) for pattern in LEFT_OUT)]
+def recorded(*names):
+    """Return the records of some files of what launch did, for parametrize."""
+    return [pytest.param(record, id=record['name']) for name in names
+            for record in json.loads((DATA / f'launch_{name}.json').read_text())['records']
+            if name != 'errors' or record['stdout'].startswith('[')]
 
 
 @pytest.fixture(scope='module')
@@ -79,8 +62,6 @@ def files(tmp_path_factory):
     """Write the files that were launched."""
     top = tmp_path_factory.mktemp('ros2')
     write_files(top)
-    die = top / 'probe/lib/probe/die'
-    die.write_text(die.read_text().replace('else 0.5)', "else float(os.getenv('LIFE', '0.5')))"))
     for package in ('rviz2', 'joint_state_publisher', 'joint_state_publisher_gui'):
         program = top / 'others' / 'lib' / package / package
         mark = top / 'others/share/ament_index/resource_index/packages' / package
@@ -224,8 +205,6 @@ def first_complaint(text):
 
 @pytest.mark.parametrize('record', recorded('errors', 'more'))
 def test_errors_are_those_recorded(record, files, environment, capfd):
-    if '-s' in record['command']:
-        return
     status = launched(*found_in(record['command'], files))
     said = normal(capfd.readouterr().out, files, launch.substitutions.launch_config.log_dir)
     expected = record['stdout']
@@ -278,8 +257,6 @@ def run(record, files, top, before):
         'PYTHONPATH': os.pathsep.join(
             [str(Path(__file__).parents[1]), before.get('PYTHONPATH', '')]),
         'AMENT_PREFIX_PATH': f'{files}/probe:{before["AMENT_PREFIX_PATH"]}'}
-    if record['name'] == 'respawn_exit_0':
-        environment['LIFE'] = '4'  # long enough to see it live and interrupt it
     for name, value in (record.get('environment') or {}).items():
         environment.pop(name, None)
         if value is not None:
@@ -297,50 +274,22 @@ def run(record, files, top, before):
                  for word in with_paths(words, files)]
         if words[0] == 'launch_test':
             forked = MODULES, 'from launch_testing import main; sys.exit(main())'
-    if record.get('terminal') and forked:
-        words, forked = [sys.executable, '-c', LAUNCH, words[1]], None
-    command = Command(
-        words, environment, record.get('stdin'), record.get('terminal'), top, forked)
+    command = Command(words, environment, cwd=top, forked=forked)
     try:
-        act(record, command)
+        for (kind, what), number, whom in record.get('signals', ()):
+            if kind == 'after':
+                threading.Event().wait(what)  # so much time is what was recorded
+            else:
+                text, times = what if isinstance(what, list) else (what, 1)
+                assert command.wait_for(lambda: command.has_said(text, times)), (
+                    f'no {text!r} in:\n{command.text}{command.error}')
+            command.send(number, whom)
     finally:
         status, left = command.end()
     return Run(status, command.text, command.error, left, top)
 
 
-def act(record, command):
-    """Send the signals that were sent, and type what was typed."""
-    def wait_for(text, times=1):
-        assert command.wait_for(lambda: command.has_said(text, times)), (
-            f'no {text!r} in:\n{command.text}{command.error}')
-
-    for (kind, what), number, whom in record.get('signals') or (
-            [(('line', 'stdin is'), 'SIGINT', 'process')]
-            if record.get('ended_by_recorder') else ()):
-        if record['name'] == 'respawn_exit_0':
-            wait_for('dying soon', 3)  # not while Python starts, which says much then
-        elif kind == 'after':
-            pass_time(what)
-        elif kind == 't':
-            wait_for('ready')
-        else:
-            wait_for(*(what if isinstance(what, list) else (what,)))
-            if what == 'stdin is':
-                pass_time(0.6)  # it reads: a signal just before that goes unheard in Python
-        command.send(number, whom)
-    said = ('ready', 2) if record['name'] == 'terminal_ctrl_c' else ('stdin is',)
-    for key in record.get('typed') or ():
-        wait_for(*said)
-        os.write(command.terminal, key.encode())
-        said = (key.strip(),)
-
-
-def pass_time(seconds):
-    """Let time pass, which is what was recorded."""
-    threading.Event().wait(seconds)
-
-
-COMMANDS = [param for param in recorded('dynamic', 'logs_and_terminal', 'testing')
+COMMANDS = [param for param in recorded('dynamic', 'logs', 'testing')
             if not param.id.startswith('pytest_')]
 PYTEST = {'name': 'pytest', 'seconds': 60, 'returncode': 1, 'command': [
     'python', '-m', 'pytest', '-p', 'no:cacheprovider', '-rA', *(
@@ -372,7 +321,7 @@ def by_speaker(text):
     what it says itself.
     """
     said, speaker = {}, ''
-    text = re.sub(r'(?<=[^\n])(\[(INFO|ERROR)\])', r'\n\1', text.replace('^C', ''))
+    text = re.sub(r'(?<=[^\n])(\[(INFO|ERROR)\])', r'\n\1', text)
     for line in filter(None, text.replace('\r', '').split('\n')):  # print() is two writes
         match = re.match(r'(\[(?:INFO|ERROR|WARNING)\] \[.*?\]:|\[[\w]+-\d+\]) ?', line)
         speaker = match.group(1) if match else speaker
@@ -389,7 +338,7 @@ def has_ended(text):
         r'\[\w+\] (\[wait-\d\]: process has )(finished cleanly|died).*', r'\1ended', text)
 
 
-@pytest.mark.parametrize('record', recorded('dynamic', 'logs_and_terminal'))
+@pytest.mark.parametrize('record', recorded('dynamic', 'logs'))
 def test_runs_are_those_recorded(record, runs, files):
     done = runs[record['name']].result()
     (log_dir,) = (path.parent for path in done.top.rglob('launch.log'))
@@ -403,12 +352,7 @@ def test_runs_are_those_recorded(record, runs, files):
         found, text = (each.replace('\n', '').split('$STAMP') for each in (
             found.replace(log_dir.name, '$RUN'), text.replace('$HOME', '$WORK/home')))
         assert sorted(found) == sorted(text)
-    # Python is interrupted by launch while it says that the terminal has interrupted it.
-    said = re.sub(r'(\[ask-1\] )object refcount.*(?:\r?\n\1(?:object |lost sys).*)*',
-                  r'\1KeyboardInterrupt', said)
-    if record['name'] == 'ctrl_c_twice':  # the second may come too late
-        said, expected = (re.sub('\n.* again, ignoring...', '', text) for text in (said, expected))
-    if record['name'].startswith(('sigterm', 'sigquit')):  # the real one leaves its processes
+    if record['name'].startswith('sigterm'):  # the real one leaves its processes
         assert not done.left
         for number in '12':
             assert f"sending signal 'SIGTERM' to process[wait-{number}]" in said
@@ -419,7 +363,7 @@ def test_runs_are_those_recorded(record, runs, files):
         assert done.error == ''
     else:
         assert by_speaker(said) == by_speaker(expected)
-        assert 'kill' in record['name'] or not (done.error or done.left)
+        assert not (done.error or done.left)
     assert done.status == record['returncode']
 
 
