@@ -28,7 +28,7 @@ from turtle_brick.core.parameters import load
 from turtle_brick.core.reachability import resting_height
 from turtle_brick.tools import demo
 from turtle_brick.tools.graph import executable, Graph
-from turtle_referee.domains import RANGE_VARIABLES
+from turtle_referee.domains import DomainError, RANGE_VARIABLES
 from turtlesim.msg import Pose
 
 DEMO = [sys.executable, '-m', 'turtle_brick.tools.demo', '--no-view']
@@ -140,7 +140,7 @@ def test_who_listens_is_no_company_but_another_robot_is(domain_id, monkeypatch):
         assert own.nodes == []
         rival.listener.create_service(Trigger, 'drop', print)
         monkeypatch.setattr(demo, 'DISCOVERY_TIME', WAIT)
-        with pytest.raises(demo.CompanyError, match=f'domain {domain_id} .*serves drop'):
+        with pytest.raises(DomainError, match=f'domain {domain_id} .*serves drop'):
             demo.look_out(own)
 
 

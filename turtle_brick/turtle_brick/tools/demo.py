@@ -87,16 +87,6 @@ ROBOT_TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom')
 
 # ---------------------------------------------------------------------------------- its domain
 
-class CompanyError(DomainError):
-    """Another robot is in the domain."""
-
-    def __init__(self, doing: str) -> None:
-        """Say so, and what it does."""
-        super().__init__(
-            f'another robot is in ROS domain {os.environ.get("ROS_DOMAIN_ID") or 0} (somebody '
-            f'{doing}): end it, or choose another ROS_DOMAIN_ID')
-
-
 @contextmanager
 def chosen_domain() -> Iterator[bool]:
     """
@@ -123,7 +113,7 @@ def chosen_domain() -> Iterator[bool]:
 
 
 def look_out(*graphs: Graph) -> None:
-    """Raise CompanyError if another robot is found where graphs are to be that are empty yet."""
+    """Raise DomainError if another robot is found where graphs are to be that are empty yet."""
     lookouts = [graph.add(Node, parameters=False, node_name='lookout') for graph in graphs]
 
     def found() -> str:
@@ -133,7 +123,9 @@ def look_out(*graphs: Graph) -> None:
 
     with suppress(TimeoutError):
         graphs[0].spin_until(found, DISCOVERY_TIME, 'another robot is found')
-        raise CompanyError(found())
+        raise DomainError(
+            f'another robot is in ROS domain {os.environ.get("ROS_DOMAIN_ID") or 0} (somebody '
+            f'{found()}): end it, or choose another ROS_DOMAIN_ID')
     for graph, lookout in zip(graphs, lookouts):
         graph.remove(lookout)
 
@@ -233,11 +225,6 @@ class Match(Hands):
                               'robot, arena and catcher see each other')
         self.say('robot, arena and catcher see each other')
 
-    def refuse_company(self) -> None:
-        """Raise CompanyError if another robot has come, as when two demos start at once."""
-        if self.observer.count_publishers('turtle1/pose') > 1:
-            raise CompanyError('also publishes turtle1/pose')
-
     def robot_place(self) -> tuple[float, float]:
         """Return where the robot is (m in the world); it is known once the graph is there."""
         place = self.robot()
@@ -252,7 +239,6 @@ class Match(Hands):
 
     def show(self, brick: Vector) -> Outcome:
         """Place a brick, drop it, and tell and return what becomes of it."""
-        self.refuse_company()
         self.place(brick, 0.0).check()
         self.say('the brick hovers at ({:.2f}, {:.2f}, {:.2f})'.format(*brick)
                  + f', {self.distance_to(brick[:2]):.2f} m from the robot')

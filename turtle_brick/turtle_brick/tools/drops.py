@@ -83,6 +83,8 @@ class Drop(NamedTuple):
             return 'said to be reachable, but not caught'
         if self.outcome == 'refused' and self.within_promise:
             return f'refused within the promised {self.promised:.3f} m'
+        if self.outcome == 'caught' and not self.result.finished:
+            return 'caught, but not carried and tipped off'
         return ''
 
     def row(self) -> dict[str, Any]:

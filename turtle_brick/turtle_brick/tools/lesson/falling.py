@@ -28,8 +28,7 @@ from turtle_brick.core.reachability import fall_time, resting_height
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.physics import Phase, STEP, World
-from turtle_brick.tools.lesson.sketches import arrow
-from turtle_brick.tools.plots import CAUGHT, drawn, FAINT, INK, MISSED, REFUSED
+from turtle_brick.tools.plots import arrow, CAUGHT, drawn, FAINT, INK, MISSED, REFUSED
 
 DT = STEP * NANO
 """Time (s) of a step of the physics."""

@@ -33,8 +33,7 @@ from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.tools.description import robot_description
-from turtle_brick.tools.lesson.sketches import arrow, sketched
-from turtle_brick.tools.plots import drawn, FAINT, INK, REFUSED, ROBOT
+from turtle_brick.tools.plots import arrow, drawn, FAINT, INK, REFUSED, ROBOT, sketched
 from turtle_brick.tools.simulation import Simulation
 from turtle_brick.view.shapes import ORIGIN, robot_shapes, Shape
 
@@ -189,17 +188,17 @@ def draw(parameters: Parameters, path: Path) -> None:
                                    edgecolor=INK, linewidth=2.0))
             axes.plot([pose.x for pose in line], [pose.y for pose in line], color=FAINT,
                       linewidth=2.0, zorder=2)
-            for name, place in zip('SABC', places):
+            for name, place, offset in zip('SABC', places, ((-17, 3), (3, -20), *2 * [(-17, 3)])):
                 axes.add_patch(Circle((place.x, place.y), 0.42, facecolor='#e8f3ea',
                                       edgecolor=ROBOT, zorder=3))
                 _draw_frame(axes, place, 0.9)
-                axes.annotate(name, (place.x, place.y), xytext=(-17, 3), fontweight='bold',
+                axes.annotate(name, (place.x, place.y), xytext=offset, fontweight='bold',
                               textcoords='offset points')
             for name, frame in frames:
                 _draw_frame(axes, frame, 1.5 if name == 'world' else 2.0, name)
         for axes, name, title in ((in_world, 'world', 'Where it is in world'),
                                   (in_odom, 'odom', '... and in odom')):
-            axes.margins(0.09)
+            axes.margins(0.15, 0.09)
             axes.set(aspect='equal', xlabel=f'x in {name} / m', ylabel=f'y in {name} / m',
                      title=title)
 
@@ -209,5 +208,6 @@ def _draw_frame(axes: Axes, pose: Pose2D, size: float, name: str = '') -> None:
     for turn, color in ((0.0, X_AXIS), (pi / 2.0, Y_AXIS)):
         dx, dy = size * cos(pose.yaw + turn), size * sin(pose.yaw + turn)
         arrow(axes, (pose.x, pose.y), (pose.x + dx, pose.y + dy), color=color)
-    axes.annotate(name, (pose.x, pose.y), textcoords='offset points',
-                  xytext=(0 if pose.yaw >= 0.0 else -34, -15), fontweight='bold')
+    beside = (8, 9) if pose.yaw == 0.0 else (0 if pose.yaw > 0.0 else -34, -15)
+    axes.annotate(name, (pose.x, pose.y), textcoords='offset points', xytext=beside,
+                  fontweight='bold')

@@ -27,8 +27,7 @@ from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, ARENA_SIZE, QUEUE_DEPTH, TICK,
                                                     Turtle)
-from turtle_brick.tools.lesson.sketches import arrow, sketched
-from turtle_brick.tools.plots import CAUGHT, drawn, FAINT, INK, MISSED
+from turtle_brick.tools.plots import arrow, CAUGHT, drawn, FAINT, INK, MISSED, sketched
 from turtle_brick.tools.simulation import Simulation
 
 

@@ -28,9 +28,8 @@ from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guarante
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
 from turtle_brick.tools.drops import Drop, simulate
 from turtle_brick.tools.lesson.falling import DT
-from turtle_brick.tools.lesson.sketches import arrow, sketched
-from turtle_brick.tools.plots import (CAUGHT, drawn, FAINT, farthest, FINE_DASHES, INK, MISSED,
-                                      REFUSED, ROBOT, waterfall)
+from turtle_brick.tools.plots import (arrow, CAUGHT, drawn, FAINT, farthest, FINE_DASHES, INK,
+                                      MISSED, REFUSED, ROBOT, sketched, waterfall)
 
 HEIGHTS = tuple(float(number) for number in range(1, 11))
 DISTANCES = tuple(0.2 * number for number in range(28))
@@ -135,8 +134,7 @@ def draw(parameters: Parameters, path: Path) -> None:
             plane.plot([law(height, parameters) for height in heights], heights, color=INK,
                        linewidth=width, linestyle=style, label=label)
         plane.axhline(low, color=FAINT, linewidth=1.2)
-        plane.text(5.5, low - 0.41, 'below the platform', ha='right', va='center',
-                   bbox={'facecolor': 'white', 'edgecolor': 'none', 'pad': 1.5})
+        plane.text(5.55, low - 0.28, 'below the platform', ha='right', va='center', fontsize=8.5)
         plane.set(xlim=(-0.1, 5.6), ylim=(0.6, 10.4), ylabel='released at a height of / m',
                   xlabel='distance from the robot at rest / m',
                   title=f'Which bricks a robot of {parameters.max_velocity:g} m/s catches')

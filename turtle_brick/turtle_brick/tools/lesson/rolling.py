@@ -24,8 +24,8 @@ import numpy as np
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TICK, Turtle
-from turtle_brick.tools.lesson.sketches import arrow, sketched
-from turtle_brick.tools.plots import CAUGHT, drawn, FAINT, INK, MISSED, REFUSED, ROBOT
+from turtle_brick.tools.plots import (arrow, CAUGHT, drawn, FAINT, INK, MISSED, REFUSED, ROBOT,
+                                      sketched)
 
 
 class Roll(NamedTuple):
