@@ -17,8 +17,8 @@ Publishes the joint states of a robot: stands in for joint_state_publisher and i
 Publishes: joint_states (sensor_msgs/JointState), `rate` times per second.
 Subscribes: robot_description (std_msgs/String, latched), unless a URDF file is given as an
     argument; the topics of source_list (sensor_msgs/JointState), which set positions.
-Parameters: rate (integer, 10), source_list (strings), zeros.JOINT (double),
-    publish_default_positions (true), publish_default_velocities, publish_default_efforts (false).
+Parameters: rate (integer, 10), source_list (strings), zeros.JOINT (double).
+Joints that mimic another one are left to robot_state_publisher.
 The _gui is a page on 127.0.0.1 instead of a window.
 """
 
@@ -41,9 +41,8 @@ from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-DEFAULTS = {'rate': 10, 'source_list': [''], 'publish_default_positions': True,
-            'publish_default_velocities': False, 'publish_default_efforts': False}
-LEFT_OUT = ('delta', 'dependent_joints', 'use_mimic_tags', 'use_smallest_joint_limits')
+LEFT_OUT = ('delta', 'dependent_joints', 'publish_default_efforts', 'publish_default_positions',
+            'publish_default_velocities', 'use_mimic_tags', 'use_smallest_joint_limits')
 
 
 class JointStatePublisher(Node):
@@ -57,16 +56,13 @@ class JointStatePublisher(Node):
             if self.get_parameters_by_prefix(name) or self.has_parameter(name):
                 raise ValueError(
                     f'{name} needs the real joint_state_publisher: it is not in the stand-in')
-        self.given = {name: self.get_parameter_or(name, Parameter(name, value=value)).value
-                      for name, value in DEFAULTS.items()}
-        if not self.given['rate'] > 0:
-            raise ValueError(f'rate is {self.given["rate"]}, but must be more than 0')
-        self.names: list[str] = []
+        rate, sources = (self.get_parameter_or(name, Parameter(name, value=value)).value
+                         for name, value in (('rate', 10), ('source_list', [''])))
+        if not rate > 0:
+            raise ValueError(f'rate is {rate}, but must be more than 0')
         self.positions: dict[str, float] = {}
-        # Of free joints: least, greatest and zero position.
+        # Least, greatest and zero position of joints.
         self.limits: dict[str, tuple[float, float, float]] = {}
-        # Of joints that mimic another one: its name, multiplier and offset.
-        self.mimics: dict[str, tuple[str, float, float]] = {}
         path = remove_ros_args(sys.argv)[1:]
         if path:
             with open(path[0]) as file:
@@ -76,10 +72,10 @@ class JointStatePublisher(Node):
                                    'robot_description topic...')
             self.create_subscription(String, 'robot_description', lambda message: self.configure(
                 message.data), QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
-        for source in filter(None, self.given['source_list']):
+        for source in filter(None, sources):
             self.create_subscription(JointState, source, self.follow, 10)
         self.publisher = self.create_publisher(JointState, 'joint_states', 10)
-        self.create_timer(1.0 / self.given['rate'], self.publish)
+        self.create_timer(1.0 / rate, self.publish)
 
     def configure(self, description: str) -> None:
         """Take the joints of a robot's description."""
@@ -88,10 +84,11 @@ class JointStatePublisher(Node):
         except ElementTree.ParseError:
             self.get_logger().warning('Invalid robot_description given, ignoring')
             return
-        self.limits, self.mimics, self.names = {}, {}, []
+        self.limits = {}
         for joint in robot.findall('joint'):
-            name, limit, mimic = joint.get('name'), joint.find('limit'), joint.find('mimic')
-            if joint.get('type') in ('fixed', 'floating', 'planar'):
+            name, limit = joint.get('name'), joint.find('limit')
+            if joint.get('type') in ('fixed', 'floating', 'planar') or (
+                    joint.find('mimic') is not None):
                 continue
             try:
                 least, greatest = (-pi, pi) if joint.get('type') == 'continuous' else (
@@ -100,14 +97,9 @@ class JointStatePublisher(Node):
                 self.get_logger().warning(
                     f'{name} is not fixed, nor continuous, but limits are not specified!')
                 continue
-            self.names.append(name)
-            if mimic is not None:
-                self.mimics[name] = (mimic.get('joint'), float(mimic.get('multiplier', 1)),
-                                     float(mimic.get('offset', 0)))
-            else:
-                zero = self.get_parameter_or(f'zeros.{name}').value
-                middle = (least + greatest) / 2 if least > 0 or greatest < 0 else 0.0
-                self.limits[name] = least, greatest, middle if zero is None else zero
+            zero = self.get_parameter_or(f'zeros.{name}').value
+            middle = (least + greatest) / 2 if least > 0 or greatest < 0 else 0.0
+            self.limits[name] = least, greatest, middle if zero is None else zero
         self.positions = {name: zero for name, (_, _, zero) in self.limits.items()}
 
     def follow(self, message: JointState) -> None:
@@ -115,22 +107,11 @@ class JointStatePublisher(Node):
         self.positions.update((name, position) for name, position in zip(
             message.name, message.position) if name in self.limits)
 
-    def position(self, name: str, depth: int = 0) -> float:
-        """Return a joint's position, that of a mimic derived from the other joint's."""
-        if name not in self.mimics or depth == len(self.mimics):
-            return self.positions.get(name, 0.0)
-        other, factor, offset = self.mimics[name]
-        return factor * self.position(other, depth + 1) + offset
-
     def publish(self) -> None:
         """Publish the state of all joints."""
-        message = JointState(name=self.names)
+        message = JointState(name=list(self.positions), position=[
+            float(position) for position in self.positions.values()])
         message.header.stamp = self.get_clock().now().to_msg()
-        if self.given['publish_default_positions'] or self.mimics:
-            message.position = [float(self.position(name)) for name in self.names]
-        zeros = [0.0] * len(self.names)
-        message.velocity = zeros if self.given['publish_default_velocities'] else []
-        message.effort = zeros if self.given['publish_default_efforts'] else []
         self.publisher.publish(message)
 
 
@@ -149,7 +130,7 @@ class Gui(JointStatePublisher):
               file=sys.stderr, flush=True)
 
     def configure(self, description: str) -> None:
-        """Take the joints, and make a slider for each free one."""
+        """Take the joints, and make a slider for each."""
         super().configure(description)
         self.in_page(self.lay_out)
 
@@ -163,7 +144,7 @@ class Gui(JointStatePublisher):
         self.server.get_event_loop().call_soon_threadsafe(function, *arguments)
 
     def lay_out(self) -> None:
-        """Make two buttons, and a slider for each free joint."""
+        """Make two buttons, and a slider for each joint."""
         gui = self.server.gui
         gui.reset()
         gui.add_button('Randomize').on_click(lambda _: self.in_page(self.show, {

@@ -113,65 +113,35 @@ def _from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Quaternion:
     return multiply(about_z, multiply(about_y, about_x))
 
 
-def _number(text: str, where: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise DescriptionError(f'{where} has {text!r} where a number should be') from None
-
-
-def _vector(element: ElementTree.Element | None, attribute: str, default: Vector, where: str
-            ) -> Vector:
-    text = None if element is None else element.get(attribute)
-    if text is None:
-        return default
-    values = tuple(_number(word, f'{attribute} of {where}') for word in text.split())
-    if len(values) != 3:
-        raise DescriptionError(f'{attribute} of {where} is {text!r}, not three numbers')
-    return values
-
-
-def _link_of(joint: ElementTree.Element, role: str, links: list[str], where: str) -> str:
-    element = joint.find(role)
-    name = None if element is None else element.get('link')
-    if name is None:
-        raise DescriptionError(f'{where} has no {role} link')
-    if name not in links:
-        raise DescriptionError(f'the {role} link [{name}] of {where} does not exist')
-    return name
-
-
-def _mimic(element: ElementTree.Element | None, where: str) -> Mimic | None:
-    if element is None:
-        return None
-    if not element.get('joint'):
-        raise DescriptionError(f'the mimic of {where} names no joint')
-    return Mimic(element.get('joint'),
-                 _number(element.get('multiplier', '1'), f'the mimic of {where}'),
-                 _number(element.get('offset', '0'), f'the mimic of {where}'))
-
-
 def _joint(element: ElementTree.Element, links: list[str]) -> Joint:
-    name = element.get('name')
-    if not name:
-        raise DescriptionError('a joint has no name')
-    where = f'joint [{name}]'
-    kind = element.get('type')
+    """Read a joint; a ValueError says what is wrong with it."""
+    def attribute(tag: str, name: str, default: str | None = None) -> str | None:
+        found = element.find(tag)
+        return default if found is None else found.get(name, default)
+
+    def numbers(tag: str, name: str, default: str) -> Vector:
+        x, y, z = map(float, attribute(tag, name, default).split())
+        return x, y, z
+
+    kind, ends = element.get('type'), [attribute(role, 'link') for role in ('parent', 'child')]
+    for end in ends:
+        if end not in links:
+            raise ValueError(f'there is no link [{end}]')
     if kind not in (*_ROTATING, *_SLIDING, *_RESTING, *_FREE):
-        raise DescriptionError(f'{where} has the unknown type [{kind}]')
+        raise ValueError(f'it has the unknown type [{kind}]')
     if kind in ('prismatic', 'revolute') and element.find('limit') is None:
-        raise DescriptionError(f'{where} is {kind}, but has no limit')
-    axis = _vector(element.find('axis'), 'xyz', (1.0, 0.0, 0.0), where)
+        raise ValueError(f'it is {kind}, but has no limit')
+    axis = numbers('axis', 'xyz', '1 0 0')
     length = sqrt(sum(value * value for value in axis))
-    if not length > 0.0 and kind in (*_ROTATING, *_SLIDING):
-        raise DescriptionError(f'the axis of {where} has no length')
-    origin = element.find('origin')
+    if not length:
+        raise ValueError('its axis has no length')
+    followed = attribute('mimic', 'joint')
     return Joint(
-        name, kind,
-        _link_of(element, 'parent', links, where), _link_of(element, 'child', links, where),
-        _vector(origin, 'xyz', (0.0, 0.0, 0.0), where),
-        _from_roll_pitch_yaw(*_vector(origin, 'rpy', (0.0, 0.0, 0.0), where)),
-        tuple(value / (length or 1.0) for value in axis), _mimic(element.find('mimic'), where))
+        element.get('name', ''), kind, *ends, numbers('origin', 'xyz', '0 0 0'),
+        _from_roll_pitch_yaw(*numbers('origin', 'rpy', '0 0 0')),
+        tuple(value / length for value in axis),
+        followed and Mimic(followed, float(attribute('mimic', 'multiplier', '1')),
+                           float(attribute('mimic', 'offset', '0'))))
 
 
 def parse(urdf: str) -> dict[str, Joint]:
@@ -188,28 +158,24 @@ def parse(urdf: str) -> dict[str, Joint]:
     if robot.tag != 'robot':
         raise DescriptionError(f'robot_description begins with <{robot.tag}>, not with <robot>')
     links = [link.get('name', '') for link in robot.findall('link')]
-    if not links:
-        raise DescriptionError('robot_description has no link')
-    for name in links:
-        if links.count(name) > 1:
-            raise DescriptionError(f'link [{name}] is there more than once')
     joints: dict[str, Joint] = {}
-    above: dict[str, str] = {}
     for element in robot.findall('joint'):
-        joint = _joint(element, links)
-        if joint.name in joints:
-            raise DescriptionError(f'joint [{joint.name}] is there more than once')
-        if joint.child in above:
-            raise DescriptionError(f'link [{joint.child}] is the child of more than one joint')
+        name = element.get('name')
+        try:
+            joint = _joint(element, links)
+        except ValueError as error:
+            raise DescriptionError(f'joint [{name}]: {error}') from None
         joints[joint.name] = joint
-        above[joint.child] = joint.parent
-    roots = [name for name in links if name not in above]
-    if len(roots) > 1:
-        raise DescriptionError(f'links [{roots[0]}] and [{roots[1]}] are both roots')
-    for name in links:
-        way = [name]
-        while way[-1] in above:
-            way.append(above[way[-1]])
-            if len(way) > len(links):
-                raise DescriptionError(f'link [{name}] is part of a loop')
+    children = [joint.child for joint in joints.values()]
+    for names in (links, children, [joint.get('name') for joint in robot.findall('joint')]):
+        for name in names:
+            if names.count(name) > 1:
+                raise DescriptionError(f'[{name}] is there, or is a child, more than once')
+    roots = [name for name in links if name not in children]
+    reached = set(roots[:1])
+    for _ in links:
+        reached |= {joint.child for joint in joints.values() if joint.parent in reached}
+    if len(reached) < len(links) or not links:
+        raise DescriptionError(f'the links are no tree: the roots are {roots}, and only '
+                               f'{sorted(reached)} hang together')
     return dict(sorted(joints.items()))

@@ -22,7 +22,7 @@ Publishes:
 Subscribes:
     joint_states (sensor_msgs/msg/JointState): the joints' positions
 
-ROS parameters:
+ROS parameters, which do not change while it runs:
     robot_description (string): the robot's URDF; required
     publish_frequency (double, 20.0): the highest rate of /tf in Hz, at most 1000; zero sets no
         limit. It goes by the stamps of joint_states.
@@ -37,15 +37,14 @@ from typing import Any, NamedTuple
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
-from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.msg import ParameterDescriptor
 import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
-from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, qos_profile_sensor_data, QoSProfile
 from rclpy.signals import SignalHandlerOptions
-from robot_state_publisher.description import DescriptionError, Joint, parse
+from robot_state_publisher.description import Joint, parse
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
@@ -77,10 +76,10 @@ class RobotStatePublisher(Node):
     def __init__(self, **node_arguments: Any) -> None:
         """Publish the fixed links and subscribe to joint states."""
         super().__init__('robot_state_publisher', **node_arguments)
-        description = self.declare_parameter('robot_description', '').value
-        self._frequency = self.declare_parameter('publish_frequency', 20.0).value
-        self._prefix = self.declare_parameter('frame_prefix', '').value
-        self._ignore_stamp = self.declare_parameter('ignore_timestamp', False).value
+        description, self._frequency, self._prefix, self._ignore_stamp = (
+            self.declare_parameter(name, default, ParameterDescriptor(read_only=True)).value
+            for name, default in (('robot_description', ''), ('publish_frequency', 20.0),
+                                  ('frame_prefix', ''), ('ignore_timestamp', False)))
         if not description:
             raise ValueError('robot_description parameter must not be empty')
         if not 0.0 <= self._frequency <= 1000.0:
@@ -88,23 +87,24 @@ class RobotStatePublisher(Node):
                 f'publish_frequency must be between 0 and 1000, but is {self._frequency}')
 
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._tf_publisher = self.create_publisher(TFMessage, '/tf', QoSProfile(depth=100))
-        self._static_publisher = self.create_publisher(TFMessage, '/tf_static', latched)
-        self._description_publisher = self.create_publisher(String, 'robot_description', latched)
-
-        self._joints: dict[str, Joint] = {}
+        self._joints = parse(description)
         # The steps for some joints; a sender always has the same ones.
         self._plan = lru_cache(self._make_plan)
-        self._static: dict[str, TransformStamped] = {}
         # When each joint was last published, by the stamps of joint_states, in ns.
         self._published: dict[str, int] = {}
         self._last_call = 0
-        self._set_up(description)
 
+        self._tf_publisher = self.create_publisher(TFMessage, '/tf', QoSProfile(depth=100))
+        self._static_publisher = self.create_publisher(TFMessage, '/tf_static', latched)
+        self._description_publisher = self.create_publisher(String, 'robot_description', latched)
+        self._description_publisher.publish(String(data=description))
+        now = self.get_clock().now().to_msg()
+        self._static_publisher.publish(TFMessage(transforms=[
+            place(self._transform(joint), joint, 0.0, now)
+            for joint in self._joints.values() if joint.is_fixed]))
         self.create_subscription(
             JointState, 'joint_states', self.joint_states_callback, qos_profile_sensor_data)
-        self.add_on_set_parameters_callback(self._check_parameters)
-        self.add_post_set_parameters_callback(self._apply_parameters)
+        self.get_logger().info('Robot initialized')
 
     def joint_states_callback(self, state: JointState) -> None:
         """Publish the moving links, unless the last message was too recent."""
@@ -166,45 +166,6 @@ class RobotStatePublisher(Node):
         stamped.header.frame_id = self._prefix + joint.parent
         stamped.child_frame_id = self._prefix + joint.child
         return stamped
-
-    def _set_up(self, description: str) -> None:
-        """Read the robot's description; publish it and the fixed links."""
-        self._joints = parse(description)
-        self._plan.cache_clear()
-        self._description_publisher.publish(String(data=description))
-        self.get_logger().info('Robot initialized')
-        now = self.get_clock().now().to_msg()
-        for joint in self._joints.values():
-            if joint.is_fixed:
-                stamped = place(self._transform(joint), joint, 0.0, now)
-                self._static[stamped.child_frame_id] = stamped
-        self._static_publisher.publish(TFMessage(transforms=list(self._static.values())))
-
-    def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
-        """Refuse inadmissible values."""
-        values, reason = {parameter.name: parameter.value for parameter in parameters}, ''
-        if not 0.0 <= values.get('publish_frequency', 0.0) <= 1000.0:
-            reason = 'publish_frequency must be between 0.0 and 1000.0'
-        if values.get('robot_description') == '':
-            reason = 'Empty URDF is not allowed'
-        elif 'robot_description' in values:
-            try:
-                parse(values['robot_description'])
-            except DescriptionError as error:
-                self.get_logger().warning(str(error))
-                reason = str(error)
-        return SetParametersResult(successful=not reason, reason=reason)
-
-    def _apply_parameters(self, parameters: list[Parameter]) -> None:
-        """Apply new values."""
-        values = {parameter.name: parameter.value for parameter in parameters}
-        self._frequency = values.get('publish_frequency', self._frequency)
-        self._ignore_stamp = values.get('ignore_timestamp', self._ignore_stamp)
-        if 'frame_prefix' in values:
-            self._prefix = values['frame_prefix']
-            self._plan.cache_clear()
-        if 'robot_description' in values:
-            self._set_up(values['robot_description'])
 
 
 def main(args: list[str] | None = None) -> str | None:

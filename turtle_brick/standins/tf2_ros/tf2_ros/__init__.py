@@ -16,14 +16,14 @@ A stand-in for the Python module tf2_ros of ROS 2 Jazzy, in pure Python.
 
 It has the part that nodes use: buffer, listener, broadcasters and exceptions, with the names,
 signatures, QoS and behavior of tf2_ros_py 0.36.4; its buffer is held to recordings of the real
-one. Left out are the buffer's action client and server, transform() of message types (with it
-the registration of types and BufferInterface) and velocities.
+one. Left out are the buffer's action client and server, its service tf2_frames, its futures,
+lookups between two times, transform() of message types (with it the registration of types and
+BufferInterface) and velocities.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 import sys
-from threading import Event, Thread
-from typing import Any
+from threading import Thread
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -33,9 +33,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.task import Future
 from tf2_msgs.msg import TFMessage
-from tf2_msgs.srv import FrameGraph
 from tf2_ros.buffer_core import (AnyTime, BufferCore, ConnectivityException,
                                  ExtrapolationException, InvalidArgumentException, LookupException,
                                  nanoseconds_of, TimeoutException, TransformException)
@@ -55,16 +53,12 @@ class Buffer(BufferCore):
     """
     A buffer of transforms that can wait for them.
 
-    Given a node, it serves tf2_frames (tf2_msgs/srv/FrameGraph), a description of the frames, and
-    forgets everything when the node's clock jumps back.
+    It forgets everything when the clock, that of the node if there is one, jumps back.
     """
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None) -> None:
         """Make an empty buffer in which each frame's transforms go back so far; 10 s if None."""
         super().__init__(cache_time)
-        self._waiting: list[Callable[[], None]] = []
-        if node is not None:
-            self.srv = node.create_service(FrameGraph, 'tf2_frames', self._get_frames)
         self.clock = Clock() if node is None else node.get_clock()
         self.jump_handle = self.clock.create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=Duration(seconds=-1),
@@ -88,95 +82,16 @@ class Buffer(BufferCore):
             self.can_transform(target_frame, source_frame, time, timeout)
         return self.lookup_transform_core(target_frame, source_frame, time)
 
-    def lookup_transform_full(self, target_frame: str, target_time: AnyTime, source_frame: str,
-                              source_time: AnyTime, fixed_frame: str,
-                              timeout: Duration = Duration()) -> TransformStamped:
-        """Return the same between two times, by way of a frame that does not move in between."""
-        if timeout.nanoseconds:
-            self.can_transform_full(
-                target_frame, target_time, source_frame, source_time, fixed_frame, timeout)
-        return self.lookup_transform_full_core(
-            target_frame, target_time, source_frame, source_time, fixed_frame)
-
     def can_transform(self, target_frame: str, source_frame: str, time: AnyTime,
                       timeout: Duration = Duration(), return_debug_tuple: bool = False
                       ) -> bool | tuple[bool, str]:
         """Tell whether there is a transform within a time, and if asked for, why not."""
-        arguments = target_frame, source_frame, time
-        self._wait(timeout, self.wait_for_transform_async, arguments)
-        answer = self.can_transform_core(*arguments)
-        return answer if return_debug_tuple else answer[0]
+        def answer() -> tuple[bool, str]:
+            return self.can_transform_core(target_frame, source_frame, time)
 
-    def can_transform_full(self, target_frame: str, target_time: AnyTime, source_frame: str,
-                           source_time: AnyTime, fixed_frame: str,
-                           timeout: Duration = Duration(), return_debug_tuple: bool = False
-                           ) -> bool | tuple[bool, str]:
-        """Tell whether there is one between two times within a time, and if asked for, why not."""
-        arguments = target_frame, target_time, source_frame, source_time, fixed_frame
-        self._wait(timeout, self.wait_for_transform_full_async, arguments)
-        answer = self.can_transform_full_core(*arguments)
-        return answer if return_debug_tuple else answer[0]
-
-    def wait_for_transform_async(self, target_frame: str, source_frame: str, time: AnyTime
-                                 ) -> Future:
-        """Return a future for what lookup_transform() returns."""
-        return self._future(lambda: self.lookup_transform_core(target_frame, source_frame, time))
-
-    def wait_for_transform_full_async(self, target_frame: str, target_time: AnyTime,
-                                      source_frame: str, source_time: AnyTime, fixed_frame: str
-                                      ) -> Future:
-        """Return a future for what lookup_transform_full() returns."""
-        return self._future(lambda: self.lookup_transform_full_core(
-            target_frame, target_time, source_frame, source_time, fixed_frame))
-
-    async def lookup_transform_async(self, *arguments: str | AnyTime) -> TransformStamped:
-        """Return what lookup_transform() returns, as soon as there is one."""
-        return await self.wait_for_transform_async(*arguments)
-
-    async def lookup_transform_full_async(self, *arguments: str | AnyTime) -> TransformStamped:
-        """Return what lookup_transform_full() returns, as soon as there is one."""
-        return await self.wait_for_transform_full_async(*arguments)
-
-    @staticmethod
-    def _wait(timeout: Duration, begin: Callable[..., Future], arguments: tuple[Any, ...]) -> None:
-        """Wait for a future, if there is time for that."""
-        if not nanoseconds_of(timeout):
-            return
-        done = Event()
-        future = begin(*arguments)
-        future.add_done_callback(lambda _: done.set())
-        done.wait(nanoseconds_of(timeout) * 1e-9)
-        future.cancel()
-
-    def _future(self, lookup: Callable[[], TransformStamped]) -> Future:
-        future = Future()
-
-        def try_again() -> None:
-            try:
-                transform = lookup()
-            except TransformException:
-                return
-            if not future.done():
-                future.set_result(transform)
-
-        def forget(_: Future) -> None:
-            with self._lock:
-                self._waiting.remove(try_again)
-
-        with self._lock:
-            self._waiting.append(try_again)
-            future.add_done_callback(forget)
-            try_again()
-        return future
-
-    def _changed(self) -> None:
-        for try_again in tuple(self._waiting):
-            try_again()
-
-    def _get_frames(self, request: FrameGraph.Request, response: FrameGraph.Response
-                    ) -> FrameGraph.Response:
-        response.frame_yaml = self.all_frames_as_yaml()
-        return response
+        with self._changed:
+            self._changed.wait_for(lambda: answer()[0], nanoseconds_of(timeout) * 1e-9)
+            return answer() if return_debug_tuple else answer()[0]
 
 
 class TransformListener:

@@ -23,7 +23,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
 from math import acos, inf, isnan, sin, sqrt
-from threading import RLock
+from threading import Condition
 from typing import Any
 
 from builtin_interfaces.msg import Duration as DurationMsg
@@ -215,8 +215,6 @@ class Frame:
     name: str
     cache: StaticCache | TimeCache | None = None
     """The transforms to its parent; None if it has only been named as a parent."""
-    authority: str = ''
-    """Who sent the last transform."""
 
 
 def nanoseconds_of(time: AnyTime | Duration | DurationMsg) -> int:
@@ -264,7 +262,8 @@ class BufferCore:
         """Make an empty buffer in which each frame's transforms go back so far; 10 s if None."""
         self._cache_time = 10 * _NANOSECONDS if cache_time is None else nanoseconds_of(cache_time)
         self._frames: dict[str, Frame] = {}
-        self._lock = RLock()
+        self._changed = Condition()
+        """Notified when there is a new transform; its lock guards the frames."""
 
     def set_transform(self, transform: TransformStamped, authority: str) -> None:
         """Add a transform; one that cannot be used is ignored with a message in the log."""
@@ -276,7 +275,7 @@ class BufferCore:
 
     def clear(self) -> None:
         """Forget all transforms but the static ones; the frames stay known."""
-        with self._lock:
+        with self._changed:
             for frame in self._frames.values():
                 if frame.cache is not None:
                     frame.cache.clear()
@@ -285,7 +284,7 @@ class BufferCore:
                            ) -> tuple[bool, str]:
         """Tell whether there is a transform, and if not, why."""
         nanoseconds = nanoseconds_of(time)
-        with self._lock:
+        with self._changed:
             if target_frame == source_frame:
                 return True, ''
             reason = self._missing(target_frame=target_frame, source_frame=source_frame)
@@ -297,77 +296,24 @@ class BufferCore:
                 return False, str(error)
             return True, ''
 
-    def can_transform_full_core(self, target_frame: str, target_time: AnyTime, source_frame: str,
-                                source_time: AnyTime, fixed_frame: str) -> tuple[bool, str]:
-        """Tell whether there is a transform between two times, and if not, why."""
-        with self._lock:
-            reason = self._missing(target_frame=target_frame, source_frame=source_frame,
-                                   fixed_frame=fixed_frame)
-            if reason:
-                return False, reason
-            possible, reason = self.can_transform_core(target_frame, fixed_frame, target_time)
-            if possible:
-                possible, reason = self.can_transform_core(fixed_frame, source_frame, source_time)
-            return possible, reason
-
     def lookup_transform_core(self, target_frame: str, source_frame: str, time: AnyTime
                               ) -> TransformStamped:
         """Return the pose of the source frame in the target frame, or raise why there is none."""
         nanoseconds = nanoseconds_of(time)
-        with self._lock:
+        with self._changed:
             found = self._lookup(target_frame, source_frame, nanoseconds)
         return stamped(target_frame, source_frame, *found)
-
-    def lookup_transform_full_core(self, target_frame: str, target_time: AnyTime,
-                                   source_frame: str, source_time: AnyTime, fixed_frame: str
-                                   ) -> TransformStamped:
-        """Return the pose that the source frame had, in the target frame at another time."""
-        target_nanoseconds, source_nanoseconds = map(nanoseconds_of, (target_time, source_time))
-        with self._lock:
-            for role, name in (('target', target_frame), ('source', source_frame),
-                               ('fixed', fixed_frame)):
-                self._known(f'lookupTransform argument {role}_frame', name)
-            _, first = self._lookup(fixed_frame, source_frame, source_nanoseconds)
-            nanoseconds, second = self._lookup(target_frame, fixed_frame, target_nanoseconds)
-        return stamped(target_frame, source_frame, nanoseconds, compose(second, first))
-
-    def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
-        """Return the latest time with a transform; zero if there are only static ones between."""
-        with self._lock:
-            target = self._known('get_latest_common_time', target_frame)
-            source = self._known('get_latest_common_time', source_frame)
-            if target is source:
-                return Time(nanoseconds=source.cache.latest()[0] if source.cache else 0)
-            return Time(nanoseconds=self._latest_common_time(target, source))
 
     def all_frames_as_string(self) -> str:
         """Return a line for each frame that has a parent."""
         text = ''
-        with self._lock:
+        with self._changed:
             for frame in self._frames.values():
                 if frame.cache is not None:
                     _, parent = frame.cache.latest()
                     name = 'NO_PARENT' if parent is None else parent.name
                     text += f'Frame {frame.name} exists with parent {name}.\n'
         return text
-
-    def all_frames_as_yaml(self) -> str:
-        """Return a YAML map of the frames: parent, last sender, rate and times."""
-        text = ''
-        with self._lock:
-            for frame in self._frames.values():
-                cache = frame.cache
-                if cache is None or not cache.times:
-                    continue
-                covered = cache.times[-1] - cache.times[0]
-                text += (f'{frame.name}: \n'
-                         f"  parent: '{cache.latest()[1].name}'\n"
-                         f"  broadcaster: '{frame.authority}'\n"
-                         f'  rate: {len(cache.times) * 1e9 / max(covered, 100_000):.3f}\n'
-                         f'  most_recent_transform: {display_time(cache.times[-1])}\n'
-                         f'  oldest_transform: {display_time(cache.times[0])}\n'
-                         f'  buffer_length: {covered * 1e-9:.3f}\n')
-            return text if self._frames else '[]'
 
     # ------------------------------------------------------------------------------ what comes in
 
@@ -386,16 +332,14 @@ class BufferCore:
             return
         stamp = transform.header.stamp
         time = stamp.sec * _NANOSECONDS + stamp.nanosec
-        with self._lock:
+        with self._changed:
             child = self._frame(child_name)
             parent = self._frame(parent_name)
             if type(child.cache) is not cache_type:
                 child.cache = (
                     StaticCache() if cache_type is StaticCache else TimeCache(self._cache_time))
             inserted = child.cache.insert(time, (parent, x, y, z, *canonical(qx, qy, qz, qw)))
-            if inserted:
-                child.authority = authority
-                self._changed()
+            self._changed.notify_all()
         if not inserted:
             get_logger('tf2').warning(
                 f'TF_OLD_DATA ignoring data from the past for frame {child_name} at time '
@@ -404,9 +348,6 @@ class BufferCore:
 
     def _frame(self, name: str) -> Frame:
         return self._frames.setdefault(name, Frame(name))
-
-    def _changed(self) -> None:
-        """Do what is due when there is a new transform."""
 
     # ----------------------------------------------------------------------------- what comes out
 
