@@ -15,7 +15,7 @@
 """The arena in a live graph: a fall by its stamps, its services, its markers."""
 
 from itertools import groupby
-from math import inf, nan, pi, sqrt
+from math import nan, sqrt
 
 from driven import PARAMETERS, Stage
 from live_graph import graph, LATCHED, PATIENCE
@@ -105,24 +105,16 @@ def test_fall_by_its_stamps(bench):
     assert {transform.header.frame_id for transform in bench.bricks.messages} == {'world'}
 
 
-def test_place_refuses_what_cannot_be(bench):
-    """The refusal names the value, and nothing changes."""
-    for location, word in (
-            ((nan, 1.0, 1.0), 'nan'), ((1.0, inf, 1.0), 'inf'), ((1.0, 1.0, -inf), 'inf'),
-            ((1.0, 1.0, -0.5), '-0.5'), ((1.0, 1.0, HALF_HEIGHT - 1e-6), 'ground')):
-        response = bench.place(*location)
-        assert not response.success
-        assert word in response.message
-        assert bench.world.brick == PARAMETERS.brick_start
-        assert bench.world.phase is Phase.HOVERING
-
-
-def test_drop_refuses_what_does_not_hover(bench):
-    """The refusal says what the brick does instead; placing works at every phase."""
+def test_place_and_drop_refuse_what_cannot_be(bench):
+    """The refusal names the value, or what the brick does; placing works at every phase."""
     def refused(why):
         response = bench.drop()
         return not response.success and why in response.message
 
+    for location, word in ((nan, 1.0, 1.0), 'nan'), ((1.0, 1.0, -0.5), '-0.5'):
+        response = bench.place(*location)
+        assert not response.success and word in response.message
+        assert bench.world.brick == PARAMETERS.brick_start
     assert bench.place(7.0, 7.0, 3.0).success and bench.drop().success
     assert refused('already falling')
     bench.until(Phase.GROUNDED)
@@ -169,18 +161,13 @@ def test_rides_with_a_platform_that_drives(bench):
     assert [frame for frame, _ in groupby(frames)] == ['world', 'platform', 'world']
 
 
-def test_inclined_like_the_platform(bench):
-    """The brick's frame has the platform's inclination, hovering as well."""
-    for yaw, tilt in ((0.0, 0.5), (pi / 2.0, -0.3), (2.0, 0.0)):
-        bench.platform = (5.0, 5.0, yaw, tilt)
-        bench.run(0.1)
-        q = bench.bricks.last.transform.rotation
-        expected = multiply(multiply(from_yaw(yaw), from_pitch(tilt)), from_yaw(-yaw))
-        assert (q.x, q.y, q.z, q.w) == pytest.approx(expected, abs=1e-12)
-
-
-def test_markers(bench):
-    """Late joiners get the walls around the arena, and the brick in its own frame."""
+def test_markers_and_inclination(bench):
+    """Late joiners get the walls, and the brick in its own frame, inclined like the platform."""
+    bench.platform = (5.0, 5.0, 2.0, 0.5)
+    bench.run(0.1)
+    turn = bench.bricks.last.transform.rotation
+    assert (turn.x, turn.y, turn.z, turn.w) == pytest.approx(
+        multiply(multiply(from_yaw(2.0), from_pitch(0.5)), from_yaw(-2.0)), abs=1e-12)
     walls = bench.live.record('walls', MarkerArray, LATCHED)
     bricks = bench.live.record('brick_marker', Marker, LATCHED)
     bench.live.wait_for(lambda: walls.messages and bricks.messages, PATIENCE, 'late joiners')
@@ -219,8 +206,6 @@ def test_a_platform_that_is_not_heard_of_any_more_is_absent(bench):
     assert bench.drop().success
     bench.until(Phase.GROUNDED)
     assert bench.world.brick == (5.0, 5.0, HALF_HEIGHT)
-    bench.platform = LEVEL
-    bench.until(lambda: bench.world.platform, 'it is back')
 
 
 def test_clock_that_jumps(bench, capfd, monkeypatch):

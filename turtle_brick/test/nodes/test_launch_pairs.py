@@ -13,13 +13,12 @@
 # limitations under the License.
 
 """
-The launch files: each pair in Python and XML does the same, and says it declaratively.
+The launch files: each pair in Python and XML does the same.
 
 Both twins are loaded by launch, and every argument, command line, parameter, environment and
 condition in them is evaluated.
 """
 
-import ast
 from pathlib import Path
 
 from launch import LaunchContext
@@ -44,16 +43,6 @@ TOPICS = {
 }
 
 
-def twin(name, language):
-    """Return the path of a launch file."""
-    return SHARE / 'launch' / f'{name}.launch.{language}'
-
-
-def inclusion(name, language):
-    """Return the action that includes a launch file."""
-    return IncludeLaunchDescription(AnyLaunchDescriptionSource(str(twin(name, language))))
-
-
 def evaluated(name, language, *, only_arguments=False, **given):
     """
     Load a launch file and evaluate everything, or its arguments only, for their values.
@@ -68,7 +57,8 @@ def evaluated(name, language, *, only_arguments=False, **given):
         return perform_substitutions(context, normalize_to_list_of_substitutions(substitutions))
 
     actions = []
-    file = inclusion(name, language)
+    path = SHARE / 'launch' / f'{name}.launch.{language}'
+    file = IncludeLaunchDescription(AnyLaunchDescriptionSource(str(path)))
     file.execute(context)  # from here on, launch knows the folder
     for action in file.launch_description_source.get_launch_description(context).entities:
         condition = action.condition is None or action.condition.evaluate(context)
@@ -195,22 +185,6 @@ def test_arguments_are_those_of_the_assignment(monkeypatch):
         for language in ('py', 'xml'):
             assert arguments(name, language)['view'][-1] == 'web'
     assert arguments('run_turtle', view='none')['view'][-1] == 'none'
-
-
-@pytest.mark.parametrize('name', NAMES)
-def test_python_is_imports_and_one_return(name):
-    docstring, *imports, function = ast.parse(twin(name, 'py').read_text(encoding='utf-8')).body
-    assert isinstance(docstring.value, ast.Constant)
-    assert all(isinstance(statement, ast.ImportFrom) for statement in imports)
-    assert {statement.module.split('.')[0] for statement in imports} <= {'launch', 'launch_ros'}
-    assert 'OpaqueFunction' not in {alias.name for line in imports for alias in line.names}
-    assert function.name == 'generate_launch_description'
-    docstring, returned = function.body
-    assert isinstance(docstring.value, ast.Constant)
-    assert isinstance(returned, ast.Return)
-    assert returned.value.func.id == 'LaunchDescription'
-    calls = {type(node) for node in ast.walk(returned)}
-    assert not calls & {ast.Lambda, ast.ListComp, ast.IfExp, ast.JoinedStr, ast.BinOp}
 
 
 @pytest.mark.parametrize('name', NAMES)

@@ -18,15 +18,14 @@ from itertools import cycle
 from math import cos, dist, hypot, inf, nan, sin
 
 from geometry_msgs.msg import PoseStamped, Twist
-from live_graph import graph, LATCHED, NodeProcess, PATIENCE
+from live_graph import graph, LATCHED, PATIENCE
 from nav_msgs.msg import Odometry
 import pytest
 from sensor_msgs.msg import JointState
 from tf2_ros import StaticTransformBroadcaster
 from turtle_brick.core.geometry import from_yaw, Pose
-from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.ros.tf import transform_message
-from turtle_brick.tools.graph import executable
 from turtle_brick_interfaces.msg import Tilt
 from turtle_referee.domains import reserved_domain
 from turtlesim.msg import Pose as TurtlePoseMessage
@@ -266,26 +265,3 @@ def test_without_a_turtle(domain_id, capfd):
     warnings = [line for line in capfd.readouterr().err.splitlines() if '[WARN]' in line]
     assert sum('that no turtle has' in line for line in warnings) == 4
     assert sum('Ignored a goal in the frame "base_link"' in line for line in warnings) == 1
-
-
-def test_turtlesim_that_goes_and_comes_back(domain_id):
-    """No motion is asked for while there is no turtle; with a new one the goal is reached."""
-    def start():
-        return NodeProcess([executable('turtlesim', 'turtlesim_node'), '--ros-args', '-p',
-                            'holonomic:=true'], domain_id)
-
-    with start() as turtlesim, graph(domain_id) as live:
-        bench = Bench(live)
-        bench.send(7.0, 6.0)
-        live.wait_for(lambda: bench.pose.x > 4.5, PATIENCE, 'the turtle to be on its way')
-        turtlesim.kill()
-        live.wait_for(lambda: bench.commands.last == Twist(), PATIENCE, 'no more commands')
-        assert all(command == Twist() for command in bench.stays(bench.commands))
-        wheel, origin = bench.robot.odometer.wheel_angle, bench.robot.odometer.origin
-        bench.poses.clear()
-        with start():
-            live.wait_for(lambda: bench.poses.messages, PATIENCE, 'a new turtle')
-            assert bench.poses.messages[0].x == pytest.approx(ARENA_CENTER)
-            assert bench.robot.odometer.wheel_angle == pytest.approx(wheel, abs=1.0)
-            bench.arrive(7.0, 6.0)
-            assert bench.robot.odometer.origin == origin
