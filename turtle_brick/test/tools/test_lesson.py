@@ -15,7 +15,6 @@
 """The lesson's program; what it tells of our robot is held to its pages by test_pages.py."""
 
 import pytest
-from turtle_brick.core.parameters import default_path
 from turtle_brick.tools.lesson import __main__ as lesson
 from turtle_brick.tools.lesson import falling, rolling
 
@@ -34,8 +33,4 @@ def test_what_cannot_be_is_refused_with_a_sentence(tmp_path, capsys):
         lesson.main(['flying'])
     assert "'flying' is none of frames, rolling" in capsys.readouterr().err
     assert lesson.main(['--params-file', str(tmp_path / 'none.yaml')]) == 2
-    high = tmp_path / 'high.yaml'
-    high.write_text(default_path().read_text().replace('1.6  ', '7.0  '))
-    assert lesson.main(['--params-file', str(high)]) == 2
-    errors = capsys.readouterr().err.splitlines()
-    assert len(errors) == 2 and all(line.startswith('lesson: ') for line in errors)
+    assert capsys.readouterr().err.startswith('lesson: ')

@@ -30,7 +30,7 @@ from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guarante
                                             GUARANTEED_LATENCY, resting_height)
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.physics import Phase
-from turtle_brick.tools.simulation import Delays, drops, Simulation
+from turtle_brick.tools.simulation import Delays, Simulation
 
 PARAMETERS = load()
 STEP = 0.004
@@ -193,13 +193,3 @@ def test_latency_that_is_reckoned_with_is_enough_and_not_too_much(delays):
     assert COMMAND_LATENCY - 0.025 <= max(latencies) <= COMMAND_LATENCY
     # The third sample of the fall is 12 ms after the release at the latest.
     assert COMMAND_LATENCY + 0.012 <= GUARANTEED_LATENCY == 0.13
-
-
-def test_same_seed_is_the_same_course():
-    """To the last bit, also with jitter; another seed is another one."""
-    bricks = [(7.0, 7.0, 8.0), (9.5, 2.0, 4.0)]
-    first = drops(PARAMETERS, bricks, 5, DELAYS[1])
-    assert first == drops(PARAMETERS, bricks, 5, DELAYS[1])
-    assert first != drops(PARAMETERS, bricks, 6, DELAYS[1])
-    assert [(result.brick, result.caught) for result in first] == [
-        (bricks[0], True), (bricks[1], False)]

@@ -257,11 +257,3 @@ class Simulation:
         if deviation:
             instant += round(self.random.gauss(0.0, deviation) / NANO)
         return max(instant, self.now + 1)
-
-
-def drops(parameters: Parameters, bricks: list[Vector], seed: int = 0,
-          delays: Delays = Delays()) -> list[Result]:
-    """Return the courses of bricks that are dropped one after another into one arena."""
-    simulation = Simulation(parameters, seed, delays)
-    simulation.rest(0.3)
-    return [simulation.drop(brick) for brick in bricks]

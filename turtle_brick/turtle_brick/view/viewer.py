@@ -65,7 +65,6 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_ros import Buffer
-from turtle_brick.core.parameters import ParameterError
 from turtle_brick.core.time_steps import NANOSECONDS
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.tf import GuardedListener, LATCHED, WORLD
@@ -111,8 +110,12 @@ class Viewer(Node):
         from turtle_brick.view.scene import Scene
         from turtle_brick.view.server import PageServer
         super().__init__('viewer', **node_options)
-        host = self._parameter('host', '127.0.0.1', 'The interface on which the page is served')
-        port = self._parameter('port', 8080, 'The port; if it is taken, the next free one')
+        host, port = (
+            self.declare_parameter(name, default, ParameterDescriptor(
+                description=description, read_only=True)).value
+            for name, default, description in (
+                ('host', '127.0.0.1', 'The interface on which the page is served'),
+                ('port', 8080, 'The port; if it is taken, the next free one')))
         self.server = PageServer(host, port, TITLE)
         self._orders: deque[Callable[[], None]] = deque()
         self._calls: list[tuple[Future, str, int, Callable[[], None]]] = []
@@ -217,16 +220,6 @@ class Viewer(Node):
                             (JointState, 'joint_states')):
             # Only counted, hence not deserialized.
             self.create_subscription(kind, topic, counter(topic), LOSSY, raw=True)
-
-    def _parameter(self, name: str, default: Any, description: str) -> Any:
-        """Declare a parameter and return its value, which has the type of its default."""
-        descriptor = ParameterDescriptor(
-            description=description, read_only=True, dynamic_typing=True)
-        value = self.declare_parameter(name, default, descriptor).value
-        if type(value) is not type(default):
-            kind = 'a whole number' if isinstance(default, int) else 'a string'
-            raise ParameterError(f'{name} is {value!r}, but must be {kind}')
-        return value
 
     def _soon(self, order: Callable[..., None]) -> Callable[..., None]:
         """Return a function, for any thread, that has an order carried out in the node's own."""

@@ -26,7 +26,6 @@ from pathlib import Path
 import sys
 
 from turtle_brick.core.parameters import load, ParameterError
-from turtle_brick.core.reachability import resting_height
 from turtle_brick.tools.lesson import falling, frames, queueing, reach, rolling
 
 PARTS = {'frames': frames, 'rolling': rolling, 'falling': falling, 'queue': queueing,
@@ -54,10 +53,6 @@ def main(args: Sequence[str] | None = None) -> int:
     options = parser.parse_args(args)
     try:
         parameters = load(options.params_file)
-        lowest = min(parameters.brick_start[2], *reach.SAMPLES)
-        if resting_height(parameters) >= lowest:
-            raise ParameterError(f'platform_height {parameters.platform_height:g} m is too high '
-                                 f'for this lesson: a brick falls from {lowest:g} m')
         options.output.mkdir(parents=True, exist_ok=True)
         for name in options.parts or PARTS:
             print(f'{name}:', *PARTS[name].tell(parameters), sep='\n', flush=True)

@@ -198,7 +198,7 @@ def draw(parameters: Parameters, path: Path) -> None:
                 _draw_frame(axes, frame, 1.5 if name == 'world' else 2.0, name)
         for axes, name, title in ((in_world, 'world', 'Where it is in world'),
                                   (in_odom, 'odom', '... and in odom')):
-            axes.margins(0.15, 0.09)
+            axes.margins(0.12, 0.09)
             axes.set(aspect='equal', xlabel=f'x in {name} / m', ylabel=f'y in {name} / m',
                      title=title)
 
@@ -208,6 +208,6 @@ def _draw_frame(axes: Axes, pose: Pose2D, size: float, name: str = '') -> None:
     for turn, color in ((0.0, X_AXIS), (pi / 2.0, Y_AXIS)):
         dx, dy = size * cos(pose.yaw + turn), size * sin(pose.yaw + turn)
         arrow(axes, (pose.x, pose.y), (pose.x + dx, pose.y + dy), color=color)
-    beside = (8, 9) if pose.yaw == 0.0 else (0 if pose.yaw > 0.0 else -34, -15)
+    beside = (8, 9) if pose.yaw == 0.0 else (0 if pose.yaw > 0.0 else -20, -17)
     axes.annotate(name, (pose.x, pose.y), textcoords='offset points', xytext=beside,
                   fontweight='bold')
