@@ -14,7 +14,7 @@
 
 """Worlds with a brick and a platform, and where things must be in them, reckoned by hand."""
 
-from math import cos, hypot, inf, sin
+from math import cos, sin
 
 from turtle_brick.core.geometry import Pose
 from turtle_brick.core.tilting_platform import Platform
@@ -62,21 +62,6 @@ def gap(one, other):
     """Return the largest difference between two tuples of numbers, of equal length."""
     assert len(one) == len(other)
     return max(abs(a - b) for a, b in zip(one, other))
-
-
-def distance_to_sides(x, y, yaw, length, width):
-    """Return how far the nearest point of a rectangle is from the origin, side by side."""
-    corners = [(x + cos(yaw) * a - sin(yaw) * b, y + sin(yaw) * a + cos(yaw) * b)
-               for a, b in ((length / 2, width / 2), (-length / 2, width / 2),
-                            (-length / 2, -width / 2), (length / 2, -width / 2))]
-    nearest, covered = inf, True
-    for (ax, ay), (bx, by) in zip(corners, corners[1:] + corners[:1]):
-        dx, dy = bx - ax, by - ay
-        part = min(max(-(ax * dx + ay * dy) / (dx * dx + dy * dy), 0.0), 1.0)
-        nearest = min(nearest, hypot(ax + part * dx, ay + part * dy))
-        # Counter-clockwise, the inside is to the left of every side.
-        covered = covered and ax * by - ay * bx > 0.0
-    return 0.0 if covered else nearest
 
 
 def brick_in(brick, gravity=GRAVITY, dt=DT, radius=RADIUS, platform=None):

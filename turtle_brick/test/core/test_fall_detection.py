@@ -15,17 +15,14 @@
 """Falls: told from everything else that a brick may do, with their course."""
 
 from collections import deque
-from math import cos, inf, isfinite, isnan, nan, pi, sin, sqrt
+from math import cos, isnan, pi, sin, sqrt
 
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from laws import law, seconds
 import pytest
-from turtle_brick.core.catch_logic import Catcher
 from turtle_brick.core.fall_detection import Fall, FallDetector
-from turtle_brick.core.geometry import IDENTITY, Pose
 from turtle_brick.core.parameters import load
-from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.physics import STEP
 
 PARAMETERS = load()
@@ -179,19 +176,3 @@ def test_course_of_a_fall_is_the_closed_form(z, speed, gravity, time):
     assume(released > z + 1e-6)
     assert fall.time_to(released - 1e-6, gravity) == pytest.approx(
         (sqrt(2.0 * gravity * 1e-6) - speed) / gravity, abs=1e-4)
-
-
-extremes = st.sampled_from((0.0, 5.0, 1e9, -1e9, 1e200, 1e308, -1e308, inf, -inf, nan))
-
-
-@law(20)
-@given(positions=st.lists(st.tuples(extremes, extremes, extremes), min_size=3, max_size=20))
-def test_no_position_is_a_fall_that_cannot_be_reckoned_with(positions):
-    """Finite or not: nothing raises, and no verdict has a number that is none."""
-    detector, catcher = FallDetector(GRAVITY), Catcher(PARAMETERS)
-    for step, position in enumerate(positions):
-        detector.observe(step * STEP, *position)
-        catcher.see_brick(step * STEP, position)
-        catcher.update(step * STEP, Platform(Pose((5.0, 5.0, 1.56), IDENTITY)))
-        for fall in (detector.fall, catcher.decision and catcher.decision.fall):
-            assert fall is None or all(map(isfinite, fall))

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Rotations, poses and rectangles, by the laws that define them."""
+"""Rotations and poses, by the laws that define them."""
 
 from math import cos, pi, sin, sqrt
 
@@ -20,9 +20,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from laws import law
 import pytest
-from turtle_brick.core.geometry import (distance_to_rectangle, from_pitch, from_yaw, multiply,
-                                        Pose, Pose2D, rotate)
-from worlds import distance_to_sides
+from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose, Pose2D, rotate
 
 angles = st.floats(-2.0 * pi, 2.0 * pi)
 lengths = st.floats(-20.0, 20.0)
@@ -77,11 +75,3 @@ def test_poses_in_the_plane_compose_as_in_space_and_have_inverses(a, b):
     x, y, _ = rotate(from_yaw(a.yaw), (b.x, b.y, 0.0))
     assert a.compose(b) == near((a.x + x, a.y + y, a.yaw + b.yaw))
     assert a.compose(a.inverse()) == near((0.0, 0.0, 0.0))
-
-
-@law(40)
-@given(x=st.floats(-2.0, 2.0), y=st.floats(-2.0, 2.0), yaw=angles,
-       length=st.floats(0.01, 2.0), width=st.floats(0.01, 2.0))
-def test_distance_to_a_rectangle_is_that_to_its_nearest_side(x, y, yaw, length, width):
-    assert distance_to_rectangle(x, y, yaw, length, width) == pytest.approx(
-        distance_to_sides(x, y, yaw, length, width), abs=1e-9)

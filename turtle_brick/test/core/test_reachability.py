@@ -24,14 +24,13 @@ import pytest
 from turtle_brick.core.driving import travel_time
 from turtle_brick.core.fall_detection import Fall
 from turtle_brick.core.geometry import from_pitch, Pose
-from turtle_brick.core.latency import Latency, LOSS_RESERVE
+from turtle_brick.core.latency import Latency
 from turtle_brick.core.parameters import load
 from turtle_brick.core.reachability import (CARRY_ON, COMMAND_LATENCY, guaranteed_distance,
                                             LEVEL_LATENCY, reach, resting_height, RobotMotion,
                                             Track)
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.physics import STEP
 
 PARAMETERS = load()
 GRAVITY = PARAMETERS.gravity_accel
@@ -209,22 +208,6 @@ def test_robot_at_rest_tells_how_long_an_order_takes(still, moved, goal, longer)
     seen_at(track, 2.0 + moved, 5.02)
     seen_at(track, 2.1 + moved, 5.3)
     assert track.excess == pytest.approx(longer)
-
-
-def test_order_may_be_lost_where_messages_are_until_it_must_have_been_obeyed():
-    latency = Latency()
-    track = Track(PARAMETERS.max_velocity, latency)
-    stamps = [number * STEP + 2 * STEP * (number // 10) for number in range(60)]
-    for stamp in stamps:
-        latency.see_brick(SECOND + stamp)
-    assert not track.lost(SECOND + stamps[-1])
-    track.order(seconds(2.0), (9.0, 5.0))
-    seen_at(track, 2.0, 5.0)
-    assert track.lost(seconds(2.0 + COMMAND_LATENCY + LOSS_RESERVE - 0.001))
-    assert not track.lost(seconds(2.0 + COMMAND_LATENCY + LOSS_RESERVE + 0.001))
-    # After a while without a loss, no order is.
-    track.order(seconds(20.0), (9.0, 5.0))
-    assert not track.lost(seconds(20.0))
 
 
 def test_platform_is_level_if_it_was_ordered_so_and_is_seen_so():

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-turtlesim_kinematics against recordings of the real turtlesim, and the laws of its queue.
+turtlesim_kinematics against recordings of the real turtlesim.
 
 A recording holds every pose that a real turtlesim_node published and when each command was
 published. When a command arrived is known to a few milliseconds only, so a replay follows every
@@ -21,24 +21,18 @@ recorded one in a single bit. What remains at the end explains the whole recordi
 """
 
 from bisect import bisect_left, bisect_right
-from collections import deque
 from collections.abc import Sequence
 from itertools import product
 import json
-from math import hypot, inf, isnan, nan, pi
+from math import hypot, inf, isnan, nan
 from pathlib import Path
 import pickle
-from random import Random
-from statistics import median
 import struct
 from typing import NamedTuple
 
 import pytest
-from turtle_brick.core.driving import PERIOD, TRANSPORT
-from turtle_brick.core.reachability import QUEUE_LATENCY
-from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, ARENA_SIZE, COMMAND_TIMEOUT,
-                                                    float32, QUEUE_DEPTH, TICK, Turtle, TurtlePose,
-                                                    TurtleSim)
+from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, ARENA_SIZE, float32, TICK,
+                                                    Turtle, TurtlePose, TurtleSim)
 
 RECORDINGS = sorted((Path(__file__).parents[1] / 'data' / 'turtlesim').glob('*.json'))
 assert len(RECORDINGS) == 38, '19 scenarios, each with the turtle holonomic and not'
@@ -139,30 +133,6 @@ def test_every_recorded_tick_is_reproduced(path: Path) -> None:
     assert {(state.commands, state.calls) for state in states} == {(len(commands), len(calls))}
 
 
-def test_commands_at_100_hz_wait_for_60_to_76_ms() -> None:
-    """
-    Over all phases the queue delays a change by what was measured on the real turtlesim.
-
-    There it took 61-77 ms, in the median 69, from publisher to subscriber: 1 ms for the messages.
-    """
-    latencies = []
-    for phase in range(80):
-        turtle = Turtle()
-        instants = deque(PERIOD * number + TICK * phase / 80 for number in range(100))
-        changed = instants[20]
-        for tick in range(60):
-            while instants[0] <= tick * TICK:
-                turtle.command(1.0 if instants.popleft() < changed else 2.0, 0.0, 0.0)
-            if turtle.tick(tick * TICK).linear_velocity == 2.0:
-                latencies.append(tick * TICK - changed)
-                break
-    assert len(latencies) == 80
-    assert min(latencies) == pytest.approx(0.060, abs=2e-4)
-    assert max(latencies) == pytest.approx(0.076, abs=2e-4)
-    assert median(latencies) == pytest.approx(0.068, abs=2e-4)
-    assert max(latencies) == pytest.approx(QUEUE_LATENCY - TRANSPORT, abs=2e-4)
-
-
 def test_a_wall_says_where_the_turtle_would_have_been() -> None:
     """With y downward; but the upper wall limits a teleport itself, and says nothing."""
     turtle = Turtle(x=ARENA_SIZE - 0.01, y=ARENA_SIZE - 1.0, theta=0.0, holonomic=True)
@@ -177,24 +147,6 @@ def test_a_wall_says_where_the_turtle_would_have_been() -> None:
         turtle.teleport_absolute(x, y, 0.0)
         assert turtle.tick(2 * TICK)[:2] == (x, min(max(y, 0.0), ARENA_SIZE))
         assert turtle.clamped == (None if y >= 0.0 else (5.0, ARENA_SIZE + 2.0))
-
-
-def test_teleports_leave_the_arena_for_no_tick_and_a_resting_turtle_stays() -> None:
-    """Poses are float32; without a command for longer than the timeout, the turtle rests."""
-    turtle, random = Turtle(holonomic=True), Random(1)
-    for tick in range(300):
-        numbers = [random.uniform(-50.0, 50.0) for _ in range(3)]
-        random.choice((turtle.command, turtle.teleport_absolute))(*numbers)
-        turtle.teleport_relative(*numbers[:2])
-        pose = turtle.tick(tick * TICK)
-        assert 0.0 <= min(pose[:2]) <= max(pose[:2]) <= ARENA_SIZE
-        assert -pi - 1e-6 <= pose.theta <= pi + 1e-6
-        assert bits(pose) == bits([float32(value) for value in pose])
-    last = tick * TICK
-    for _ in range(QUEUE_DEPTH):
-        assert turtle.tick(last + COMMAND_TIMEOUT)[3:] != (0.0, 0.0)
-    turtle.teleport_absolute(1.0, 2.0, 0.5)
-    assert turtle.tick(last + 2.001 * COMMAND_TIMEOUT + TICK) == (1.0, 2.0, 0.5, 0.0, 0.0)
 
 
 @pytest.mark.parametrize('value', [nan, inf, -inf, 1e300])

@@ -93,17 +93,6 @@ def test_integers_are_as_good_as_floats(context):
     assert parameters == Parameters.from_mapping({**DEFAULTS, 'brick_start': [7.0, 6.0, 5.0]})
 
 
-@pytest.mark.parametrize('change', [
-    {'max_velocity': 'fast'}, {'max_velocity': True}, {'max_velocity': -3},
-    {'max_velocity': [3.0]}, {'brick_size': [0.4, 0.2]}, {'brick_size': ['a', 'b', 'c']}])
-def test_a_node_refuses_in_the_same_words_as_the_file(context, change):
-    with pytest.raises(ParameterError) as from_node:
-        declare(context, Parameters, **{**DEFAULTS, **change})
-    with pytest.raises(ParameterError) as from_values:
-        Parameters.from_mapping({**DEFAULTS, **change})
-    assert str(from_node.value) == str(from_values.value)
-
-
 @pytest.mark.parametrize('text, given, sentence', [
     ('wheel_radius: -1', {'wheel_radius': -1}, '{path}: wheel_radius is -1, but must be a number '
      'from 0.01 to 10 m'),
