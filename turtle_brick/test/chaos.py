@@ -38,8 +38,6 @@ from typing import Any
 
 from rclpy.node import Node
 from rclpy.time import Time
-from turtle_brick.core.parameters import load
-from turtle_brick.core.reachability import guaranteed_distance
 from turtle_brick.ros.tf import AHEAD
 from turtle_brick.tools.graph import Graph
 from turtle_referee.constants import ARENA_SIZE, CENTER, NANO, NANOSECONDS
@@ -50,8 +48,6 @@ from turtle_referee.hands import Hands
 from turtle_referee.observer import how_to_hear, load_type, Observer
 from turtle_referee.processes import Process
 from turtle_referee.spinning import note_interrupts
-
-PARAMETERS = load()
 
 NODES = {
     'turtlesim': ('turtlesim', 'turtlesim_node', '-p', 'holonomic:=true'),
@@ -81,11 +77,9 @@ START_TIME = 1.5 if 'FASTRTPS_DEFAULT_PROFILES_FILE' in os.environ else 5.0
 """Time (s) after which a new process is known to all: DDS says each 3 s who there is, each 0.3 s
 with our profile, and what it says at the start may be lost."""
 
-EASY_HEIGHT, EASY_MARGIN = 8.0, 1.5
-"""From which height (m) an easy brick falls, and how much nearer it is than what is promised."""
-
-HOPELESS_HEIGHT = 12.0
-"""From where (m) a brick falls that nobody reaches, so long that a busy machine sees it."""
+EASY_HEIGHT, EASY_REACH, HOPELESS_HEIGHT = 8.0, 2.0, 12.0
+"""From where bricks fall (m), and how far an easy one is from the robot (m) at most. A hopeless
+one is far away, and falls so long that a busy machine sees it."""
 
 BATCH, PAUSE = 1000, 0.005
 """Messages between two easy bricks, and the time (s) between two of them."""
@@ -115,8 +109,6 @@ class Scene(Graph):
         self.processes[name] = self.add_process(
             package, executable, '--ros-args', *arguments, listener=lambda line: None)
         self.known_at = monotonic() + START_TIME
-
-    # ------------------------------------------------------------------------ what is seen
 
     def look(self) -> None:
         """Begin anew to look, with nothing heard so far, and wait until all speak."""
@@ -166,8 +158,6 @@ class Scene(Graph):
                    'the brick off the platform')
         self.until(self.hands.is_at_rest, 'the robot stands still')
 
-    # ------------------------------------------------------------------------ what is done
-
     def put(self, place: Vector) -> None:
         """Have the brick hover somewhere (m): asked until it is seen, as answers may get lost."""
         def is_there() -> bool:
@@ -189,10 +179,9 @@ class Scene(Graph):
 
     def easy_place(self) -> Vector:
         """Return where a brick may be released that is easily caught."""
-        farthest = guaranteed_distance(EASY_HEIGHT, PARAMETERS) - EASY_MARGIN
         while True:
             x, y = (self.random.uniform(0.0, ARENA_SIZE) for _ in range(2))
-            if 0.3 < self.hands.distance_to((x, y)) < farthest:
+            if 0.3 < self.hands.distance_to((x, y)) < EASY_REACH:
                 return x, y, EASY_HEIGHT
 
     def play(self) -> None:
@@ -217,8 +206,7 @@ class Scene(Graph):
                 'falling': lambda: watch.goal,
                 'carrying': lambda: watch.caught,
                 'tilting': lambda: watch.tilted,
-                'leveling': lambda: (self.phase == 'floating'
-                                     and self.inclination() < 0.7 * PARAMETERS.tilt_angle),
+                'leveling': lambda: self.phase == 'floating' and self.inclination() < 0.5,
                 'floating': lambda: watch.leveled,
                 'unreachable': lambda: watch.refusals,
             }[stage], f'before the blow: {stage}')
@@ -255,8 +243,6 @@ class Scene(Graph):
             self.spin_for(PAUSE)
         self.remove(gun)
         self.spin_for(AHEAD * NANO)  # which a message may be ahead
-
-    # -------------------------------------------------------------------------- the trials
 
     def stand_blow(self, node: str, blow: str, stage: str) -> None:
         """See that the graph comes back after one of BLOWS to a node at one of STAGES."""

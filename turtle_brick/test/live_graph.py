@@ -178,12 +178,8 @@ class LiveGraph(Graph):
         return future.result()
 
 
-@contextlib.contextmanager
-def graph(domain_id: int, *node_factories: Callable[..., Node], **options: Any
-          ) -> Iterator[LiveGraph]:
-    """Run a graph in this process; see LiveGraph."""
-    with LiveGraph(domain_id, *node_factories, **options) as live:
-        yield live
+graph = LiveGraph
+"""What tests call it: `with graph(domain_id, Arena) as live`."""
 
 
 class NodeProcess(Process):

@@ -14,7 +14,6 @@
 """The real launch and ros2: what was recorded, the files it was done with, and to do it again."""
 
 from contextlib import suppress
-from dataclasses import fields
 import json
 import os
 from pathlib import Path
@@ -25,40 +24,16 @@ import threading
 from time import monotonic
 
 from forked import Forked
-from turtle_brick.core.parameters import ArenaParameters, CatcherParameters, RobotParameters
 
 DATA = Path(__file__).parent / 'data' / 'ros2'
 TIME, GLANCE = 30.0, 0.02
 """How long (s) a command may take to do something, and how often it is looked at."""
 
-USED = {'arena': ArenaParameters, 'catcher': CatcherParameters, 'turtle_robot': RobotParameters}
-
 
 def records(*files):
-    """Return the records of files, by name, with the parameters that our nodes have today."""
-    return {record['name']: {**record, 'stdout': with_parameters(record, record['stdout']),
-                             'stderr': with_parameters(record, record['stderr'])}
-            for file in files
+    """Return the records of files, by name."""
+    return {record['name']: record for file in files
             for record in json.loads((DATA / f'{file}.json').read_text())['records']}
-
-
-def with_parameters(record, text):
-    """Return what was printed, with today's parameters of the node that it is about."""
-    then = re.search('missing parameters: ([^;]+)', (DATA / 'cli.json').read_text())[1].split(', ')
-    asked = record['command'][-1].strip('/')
-
-    def today(node):
-        return sorted(entry.name for entry in fields(USED[node]))
-
-    def listed(match):
-        node, names = match[1] or asked, match[2].split()
-        if node not in USED:
-            return match[0]
-        names = sorted(set(names).difference(then).union(today(node)))
-        return match[0].replace(match[2], ''.join(f'  {name}\n' for name in names))
-
-    text = re.sub(r'(?:^/(\w+):\n)?((?:  \S*[^\s:]\n)+)', listed, text, flags=re.M)
-    return text.replace(', '.join(then), ', '.join(today(asked))) if asked in USED else text
 
 
 def write_files(top):
