@@ -454,12 +454,11 @@ def slides(record: Record) -> list[Slide]:
                             for _, brick, platform in track])
         times = numpy.array([(stamp - track[0][0]) * NANO for stamp, _, _ in track])
         steps = numpy.diff(times, prepend=times[0])
+        angles = [inclination(platform) for _, _, platform in track]
 
         def due(lag: int) -> Array:
-            angles = [inclination(record.platform(stamp - lag) or platform)
-                      for stamp, _, platform in track]
-            speeds = numpy.cumsum(gravity * numpy.sin(angles) * steps)
-            return numpy.cumsum(speeds * steps)
+            pulls = gravity * numpy.sin(numpy.interp(times - lag * NANO, times, angles))
+            return numpy.cumsum(numpy.cumsum(pulls * steps) * steps)
 
         found.append(min((Slide(times, seen - seen[0], due(lag)) for lag in LAGS),
                          key=lambda slide: slide.off))
