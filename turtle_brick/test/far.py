@@ -40,7 +40,6 @@ import struct
 import subprocess
 import sys
 from time import monotonic
-from typing import Any
 
 HERE = Path(__file__).resolve()
 
@@ -151,9 +150,8 @@ def judge(drops: int, seed: int) -> Iterator[tuple[float, float, float, str]]:
         became of it: caught, refused, missed, or caught although refused.
     """
     # Not at the top: the switch needs no ROS.
+    from live_graph import LATCHED, LiveGraph
     from rcl_interfaces.msg import Log
-    from rclpy.node import Node
-    from rclpy.qos import QoSProfile
     from std_msgs.msg import String
     from std_srvs.srv import Trigger
     from tf2_ros import Buffer
@@ -161,38 +159,11 @@ def judge(drops: int, seed: int) -> Iterator[tuple[float, float, float, str]]:
     from turtle_brick.core.parameters import load
     from turtle_brick.core.reachability import COMMAND_LATENCY, guaranteed_distance, resting_height
     from turtle_brick.physics import Phase
-    from turtle_brick.ros.tf import GuardedListener, LATCHED, latest, PLATFORM
-    from turtle_brick.tools.graph import Graph
+    from turtle_brick.ros.tf import GuardedListener, latest, PLATFORM
     from turtle_brick_interfaces.srv import Place
     from turtle_referee.spinning import note_interrupts
     from visualization_msgs.msg import Marker
     parameters, random = load(), Random(seed)
-
-    class Judge(Node):
-        """Who drops the bricks."""
-
-        def __init__(self, **options: Any) -> None:
-            super().__init__('judge', **options)
-            self.buffer = Buffer()
-            self.listener = GuardedListener(self.buffer, self)
-            self.phase = self.state = ''
-            self.verdicts: list[tuple[bool, float]] = []
-            self.place_client = self.create_client(Place, 'place')
-            self.drop_client = self.create_client(Trigger, 'drop')
-            self.create_subscription(Marker, 'brick_marker', self.on_marker, LATCHED)
-            self.create_subscription(String, 'catcher_state', self.on_state, LATCHED)
-            self.create_subscription(Log, '/rosout', self.on_log, QoSProfile(depth=100))
-
-        def on_marker(self, message: Marker) -> None:
-            self.phase = message.text
-
-        def on_state(self, message: String) -> None:
-            self.state = message.data.partition(':')[0]
-
-        def on_log(self, message: Log) -> None:
-            print(f'  {message.name}: {message.msg}', flush=True)
-            if found := re.search('the commands take ([0-9.]+) s here', message.msg):
-                self.verdicts.append(('can be caught' in message.msg, float(found[1])))
 
     def promised(height: float, latency: float) -> float:
         # An order goes over a link, the motion comes back over another one, and the release is
@@ -200,25 +171,28 @@ def judge(drops: int, seed: int) -> Iterator[tuple[float, float, float, str]]:
         return guaranteed_distance(height, parameters, 1.5 * (latency - COMMAND_LATENCY))
 
     note_interrupts()
-    with Graph() as graph:
-        graph.add_arena()
-        node = graph.add(Judge, parameters=False)
+    with LiveGraph(None) as live:
+        live.add_arena()
+        buffer = Buffer()
+        listener = GuardedListener(buffer, live.listener)
+        markers = live.record('brick_marker', Marker, LATCHED)
+        states = live.record('catcher_state', String, LATCHED)
+        log = live.record('/rosout', Log)
 
-        def wait(condition: Callable[[], Any], what: str, timeout: float = LONGEST) -> None:
-            graph.spin_until(condition, timeout, what)
+        def is_in(*phases: Phase) -> bool:
+            return markers.last.text in [phase.value for phase in phases]
 
-        def ask(client: Any, request: Any) -> None:
-            answer = client.call_async(request)
-            wait(answer.done, client.srv_name)
-            assert answer.result().success, answer.result().message
+        def verdict() -> re.Match[str] | None:
+            said = [re.search('commands take ([0-9.]+) s here', line.msg) for line in log.messages]
+            return next(filter(None, said), None)
 
-        wait(lambda: node.state and node.phase and node.place_client.service_is_ready()
-             and node.drop_client.service_is_ready() and latest(node.buffer, PLATFORM),
-             'robot, arena and catcher are there', START_TIME)
+        live.wait_for(lambda: states.last and markers.last and latest(buffer, PLATFORM),
+                      START_TIME, 'robot, arena and catcher are there')
         latency = COMMAND_LATENCY
         for number in range(drops + 1):
-            wait(lambda: node.state in ('waiting', 'unreachable'), 'the catcher waits')
-            robot = latest(node.buffer, PLATFORM).transform.translation
+            live.wait_for(lambda: re.match('waiting|unreachable', states.last.data), LONGEST,
+                          'the catcher waits')
+            robot = latest(buffer, PLATFORM).transform.translation
             while True:
                 z = resting_height(parameters) + random.uniform(3.0, 7.0)
                 # The first one tells how long the commands take.
@@ -229,22 +203,24 @@ def judge(drops: int, seed: int) -> Iterator[tuple[float, float, float, str]]:
                     break
             request = Place.Request()
             request.location.x, request.location.y, request.location.z = x, y, z
-            ask(node.place_client, request)
-            graph.spin_for(HOVERING)
-            robot = latest(node.buffer, PLATFORM).transform.translation
-            told = len(node.verdicts)
-            ask(node.drop_client, Trigger.Request())
-            wait(lambda: node.phase in (Phase.RIDING.value, Phase.GROUNDED.value),
-                 'the brick comes down')
-            caught = node.phase == Phase.RIDING.value
-            wait(lambda: len(node.verdicts) > told, 'the catcher says what it does')
-            (reachable, latency), = node.verdicts[told:]
+            assert live.call('place', Place, request).success
+            live.spin_for(HOVERING)
+            robot = latest(buffer, PLATFORM).transform.translation
+            log.clear()
+            assert live.call('drop', Trigger).success
+            live.wait_for(lambda: is_in(Phase.RIDING, Phase.GROUNDED), LONGEST,
+                          'the brick comes down')
+            caught = is_in(Phase.RIDING)
+            told = live.wait_for(verdict, LONGEST, 'the catcher says what it does')
+            print(f'  {told.string}', flush=True)
+            latency = float(told[1])
             if caught:
-                wait(lambda: node.phase == Phase.FLOATING.value, 'the brick is tipped off')
-            outcome = (('caught' if caught else 'missed') if reachable
+                live.wait_for(lambda: is_in(Phase.FLOATING), LONGEST, 'the brick is tipped off')
+            outcome = (('caught' if caught else 'missed') if 'can be caught' in told.string
                        else 'caught although refused' if caught else 'refused')
             if number:
                 yield hypot(x - robot.x, y - robot.y), promised(z, latency), latency, outcome
+        listener.unregister()
 
 
 def tell(drops: int, seed: int) -> None:

@@ -475,20 +475,11 @@ def stamped(target_name: str, source_name: str, time: int, transform: Transform
 def _refuse(parent: str, child: str, authority: str, translation: tuple[float, ...],
             rotation: tuple[float, ...]) -> None:
     """Say in the log why a transform cannot be used."""
-    sender, of_child = f'from authority "{authority}"', f'for child_frame_id "{child}"'
-    if child == parent:
-        reason = (f'TF_SELF_TRANSFORM: Ignoring transform {sender} with frame_id and '
-                  f'child_frame_id "{child}" because they are the same')
-    elif not child:
-        reason = (f'TF_NO_CHILD_FRAME_ID: Ignoring transform {sender} because child_frame_id not '
-                  'set')
-    elif not parent:
-        reason = (f'TF_NO_FRAME_ID: Ignoring transform with child_frame_id "{child}" {sender} '
-                  'because frame_id not set')
-    elif any(map(isnan, (*translation, *rotation))):
-        reason = (f'TF_NAN_INPUT: Ignoring transform {of_child} {sender} because of a nan value '
-                  f'in the transform {translation} {rotation}')
-    else:
-        reason = (f'TF_DENORMALIZED_QUATERNION: Ignoring transform {of_child} {sender} because of '
-                  f'an invalid quaternion in the transform {rotation}')
-    get_logger('tf2').error(reason)
+    reason = ('TF_SELF_TRANSFORM: both frames are the same' if child == parent else
+              'TF_NO_CHILD_FRAME_ID: child_frame_id is not set' if not child else
+              'TF_NO_FRAME_ID: frame_id is not set' if not parent else
+              'TF_NAN_INPUT: there is a nan' if any(map(isnan, (*translation, *rotation))) else
+              'TF_DENORMALIZED_QUATERNION: the rotation is none')
+    get_logger('tf2').error(
+        f'Ignoring transform from authority "{authority}" with frame_id "{parent}" and '
+        f'child_frame_id "{child}": {reason}: {translation} {rotation}')
