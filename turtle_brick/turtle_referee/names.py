@@ -15,7 +15,7 @@
 """
 What an implementation calls things, and the numbers it was built with. No ROS.
 
-The defaults are the assignment's own names. A profile in YAML, or `--set`, says what differs:
+The defaults are the assignment's own names. A profile in YAML says what differs:
 
     topics: {cmd_vel: robot/cmd_vel, tilt: platform_tilt}
     services: {place: put}
@@ -41,7 +41,7 @@ NUMBERS = {'platform_height': 1.0, 'platform_radius': 0.5, 'wheel_radius': 0.2,
 
 
 class ProfileError(ValueError):
-    """A profile, an option or a parameter file can't be used; the text says why."""
+    """A profile can't be used; the text says why."""
 
 
 @dataclass
@@ -62,71 +62,38 @@ class Profile:
         """Return the names of the assignment, with the numbers that parameters have."""
         return cls(numbers={name: getattr(parameters, name) for name in NUMBERS})
 
-    def update(self, sections: Mapping[str, Mapping[str, Any]], source: str) -> None:
+    def load(self, path: Path) -> None:
         """
         Take over what differs.
 
-        :param sections: the sections of a profile
-        :param source: what to call it in an error
-        :raises ProfileError: an entry means nothing or has no such value
+        :param path: of the profile
+        :raises ProfileError: it can't be read, or an entry means nothing or has no such value
         """
+        try:
+            sections = yaml.safe_load(path.read_text(encoding='utf-8')) or {}
+        except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+            raise ProfileError(f'{path}: {" ".join(str(error).split())}') from None
         known: dict[str, Iterable[str]] = {
             'topics': TOPICS, 'services': SERVICES, 'frames': FRAMES, 'numbers': NUMBERS}
-        for section, entries in _mapping(sections, source).items():
-            if section not in known:
-                raise ProfileError(f'{source}: unknown section {section!r}, there are: '
-                                   f'{", ".join(known)}')
-            for name, value in _mapping(entries, f'{source}: {section}').items():
-                if name not in known[section]:
-                    raise ProfileError(f'{source}: unknown {section}.{name}, there are: '
-                                       f'{", ".join(known[section])}')
+        for section in _known(sections, known, f'{path}: '):
+            entries, source = sections[section], f'{path}: {section}.'
+            for name in _known(entries, known[section], source):
+                value = entries[name]
                 if section == 'numbers':
-                    wanted = 'number above 0'
                     good = type(value) in (int, float) and 0 < value < inf
                 else:
-                    wanted, good = 'name', isinstance(value, str) and value != ''
+                    good = isinstance(value, str) and value != ''
                 if not good:
-                    raise ProfileError(f'{source}: {section}.{name} is {value!r:.60}, but must be '
-                                       f'a {wanted}')
+                    wanted = 'number above 0' if section == 'numbers' else 'name'
+                    raise ProfileError(f'{source}{name} is {value!r:.60}, but must be a {wanted}')
                 getattr(self, section)[name] = float(value) if section == 'numbers' else value
 
-    def load(self, path: Path) -> None:
-        """Take over a profile from a YAML file; ProfileError if it is none."""
-        self.update(_read(path), str(path))
 
-    def load_parameters(self, path: Path) -> None:
-        """Take over the numbers from a ROS parameter file, of whichever node; or ProfileError."""
-        for node in _mapping(_read(path), str(path)).values():
-            given = _mapping(_mapping(node, str(path)).get('ros__parameters', {}), str(path))
-            self.update({'numbers': {name: value for name, value in given.items()
-                                     if name in NUMBERS}}, str(path))
-
-    def set_entry(self, option: str) -> None:
-        """Take over one entry, as in 'topics.tilt:=tray_angle'; ProfileError if it can't be."""
-        key, assigned, value = option.partition(':=')
-        section, dot, name = key.partition('.')
-        if not (assigned and dot):
-            raise ProfileError(f'--set {option!r:.60} is not of the form SECTION.NAME:=VALUE')
-        source = f'--set {key}'
-        self.update({section: {name: _parse(value, source) if section == 'numbers' else value}},
-                    source)
-
-
-def _mapping(value: Any, source: str) -> Mapping[str, Any]:
-    if not isinstance(value, Mapping):
-        raise ProfileError(f'{source}: {value!r:.60} is no mapping of names to values')
-    return value
-
-
-def _read(path: Path) -> Any:
-    try:
-        return _parse(path.read_text(encoding='utf-8'), str(path)) or {}
-    except (OSError, UnicodeDecodeError) as error:
-        raise ProfileError(f'{path}: {error}') from None
-
-
-def _parse(text: str, source: str) -> Any:
-    try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ProfileError(f'{source}: {" ".join(str(error).split())}') from None
+def _known(mapping: Any, names: Iterable[str], source: str) -> Iterable[str]:
+    """Return the names that a mapping has; ProfileError unless it is one, with known names."""
+    if not isinstance(mapping, Mapping):
+        raise ProfileError(f'{source}{mapping!r:.60} is no mapping of names to values')
+    for name in mapping:
+        if name not in names:
+            raise ProfileError(f'{source}{name} is unknown, there are: {", ".join(names)}')
+    return mapping

@@ -18,7 +18,6 @@ A program in a process of its own: read what it prints, signal it, end it and wh
         arena.wait_for_output('hovers', 10.0)
 """
 
-import codecs
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 import os
@@ -52,7 +51,7 @@ class Process:
         self.command = list(command)
         self._listener = listener
         self._printed = threading.Condition()
-        self._text = ''
+        self._bytes = b''
         # Without a display, turtlesim draws its window into memory.
         display = {} if os.environ.get('DISPLAY') else {'QT_QPA_PLATFORM': 'offscreen'}
         self._popen = subprocess.Popen(
@@ -74,24 +73,22 @@ class Process:
 
     def _read(self) -> None:
         assert self._popen.stdout is not None
-        decoder = codecs.getincrementaldecoder('utf-8')('replace')
-        line = ''
+        line = b''
         # Not line by line: some print the begin of one, and wait.
         while chunk := os.read(self._popen.stdout.fileno(), 65536):
-            text = decoder.decode(chunk)
             with self._printed:
-                self._text += text
+                self._bytes += chunk
                 self._printed.notify_all()
-            *lines, line = (line + text).split('\n')
+            *lines, line = (line + chunk).split(b'\n')
             if self._listener is not None:
                 for one in lines:
-                    self._listener(f'{one}\n')
+                    self._listener(f'{one.decode(errors="replace")}\n')
 
     @property
     def output(self) -> str:
         """Return what it has printed so far."""
         with self._printed:
-            return self._text
+            return self._bytes.decode(errors='replace')
 
     @property
     def pid(self) -> int:
@@ -133,12 +130,12 @@ class Process:
         with self._printed:
             while True:
                 ended = not self._reader.is_alive()
-                if found := re.search(pattern, self._text):
+                if found := re.search(pattern, self.output):
                     return found
                 if ended or monotonic() >= deadline:
                     raise TimeoutError(
                         f'{self.command} {"ended" if ended else f"ran {timeout:g} s"} without '
-                        f'printing {pattern!r}; it printed:\n{self._text}')
+                        f'printing {pattern!r}; it printed:\n{self.output}')
                 self._printed.wait(GLANCE)
 
     def wait(self, timeout: float) -> int:

@@ -45,7 +45,7 @@ from rclpy.utilities import get_rmw_implementation_identifier
 from turtle_referee import arena_rules, catcher_rules, robot_rules, summary, telling
 from turtle_referee.constants import REACTION
 from turtle_referee.domains import keep_to_this_machine, reserved_domain
-from turtle_referee.names import Profile, ProfileError
+from turtle_referee.names import Profile
 from turtle_referee.observer import Observer
 from turtle_referee.processes import Process
 from turtle_referee.record import Record
@@ -94,12 +94,8 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
     parser.add_argument('--namespace', default='', metavar='NAME',
                         help='the namespace that the graph is in')
     parser.add_argument('--profile', type=Path, metavar='FILE',
-                        help='YAML: what the implementation calls topics, services, frames')
-    parser.add_argument('--params-file', type=Path, metavar='FILE',
-                        help='YAML: the numbers that it was configured with; without it they are '
-                        'asked of the nodes, and of the URDF')
-    parser.add_argument('--set', action='append', default=[], metavar='SECTION.NAME:=VALUE',
-                        help='one entry of a profile, as in numbers.platform_radius:=0.4')
+                        help='YAML: what the implementation calls topics, services, frames, '
+                        'and numbers that neither nodes nor URDF tell')
     parser.add_argument('--reaction', type=float, default=REACTION, metavar='S',
                         help='time from release to motion that is not judged (default: '
                         f'{REACTION:g})')
@@ -143,10 +139,6 @@ def main(args: Sequence[str] | None = None) -> int:
     try:
         if options.profile is not None:
             profile.load(options.profile)
-        if options.params_file is not None:
-            profile.load_parameters(options.params_file)
-        for option in options.set:
-            profile.set_entry(option)
         if options.summary is not None:
             return summary.summarize(
                 options.summary, [rule.name for rule in RULES], options.csv, options.page)
@@ -176,7 +168,7 @@ def main(args: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print('referee: stopped, and nothing judged', file=sys.stderr)
         return 2
-    except (OSError, ProfileError, RuntimeError, ValueError) as error:
+    except (OSError, RuntimeError, ValueError) as error:
         print(f'referee: {error}', file=sys.stderr)
         return 2
     return 1 if any(judgement.mark == BROKEN for judgement in judgements) else 0

@@ -13,7 +13,7 @@
 # limitations under the License.
 """The rules for frames, names, the robot's description and the robot's node. No ROS."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from itertools import pairwise
 from math import asin, atan2, degrees, dist, hypot, isfinite, pi, radians
@@ -179,15 +179,12 @@ def spans(record: Record) -> list[tuple[int, int]]:
     return [record.idle[0], *([(legs[0].begin, legs[-1].end)] if legs else [])]
 
 
-def instants_of_topic(name: str, record: Record, begin: int, end: int) -> list[int]:
-    """Return the instants (ns) that the messages of a topic belong to."""
+def instants_of(record: Record, name: str, begin: int, end: int) -> list[int]:
+    """Return the instants (ns) that the messages of a topic, or the transforms, belong to."""
+    if name not in record.topics:
+        return [sample.stamp for sample in frame(record, name).between(begin, end)]
     messages(record, name)
     return [stamp_of(heard) for heard in record.heard(name, begin, end)]
-
-
-def instants_of_frame(name: str, record: Record, begin: int, end: int) -> list[int]:
-    """Return the stamps (ns) of a frame's transforms."""
-    return [sample.stamp for sample in frame(record, name).between(begin, end)]
 
 
 def is_steady(instants: list[int], nominal: float) -> bool:
@@ -203,12 +200,11 @@ def is_steady(instants: list[int], nominal: float) -> bool:
         low > 1.0 + RATE_TOLERANCE or high < 1.0 - RATE_TOLERANCE)
 
 
-def judge_rate(name: str, nominal: float, instants: Callable[..., list[int]],
-               record: Record) -> Finding:
+def judge_rate(name: str, nominal: float, record: Record) -> Finding:
     """Judge the rate of something at rest and on the move."""
     kept, steady, words = True, True, []
     for label, (begin, end) in zip(('at rest', 'driving'), spans(record)):
-        found = instants(name, record, begin, end)
+        found = instants_of(record, name, begin, end)
         frequency = rate([instant * NANO for instant in found])
         kept = kept and abs(frequency / nominal - 1.0) <= RATE_TOLERANCE
         steady = steady and is_steady(found, nominal)
@@ -216,17 +212,12 @@ def judge_rate(name: str, nominal: float, instants: Callable[..., list[int]],
     return Finding(kept, ', '.join(words), steady=steady)
 
 
-SHALL = 'All publishing and broadcasting shall be done at 100 Hz'
-
-for named, hertz, source, sentence in (
-        ('cmd_vel', RATE, instants_of_topic, SHALL),
-        ('odom', RATE, instants_of_topic, SHALL),
-        ('joint_states', RATE, instants_of_topic, SHALL),
-        ('base_link', RATE, instants_of_frame, SHALL),
-        ('brick', PHYSICS_RATE, instants_of_frame,
-         'The node should simulate the physics at 250 Hz')):
-    rule(f'rate: {named}', sentence, f'{hertz:g} Hz ± 2 %')(
-        partial(judge_rate, named, hertz, source))
+for sentence, hertz, *named in (
+        ('All publishing and broadcasting shall be done at 100 Hz', RATE,
+         'cmd_vel', 'odom', 'joint_states', 'base_link'),
+        ('The node should simulate the physics at 250 Hz', PHYSICS_RATE, 'brick')):
+    for one in named:
+        rule(f'rate: {one}', sentence, f'{hertz:g} Hz ± 2 %')(partial(judge_rate, one, hertz))
 
 
 # --------------------------------------------------------------------- what the robot publishes

@@ -171,8 +171,8 @@ def number(record: Record, name: str) -> float:
     try:
         return record.profile.numbers[name]
     except KeyError:
-        raise Open(f'{name} is not known: no node has it as a parameter; give a parameter file '
-                   'or --set') from None
+        raise Open(f'{name} is not known: no node has it as a parameter; say it in a '
+                   'profile') from None
 
 
 def some(things: list[Thing], words: str) -> list[Thing]:

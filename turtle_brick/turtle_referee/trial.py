@@ -64,12 +64,7 @@ class Drop(NamedTuple):
 
 
 FAR_OUT = Drop('the brick is out of reach by far', 0.25, 0.7, -0.25)
-ABOVE = Drop('the brick is above the robot', 0.00, 0.0, 0.3)
 IN_REACH = Drop('the brick is in reach', 0.10, 0.4, 0.15)
-JUST_OUT = Drop('the brick is just out of reach', 0.65, 0.6, -0.05)
-JUST_IN = Drop('the brick is just in reach', 0.40, 0.8, 0.03)
-DOUBTFUL = Drop('both may be right', 0.90, 0.5, None)
-IN_REACH_TOO = Drop('the brick is in reach', 0.60, 0.7, 0.10)
 
 
 class Program(NamedTuple):
@@ -81,7 +76,12 @@ class Program(NamedTuple):
     """How many legs it drives, each in another direction, that end where they began."""
     tilts: Sequence[float] = (0.5, -0.4, 0.25, 0.0)
     """The angles (rad) that are asked for."""
-    drops: Sequence[Drop] = (FAR_OUT, ABOVE, IN_REACH, JUST_OUT, JUST_IN, DOUBTFUL, IN_REACH_TOO)
+    drops: Sequence[Drop] = (
+        FAR_OUT, Drop('the brick is above the robot', 0.00, 0.0, 0.3), IN_REACH,
+        Drop('the brick is just out of reach', 0.65, 0.6, -0.05),
+        Drop('the brick is just in reach', 0.40, 0.8, 0.03),
+        Drop('both may be right', 0.90, 0.5, None),
+        Drop('the brick is in reach', 0.60, 0.7, 0.10))
 
 
 class Trial(Hands):

@@ -20,23 +20,16 @@ inside. They do not get in each other's way, and share a graph.
 
 from collections import deque
 from collections.abc import Callable
-from math import dist, sqrt
+from math import dist
 from typing import Any, NamedTuple
 
 from geometry_msgs.msg import Quaternion, TransformStamped
 from rclpy.publisher import Publisher
-from turtle_brick.core.parameters import load
 from turtle_referee.constants import CENTER
 from turtle_referee.trial import FAR_OUT, IN_REACH, Program
 
 Change = Callable[[Any], bool | None]
 """Changes a message; False if it is not to be published."""
-
-
-PARAMETERS = load()
-GRAVITY = PARAMETERS.gravity_accel
-LANDED = [floor + PARAMETERS.brick_size[2] / 2.0 for floor in (0.0, PARAMETERS.platform_height)]
-"""How high (m) a brick is that has come down."""
 
 
 class Mutant(NamedTuple):
@@ -94,24 +87,6 @@ def level_on_the_ground(message):
             transform.transform.rotation = Quaternion()
 
 
-def early_fall():
-    """Return what has a brick begin to fall 12 ms earlier: before it is dropped."""
-    begin = last = 0.0
-
-    def fall(message):
-        nonlocal begin, last
-        for transform in message.transforms:
-            place, turn = transform.transform.translation, transform.transform.rotation
-            if transform.child_frame_id == 'brick':
-                before, last = last, place.z
-                if last >= before:
-                    begin = last
-                elif turn.x == turn.y == 0.0 and min(abs(last - z) for z in LANDED) > 1e-6:
-                    time = sqrt(2.0 * (begin - last) / GRAVITY) + 0.012
-                    place.z = begin - GRAVITY * time * time / 2.0
-    return fall
-
-
 def shrink(message):
     """Draw the walls around 10 m x 10 m."""
     for marker in message.markers:
@@ -156,7 +131,6 @@ MUTANTS = (
     Mutant(('walls: size',), 'walls', shrink),
     Mutant(('tilt',), 'tilt', halve),
     Mutant(('brick marker: place',), 'brick_marker', shift_marker),
-    Mutant(('drop: answer first',), 'tf', early_fall()),
     Mutant(('brick: angle',), 'tf', level_on_the_ground),
     Mutant(('text: time',), 'catcher_marker', show_longer),
     Mutant(('verdict: in reach', 'verdict: kept'), 'goal_pose', stay_at_center))

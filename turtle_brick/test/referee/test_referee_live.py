@@ -86,14 +86,6 @@ def test_faults_are_found(domain_id, monkeypatch):
 
 # ------------------------------------------------------------------------- what is hardly a graph
 
-def test_nothing_is_judged(domain_id):
-    with Graph(domain_id, quiet=True) as graph:
-        record = watch(graph, **HASTE)
-    assert record.is_empty()
-    assert marks(record, KEPT) == {}
-    assert 'nothing of the exercise is heard here' in record.notes[-1]
-
-
 def test_nodes_that_die_are_judged(domain_id):
     """The robot as it is sent on its way, and the arena before it is asked for anything."""
     dying = {'driving 0': 'robot', 'out of reach by far': 'arena'}
