@@ -64,20 +64,9 @@ def test_wheel_rolls_without_slipping_and_no_farther_than_a_wall_lets_it(directi
             assert isclose(cos(stem + theta - atan2(*ride.moved[::-1])), 1.0, abs_tol=1e-5)
 
 
-def test_stem_keeps_its_direction_at_rest():
-    """A robot that stops looks where it went."""
-    ride = Ride()
-    ride.drive((0.0, 1.0), 10)
-    stem = ride.odometer.stem_angle
-    assert ride.drive((0.0, 0.0), 50) == 0.0
-    ride.odometer.steer((0.0, 0.0))
-    assert ride.odometer.stem_angle == stem == pytest.approx(pi / 2.0, abs=1e-4)
-    assert ride.odometer.wheel_velocity == 0.0
-
-
 @law(15)
 @given(direction=angles, theta=angles)
-def test_stem_points_before_the_robot_moves(direction, theta):
+def test_stem_points_before_the_robot_moves_and_after(direction, theta):
     """At rest it obeys the command, also against a wall; in motion it points along the motion."""
     ride = Ride(theta=theta)
     command = (cos(direction), sin(direction))
@@ -88,6 +77,10 @@ def test_stem_points_before_the_robot_moves(direction, theta):
     moving = ride.odometer.stem_angle
     ride.odometer.steer((-command[0], -command[1]))
     assert ride.odometer.stem_angle == moving
+    # A robot that stops looks where it went.
+    assert ride.drive((0.0, 0.0), 2) == 0.0
+    ride.odometer.steer((0.0, 0.0))
+    assert (ride.odometer.stem_angle, ride.odometer.wheel_velocity) == (moving, 0.0)
 
 
 def test_lost_poses_turn_the_wheel_no_faster():

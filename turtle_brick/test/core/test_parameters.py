@@ -26,7 +26,7 @@ from laws import law
 import pytest
 from turtle_brick.core import parameters
 from turtle_brick.core.parameters import (ArenaParameters, CatcherParameters, default_path, load,
-                                          MissingParameterError, ParameterError, Parameters, read,
+                                          MissingParameterError, ParameterError, Parameters,
                                           RobotParameters, TABLE)
 import yaml
 
@@ -159,13 +159,6 @@ def test_a_fault_in_the_file_is_one_sentence_that_begins_with_it(tmp_path, befor
         load(path)
     assert str(caught.value).startswith(f'{path}: {words}')
     assert '\n' not in str(caught.value)
-
-
-def test_somebody_reads_what_he_uses(tmp_path):
-    path = written(tmp_path, {'max_velocity': 2, 'wheel_radius': 0.3, 'tilt_angle': 'steep'})
-    assert read(path, RobotParameters) == RobotParameters(2.0, 0.3)
-    with pytest.raises(ParameterError, match='missing parameters: brick_size, gravity_accel'):
-        read(path, CatcherParameters)
 
 
 def test_a_file_that_is_no_yaml_or_cannot_be_read_is_refused(tmp_path):

@@ -115,17 +115,6 @@ def test_tilted_platform_must_be_leveled_in_time(excess):
     assert decide(LEVEL_LATENCY + 0.001, False).reachable
 
 
-@law(15)
-@given(bound_for=st.lists(st.tuples(inside, inside), max_size=4), above=st.floats(0.0, 20.0))
-def test_robot_that_moves_counts_where_it_may_be_carried_farthest(bound_for, above):
-    fall = Fall(SECOND, 6.0, 7.0, REST + above, 0.0)
-    decision = reach(fall, SECOND, RobotMotion(5.0, 5.0, tuple(bound_for)), PARAMETERS)
-    margins = [reach(fall, SECOND, RobotMotion(x, y), PARAMETERS).margin
-               for x, y in [(5.0, 5.0), *bound_for]]
-    assert decision.margin == min(margins)
-    assert decision.distance == hypot(1.0, 2.0)
-
-
 # ---------------------------------------------------------------------- where a robot is bound for
 
 HINGE = PARAMETERS.platform_height - PARAMETERS.platform_thickness

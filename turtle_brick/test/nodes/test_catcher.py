@@ -14,8 +14,7 @@
 
 """The catcher in a live graph with a driven time: its orders, its marker, what it waits for."""
 
-from itertools import product
-from math import dist, nan
+from math import dist
 
 from driven import PARAMETERS, Stage
 from geometry_msgs.msg import PoseStamped
@@ -30,7 +29,6 @@ from turtle_brick.catcher import CatcherNode
 from turtle_brick.core.catch_logic import CENTER, State
 from turtle_brick.core.geometry import IDENTITY, Pose
 from turtle_brick.core.reachability import resting_height
-from turtle_brick.core.time_steps import NANOSECONDS
 from turtle_brick.physics import Phase, STEP
 from turtle_brick.ros.tf import BASE_LINK, BRICK, PLATFORM, transform_message, WORLD
 from turtle_brick_interfaces.msg import Tilt
@@ -203,39 +201,6 @@ def test_unreachable_is_said_once_and_why(bench):
     assert 3.5 < position.z < 6.0
     assert 'outside' in bench.refuse(5.0, 11.2, 8.0)[0].reason
     assert bench.platform == place
-
-
-def test_clock_that_is_set_back_and_a_brick_taken_away(bench):
-    """The catcher starts afresh, waiting and level; other stages are core's."""
-    bench.release(6.0, 6.0, 8.0)
-    bench.reach(State.CARRYING)
-    bench.tick(-40 * NANOSECONDS)
-    bench.reach(State.WAITING)
-    bench.release(5.0, 5.0, 8.0)
-    bench.until(lambda: bench.platform[3] > 0.1, 'tilted')
-    assert bench.place(2.0, 3.0, 6.0).success
-    bench.reach(State.WAITING)
-    assert bench.world.phase is Phase.HOVERING
-    bench.catch(5.0, 6.0, 8.0)
-
-
-def test_hostile_transforms(bench, capfd):
-    """What anybody may put on TF blinds nobody for long, and little is logged."""
-    moving = bench.live.publisher('/tf', TFMessage, readers=2)
-    static = bench.live.publisher('/tf_static', TFMessage, LATCHED, readers=2)
-    capfd.readouterr()
-    hour = 3600 * NANOSECONDS
-    for parent, child in product((BRICK, PLATFORM, WORLD, 'nowhere'), (BRICK, PLATFORM, WORLD)):
-        for stamp, x in ((-hour, 0.0), (bench.now + hour, 0.0), (bench.now, nan),
-                         (bench.now, 1e308), (bench.now, 1.0)):
-            bad = transform_message(parent, child, Pose((x, 0.0, 3.0), IDENTITY))
-            bad.header.stamp.sec, bad.header.stamp.nanosec = divmod(stamp, NANOSECONDS)
-            if parent != child:
-                moving.publish(TFMessage(transforms=[bad]))
-                static.publish(TFMessage(transforms=[bad]) if x else TFMessage())
-        bench.tick()
-    assert len(capfd.readouterr().err.splitlines()) <= 20
-    bench.catch(6.0, 6.0, 8.0)
 
 
 def test_fall_that_comes_in_one_message(bench):
