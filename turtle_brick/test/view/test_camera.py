@@ -47,15 +47,14 @@ def test_it_is_as_near_as_it_can_be_and_sees_all(view, points, aspect):
     assert sees(camera, points, aspect)
     forward = numpy.subtract(camera.look_at, camera.position)
     forward /= numpy.linalg.norm(forward)
-    nearest = min(forward @ numpy.subtract(point, camera.position) for point in points)
     nearer = camera._replace(position=camera.position + 0.01 * forward,
                              look_at=camera.look_at + 0.01 * forward)
-    assert nearest == pytest.approx(ROOM) or not sees(nearer, points, aspect)
+    assert not sees(nearer, points, aspect)
 
 
 @law(6)
 @given(VIEWS, POINTS, POINTS, ASPECTS)
-def test_it_sees_all_at_any_time_and_comes_to_rest(view, before, points, aspect):
+def test_it_sees_all_at_any_time_and_comes_to_rest_near(view, before, points, aspect):
     camera = view.camera(before, aspect)
     for _ in range(3):
         last, camera = camera, view.camera(points, aspect, camera.position)
@@ -63,6 +62,8 @@ def test_it_sees_all_at_any_time_and_comes_to_rest(view, before, points, aspect)
     for _ in range(600):
         last, camera = camera, view.camera(points, aspect, camera.position)
     assert camera.position == pytest.approx(last.position, abs=1e-3)
+    forward, nearest = numpy.subtract(camera.look_at, camera.position), view.camera(points, aspect)
+    assert forward @ numpy.subtract(nearest.position, camera.position) < 0.05 * forward @ forward
 
 
 def test_it_stays_where_it_is_while_all_that_moves_is_in_the_picture():

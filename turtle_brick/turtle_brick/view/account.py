@@ -76,7 +76,7 @@ class Account:
         word, _, reason = state.partition(': ')
         if word == 'unreachable':
             self._unreachable, self._reason = True, reason
-        elif word == 'approaching' and self.phase is not Phase.RIDING:
+        elif word == 'approaching':
             self._unreachable, self._pursued = False, True
 
     @property

@@ -89,9 +89,8 @@ class View(NamedTuple):
         # is from low * (d - f) to high * (d - f). So c, of the camera, has these bounds at f = 0:
         bounds = [((across - high * depths).max() + ROOM, (across - low * depths).min() - ROOM)
                   for across, (low, high) in zip(places, slopes)]
-        depth = min(depths.min() - ROOM, *(
-            (most - least) / (high - low)
-            for (least, most), (low, high) in zip(bounds, slopes)))
+        depth = min((most - least) / (high - low)
+                    for (least, most), (low, high) in zip(bounds, slopes))
         past = None if before is None else axes @ before
         if past is not None and past[2] < depth:
             depth = past[2] + NEARER * (depth - past[2])
