@@ -229,6 +229,7 @@ def test_what_has_stopped_coming_is_where_it_was_last_and_holds_nothing_up(bench
     assert poses['brick_marker/brick/0'].position == (0.0, 0.0, 3.0)
     assert poses['robot/base_link'].position[0] == pytest.approx(10.0)
     assert poses['robot/platform'].position[0] == pytest.approx(10.0)
+    assert dict(bench.page.rates(bench.now))['brick (TF)'] is None
 
 
 def test_the_frames_can_be_switched_on(bench):
@@ -254,6 +255,7 @@ def test_the_curves_are_what_was_heard(bench):
     assert distances[-2:] == pytest.approx([hypot(0.6, 2.2), hypot(0.9, 2.3)], abs=1e-3)
     assert speeds[-2:] == pytest.approx([hypot(3.0, 1.0)] * 2, abs=1e-3)
     assert {heights[0], distances[0], speeds[0]} == {None}, 'before anything was in sight'
+    assert dict(bench.page.rates(bench.now))['brick (TF)'] == pytest.approx(100.0)
 
 
 def test_robot_brick_and_the_ground_below_it_are_what_is_seen_from_near(bench):
