@@ -430,15 +430,19 @@ def test_an_exercise_that_is_right_keeps_every_requirement():
 
 @pytest.mark.parametrize('rule, off, allowed, broken', FAULTS)
 def test_what_is_allowed_is_kept_and_of_a_fault_all_else_follows(rule, off, allowed, broken):
-    names = OF_THE_ROBOT if rule in OF_THE_ROBOT else NAMES - OF_THE_ROBOT
+    parts, others = ((drive,), OF_THE_ROBOT) if rule in OF_THE_ROBOT else (
+        PARTS, NAMES - OF_THE_ROBOT)
     for value in (*allowed, *broken):
-        changed, change_it = ({off: value}, None) if isinstance(off, str) else ({}, off)
-        record = exercise((drive,) if rule in OF_THE_ROBOT else PARTS, **changed)
-        if change_it:
-            change_it(record, value)
-        found = [one for one in judge(record, *names) if one.mark == BROKEN]
-        assert {one.name for one in found if not one.follows} == (
-            {rule} if value in broken else set()), value
+        if isinstance(off, str):
+            record = exercise(parts, **{off: value})
+        else:
+            record = exercise(parts)
+            off(record, value)
+        if value in allowed:
+            assert mark(record, rule) == KEPT, value
+        else:
+            found = [one for one in judge(record, *others) if one.mark == BROKEN]
+            assert [one.name for one in found if not one.follows] == [rule], value
 
 
 @pytest.mark.parametrize('rate, kept', (
