@@ -16,7 +16,7 @@
 
 from copy import copy
 from functools import partial
-from math import inf, nan, pi, radians, sin, sqrt
+from math import atan2, inf, nan, pi, radians, sin, sqrt
 from pathlib import Path
 from types import SimpleNamespace
 from xml.etree import ElementTree
@@ -50,6 +50,9 @@ REST = PARAMETERS.platform_height + HEIGHT / 2.0
 HINGE = PARAMETERS.platform_height - PARAMETERS.platform_thickness
 SPEED = 3.0
 """How fast (m/s) the robot drives."""
+
+AHEAD = numpy.array((0.8, 0.6))
+"""In which direction it drives."""
 
 LEG = 0.7
 """How long (s) it takes it to go 1.5 m, and to rest a while."""
@@ -124,7 +127,7 @@ def drive(record, off):
     say_frame(record, 'odom', 'world', [(-0.5, pose((*CENTER, 0.0)))], static=True)
     record.idle = [(at(-0.5), at(0.0))]
     for begin, here, there in ((0.0, 0.0, 1.5), (LEG, 1.5, 0.0)):
-        start, goal = ((CENTER[0] + x, CENTER[1]) for x in (here, there))
+        start, goal = (tuple(CENTER + way * AHEAD) for way in (here, there))
         record.drives.append(Drive(at(begin), at(begin + LEG - 0.01), start, goal))
     for number in range(-int(off.rate / 2.0), int(2.0 * LEG * off.rate)):
         # In order, as DDS has it: whoever waits holds up those behind.
@@ -132,20 +135,22 @@ def drive(record, off):
         back = seconds >= LEG
         way = min(max(seconds - LEG * back, 0.0) * SPEED, 1.5)
         speed = (-SPEED if back else SPEED) if 0.0 < way < 1.5 else 0.0
-        x = 1.5 - way if back else way
+        x, y = (1.5 - way if back else way) * AHEAD
         turn_of_wheel = off.slip / NUMBERS['wheel_radius']
         odometry, twist = Odometry(child_frame_id='base_link'), Twist()
         odometry.header.frame_id = 'odom'
-        odometry.pose.pose.position.x = x
-        odometry.twist.twist.linear.x = twist.linear.x = speed
-        say_frame(record, 'base_link', 'odom', [(seconds, pose(base + (x, 0.0, 0.0)))])
+        odometry.pose.pose.position.x, odometry.pose.pose.position.y = x, y
+        for one in (odometry.twist.twist, twist):
+            one.linear.x, one.linear.y = speed * AHEAD
+        say_frame(record, 'base_link', 'odom', [(seconds, pose(base + (x, y, 0.0)))])
         say(record, 'odom', odometry, seconds, late)
         say(record, 'cmd_vel', twist, seconds)
         say(record, 'joint_states', JointState(
             name=['stem_joint', 'wheel_joint', 'platform_joint'],
-            position=[pi * back + off.crooked, (way + 1.5 * back) * turn_of_wheel, 0.0],
+            position=[atan2(*AHEAD[::-1]) + pi * back + off.crooked,
+                      (way + 1.5 * back) * turn_of_wheel, 0.0],
             velocity=[0.0, abs(speed) * turn_of_wheel, 0.0]), seconds)
-        say(record, 'pose', SimpleNamespace(x=CENTER[0] + x, y=CENTER[1]), seconds)
+        say(record, 'pose', SimpleNamespace(x=CENTER[0] + x, y=CENTER[1] + y), seconds)
     say_frame(record, 'base_link', 'odom', [
         (2.0 * LEG + number / 10.0, pose(base)) for number in range(72)])
 
@@ -360,11 +365,11 @@ FAULTS = (
     ('drive: rolling', 'slip', (0.98,), (0.973, 1.027)),
     ('drive: stem', 'crooked', (radians(4.0),), (radians(-6.0),)),
     ('drive: straight', lambda record, dy: change(record, 'pose', 0.2, 'y', dy),
-     (0.04,), (0.06, -0.06)),
+     (0.04,), (0.08, -0.08)),
     ('drive: overshoot', lambda record, dx: change(record, 'pose', 0.55, 'x', dx),
-     (0.04,), (0.06,)),
+     (0.04,), (0.08,)),
     ('drive: goal', lambda record, dx: change_ask(
-        record, 'drives', goal=(CENTER[0] + 1.5 + dx, CENTER[1])), (0.04,), (0.06,)),
+        record, 'drives', goal=(CENTER[0] + 1.2 + dx, CENTER[1] + 0.9)), (0.04,), (0.06,)),
     ('drive: speed', lambda record, dy: change(record, 'cmd_vel', 0.2, 'linear.y', dy),
      (), (0.3,)),
     urdf('URDF: base_link', "link[@name='base_link']/visual/geometry/box", 'size', '0.3 0.3 0.27'),
