@@ -423,16 +423,6 @@ def test_robot_that_somebody_else_sends_away_while_it_carries():
         DriveOrder(7.0, 6.0), DriveOrder(*CENTER), DriveOrder(*CENTER)]
 
 
-def test_platform_that_somebody_tilted_is_leveled_for_the_catch():
-    stage = Stage()
-    stage.angle = 0.4
-    stage.run(0.1)
-    stage.drop(6.0, 6.0, 9.0)
-    stage.reach_state(State.CARRYING)
-    assert stage.told(TiltOrder)[0] == TiltOrder(0.0)
-    assert stage.world.phase is Phase.RIDING
-
-
 @law(8)
 @given(angle=st.floats(-pi, pi), time=st.floats(0.0, 1.2), speed=st.floats(1.0, 10.0))
 def test_never_orders_the_robot_out_of_the_arena(angle, time, speed):

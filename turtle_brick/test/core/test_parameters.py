@@ -124,12 +124,10 @@ def test_brick_may_start_on_the_ground():
 
 
 def test_values_cannot_be_changed_unchecked():
-    loaded = load()
     with pytest.raises(FrozenInstanceError):
-        loaded.max_velocity = 1.0
-    assert replace(loaded, max_velocity=1).max_velocity == 1.0
+        load().max_velocity = 1.0
     with pytest.raises(ParameterError):
-        replace(loaded, max_velocity=-1.0)
+        replace(load(), max_velocity=-1.0)
 
 
 def test_what_is_missing_is_named_and_a_slip_is_told():

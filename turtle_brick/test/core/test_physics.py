@@ -198,10 +198,12 @@ def test_platform_tilted_by_90_degrees_lets_go(angle, phase):
 
 @law(15)
 @given(yaw=headings, tilt=st.floats(-0.999, 0.999) | st.sampled_from((-0.999, 0.999)))
-def test_platform_is_level_within_the_tolerance(yaw, tilt):
+def test_platform_is_level_within_the_tolerance_and_tells_places_at_any_tilt(yaw, tilt):
     assert platform_at(yaw=yaw, tilt=tilt * LEVEL_TOLERANCE).is_level
     for over in (pi, 0.01, 1.001 * LEVEL_TOLERANCE):
         assert not platform_at(yaw=yaw, tilt=over).is_level
+    leaning = platform_at(1.0, 2.0, yaw, tilt)
+    assert gap(leaning.place_of(leaning.point(0.3, -0.2, 0.5)), (0.3, -0.2)) <= 1e-9
 
 
 # ----------------------------------------------------------------------------------------- laws

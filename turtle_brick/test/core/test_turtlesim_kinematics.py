@@ -24,7 +24,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from itertools import product
 import json
-from math import hypot, inf, isnan, nan
+from math import hypot, inf, nan
 from pathlib import Path
 import pickle
 import struct
@@ -151,7 +151,7 @@ def test_a_wall_says_where_the_turtle_would_have_been() -> None:
 
 @pytest.mark.parametrize('value', [nan, inf, -inf, 1e300])
 def test_numbers_without_a_float32_end_no_simulation(value: float) -> None:
-    """As in turtlesim, a NaN stays in the pose, and a new turtle is a cure."""
+    """A new turtle is a cure."""
     for act in (lambda turtle: turtle.command(value, value, value),
                 lambda turtle: turtle.teleport_absolute(value, value, value),
                 lambda turtle: turtle.teleport_relative(value, value)):
@@ -162,7 +162,3 @@ def test_numbers_without_a_float32_end_no_simulation(value: float) -> None:
         assert isinstance(sim.tick(2 * TICK)['turtle1'], TurtlePose)
         sim.reset()
         assert sim.tick(3 * TICK)['turtle1'][:2] == (ARENA_CENTER, ARENA_CENTER)
-    turtle = Turtle()
-    turtle.command(value, 0.0, nan)
-    pose = turtle.tick(0.0)
-    assert isnan(pose.theta) and isnan(pose.x) and not pose.linear_velocity < inf

@@ -11,18 +11,211 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Each of the six launch files is started with launch, used and ended."""
 
+"""
+The launch files: each pair in Python and XML does the same, and what they launch works and ends.
+
+Both twins are loaded by launch, and every argument, command line, parameter, environment and
+condition in them is evaluated. One file of two pairs is run.
+"""
+
+from pathlib import Path
 import signal
 import sys
 
 from geometry_msgs.msg import Point, Twist
+from launch import LaunchContext
+from launch.actions import (DeclareLaunchArgument, IncludeLaunchDescription, LogInfo,
+                            SetLaunchConfiguration)
+from launch.launch_description_sources import AnyLaunchDescriptionSource
+from launch.utilities import normalize_to_list_of_substitutions, perform_substitutions
+from launch_ros.actions import Node
 from live_graph import graph, PATIENCE, process
 import pytest
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from turtle_brick.core.parameters import default_path
 from turtle_brick_interfaces.srv import Place
+import yaml
+
+SHARE = default_path().parents[1]
+NAMES = ('show_turtle', 'run_turtle', 'turtle_arena')
+
+#: What the displays of rviz listen to, with the QoS of the publishers.
+TOPICS = {
+    'robot_description': ('RobotModel', 'Transient Local'),
+    'walls': ('MarkerArray', 'Transient Local'),
+    'brick_marker': ('Marker', 'Transient Local'),
+    'catcher_marker': ('Marker', 'Volatile'),
+}
+
+
+def evaluated(name, language, *, only_arguments=False, **given):
+    """
+    Load a launch file and evaluate everything, or its arguments only, for their values.
+
+    :return: Arguments, nodes and included files, in order: a tuple for each that begins with
+        'arg', 'node' or 'include'.
+    """
+    context = LaunchContext()
+    context.launch_configurations.update(given)
+
+    def value(substitutions):
+        return perform_substitutions(context, normalize_to_list_of_substitutions(substitutions))
+
+    actions = []
+    path = SHARE / 'launch' / f'{name}.launch.{language}'
+    file = IncludeLaunchDescription(AnyLaunchDescriptionSource(str(path)))
+    file.execute(context)  # from here on, launch knows the folder
+    for action in file.launch_description_source.get_launch_description(context).entities:
+        condition = action.condition is None or action.condition.evaluate(context)
+        if isinstance(action, SetLaunchConfiguration):
+            if condition:
+                action.execute(context)
+        elif isinstance(action, DeclareLaunchArgument):
+            action.execute(context)
+            actions.append(('arg', action.name, value(action.default_value), action.description,
+                            action.choices, context.launch_configurations[action.name]))
+        elif only_arguments:
+            pass
+        elif isinstance(action, Node):
+            action._perform_substitutions(context)
+            if hasattr(action, 'expanded_node_namespace'):  # which it tells when it executes
+                context.extend_locals({'ros_specific_arguments': {
+                    'ns': f'__ns:={action.expanded_node_namespace}'}})
+            # The first part finds the executable, of a package that need not be here.
+            parts = [value(part) for part in action.cmd[1:]]
+            files, rest, merged = [], [], {}
+            for before, part in zip(['', *parts], parts):
+                (files if before == '--params-file' else rest).append(part)
+            for file in files:
+                for node, section in yaml.safe_load(Path(file).read_text('utf-8')).items():
+                    merged.setdefault(node, {}).update(section['ros__parameters'])
+            environment = action.additional_env or {}
+            actions.append((
+                'node', value(action.node_package), value(action.node_executable),
+                [part for part in rest if part != '--params-file'], merged,
+                [(value(key), value(entry)) for key, entry in
+                 getattr(environment, 'items', lambda: environment)()],
+                condition))
+        elif isinstance(action, LogInfo):
+            actions.append(('log', value(action.msg), condition))
+        else:
+            assert isinstance(action, IncludeLaunchDescription)
+            action.launch_description_source.get_launch_description(context)
+            location = Path(action.launch_description_source.location)
+            assert location.suffix == f'.{language}'
+            actions.append((
+                'include', location.name.partition('.')[0],
+                {value(key): value(entry) for key, entry in action.launch_arguments}))
+    return actions
+
+
+def arguments(name, language='py', **given):
+    """Return a launch file's arguments by name: default, description, choices and value."""
+    return {name: found for _, name, *found in evaluated(
+        name, language, only_arguments=True, **given)}
+
+
+@pytest.fixture(autouse=True)
+def default_view(monkeypatch):
+    """Let the environment not say what shows the scene."""
+    monkeypatch.delenv('TURTLE_BRICK_VIEW', raising=False)
+
+
+@pytest.mark.parametrize('name, given', [
+    ('show_turtle', {}), ('show_turtle', {'use_jsp': 'jsp', 'view': 'web', 'namespace': 'alice'}),
+    ('show_turtle', {'use_jsp': 'none', 'view': 'none', 'rviz_config': 'config/own.rviz'}),
+    ('run_turtle', {}),
+    ('run_turtle', {'view': 'web', 'rviz_config': 'config/own.rviz', 'namespace': 'alice'}),
+    ('turtle_arena', {}),
+    ('turtle_arena', {'view': 'none', 'rviz_config': 'config/own.rviz', 'namespace': 'alice'})])
+def test_twins_do_the_same(name, given):
+    actions = evaluated(name, 'py', **given)
+    assert actions == evaluated(name, 'xml', **given)
+    nodes = {action[2]: action for action in actions if action[0] == 'node'}
+    if name == 'show_turtle':
+        assert {executable: node[-1] for executable, node in nodes.items()} == {
+            'robot_state_publisher': True,
+            'joint_state_publisher_gui': given.get('use_jsp', 'gui') == 'gui',
+            'joint_state_publisher': given.get('use_jsp') == 'jsp',
+            'rviz2': given.get('view', 'rviz') == 'rviz',
+            'viewer': given.get('view') == 'web',
+        }
+        (section,) = nodes['robot_state_publisher'][4].values()
+        assert section['ignore_timestamp'] is True
+        assert '<robot name="turtle"' in section['robot_description']
+        wanted = SHARE / given.get('rviz_config', 'config/show_turtle.rviz')
+        assert str(wanted) in nodes['rviz2'][3]
+    for executable, (_, _, _, words, *_) in nodes.items():
+        remaps = [part for before, part in zip(words, words[1:]) if before == '-r']
+        # TF's names are absolute, and no others: they are to be in the namespace, too.
+        no_tf = executable == 'turtlesim_node' or 'joint_state' in executable
+        assert [part for part in remaps if part.startswith('/') or ':=/' in part] == [
+            f'__ns:=/{given.get("namespace", "")}',
+            *([] if no_tf else ['/tf:=tf', '/tf_static:=tf_static'])]
+    for _, included, passed in (action for action in actions if action[0] == 'include'):
+        # An argument that is left out would take whatever value leaked from elsewhere.
+        assert set(passed) == set(arguments(included))
+        assert passed.items() >= given.items()
+
+
+def test_nodes_are_those_of_the_assignment():
+    """And turtlesim is holonomic, obeys the robot, and knows nothing of the viewer."""
+    _, package, executable, _, parameters, _, _ = next(
+        action for action in evaluated('run_turtle', 'py') if action[0] == 'node')
+    assert (package, executable) == ('turtlesim', 'turtlesim_node')
+    assert any(section.get('holonomic') is True for section in parameters.values())
+    (robot,) = (action for action in evaluated('run_turtle', 'xml')
+                if action[1:3] == ('turtle_brick', 'turtle_robot'))
+    assert 'cmd_vel:=turtle1/cmd_vel' in robot[3]
+    assert [action[2] for action in evaluated('turtle_arena', 'py') if action[0] == 'node'] == [
+        'arena', 'catcher']
+
+
+def test_arguments_are_those_of_the_assignment(monkeypatch):
+    for name in NAMES:
+        found = arguments(name)
+        default, description, *_ = found['rviz_config']
+        assert default == f'config/{name}.rviz'
+        assert (SHARE / default).is_file()
+        assert 'share directory' in description
+        default, description, choices, _ = found['view']
+        assert (default, choices) == ('rviz', ['rviz', 'web', 'none']) and description
+        if name == 'show_turtle':  # what drives has no use for it
+            default, description, choices, _ = found.pop('use_jsp')
+            assert (default, choices) == ('gui', ['gui', 'jsp', 'none'])
+            assert 'joint_state' in description
+        assert list(found) == ['rviz_config', 'view', 'namespace']
+    monkeypatch.setenv('TURTLE_BRICK_VIEW', 'web')
+    for name in NAMES:
+        for language in ('py', 'xml'):
+            assert arguments(name, language)['view'][-1] == 'web'
+    assert arguments('run_turtle', view='none')['view'][-1] == 'none'
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_rviz_configuration_fits_its_launch_file(name):
+    manager = yaml.safe_load(
+        (SHARE / 'config' / f'{name}.rviz').read_text(encoding='utf-8'))['Visualization Manager']
+    # Alone, the robot has no world.
+    frame = 'base_link' if name == 'show_turtle' else 'world'
+    assert manager['Global Options']['Fixed Frame'] == frame
+    heard = {}
+    for display in manager['Displays']:
+        for key in ('Topic', 'Description Topic'):
+            if key in display:
+                kind = display['Class'].removeprefix('rviz_default_plugins/')
+                heard[display[key]['Value']] = (kind, display[key]['Durability Policy'])
+                assert display[key]['Reliability Policy'] == 'Reliable'
+                assert display['Enabled'] is True
+    assert heard == (TOPICS if name == 'turtle_arena' else {
+        'robot_description': TOPICS['robot_description']})
+    goals = [tool['Topic']['Value'] for tool in manager['Tools'] if 'SetGoal' in tool['Class']]
+    assert goals == ([] if name == 'show_turtle' else ['goal_pose'])
+
+
+# -------------------------------------------------------------------------------- what they launch
 
 # The real launch reads its signals from a file, and leaves Python's own handler in place: when its
 # KeyboardInterrupt hits a callback of asyncio, that is lost, and launch may say "user interrupted"
@@ -45,7 +238,7 @@ sys.exit(service.run())
 
 def launched(name, language, domain_id, *arguments):
     """Launch a file in a process, which Ctrl-C ends."""
-    path = default_path().parents[1] / 'launch' / f'{name}.launch.{language}'
+    path = SHARE / 'launch' / f'{name}.launch.{language}'
     return process([sys.executable, '-c', LAUNCH, str(path), *arguments], domain_id, timeout=20.0)
 
 
