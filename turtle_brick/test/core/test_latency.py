@@ -189,8 +189,7 @@ def test_orders_that_may_be_lost_are_given_again():
 
 
 @pytest.mark.parametrize(('mean', 'deviation', 'loss'), [
-    (0.0, 0.0, 0.0), (0.01, 0.002, 0.0), (0.03, 0.005, 0.0), (0.06, 0.015, 0.0),
-    (0.005, 0.002, 0.01), (0.005, 0.002, 0.03), (0.03, 0.005, 0.01)])
+    (0.0, 0.0, 0.0), (0.06, 0.015, 0.0), (0.005, 0.002, 0.03), (0.03, 0.005, 0.01)])
 def test_promises_hold_over_any_link(mean, deviation, loss):
     """Said reachable is caught, and nothing is refused within what the measured latency allows."""
     stage = FarStage(mean, deviation, loss, seed=1)
