@@ -113,6 +113,8 @@ class CatcherNode(Node):
         stamp = nanoseconds_of(transform.header.stamp)
         if transform.child_frame_id in MOVING:
             self.ages[transform.child_frame_id] = (now - stamp) * NANO
+        if transform.child_frame_id == BASE_LINK:
+            self.catcher.latency.see_robot(stamp)
         if transform.child_frame_id != BRICK:
             return
         position = pose_of(transform.transform).position

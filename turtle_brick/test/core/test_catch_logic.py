@@ -404,6 +404,29 @@ def test_says_unreachable_while_the_robot_is_out_of_sight(brick, hoped_for):
         assert 0.8 * LAST_WORD - 1e-6 <= (decision.contact - told) * 1e-9 <= LAST_WORD
 
 
+def test_says_unreachable_of_a_fall_that_was_over_before_it_was_known():
+    """Once, as where messages take a second; not where the brick came down on the platform."""
+    stage = Stage()
+    stage.brick_ahead = -SECOND
+    stage.drop(8.0, 8.0, 5.0)
+    stage.run(3.0)
+    (_, decision), = stage.actions
+    assert not decision.reachable and 'it was down 1.19' in decision.reason
+    stage.drop(*CENTER, 5.0)
+    stage.run(1.5)
+    assert stage.actions == [] and stage.world.phase is Phase.RIDING
+
+
+def test_says_unreachable_once_though_the_clock_goes_ahead_within_the_fall():
+    stage = Stage()
+    stage.drop(0.5, 0.5, 5.0)
+    stage.run(0.3)
+    stage.brick_ahead = stage.catcher_ahead = SECOND
+    stage.run(2.0)
+    (_, decision), = stage.actions
+    assert not decision.reachable
+
+
 def test_order_that_is_lost_is_given_again():
     """Until the robot is seen to obey."""
     stage = Stage()

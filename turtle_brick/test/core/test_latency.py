@@ -23,6 +23,7 @@ from laws import law, seconds
 import pytest
 from test_catch_logic import COURSE, PARAMETERS, Stage
 from turtle_brick.core.catch_logic import DriveOrder, State, TiltOrder
+from turtle_brick.core.driving import PERIOD
 from turtle_brick.core.latency import (CLOCK_TOLERANCE, Latency, LOSS_RESERVE, LOSSES, MEMORY,
                                        USUAL_AGE)
 from turtle_brick.core.reachability import COMMAND_LATENCY, Decision, guaranteed_distance
@@ -78,6 +79,30 @@ def test_who_is_late_all_the_time_measures_that_and_who_stood_still_for_once_doe
         late = call % rest == 0
         latency.hear(SECOND + call * seconds(0.02), [0.1 if late else 0.0], late)
     assert latency.excess(20 * SECOND) == (2.0 * (0.1 - USUAL_AGE) if rest < 5 else 0.0)
+
+
+@law(20)
+@given(pause=st.floats(0.03, 0.5), way=st.floats(0.05, 1.0), time=st.floats(0.3, 2.0),
+       starved=st.booleans())
+def test_robot_that_stands_still_again_and_again_is_slow(pause, way, time, starved):
+    """As slow as in the recent past, and one pause more; not where the listener is on time."""
+    latency, stamp = Latency(), SECOND
+    for _ in range(50):
+        latency.hear(SECOND, [], starved)
+    while stamp < 15 * SECOND:
+        for _ in range(round(way / PERIOD)):
+            stamp += seconds(PERIOD)
+            latency.see_robot(stamp)
+        stamp += seconds(pause)
+        latency.see_robot(stamp)
+    still = latency.standstill(stamp, time)
+    if starved:
+        lost = pause - PERIOD
+        part = lost / (round(way / PERIOD) * PERIOD + pause)
+        assert still == pytest.approx(part * time + lost, abs=lost / MEMORY * time + 1e-9)
+        assert latency.standstill(stamp + seconds(MEMORY) + 1, time) == 0.0
+    else:
+        assert still == 0.0
 
 
 @law(20)

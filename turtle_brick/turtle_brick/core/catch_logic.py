@@ -25,7 +25,7 @@ from math import cos, dist, hypot, inf, pi
 from typing import NamedTuple
 
 from turtle_brick.core.driving import within_arena
-from turtle_brick.core.fall_detection import FallDetector
+from turtle_brick.core.fall_detection import Fall, FallDetector
 from turtle_brick.core.geometry import FARTHEST, Vector
 from turtle_brick.core.latency import Latency
 from turtle_brick.core.parameters import CatcherParameters
@@ -334,6 +334,10 @@ class Catcher:
         """The last instant (ns)."""
         self._brick = Brick()
         self._detector = FallDetector(self.parameters.gravity_accel)
+        self._is_refused = False
+        """Whether the brick was called unreachable, and has only gone straight down since."""
+        self._overlooked: Fall | None = None
+        """A fall past the platform that was over before anything could be decided."""
         self.latency = Latency()
         """How long messages and orders take here."""
         self._track = Track(self.parameters.max_velocity, self.latency)
@@ -358,8 +362,16 @@ class Catcher:
         if not abs(x) + abs(y) + abs(z) <= FARTHEST:
             return False
         self.latency.see_brick(stamp)
+        x_before, y_before, z_before = self._brick.position
+        if z > z_before + ROUNDING or x != x_before or y != y_before:
+            self._is_refused = False
         self._brick = self._brick.observe(stamp, position, parent)
-        return self._detector.observe(stamp, x, y, z)
+        fall = self._detector.fall
+        has_begun = self._detector.observe(stamp, x, y, z)
+        if (fall is not None is self._detector.fall and not self._is_decided(fall)
+                and z < resting_height(self.parameters) - ON_PLATFORM):
+            self._overlooked = fall
+        return has_begun
 
     def update(self, now: int, platform: Platform | None) -> list[Action]:
         """
@@ -381,6 +393,7 @@ class Catcher:
         decision = self._decide(robot)
         if decision is not None:
             self.decision = decision
+            self._is_refused = not decision.reachable
             actions.append(decision)
         catchable = None if decision is None else decision.reachable
         sight = Sight(self.parameters, now, self._brick, self._detector.fall is not None,
@@ -406,17 +419,29 @@ class Catcher:
             actions.append(TiltOrder(ramp.angle))
         return actions
 
+    def _is_decided(self, fall: Fall) -> bool:
+        """Tell whether a fall was decided: a refused one once, also where its clock jumps."""
+        return self._is_refused or self.decision is not None and self.decision.fall is fall
+
     def _decide(self, robot: RobotMotion | None) -> Decision | None:
         """Return the decision about a new fall, None if there is none or it has to wait."""
-        fall, now = self._detector.fall, self._now
-        if (fall is None or self.decision is not None and self.decision.fall is fall
+        fall, now, parameters = self._detector.fall, self._now, self.parameters
+        if self._overlooked is not None:
+            overlooked, self._overlooked = self._overlooked, None
+            decision = reach(overlooked, now, robot, parameters, self._track.excess)
+            return decision._replace(reachable=False, reason=(
+                f'it was down {-decision.available:.3f} s before it was known to fall'))
+        if (fall is None or self._is_decided(fall)
                 or abs(now - self._brick.seen) * NANO > CLOCK_DIFFERENCE):
             return None
-        decision = reach(fall, now, robot, self.parameters, self._track.excess)
+        excess = self._track.excess
+        available = reach(fall, now, robot, parameters, excess).available
+        excess += self.latency.standstill(now, available)
+        decision = reach(fall, now, robot, parameters, excess)
         # A robot that is not seen, or not for long enough, may turn out to be near and at rest.
         hoped_for = RobotMotion(fall.x, fall.y) if robot is None else robot._replace(reserve=0.0)
         if (not decision.reachable and decision.available > LAST_WORD
-                and reach(fall, now, hoped_for, self.parameters, self._track.excess).reachable):
+                and reach(fall, now, hoped_for, parameters, excess).reachable):
             return None
         return decision
 

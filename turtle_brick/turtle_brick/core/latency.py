@@ -18,13 +18,15 @@ How much longer orders take here than on one machine: measured, not assumed.
 On one machine the latencies are those that `reachability` derives. Where the nodes are on several
 hosts, the links between them add theirs, and `Latency` reckons with the worst of the recent past:
 of the ages of transforms on arrival, of the time from an order to the first motion, and of lost
-messages. Instants are integer nanoseconds of one clock.
+messages. On a machine whose processors do not suffice it also sees that robot and turtlesim stand
+still again and again, and so how slow the robot is. Instants are integer nanoseconds of one clock.
 """
 
 from bisect import bisect_left, insort
 from collections import deque
 from collections.abc import Iterable
 
+from turtle_brick.core.driving import PERIOD
 from turtle_brick.core.time_steps import NANO
 
 MEMORY = 10.0
@@ -78,6 +80,11 @@ class Recent:
             del values[bisect_left(values, value)]
         return values[round(part * (len(values) - 1))] if values else 0.0
 
+    def total(self, now: int) -> float:
+        """Return the sum of the values at an instant (ns)."""
+        self.at(now, 1.0)
+        return sum(self._sorted)
+
 
 class Latency:
     """What is known of the time that messages and orders take here."""
@@ -88,6 +95,10 @@ class Latency:
         self._longer = Recent()
         self._lateness = 0.0
         """Which part of the listener's last calls was late."""
+        self._pauses = Recent()
+        self._robot: int | None = None
+        self._since: int | None = None
+        """When the robot was heard of first (ns)."""
         self._gaps: deque[int] = deque(maxlen=LOSSES)
         self._stamp: int | None = None
         self._period = 0.0
@@ -103,10 +114,25 @@ class Latency:
             link; where it is the rule, all others wait for a processor, too.
         """
         self._lateness += (late - self._lateness) / CALLS
-        if not late or self._lateness > STARVED:
+        if not late or self._is_starved:
             for age in ages:
                 if abs(age) <= LONGEST:
                     self._ages.note(now, age)
+
+    @property
+    def _is_starved(self) -> bool:
+        """Whether lateness is the rule."""
+        return self._lateness > STARVED
+
+    def see_robot(self, stamp: int) -> None:
+        """Note the stamp (ns) of a pose of the robot, and so whether it stood still before."""
+        if self._robot is None:
+            self._since = stamp
+        else:
+            gap = (stamp - self._robot) * NANO
+            if self._is_starved and 2.0 * PERIOD < gap < LONGEST:
+                self._pauses.note(stamp, gap - PERIOD)
+        self._robot = stamp
 
     def see_brick(self, stamp: int) -> None:
         """Note the stamp (ns) of a position of the brick, and so whether some are missing."""
@@ -130,6 +156,18 @@ class Latency:
         """Return by how much (s) stamps are ahead of their arrival: 0 where the clocks agree."""
         ahead = -self._ages.at(now, RARE)
         return ahead if ahead > CLOCK_TOLERANCE else 0.0
+
+    def standstill(self, now: int, duration: float) -> float:
+        """
+        Return how long (s) the robot may stand still because processes wait for a processor.
+
+        :param now: the present instant (ns)
+        :param duration: of its way (s)
+        :return: As large a part of it as in the recent past, and one more pause like the longest.
+        """
+        known = 0.0 if self._since is None else (now - self._since) * NANO
+        part = self._pauses.total(now) / min(max(known, 1.0), MEMORY)
+        return part * duration + self._pauses.at(now, 1.0)
 
     def excess(self, now: int) -> float:
         """
