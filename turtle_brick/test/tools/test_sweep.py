@@ -117,6 +117,7 @@ def test_bricks_are_in_every_cell_or_everywhere_between_the_heights():
     assert sorted(cells) == [(i, j) for i in range(9) for j in range(9)]
     assert {z for _, _, z in bricks} == {8.0}
     assert len({i // 3 + 3 * (j // 3) for i, j in cells[:20]}) >= 8
+    assert list(replace(PLAN, seed=6).bricks()) != list(PLAN.bricks())
     bricks = list(replace(PLAN, count=2000).bricks())
     for values, low, high in zip(zip(*bricks), (0.0, 0.0, 2.0), (ARENA_SIZE, ARENA_SIZE, 9.0)):
         assert low <= min(values) < low + 0.1 < high - 0.1 < max(values) <= high
@@ -207,13 +208,17 @@ def test_ctrl_c_keeps_what_is_done(tmp_path, drops):
             start_new_session=True,
             env={**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, sys.path))},
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        table, deadline = tmp_path / sweep.TABLE, monotonic() + 60.0
-        while not table.exists() or table.read_bytes().count(b'\n') < 22:
-            assert monotonic() < deadline
-            Event().wait(0.05)
-        # A terminal's Ctrl-C reaches every process of the group.
-        os.killpg(process.pid, signal.SIGINT)
-        out, error = process.communicate(timeout=60.0)
+        try:
+            table, deadline = tmp_path / sweep.TABLE, monotonic() + 60.0
+            while not table.exists() or table.read_bytes().count(b'\n') < 22:
+                assert monotonic() < deadline
+                Event().wait(0.05)
+            # A terminal's Ctrl-C reaches every process of the group.
+            os.killpg(process.pid, signal.SIGINT)
+            out, error = process.communicate(timeout=60.0)
+        finally:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
     rows, _ = read(table)
     assert (process.returncode, error) == (0, '')
     assert [int(row['index']) for row in rows] == list(range(len(rows)))
