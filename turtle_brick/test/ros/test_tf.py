@@ -94,7 +94,9 @@ def test_all_is_in_sight_again_once_everybody_has_spoken_again(messages, known):
 
     def speak(age):
         for parent, child, static in CHAIN:
-            message = TFMessage(transforms=[transform(parent, child, age)])
+            # What is said once is as old as who said it.
+            message = TFMessage(transforms=[
+                transform(parent, child, 10 * PAST if static else age)])
             assert intake.take_in(message, static, NOW), (parent, child)
 
     if known:
