@@ -498,7 +498,7 @@ def test_a_machine_without_time_breaks_no_rate(times, stalls, full, marks):
 def test_what_is_broken_while_the_machine_has_time_is_broken():
     record = exercise((drive,))
     change_ask(record, 'drives', goal=CENTER, start=(0.0, 0.0))
-    for begin, due in ((-3.0, BROKEN), (0.2, OPEN), (1.5, BROKEN)):
+    for begin, due in ((-3.0, BROKEN), (0.2, OPEN), (0.9, BROKEN)):
         record.stalls = [(at(begin), at(begin + 0.1))]
         assert mark(record, 'drive: goal') == due
 
