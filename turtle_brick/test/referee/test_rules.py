@@ -553,6 +553,7 @@ def test_nothing_heard_is_judged():
     assert {one.mark for one in referee.RULES.judge(Record(Profile()))} == {BROKEN, OPEN}
 
 
+@pytest.mark.filterwarnings('ignore:invalid value')
 @pytest.mark.parametrize('odd', (nan, inf, -inf, 0.0, 1e300))
 def test_whatever_is_heard_is_judged(odd):
     """Numbers that make no sense keep nobody from judging, and are not what is demanded."""
