@@ -38,6 +38,7 @@ from typing import Any
 
 from rclpy.node import Node
 from rclpy.time import Time
+from turtle_brick.core.latency import MEMORY
 from turtle_brick.ros.tf import AHEAD
 from turtle_brick.tools.graph import Graph
 from turtle_referee.constants import ARENA_SIZE, CENTER, NANO, NANOSECONDS
@@ -184,10 +185,18 @@ class Scene(Graph):
             if 0.3 < self.hands.distance_to((x, y)) < EASY_REACH:
                 return x, y, EASY_HEIGHT
 
-    def play(self) -> None:
-        """Drop an easy brick, and see it caught, carried to the center and tipped off."""
+    def play(self, blow: float = -inf) -> None:
+        """
+        Drop an easy brick, and see it caught, carried to the center and tipped off.
+
+        :param blow: by when a node had died or stood still (s). For MEMORY the catcher reckons with the
+            delays that it saw then: if it refuses the brick, one is dropped after that.
+        """
         watch = self.release(self.easy_place())
         self.until(lambda: watch.down, 'the easy brick is down')
+        if watch.refusals and monotonic() - blow < MEMORY:
+            self.spin_for(blow + MEMORY - monotonic())
+            return self.play()
         assert watch.caught and not watch.refusals, 'an easy brick is refused or missed'
         self.until(lambda: watch.floated, 'the brick slides off')
         assert self.hands.distance_to(CENTER) < 0.05, 'it is tipped off elsewhere'
@@ -249,7 +258,7 @@ class Scene(Graph):
         self.go_to(stage)
         self.deal(node, BLOWS[blow])
         self.recover()
-        self.play()
+        self.play(monotonic())
 
     def stand_fire(self, count: int) -> None:
         """See that the graph comes back after so many random messages."""
