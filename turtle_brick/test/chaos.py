@@ -185,16 +185,16 @@ class Scene(Graph):
             if 0.3 < self.hands.distance_to((x, y)) < EASY_REACH:
                 return x, y, EASY_HEIGHT
 
-    def play(self, blow: float = -inf) -> None:
+    def play(self, blow: float | None = None) -> None:
         """
         Drop an easy brick, and see it caught, carried to the center and tipped off.
 
-        :param blow: by when a node had died or stood still (s). For MEMORY the catcher reckons with the
-            delays that it saw then: if it refuses the brick, one is dropped after that.
+        :param blow: by when (s) a node had died or stood still, if one has. For MEMORY the catcher
+            reckons with the delays that it saw: after it, another one is dropped for one refused.
         """
         watch = self.release(self.easy_place())
         self.until(lambda: watch.down, 'the easy brick is down')
-        if watch.refusals and monotonic() - blow < MEMORY:
+        if watch.refusals and blow is not None:
             self.spin_for(blow + MEMORY - monotonic())
             return self.play()
         assert watch.caught and not watch.refusals, 'an easy brick is refused or missed'
