@@ -30,7 +30,7 @@ that the home is ready; otherwise one sentence has said what is missing and how 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable
 import contextlib
 import fcntl
 import hashlib
@@ -54,8 +54,8 @@ VENV = HOME / 'venv'
 RECORD = HOME / 'made.json'
 REQUIREMENTS = Path(__file__).resolve().with_name('requirements.txt')
 
-# Everything that this program makes, and what mypy knows; other files in .ros are left alone.
-PARTS = ('made.json', 'made.new', 'venv', 'build', 'install', 'log', 'mypy')
+# The folders that this program makes, and what mypy knows; all else in .ros is left alone.
+PARTS = ('venv', 'build', 'install', 'log', 'mypy')
 
 GLIBC = (2, 28)
 
@@ -82,11 +82,6 @@ REAL_NAMES = {'tf2_ros': 'tf2_ros_py'}
 PATH_VARIABLES = ('AMENT_PREFIX_PATH', 'CMAKE_PREFIX_PATH', 'COLCON_PREFIX_PATH',
                   'LD_LIBRARY_PATH', 'PATH', 'PYTHONPATH', 'PKG_CONFIG_PATH')
 
-# How pip says that it cannot reach an index.
-UNREACHABLE = re.compile(
-    r'NewConnectionError|NameResolutionError|Connect(ion|Timeout)Error|ProxyError|SSLError'
-    r'|connection broken')
-
 
 class HomeError(Exception):
     """Something is missing or failed; the message is one sentence for the user."""
@@ -99,58 +94,37 @@ def say(text: str, end: str = '\n') -> None:
     print(text, end=end, file=sys.stderr, flush=True)
 
 
-@contextlib.contextmanager
-def step(what: str) -> Iterator[Callable[[str], None]]:
+def run(command: list[str], env: dict[str, str], what: str, failed: str) -> None:
     """
-    Print a step and how long it took.
+    Run a command; print what it does, how long it took and, on a terminal, what it says meanwhile.
 
-    :return: a function that shows what is said meanwhile, on a terminal
+    :raises HomeError: It has failed, which this sentence says; all that it wrote is shown above.
     """
-    start = time.monotonic()
+    start, output = time.monotonic(), ''
 
-    def show(text: str) -> None:
-        if sys.stderr.isatty():
-            line = f'  {what} ... {time.monotonic() - start:.0f} s {text}'
-            say(f'\r{line[:shutil.get_terminal_size().columns - 1]}\033[K', end='')
+    def show(text: str = '', end: str = '') -> None:
+        line = f'\r  {what} ... {time.monotonic() - start:.0f} s {text}'.rstrip()
+        say(line[:shutil.get_terminal_size().columns] + '\033[K' * sys.stderr.isatty(), end)
 
+    say(f'  {what} ...', end='')
     try:
-        say(f'  {what} ...', end='')
-        yield show
-        show('')
-        say(f'\r  {what} ... {time.monotonic() - start:.0f} s', end='')
+        with subprocess.Popen(command, cwd=TOP, env=env, stdin=subprocess.DEVNULL, text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              errors='replace') as process:
+            try:
+                for line in process.stdout or ():
+                    output += line
+                    # colcon is still at what began before when it says what it has finished
+                    if sys.stderr.isatty() and not line.startswith('Finished'):
+                        show(line.strip())
+            except BaseException:
+                process.kill()
+                raise
     finally:
-        say('')
-
-
-def run(command: list[str], env: dict[str, str], text: str = '') -> tuple[int, str]:
-    """Run a command with a text as its input; return its status and all that it wrote."""
-    done = subprocess.run(command, cwd=TOP, env=env, input=text, stdout=subprocess.PIPE,
-                          stderr=subprocess.STDOUT, text=True, errors='replace')
-    return done.returncode, done.stdout
-
-
-def follow(command: list[str], env: dict[str, str], show: Callable[[str], None]
-           ) -> tuple[int, str]:
-    """Run a command and show what it says; return its status and all that it wrote."""
-    output: list[str] = []
-    with subprocess.Popen(command, cwd=TOP, env=env, stdin=subprocess.DEVNULL, text=True,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                          errors='replace') as process:
-        try:
-            for line in process.stdout or ():
-                output.append(line)
-                if not line.startswith('Finished'):  # colcon is then still at what began before
-                    show(line.strip())
-        except BaseException:
-            process.kill()
-            raise
-    return process.returncode, ''.join(output)
-
-
-def last_line(output: str, pattern: str = r'\S') -> str:
-    """Return the last line of an output that matches a pattern, or an empty string."""
-    lines = [line.strip() for line in output.splitlines() if re.search(pattern, line)]
-    return lines[-1] if lines else ''
+        show(end='\n')
+    if process.returncode:
+        say(output.rstrip())
+        raise HomeError(failed)
 
 
 def clean_environment() -> dict[str, str]:
@@ -206,26 +180,19 @@ def read_record() -> dict[str, str]:
 
 def write_record(made: dict[str, str]) -> None:
     """Keep the fingerprints of what has been made."""
-    new = RECORD.with_suffix('.new')
-    new.write_text(json.dumps(made, indent=1, sort_keys=True) + '\n')
-    os.replace(new, RECORD)
+    RECORD.write_text(json.dumps(made, indent=1, sort_keys=True) + '\n')
 
 
-@contextlib.contextmanager
-def alone() -> Iterator[None]:
+def lock() -> None:
     """Lock the home: another terminal may make it at the same time."""
-    folder = os.open(TOP, os.O_RDONLY)
+    folder = os.open(TOP, os.O_RDONLY)  # the lock goes with this process
     try:
-        try:
-            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            say('turtle_brick: another process is making this home; waiting for it')
-            fcntl.flock(folder, fcntl.LOCK_EX)
-        except OSError:
-            pass  # a file system that cannot lock a folder (NFS): go on without
-        yield
-    finally:
-        os.close(folder)
+        fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        say('turtle_brick: another process is making this home; waiting for it')
+        fcntl.flock(folder, fcntl.LOCK_EX)
+    except OSError:
+        pass  # a file system that cannot lock a folder (NFS): go on without
 
 
 # -------------------------------------------------------------------------- what the machine has
@@ -344,15 +311,6 @@ hash -r
 """
 
 
-def pip_sentence(output: str) -> str:
-    """Say in one sentence why pip failed, by all that it printed."""
-    if UNREACHABLE.search(output):
-        return ('The Python package index cannot be reached: connect this machine to the network, '
-                "or set pip's proxy or index, and try again.")
-    error = last_line(output, '^ *(ERROR|error)').replace('ERROR: ', '') or last_line(output)
-    return f'pip could not install the packages of {REQUIREMENTS.name}: {error.rstrip(".")}.'
-
-
 def make_venv() -> None:
     """Make the virtual environment, from nothing."""
     env = clean_environment()
@@ -363,22 +321,20 @@ def make_venv() -> None:
                PIP_DISABLE_PIP_VERSION_CHECK='1', _ROS_WHEELS_BOOTSTRAP_COMPLETE='1')
     python = str(VENV / 'bin' / 'python')
 
-    with step(f'a virtual environment of Python {platform.python_version()}'):
-        # the interpreter itself, since this process may run in the environment that is replaced
-        base = os.path.realpath(getattr(sys, '_base_executable', sys.executable))
-        status, output = run([base, '-m', 'venv', str(VENV)], env)
-        if status:
-            raise HomeError(f'{base} could not make a virtual environment: {last_line(output)}')
-
+    # the interpreter itself, since this process may run in the environment that is replaced
+    base = os.path.realpath(getattr(sys, '_base_executable', sys.executable))
+    run([base, '-m', 'venv', str(VENV)], env,
+        f'a virtual environment of Python {platform.python_version()}',
+        f'{base} could not make a virtual environment: what it says is above.')
     pip = [python, '-m', 'pip', 'install', '--no-deps', '--no-build-isolation', '--use-pep517']
     setuptools = next(line.split()[0] for line in REQUIREMENTS.read_text().splitlines()
                       if line.startswith('setuptools=='))
-    with step('ROS 2 Jazzy from the package index') as show:
-        # three small ones are published as sources: setuptools must be there to build them
-        for what in ([setuptools], ['-r', str(REQUIREMENTS)]):
-            status, output = follow([*pip, *what], env, show)
-            if status:
-                raise HomeError(pip_sentence(output))
+    # three small packages are published as sources: setuptools must be there to build them
+    for name, what in (('setuptools', [setuptools]), ('ROS 2 Jazzy', ['-r', str(REQUIREMENTS)])):
+        run([*pip, *what], env, f'{name} from the package index',
+            f'pip could not install the packages of {REQUIREMENTS.name}: what it says is above. '
+            'Where it cannot reach the Python package index, connect this machine to the '
+            "network, or set pip's proxy or index, and try again.")
 
     packages = VENV / 'lib' / 'python{}.{}'.format(*sys.version_info[:2]) / 'site-packages'
     for path in (VENV / 'share').rglob('*.cmake'):
@@ -390,12 +346,6 @@ def make_venv() -> None:
     # The kernel takes no interpreter with a blank in its path, nor one that is very long.
     (packages / 'setuptools' / '_distutils' / 'distutils.cfg').write_text(
         '[build_scripts]\nexecutable = /usr/bin/env python3\n')
-
-    with step('a first start of rclpy'):
-        env['ROS_LOG_DIR'] = str(HOME / 'log')
-        status, output = run([*in_venv(), 'python', '-c', 'import rclpy; rclpy.init()'], env)
-        if status:
-            raise HomeError(f'The rclpy that was installed does not start: {last_line(output)}')
 
 
 def in_venv() -> list[str]:
@@ -474,12 +424,9 @@ def build(folders: dict[str, Path], underlay: str, made: dict[str, str], launche
     if launcher:
         command += ['--cmake-args', f'-DPython3_EXECUTABLE={VENV}/bin/python3']
     packages = ', '.join(changed) if len(changed) < 3 else f'{len(changed)} packages'
-    with step(f'colcon build: {packages}') as show:
-        status, output = follow(command, env, show)
-    if status:
-        say(output.rstrip())
-        raise HomeError(f'colcon could not build {", ".join(changed)}: its output is above and '
-                        'in .ros/log/latest_build.')
+    run(command, env, f'colcon build: {packages}',
+        f'colcon could not build {", ".join(changed)}: its output is above and in '
+        '.ros/log/latest_build.')
     write_record({**made, **marks})
 
 
@@ -487,12 +434,9 @@ def build(folders: dict[str, Path], underlay: str, made: dict[str, str], launche
 
 def remove_home() -> None:
     """Delete all that this program has made, the record of it first."""
+    RECORD.unlink(missing_ok=True)
     for name in PARTS:
-        path = HOME / name
-        if path.is_dir():
-            shutil.rmtree(path, ignore_errors=True)
-        else:
-            path.unlink(missing_ok=True)
+        shutil.rmtree(HOME / name, ignore_errors=True)
     with contextlib.suppress(OSError):
         HOME.rmdir()
 
@@ -544,8 +488,8 @@ def main() -> int:
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.default_int_handler)
     try:
-        with alone():
-            homes[sys.argv[1]](read_record())
+        lock()
+        homes[sys.argv[1]](read_record())
     except HomeError as error:
         say(f'turtle_brick: {error}')
     except KeyboardInterrupt:

@@ -92,13 +92,10 @@ def test_what_takes_long_is_seen_to_go_on_where_there_is_a_terminal(
         make_home, capsys, monkeypatch):
     monkeypatch.setattr(sys.stderr, 'isatty', lambda: True)
     monkeypatch.setenv('COLUMNS', '40')
-    with make_home.step('work') as show:
-        assert make_home.follow(['printf', 'one\ntwo of many'], dict(os.environ), show) == (
-            0, 'one\ntwo of many')
-        show('o' * 99)
+    make_home.run(['printf', f'one\ntwo of many\n{"o" * 99}'], dict(os.environ), 'work', '')
     said = capsys.readouterr().err
     assert re.search(r'work ... \d s two of many', said)
-    assert re.search(r'\r  work ... \d s\n$', said)
+    assert re.search(r'\r  work ... \d s\033\[K\n$', said)
     assert all(len(line.replace('\033[K', '')) < 40 for line in said.split('\r'))
 
 
@@ -200,9 +197,10 @@ def refusal(top, kind='pypi', before='', **variables):
                           stderr=subprocess.STDOUT, text=True)
     assert done.returncode == 1, done.stdout
     assert sorted(top.rglob('*')) == files
-    lines = done.stdout.splitlines()
-    assert [line for line in lines if line.startswith('turtle_brick: ')][-1] == lines[-1]
-    return lines[-1]
+    assert variables.get('PIP_SAYS', '') in done.stdout
+    sentence = done.stdout.splitlines()[-1]
+    assert sentence.startswith('turtle_brick: ')
+    return sentence
 
 
 # A Python that makes virtual environments of itself, and whose pip fails with the words that a
@@ -224,13 +222,6 @@ def fake_python(top):
 
 
 ANOTHER_MACHINE = 'import platform; platform.machine = lambda: "aarch64"'
-NO_NETWORK = """
-WARNING: Retrying (Retry(total=4, connect=None, read=None, redirect=None, status=None)) after \
-connection broken by 'NewConnectionError('<pip._vendor.urllib3.connection.HTTPSConnection object \
-at 0x7fd03b9c8a10>: Failed to establish a new connection: [Errno -3] Temporary failure in name \
-resolution')': /simple/setuptools/
-ERROR: No matching distribution found for setuptools==79.0.1
-"""
 WORKING = '#!/bin/sh\nexit 0\n'
 
 
@@ -240,10 +231,7 @@ WORKING = '#!/bin/sh\nexit 0\n'
     ('sys.modules["ensurepip"] = None', '', ['virtual environments', '-venv']),
     ('import sysconfig; sysconfig.get_path = lambda _: "/no/include"', '',
      ['/no/include/Python.h', '-dev']),
-    ('', NO_NETWORK, ['cannot be reached', 'network']),
-    ('', 'ERROR: Could not install packages due to an OSError: [Errno 28] No space left on '
-     'device\n', ['[Errno 28] No space left on device']),
-    ('', '', ['pip could not install'])])
+    ('', 'ERROR: No space left', ['pip could not install', 'network'])])
 def test_what_the_python_or_the_machine_lacks_or_pip_fails_for_is_said(top, before, says, words):
     """And nothing stays."""
     sentence = refusal(top, before=before or fake_python(top), PIP_SAYS=says)
