@@ -30,15 +30,13 @@ import signal
 import subprocess
 from threading import Event, Lock
 from time import monotonic
-from xml.etree import ElementTree
 
 from forked import ROS2, ROS2_MODULES
 from live_graph import NodeProcess
 import pytest
 from recorded import Command
-from turtle_brick.core.parameters import default_path, load, Parameters
+from turtle_brick.core.parameters import load, Parameters
 from turtle_referee.domains import reserved_domain
-import xacro
 import yaml
 
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -283,23 +281,6 @@ def cells(page, heading):
 def names(cell):
     """Return what stands in `...` in a cell."""
     return re.findall('`([^`]+)`', cell)
-
-
-def test_every_frame_is_told():
-    urdf = ElementTree.fromstring(
-        xacro.process_file(str(default_path().parents[1] / 'urdf' / 'turtle.urdf.xacro')).toxml())
-    told = {}
-    for frames, parents, joint, _ in cells('graph.md', 'Frames'):
-        told.update((frame, (names(parents), joint)) for frame in names(frames))
-    links = {link.get('name') for link in urdf.findall('link')}
-    assert set(told) == links | {'world', 'odom', 'brick'}
-    for joint in urdf.findall('joint'):
-        parents, words = told[joint.find('child').get('link')]
-        assert parents == [joint.find('parent').get('link')]
-        axis = joint.find('axis')
-        if axis is not None:
-            about = 'xyz'[axis.get('xyz').split().index('1')]
-        assert words == ('fixed' if axis is None else f'`{joint.get("name")}`, about {about}')
 
 
 def test_every_parameter_is_told_with_its_default():

@@ -132,19 +132,6 @@ def test_a_command_drives_for_a_second(live, turtle):
     assert pose.linear_velocity == 1.0
 
 
-def test_a_burst_leaves_seven_commands(live, turtle):
-    """They are taken in order, one per tick, so each shows in a pose of its own."""
-    poses = poses_of(live, turtle)
-    commands = live.publisher(f'{turtle}/cmd_vel', Twist, 50)
-    poses.clear()
-    for index in range(1, 41):
-        commands.publish(twist(x=0.01 * index))
-    settle(live, poses, lambda pose: pose.linear_velocity > 0.399, 'the last command')
-    speeds = [round(pose.linear_velocity / 0.01) for pose in poses.messages]
-    assert speeds == sorted(speeds)
-    assert sorted(set(speeds))[-7:] == [34, 35, 36, 37, 38, 39, 40]
-
-
 def test_teleports_jump(turtlesim, live, turtle):
     """To a pose, and by a turn and a distance."""
     poses = poses_of(live, turtle)

@@ -18,18 +18,16 @@ It has the part that nodes use: buffer, listener, broadcasters and exceptions, w
 signatures, QoS and behavior of tf2_ros_py 0.36.4; its buffer is held to recordings of the real
 one. Left out are the buffer's action client and server, its service tf2_frames, its futures,
 lookups between two times, transform() of message types (with it the registration of types and
-BufferInterface) and velocities.
+BufferInterface), velocities, and a listener's own thread and QoS.
 """
 
 from collections.abc import Iterable
 import sys
-from threading import Thread
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, JumpThreshold, TimeJump
 from rclpy.duration import Duration
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -97,42 +95,25 @@ class Buffer(BufferCore):
 class TransformListener:
     """Subscriptions to /tf and /tf_static that fill a buffer."""
 
-    def __init__(self, buffer: Buffer, node: Node, *, spin_thread: bool = False,
-                 qos: QoSProfile | int | None = None,
-                 static_qos: QoSProfile | int | None = None,
-                 static_only: bool = False) -> None:
-        """
-        Subscribe, reliably with depth 100 unless told otherwise.
-
-        :param spin_thread: Whether to spin the node in a thread of its own.
-        :param static_only: Whether to leave out /tf.
-        """
+    def __init__(self, buffer: Buffer, node: Node) -> None:
+        """Subscribe, reliably with depth 100."""
         self.buffer = buffer
         self.node = node
         # In a group of its own, the subscriptions go on while a callback waits for a transform.
         self.group = ReentrantCallbackGroup()
-        self.tf_sub = None if static_only else node.create_subscription(
-            TFMessage, '/tf', self.callback, qos or QoSProfile(depth=100),
-            callback_group=self.group)
+        self.tf_sub = node.create_subscription(
+            TFMessage, '/tf', self.callback, QoSProfile(depth=100), callback_group=self.group)
         self.tf_static_sub = node.create_subscription(
-            TFMessage, '/tf_static', self.static_callback, static_qos or QoSProfile(
+            TFMessage, '/tf_static', self.static_callback, QoSProfile(
                 depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL), callback_group=self.group)
-        if spin_thread:
-            self.executor = SingleThreadedExecutor(context=node.context)
-            self.dedicated_listener_thread = Thread(target=self._spin)
-            self.dedicated_listener_thread.start()
 
     def __del__(self) -> None:
-        """End the thread, if there is one, and unsubscribe."""
-        if hasattr(self, 'dedicated_listener_thread'):
-            self.executor.shutdown()
-            self.dedicated_listener_thread.join()
+        """Unsubscribe."""
         self.unregister()
 
     def unregister(self) -> None:
         """Unsubscribe."""
-        if self.tf_sub is not None:
-            self.node.destroy_subscription(self.tf_sub)
+        self.node.destroy_subscription(self.tf_sub)
         self.node.destroy_subscription(self.tf_static_sub)
 
     def callback(self, data: TFMessage) -> None:
@@ -144,14 +125,6 @@ class TransformListener:
         """Take transforms of frames that do not move."""
         for transform in data.transforms:
             self.buffer.set_transform_static(transform, 'default_authority')
-
-    def _spin(self) -> None:
-        self.executor.add_node(self.node)
-        try:
-            self.executor.spin()
-        except ExternalShutdownException:
-            pass
-        self.executor.remove_node(self.node)
 
 
 def as_list(transform: TransformStamped | Iterable[TransformStamped]) -> list[TransformStamped]:
