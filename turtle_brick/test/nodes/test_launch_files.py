@@ -16,7 +16,7 @@
 The launch files: each pair in Python and XML does the same, and what they launch works and ends.
 
 Both twins are loaded by launch, and every argument, command line, parameter, environment and
-condition in them is evaluated. One file of two pairs is run.
+condition in them is evaluated. One file is run.
 """
 
 from pathlib import Path
@@ -32,7 +32,6 @@ from launch.utilities import normalize_to_list_of_substitutions, perform_substit
 from launch_ros.actions import Node
 from live_graph import graph, PATIENCE, process
 import pytest
-from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from turtle_brick.core.parameters import default_path
 from turtle_brick_interfaces.srv import Place
@@ -253,20 +252,6 @@ def ended(launching):
     assert clean + alarmed == launching.output.count('process started with pid'), launching.output
     assert alarmed or status == 0, launching.output
     return clean + alarmed
-
-
-def test_show_turtle(domain_id):
-    with launched('show_turtle', 'xml', domain_id, 'use_jsp:=jsp', 'view:=none',
-                  'namespace:=alice') as launching:
-        with graph(domain_id, namespace='alice') as live:
-            states = live.record('joint_states', JointState)
-            assert live.rates([states], 10) == [pytest.approx(10.0, rel=0.1)]
-            live.wait_for(lambda: states.last.name, PATIENCE, 'joints')
-            assert states.last.name == ['stem_joint', 'wheel_joint', 'platform_joint']
-            assert list(states.last.position) == [0.0] * 3
-            live.wait_for(lambda: live.listener.count_publishers('tf'), PATIENCE, 'TF in it')
-            assert not live.listener.count_publishers('/tf')
-        assert ended(launching) == 2
 
 
 def test_turtle_arena(domain_id):

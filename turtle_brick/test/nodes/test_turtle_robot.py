@@ -248,20 +248,18 @@ def test_the_platforms_joint_is_the_last_finite_tilt(bench, warned):
 
 
 def test_without_a_turtle(domain_id, capfd):
-    """100 times per second nothing is to move; poses that no turtle has change nothing."""
+    """Nothing is to move, and poses that no turtle has change nothing."""
     with graph(domain_id) as live:
         robot = live.add_robot()
-        outputs = [live.record('turtle1/cmd_vel', Twist), live.record('joint_states', JointState)]
-        others = [live.record('odom', Odometry), live.record_transforms('base_link')]
-        assert live.rates(outputs, 100) == pytest.approx([100.0, 100.0], rel=0.01)
-        assert all(message == Twist() for message in outputs[0].messages)
+        commands, odometry = live.record('turtle1/cmd_vel', Twist), live.record('odom', Odometry)
         for x, y, velocity in ((1e30, 5.0, 1.0), (-3.0, 5.0, 1.0), (nan, 5.0, 1.0),
                                (5.0, 5.0, inf)):
             robot.on_pose(TurtlePoseMessage(x=x, y=y, linear_velocity=velocity))
         assert robot.odometer.origin is None and robot.driver.pose is None
         robot.on_goal(goal_at(1.0, 1.0, 'base_link'))
         live.wait_for(lambda: not robot.pending, PATIENCE, 'the goal to be given up')
-        assert not others[0].messages and not others[1].messages
+        assert not odometry.messages
+        assert commands.messages and all(message == Twist() for message in commands.messages)
     warnings = [line for line in capfd.readouterr().err.splitlines() if '[WARN]' in line]
     assert sum('that no turtle has' in line for line in warnings) == 4
     assert sum('Ignored a goal in the frame "base_link"' in line for line in warnings) == 1

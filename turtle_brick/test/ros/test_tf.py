@@ -108,14 +108,15 @@ def test_all_is_in_sight_again_once_everybody_has_spoken_again(messages, known):
     assert pose_of(latest(buffer, 'brick').transform).position == pytest.approx((5.0, 10.0, 15.0))
 
 
-@pytest.mark.parametrize('back', [1, 10 ** 9, 3600 * 10 ** 9])
-def test_a_clock_set_back_empties_the_buffer(back):
+def test_a_clock_set_back_empties_the_buffer():
     """Else what was stamped before would stay the latest, and hide what comes."""
     buffer = Buffer()
-    intake = Intake(buffer, lambda *_: None, jitter=5)
+    intake = Intake(buffer, lambda *_: None)
     intake.take_in(TFMessage(transforms=[transform('world', 'brick')]), False, NOW)
-    intake.take_in(TFMessage(), False, NOW - back)
-    assert (latest(buffer, 'brick') is None) == (back > 5)
+    intake.take_in(TFMessage(), False, NOW)
+    assert latest(buffer, 'brick') is not None
+    intake.take_in(TFMessage(), False, NOW - 1)
+    assert latest(buffer, 'brick') is None
 
 
 @pytest.mark.parametrize('age, known', [(OLDEST, True), (OLDEST + 1, False),

@@ -138,23 +138,20 @@ def harm_of(transform: TransformStamped, static: bool, now: int) -> str:
 class Intake:
     """Fill a buffer with the transforms that do it no harm."""
 
-    def __init__(self, buffer: Buffer, complain: Callable[[str, str], Any],
-                 jitter: int = 0) -> None:
+    def __init__(self, buffer: Buffer, complain: Callable[[str, str], Any]) -> None:
         """
         Begin with an empty buffer.
 
         :param buffer: what to fill
         :param complain: called with the topic of a transform that is left out, and a sentence why
-        :param jitter: how far back (ns) the time may go without the clock having been set back
         """
         self._buffer = buffer
         self._complain = complain
-        self._jitter = jitter
         self._now = 0
 
     def take_in(self, message: TFMessage, static: bool, now: int) -> list[TransformStamped]:
         """Fill the buffer with the transforms that can be used now (ns), and return them."""
-        if now < self._now - self._jitter:
+        if now < self._now:
             self._buffer.clear()  # Else transforms from before the jump would stay the latest.
         self._now = now
         keep = self._buffer.set_transform_static if static else self._buffer.set_transform
