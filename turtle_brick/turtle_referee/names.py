@@ -23,7 +23,7 @@ The defaults are the assignment's own names. A profile in YAML says what differs
     numbers: {platform_radius: 0.4}
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
@@ -69,31 +69,25 @@ class Profile:
         :param path: of the profile
         :raises ProfileError: it can't be read, or an entry means nothing or has no such value
         """
-        try:
-            sections = yaml.safe_load(path.read_text(encoding='utf-8')) or {}
-        except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-            raise ProfileError(f'{path}: {" ".join(str(error).split())}') from None
         known: dict[str, Iterable[str]] = {
             'topics': TOPICS, 'services': SERVICES, 'frames': FRAMES, 'numbers': NUMBERS}
-        for section in _known(sections, known, f'{path}: '):
-            entries, source = sections[section], f'{path}: {section}.'
-            for name in _known(entries, known[section], source):
-                value = entries[name]
-                if section == 'numbers':
-                    good = type(value) in (int, float) and 0 < value < inf
-                else:
-                    good = isinstance(value, str) and value != ''
-                if not good:
-                    wanted = 'number above 0' if section == 'numbers' else 'name'
-                    raise ProfileError(f'{source}{name} is {value!r:.60}, but must be a {wanted}')
-                getattr(self, section)[name] = float(value) if section == 'numbers' else value
-
-
-def _known(mapping: Any, names: Iterable[str], source: str) -> Iterable[str]:
-    """Return the names that a mapping has; ProfileError unless it is one, with known names."""
-    if not isinstance(mapping, Mapping):
-        raise ProfileError(f'{source}{mapping!r:.60} is no mapping of names to values')
-    for name in mapping:
-        if name not in names:
-            raise ProfileError(f'{source}{name} is unknown, there are: {", ".join(names)}')
-    return mapping
+        try:
+            sections = yaml.safe_load(path.read_text(encoding='utf-8')) or {}
+            entries = [(section, name, value) for section, part in sections.items()
+                       for name, value in part.items()]
+        except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+            raise ProfileError(f'{path}: {" ".join(str(error).split())}') from None
+        except AttributeError:
+            raise ProfileError(f'{path}: no sections of names and values') from None
+        for section, name, value in entries:
+            if name not in known.get(section, ()):
+                raise ProfileError(f'{path}: {section}.{name} is unknown, there are: '
+                                   + ', '.join(known.get(section, known)))
+            if section == 'numbers':
+                good, wanted = isinstance(value, (int, float)) and 0 < value < inf, 'number above 0'
+            else:
+                good, wanted = isinstance(value, str) and value != '', 'name'
+            if not good:
+                raise ProfileError(
+                    f'{path}: {section}.{name} is {value!r:.60}, but must be a {wanted}')
+            getattr(self, section)[name] = value

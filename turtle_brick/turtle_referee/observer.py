@@ -22,12 +22,12 @@ any implementation will do. It also asks for what a user would, and says nothing
 from collections import Counter
 from collections.abc import Callable, Sequence
 from importlib import import_module
-import os
-from pathlib import Path
+from statistics import fmean
 from time import time_ns
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
+import psutil
 from rcl_interfaces.srv import GetParameters
 from rclpy.client import Client
 from rclpy.node import Node
@@ -49,8 +49,8 @@ FETCH_PERIOD = 0.02
 LOOK_PERIOD = 0.5
 """Time (s) after which new topics are looked for, and how much the processors had to do."""
 
-SPARE = 0.05
-"""The part of the processors' time of which some has to be left for a graph to be in time."""
+FULL = 95.0
+"""How much (%) the processors have to do when nothing is left for a graph to be in time."""
 
 MARKER_TYPES = ('visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray')
 
@@ -175,7 +175,7 @@ class Observer(Node):
         self._topics_told: dict[str, Publisher] = {}
         self._services_asked: dict[str, Client] = {}
         self._looked_at = 0
-        self._idle, self._ticks = processor_time()
+        psutil.cpu_percent(percpu=True)  # since when the next one tells
         self.fetched_at = time_ns()
         """When (ns) what has come was fetched last."""
         for topic, static in (('/tf', False), ('/tf_static', True)):
@@ -189,10 +189,9 @@ class Observer(Node):
         if (self.fetched_at - last) > FETCH_PERIOD * NANOSECONDS + LATE:
             self.record.stalls.append((last, self.fetched_at))
         if self.fetched_at - self._looked_at > LOOK_PERIOD * NANOSECONDS:
-            (idle, ticks), began = processor_time(), self._looked_at
-            if idle - self._idle <= SPARE * (ticks - self._ticks):
-                self.record.full.append((began, self.fetched_at))
-            self._idle, self._ticks, self._looked_at = idle, ticks, self.fetched_at
+            if fmean(psutil.cpu_percent(percpu=True)) >= FULL:
+                self.record.full.append((self._looked_at, self.fetched_at))
+            self._looked_at = self.fetched_at
             self.look_around()
         self.listener.fetch()
         self.on_news()
@@ -371,14 +370,6 @@ class Observer(Node):
             self._services_asked[node] = self.create_client(
                 GetParameters, f'{node}/get_parameters')
         return self._services_asked[node]
-
-
-def processor_time() -> tuple[int, int]:
-    """Return how long this machine's processors had nothing to do, and how long in all (ticks)."""
-    ours = {f'cpu{number}' for number in os.sched_getaffinity(0)}
-    ticks = [list(map(int, line.split()[1:9])) for line in Path('/proc/stat').read_text(
-        encoding='ascii').splitlines() if line.split()[0] in ours]
-    return sum(row[3] + row[4] for row in ticks), sum(map(sum, ticks))
 
 
 def how_to_hear(latched: bool, reliable: bool = True) -> QoSProfile:

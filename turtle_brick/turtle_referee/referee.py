@@ -31,7 +31,6 @@ from contextlib import ExitStack, suppress
 from datetime import datetime
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
-from math import isfinite
 import os
 from pathlib import Path
 from platform import python_version
@@ -111,8 +110,6 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
     args = list(args)
     place = args.index('--') if '--' in args else len(args)
     options = parser.parse_args(args[:place])
-    if not (isfinite(options.reaction) and 0.0 <= options.reaction <= 5.0):
-        parser.error(f'--reaction {options.reaction:g}: from 0 to 5')
     for name in ('csv', 'json', 'page'):
         path = getattr(options, name)
         if path is not None and not path.parent.is_dir():
@@ -120,8 +117,6 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
     command = [*options.command, *args[place + 1:]]
     if command and shutil.which(command[0]) is None:
         parser.error(f'{command[0]}: there is no such program')
-    if options.summary and not options.summary.is_dir():
-        parser.error(f'--summary {options.summary}: there is no such directory')
     if options.summary and (command or options.json) or options.csv and not options.summary:
         parser.error('--csv goes with --summary, --json and a command do not')
     return options, command

@@ -15,9 +15,7 @@
 
 from collections.abc import Iterator
 from functools import partial
-from itertools import pairwise
 from math import asin, atan2, degrees, dist, hypot, isfinite, pi, radians
-from statistics import quantiles
 from typing import Any
 
 from turtle_referee.constants import (ALIKE, CENTER, CROOKED, EXACT, NANO, NANOSECONDS, NEAR,
@@ -39,9 +37,6 @@ STRIDE = 5
 
 LATELY = 50_000_000
 """How long (ns) before and after an odometry message a command is one of its time."""
-
-EVEN = 0.2
-"""The part by which intervals differ that are alike, on a busy machine."""
 
 GLOBAL = ('/tf', '/tf_static', '/rosout', '/parameter_events', '/clock')
 
@@ -187,29 +182,14 @@ def instants_of(record: Record, name: str, begin: int, end: int) -> list[int]:
     return [stamp_of(heard) for heard in record.heard(name, begin, end)]
 
 
-def is_steady(instants: list[int], nominal: float) -> bool:
-    """
-    Tell whether the middle half of the intervals are alike, and off a nominal rate (Hz).
-
-    A stall lengthens some, and who has to wait for a processor time and again has uneven ones.
-    """
-    if len(instants) < 6:
-        return False
-    low, _, high = quantiles((b - a) * NANO * nominal for a, b in pairwise(instants))
-    return high - low <= EVEN * low and (
-        low > 1.0 + RATE_TOLERANCE or high < 1.0 - RATE_TOLERANCE)
-
-
 def judge_rate(name: str, nominal: float, record: Record) -> Finding:
     """Judge the rate of something at rest and on the move."""
-    kept, steady, words = True, True, []
+    kept, words = True, []
     for label, (begin, end) in zip(('at rest', 'driving'), spans(record)):
-        found = instants_of(record, name, begin, end)
-        frequency = rate([instant * NANO for instant in found])
+        frequency = rate([instant * NANO for instant in instants_of(record, name, begin, end)])
         kept = kept and abs(frequency / nominal - 1.0) <= RATE_TOLERANCE
-        steady = steady and is_steady(found, nominal)
         words.append(f'{frequency:.2f} Hz {label}')
-    return Finding(kept, ', '.join(words), steady=steady)
+    return Finding(kept, ', '.join(words))
 
 
 for sentence, hertz, *named in (

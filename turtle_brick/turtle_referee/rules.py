@@ -69,8 +69,6 @@ class Finding(NamedTuple):
     kept: bool
     measured: str
     plot: Plot | None = None
-    steady: bool = False
-    """Whether it is the same all the time, which no stall of the machine explains."""
 
 
 class Judgement(NamedTuple):
@@ -84,7 +82,6 @@ class Judgement(NamedTuple):
     plot: Plot | None = None
     follows: Sequence[str] = ()
     """The broken requirements that may be why this one is broken."""
-    steady: bool = False
 
 
 class Rule(NamedTuple):
@@ -99,10 +96,10 @@ class Rule(NamedTuple):
 
     def __call__(self, record: Record) -> Judgement:
         """Judge what was heard, whether the machine had time or not."""
-        plot, steady = None, False
+        plot = None
         try:
             with numpy.errstate(all='ignore'):
-                kept, measured, plot, steady = self.judge(record)
+                kept, measured, plot = self.judge(record)
             mark = KEPT if kept else BROKEN
         except Broken as error:
             mark, measured = BROKEN, str(error)
@@ -113,8 +110,7 @@ class Rule(NamedTuple):
             # Whatever an implementation says, this is no reason to fall silent about the rest.
             mark = BROKEN
             measured = f'what was heard makes no sense ({type(error).__name__}: {error})'
-        return Judgement(
-            self.name, self.words, self.expected, mark, measured, plot, steady=steady)
+        return Judgement(self.name, self.words, self.expected, mark, measured, plot)
 
 
 class Rules(list[Rule]):
@@ -139,11 +135,10 @@ class Rules(list[Rule]):
         """Judge what was heard: what is broken comes first, and before what may follow from it."""
         found, held_up = [rule(record) for rule in self], record.held_up()
         if held_up:
-            # What is broken all the time, or also while the machine had time, is broken.
+            # What is broken also while the machine had time is broken.
             calm = record.while_calm()
             found = [one._replace(mark=OPEN, measured=f'{one.measured}; not judged: {held_up}')
-                     if one.mark == BROKEN and not one.steady and rule(calm).mark != BROKEN
-                     else one
+                     if one.mark == BROKEN and rule(calm).mark != BROKEN else one
                      for rule, one in zip(self, found)]
         causes = self.causes({one.name: one.measured for one in found if one.mark == BROKEN})
         found = [one._replace(measured=ONE.sub(r'1 \1', one.measured),

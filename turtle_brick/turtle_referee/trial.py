@@ -129,18 +129,9 @@ class Trial(Hands):
         """Wait until the graph is there; tell whether there is anything."""
         record = self.record
         self.say('looking for the graph')
-
-        def has_come() -> bool:
-            return self.sees_everything() or not self.is_alive()
-
-        def is_elsewhere() -> bool:
-            return not (any(record.topics.values()) or self.has('place')) and bool(
-                self.observer.elsewhere())
-
-        if not self.until(has_come, min(self.meeting, MEETING)) and not is_elsewhere():
-            self.until(has_come, self.meeting - MEETING)
+        self.until(lambda: self.sees_everything() or not self.is_alive(), self.meeting)
         record.notes += self.observer.doubts()
-        if is_elsewhere():
+        if self.observer.elsewhere() and not (any(record.topics.values()) or self.has('place')):
             # All namespaces may share /tf, and hear each other's markers.
             record.frames.clear()
             record.markers.clear()

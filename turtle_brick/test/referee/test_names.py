@@ -22,11 +22,10 @@ from turtle_referee.names import Profile, ProfileError
 
 @pytest.mark.parametrize('text, complaint', (
     ('topics: {tlit: x}', 'topics.tlit is unknown, there are: cmd_vel'),
-    ('names: {}', 'names is unknown, there are: topics, services, frames, numbers'),
+    ('names: {tilt: x}', 'names.tilt is unknown, there are: topics, services, frames, numbers'),
     ('topics: {tilt: ""}', "topics.tilt is '', but must be a name"),
-    ('numbers: {platform_radius: yes}', 'numbers.platform_radius is True, but must be a number'),
     ('numbers: {platform_radius: .nan}', 'platform_radius is nan, but must be a number above 0'),
-    ('topics: tilt', "topics.'tilt' is no mapping"),
+    ('topics: tilt', 'no sections of names and values'),
     ('{', 'while parsing'),
 ))
 def test_profiles_that_can_not_be_used(tmp_path, text, complaint):
