@@ -18,7 +18,7 @@ It has the part that nodes use: buffer, listener, broadcasters and exceptions, w
 signatures, QoS and behavior of tf2_ros_py 0.36.4; its buffer is held to recordings of the real
 one. Left out are the buffer's action client and server, its service tf2_frames, its futures,
 lookups between two times, transform() of message types (with it the registration of types and
-BufferInterface), velocities, and a listener's own thread and QoS.
+BufferInterface), velocities, and a listener's own thread.
 """
 
 from collections.abc import Iterable
@@ -95,14 +95,16 @@ class Buffer(BufferCore):
 class TransformListener:
     """Subscriptions to /tf and /tf_static that fill a buffer."""
 
-    def __init__(self, buffer: Buffer, node: Node) -> None:
-        """Subscribe, reliably with depth 100."""
+    def __init__(self, buffer: Buffer, node: Node, *, qos: QoSProfile | int | None = None
+                 ) -> None:
+        """Subscribe, reliably with depth 100; to /tf as `qos` says, if it does."""
         self.buffer = buffer
         self.node = node
         # In a group of its own, the subscriptions go on while a callback waits for a transform.
         self.group = ReentrantCallbackGroup()
         self.tf_sub = node.create_subscription(
-            TFMessage, '/tf', self.callback, QoSProfile(depth=100), callback_group=self.group)
+            TFMessage, '/tf', self.callback, qos or QoSProfile(depth=100),
+            callback_group=self.group)
         self.tf_static_sub = node.create_subscription(
             TFMessage, '/tf_static', self.static_callback, QoSProfile(
                 depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL), callback_group=self.group)
