@@ -22,7 +22,6 @@ from types import SimpleNamespace
 import numpy
 import pytest
 from turtle_brick.core.geometry import from_yaw, Pose
-from turtle_brick.physics import Phase
 from turtle_brick.view.camera import ABOVE, NEAR
 from turtle_brick.view.measures import Curves
 from turtle_brick.view.shapes import ORIGIN, Shape, Thing
@@ -165,8 +164,8 @@ def test_texts_are_no_html_and_alarms_are_red(page):
     assert '#c92a2a' in panel._account.content
     panel.show_rates([('odom', 99.96), ('cmd_vel', None)])
     assert re.search('odom.*100.0 Hz.*cmd_vel.*no messages', panel._rates.content)
-    panel.show_legend({Phase.FALLING: (0.2, 0.0, 1.0, 1.0)})
-    assert 'color:rgb(51,0,255)">&#9632;</span> falling<' in panel._legend.content
+    panel.show_brick('falling', (0.2, 0.0, 1.0, 1.0))
+    assert 'color:rgb(51,0,255)">&#9632;</span> falling<' in panel._brick.content
     panel.show_parts(True, False, False)
     assert panel._arena_part.visible and not panel._robot_part.visible
 

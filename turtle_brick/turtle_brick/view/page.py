@@ -40,8 +40,7 @@ from turtle_brick.view.account import Account
 from turtle_brick.view.camera import ABOVE, NEAR
 from turtle_brick.view.markers import Markers
 from turtle_brick.view.measures import common_instant, Curves, Rate
-from turtle_brick.view.shapes import (is_drawable, ORIGIN, robot_shapes, RobotShapes, Shape, Thing,
-                                      UrdfError)
+from turtle_brick.view.shapes import is_drawable, ORIGIN, robot_shapes, RobotShapes, Shape, Thing
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
 
@@ -106,9 +105,8 @@ class Page:
         self._buffer = buffer
         self._warn = warn
         self._publishers = publishers
-        self._robot = RobotShapes('', {}, ())
+        self._robot = RobotShapes('', {})
         self._markers = Markers()
-        self._brick_colors = dict(BRICK_COLORS)
         self._account = Account()
         self._goal: tuple[float, float] | None = None
         self._tilt = 0.0
@@ -125,13 +123,8 @@ class Page:
         """Hear which robot there is, as URDF."""
         try:
             self._robot = robot_shapes(message.data)
-        except UrdfError as error:
+        except ValueError as error:
             self._warn('robot_description', f'The robot is not shown: {error}')
-            return
-        if self._robot.undrawn:
-            self._warn(
-                'robot_description', 'The viewer draws boxes, cylinders and spheres, not '
-                f'{", ".join(self._robot.undrawn)}')
 
     def hear_transform(self, transform: TransformStamped, now: int) -> None:
         """Hear of a moving transform, which is in the buffer already."""
@@ -148,11 +141,7 @@ class Page:
         if message.action != Marker.ADD:
             return
         if topic == BRICK_MARKER:
-            phase = PHASES.get(message.text)
-            self._account.see_phase(phase)
-            if phase is not None:
-                color = message.color
-                self._brick_colors[phase] = (color.r, color.g, color.b, color.a)
+            self._account.see_phase(PHASES.get(message.text))
         elif topic == CATCHER_MARKER and message.text == UNREACHABLE:
             self._account.see_unreachable()
 
@@ -191,15 +180,6 @@ class Page:
     def count(self, name: str, now: int) -> None:
         """Count something that has come."""
         self._rates[name].add(now)
-
-    def walls(self) -> tuple[float, float, float, float] | None:
-        """Return in meters the least and greatest x, then y, of the walls, None without walls."""
-        spots = [thing.pose.transform(thing.shapes[0].pose.position)
-                 for name, thing in self._things.items() if name.startswith(f'{WALLS}/')]
-        if not spots:
-            return None
-        xs, ys, _ = zip(*spots)
-        return min(xs), max(xs), min(ys), max(ys)
 
     def rates(self, now: int) -> list[tuple[str, float | None]]:
         """Return what is counted and how often it comes (Hz), None for what does not come."""
@@ -280,8 +260,7 @@ class Page:
                 self._panel.suggest_place(brick.position)
             self._panel.show_brick(
                 f'{phase.value if phase else "brick"}, {brick.position[2]:.2f} m up',
-                self._brick_colors[phase] if phase else None)
-        self._panel.show_legend(self._brick_colors)
+                BRICK_COLORS[phase] if phase else None)
         self._panel.show_account(self._account.sentence(), self._account.alarm)
         self._panel.show_answer(*self._answer)
         self._panel.show_tilt(self._tilt)

@@ -12,18 +12,18 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The panel of the page: what can be read and done beside the scene. No ROS."""
+"""The panel of the page: what can be read and done beside the scene."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 from math import ceil, inf, pi
 from time import monotonic
 from typing import Any, NamedTuple
 
 import numpy
+from turtle_brick.arena import BRICK_COLORS
 from turtle_brick.core.geometry import Color, Vector
 from turtle_brick.core.time_steps import NANOSECONDS
-from turtle_brick.physics import Phase
 from turtle_brick.view.camera import ABOVE, ground_under, NEAR
 from turtle_brick.view.measures import Curves
 from turtle_brick.view.scene import Scene
@@ -82,7 +82,9 @@ class Panel:
         gui.main_panel.dock_right()
         with gui.add_folder('Brick') as self._arena_part:
             self._brick = gui.add_html('')
-            self._legend = gui.add_html('')
+            swatches = ' '.join(
+                _swatch(phase.value, color) for phase, color in BRICK_COLORS.items())
+            gui.add_html(_block('legend', f'<small style="color:#868e96">{swatches}</small>'))
             with gui.add_form(None) as form:
                 # Any: mypy takes the value of an input for read-only.
                 self._place: Any = gui.add_text('x, y, z (m)', '')
@@ -159,12 +161,6 @@ class Panel:
     def show_brick(self, text: str, color: Color | None) -> None:
         """Show what the brick does, and in which color."""
         self._brick.content = _block('brick', _swatch(text, color) if color else escape(text))
-
-    def show_legend(self, colors: Mapping[Phase, Color]) -> None:
-        """Show which color tells what."""
-        swatches = ' '.join(_swatch(phase.value, color) for phase, color in colors.items())
-        self._legend.content = _block(
-            'legend', f'<small style="color:#868e96">{swatches}</small>')
 
     def show_account(self, text: str, alarm: bool) -> None:
         """Show what the robot does about the brick."""

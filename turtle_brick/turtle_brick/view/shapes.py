@@ -65,12 +65,6 @@ class RobotShapes(NamedTuple):
     """The link that is no joint's child."""
     links: dict[str, tuple[Shape, ...]]
     """The shapes of each link, in its frame."""
-    undrawn: tuple[str, ...]
-    """The visuals that are left out, in words."""
-
-
-class UrdfError(ValueError):
-    """A robot description cannot be read."""
 
 
 def is_drawable(*numbers: float) -> bool:
@@ -84,37 +78,23 @@ def robot_shapes(description: str) -> RobotShapes:
 
     :param description: URDF, as in the topic robot_description
     :return: What is to be drawn of it.
-    :raises UrdfError: it is not XML, not a robot, or a value is not a number
+    :raises ValueError: it is not XML, or no robot's; the text says why
     """
     try:
         robot = ElementTree.fromstring(description)
-    except (ElementTree.ParseError, ValueError) as error:
-        raise UrdfError(f'robot_description is not XML: {error}') from None
-    if robot.tag != 'robot':
-        raise UrdfError(f'robot_description has <{robot.tag}> where <robot> is expected')
+    except ElementTree.ParseError as error:
+        raise ValueError(f'robot_description is not XML: {error}') from None
     colors = {material.get('name'): _color(color) for material in robot.iter('material')
               if (color := material.find('color')) is not None}
-    links: dict[str, tuple[Shape, ...]] = {}
-    undrawn: list[str] = []
-    for link in robot.findall('link'):
-        name = link.get('name', '')
-        shapes = []
-        for visual in link.findall('visual'):
-            solid = visual.find('geometry/*')
-            if solid is None:
-                raise UrdfError(f'robot_description has a visual without geometry in link {name}')
-            if solid.tag in ('box', 'cylinder', 'sphere'):
-                shapes.append(Shape(
-                    solid.tag, _size(solid), _paint(visual, colors), _origin(visual)))
-            else:
-                undrawn.append(f'the {solid.tag} of link {name}')
-        links[name] = tuple(shapes)
+    links = {link.get('name', ''): tuple(
+        Shape(solid.tag, _size(solid), _paint(visual, colors), _origin(visual))
+        for visual in link.findall('visual') for solid in visual.findall('geometry/*')
+        if solid.tag in ('box', 'cylinder', 'sphere')) for link in robot.findall('link')}
     children = {child.get('link') for child in robot.findall('joint/child')}
     roots = [name for name in links if name not in children]
     if len(roots) != 1:
-        raise UrdfError('robot_description has no single root link, but '
-                        f'{", ".join(roots) or "none"}')
-    return RobotShapes(roots[0], links, tuple(undrawn))
+        raise ValueError(f'robot_description has no single root link, but {roots}')
+    return RobotShapes(roots[0], links)
 
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
@@ -123,27 +103,18 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
     return multiply(from_yaw(yaw), multiply(from_pitch(pitch), about_x))
 
 
-def _numbers(element: ElementTree.Element, attribute: str, count: int, default: str = ''
-             ) -> list[float]:
+def _numbers(element: ElementTree.Element, attribute: str, default: str = '') -> list[float]:
     """Return the numbers of an attribute."""
-    text = element.get(attribute, default)
-    try:
-        numbers = [float(word) for word in text.split()]
-    except ValueError:
-        numbers = []
-    if len(numbers) != count or not is_drawable(*numbers):
-        raise UrdfError(f'robot_description has {attribute}="{text}" in <{element.tag}>, where '
-                        f'{count} numbers are expected')
-    return numbers
+    return [float(word) for word in element.get(attribute, default).split()]
 
 
 def _size(solid: ElementTree.Element) -> Vector:
     """Return the extents of a box, a cylinder or a sphere."""
     if solid.tag == 'box':
-        x, y, z = _numbers(solid, 'size', 3)
+        x, y, z = _numbers(solid, 'size')
         return (x, y, z)
-    diameter = 2.0 * _numbers(solid, 'radius', 1)[0]
-    height = _numbers(solid, 'length', 1)[0] if solid.tag == 'cylinder' else diameter
+    diameter = 2.0 * float(solid.get('radius', ''))
+    height = float(solid.get('length', '')) if solid.tag == 'cylinder' else diameter
     return (diameter, diameter, height)
 
 
@@ -152,13 +123,14 @@ def _origin(visual: ElementTree.Element) -> Pose:
     origin = visual.find('origin')
     if origin is None:
         return ORIGIN
-    x, y, z = _numbers(origin, 'xyz', 3, '0 0 0')
-    return Pose((x, y, z), from_rpy(*_numbers(origin, 'rpy', 3, '0 0 0')))
+    x, y, z = _numbers(origin, 'xyz', '0 0 0')
+    roll, pitch, yaw = _numbers(origin, 'rpy', '0 0 0')
+    return Pose((x, y, z), from_rpy(roll, pitch, yaw))
 
 
 def _color(color: ElementTree.Element) -> Color:
     """Return a color."""
-    red, green, blue, alpha = _numbers(color, 'rgba', 4)
+    red, green, blue, alpha = _numbers(color, 'rgba')
     return (red, green, blue, alpha)
 
 

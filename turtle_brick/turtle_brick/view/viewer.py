@@ -66,6 +66,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_ros import Buffer
 from turtle_brick.core.time_steps import NANOSECONDS
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.tf import GuardedListener, LATCHED, WORLD
 from turtle_brick.ros.throttling import Warner
@@ -174,13 +175,8 @@ class Viewer(Node):
 
     def drop_at_random(self) -> None:
         """Place the brick anywhere between the walls, and drop it."""
-        walls = self.page.walls()
-        if walls is None:
-            self.refuse('drop at random: no walls are in sight')
-            return
-        west, east, south, north = walls
-        self.drop_from(uniform(west + MARGIN, east - MARGIN),
-                       uniform(south + MARGIN, north - MARGIN), uniform(*RANDOM_HEIGHTS))
+        x, y = (uniform(MARGIN, ARENA_SIZE - MARGIN) for _ in range(2))
+        self.drop_from(x, y, uniform(*RANDOM_HEIGHTS))
 
     def tilt(self, angle: float) -> None:
         """Tilt the platform (rad)."""
