@@ -21,10 +21,9 @@ How it is measured:
 * Processor time is the user and system time of each process over a window: "idle", the brick
   hovering and the robot at rest, while nobody else listens to what comes 100 or 250 times per
   second; and "catching", one drop after another, with one listener more, which drops them.
-* Intervals are taken in further windows, with that listener: idle, and beside two busy loops.
-  Their instants are those at which the middleware took a message over for publication
-  (source_timestamp), not those of its arrival here. A step of the physics is lost where the
-  stamps of the brick's transforms leave one out.
+* Intervals are taken in a further idle window, with that listener. Their instants are those at
+  which the middleware took a message over for publication (source_timestamp), not those of its
+  arrival here.
 * Latency is taken from the drops: each finds the robot at rest, at a random distance that asks
   for motion. The release is the stamp of the last position before the brick falls; the decision
   is the goal's publication; motion is the first pose of turtlesim that has changed.
@@ -69,7 +68,6 @@ from turtle_referee.record import Record
 from turtle_referee.spinning import Spinner
 
 LAUNCH = ('ros2', 'launch', 'turtle_brick', 'turtle_arena.launch.py', 'view:=none')
-BUSY_LOOP = (sys.executable, '-c', 'while True: pass')
 
 OURS = ('turtle_robot', 'arena', 'catcher')
 NODES = (*OURS, 'turtlesim_node', 'robot_state_publisher')
@@ -92,11 +90,6 @@ MOVED = 1e-6
 
 
 # ------------------------------------------------------------------------------ what is computed
-
-def lost_steps(stamps: Sequence[int]) -> int:
-    """Return how many steps of the physics are missing, or come twice, between stamps (ns)."""
-    return int(np.sum(np.abs(np.diff(stamps) // STEP - 1)))
-
 
 def chain(record: Record, begin: int, end: int) -> dict[str, float] | None:
     """
@@ -154,12 +147,10 @@ class Usage:
 
     def _now(self) -> dict[str, float]:
         """Return the time (s) since any fixed instant that each has had of the processors."""
-        spent = psutil.cpu_times()
         # What is not idle works: a tickless Linux sees programs that wake up with its timers
-        # always or never, but books idle time as it is. The host of a virtual machine steals.
-        busy = (psutil.cpu_count() * monotonic() - spent.idle - getattr(spent, 'iowait', 0.0)
-                - getattr(spent, 'steal', 0.0))
-        return {'': monotonic(), 'all': busy,
+        # always or never, but books idle time as it is.
+        return {'': monotonic(),
+                'all': psutil.cpu_count() * monotonic() - psutil.cpu_times().idle,
                 **{name: sum(process.cpu_times()[:2])
                    for name, process in self._processes.items()}}
 
@@ -213,9 +204,6 @@ class Benchmark:
             with self.observing() as hands:
                 drops = window('catching', lambda: [self.throw(hands) for _ in range(self.drops)])
                 found['intervals'] = window('idle, listening', lambda: self.listen(hands))
-                with Process(BUSY_LOOP), Process(BUSY_LOOP):
-                    found['intervals beside loops'] = window(
-                        'beside two busy loops, listening', lambda: self.listen(hands))
                 chains = [chain(hands.record, drop.begin - LEAD, drop.end) for drop in drops]
         found['latency'] = [links for links in chains if links is not None]
         if not found['latency']:
@@ -243,8 +231,8 @@ class Benchmark:
         drop.ask.check()
         return drop
 
-    def listen(self, hands: Hands) -> dict[str, Any]:
-        """Return all intervals (s) over a window, and what became of the steps of the physics."""
+    def listen(self, hands: Hands) -> dict[str, np.ndarray]:
+        """Return all intervals (s) over a window."""
         begin = time_ns()
         hands.graph.spin_for(self.seconds)
         hands.observer.update()
@@ -254,10 +242,7 @@ class Benchmark:
         for label, frame in (('odom -> base_link', BASE_LINK), ('world -> brick', BRICK)):
             # Several steps may come in one message.
             instants[label] = sorted({then for then, _ in record.frames[frame].heard(begin)})
-        steps = record.frames[BRICK].heard(begin)
-        return {'steps': len(steps), 'lost': lost_steps([sample.stamp for _, sample in steps]),
-                'late': max(then - sample.stamp for then, sample in steps) * NANO,
-                **{label: np.diff(published) * NANO for label, published in instants.items()}}
+        return {label: np.diff(published) * NANO for label, published in instants.items()}
 
 
 def programs(launch: psutil.Process) -> dict[str, psutil.Process]:
@@ -302,19 +287,13 @@ def report(found: dict[str, Any], seconds: float) -> str:
         lines.append(f'  {title:26}' + ''.join(
             f'{sum(100.0 * cores[name] for name in names):{width}.1f}'
             for cores, width in ((idle, 9), (catching, 10))))
-    lines += ['', 'intervals, ms        nominal     mean      p01      p50      p99      max'
-              '   beside two busy loops: p99      max']
-    quiet, busy = found['intervals'], found['intervals beside loops']
-    for topic in ('cmd_vel', 'odom', 'joint_states', 'odom -> base_link', 'world -> brick'):
+    lines += ['', 'intervals, ms        nominal     mean      p01      p50      p99      max']
+    for topic, intervals in found['intervals'].items():
         nominal = STEP * 1e-6 if topic == 'world -> brick' else 10.0
-        p01, p50, p99 = 1e3 * np.percentile(quiet[topic], (1, 50, 99))
+        p01, p50, p99 = 1e3 * np.percentile(intervals, (1, 50, 99))
         lines.append(
-            f'  {topic:18}{nominal:8.1f}{1e3 * np.mean(quiet[topic]):9.3f}{p01:9.3f}{p50:9.3f}'
-            f'{p99:9.3f}{1e3 * max(quiet[topic]):9.2f}'
-            f'{1e3 * np.percentile(busy[topic], 99):29.3f}{1e3 * max(busy[topic]):9.2f}')
-    lines.append('  lost steps of the physics: ' + ', beside two busy loops '.join(
-        f'{one["lost"]} of {one["steps"]:,} (published at most {1e3 * one["late"]:.1f} ms late)'
-        for one in (quiet, busy)))
+            f'  {topic:18}{nominal:8.1f}{1e3 * np.mean(intervals):9.3f}{p01:9.3f}{p50:9.3f}'
+            f'{p99:9.3f}{1e3 * max(intervals):9.2f}')
     lines += ['', f'latency from the release, ms ({len(found["latency"])} drops)     p50      p01'
               '      p99']
     for link, words in (('decided', 'decision (goal published)'),
@@ -336,7 +315,7 @@ def main(args: Sequence[str] | None = None) -> int:
         prog='benchmark', description=first.partition(': ')[2].capitalize(), epilog=rest,
         formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--seconds', type=float, default=60.0, metavar='T',
-                        help='length of a window (s, default: 60); there are three, and the drops')
+                        help='length of a window (s, default: 60); there are two, and the drops')
     parser.add_argument('--drops', type=int, default=20, metavar='N',
                         help='how many bricks are dropped (default: 20)')
     parser.add_argument('--output', type=Path, default=Path('.'), metavar='DIR',
