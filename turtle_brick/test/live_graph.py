@@ -83,23 +83,15 @@ class Recording:
 class LiveGraph(Graph):
     """A graph with somebody in it who listens and asks."""
 
-    def __init__(self, domain_id: int, *node_factories: Callable[..., Node],
-                 **options: Any) -> None:
-        """Start nodes, each made with `context=` and all in a ROS domain; see Graph."""
+    def __init__(self, domain_id: int, **options: Any) -> None:
+        """Start in a ROS domain; see Graph."""
         super().__init__(domain_id, **options)
         self._fetched = 0.0
         self._clients: dict[str, Client] = {}
         self._ears = Listener('ears', context=self.context, namespace=self.namespace)
-        self.listener = self._enter(Node('listener', context=self.context,
-                                         namespace=self.namespace, start_parameter_services=False))
+        self.listener = self.add(Node, parameters=False, node_name='listener',
+                                 start_parameter_services=False)
         """Who publishes and asks."""
-        for factory in node_factories:
-            self._enter(factory(context=self.context))
-
-    def _enter(self, node: Node) -> Node:
-        self.nodes.append(node)
-        self.executor.add_node(node)
-        return node
 
     def close(self) -> None:
         """End every node."""
@@ -159,27 +151,26 @@ class LiveGraph(Graph):
         return [rate(recording.times) for recording in recordings]
 
     def publisher(self, topic: str, message_type: type, qos: QoSProfile | int = 10,
-                  readers: int = 1, timeout: float = PATIENCE) -> Publisher:
-        """Make a publisher that so many subscriptions hear within a time (s)."""
+                  readers: int = 1) -> Publisher:
+        """Make a publisher that so many subscriptions hear."""
         publisher = self.listener.create_publisher(message_type, topic, qos)
-        self.wait_for(lambda: publisher.get_subscription_count() >= readers, timeout,
+        self.wait_for(lambda: publisher.get_subscription_count() >= readers, PATIENCE,
                       f'{readers} to subscribe to {topic}')
         return publisher
 
-    def call(self, service: str, service_type: type, request: Any = None,
-             timeout: float = PATIENCE) -> Any:
-        """Return a service's response; it may take a time (s) to be there, and to answer."""
+    def call(self, service: str, service_type: type, request: Any = None) -> Any:
+        """Return a service's response."""
         if service not in self._clients:
             self._clients[service] = self.listener.create_client(service_type, service)
         client = self._clients[service]
-        self.wait_for(client.service_is_ready, timeout, f'the service {service}')
+        self.wait_for(client.service_is_ready, PATIENCE, f'the service {service}')
         future = client.call_async(service_type.Request() if request is None else request)
-        self.wait_for(future.done, timeout, f'an answer of {service}')
+        self.wait_for(future.done, PATIENCE, f'an answer of {service}')
         return future.result()
 
 
 graph = LiveGraph
-"""What tests call it: `with graph(domain_id, Arena) as live`."""
+"""What tests call it: `with graph(domain_id) as live`."""
 
 
 class NodeProcess(Process):

@@ -15,7 +15,7 @@
 
 """What the parameter file may hold, by laws, and how a fault in it is told."""
 
-from dataclasses import asdict, fields, FrozenInstanceError, replace
+from dataclasses import asdict, fields, replace
 import math
 import subprocess
 import sys
@@ -117,17 +117,9 @@ def test_a_vector_has_three_numbers(value):
 
 
 def test_brick_may_start_on_the_ground():
-    lying = {**DEFAULTS, 'brick_size': (0.4, 0.2, 0.5), 'brick_start': (1.0, 1.0, 0.25)}
-    assert Parameters.from_mapping(lying).brick_start[2] == 0.25
-    lying['brick_start'] = (1.0, 1.0, math.nextafter(0.25, 0.0))
-    assert 'is below the ground' in refused(lying, ArenaParameters)
-
-
-def test_values_cannot_be_changed_unchecked():
-    with pytest.raises(FrozenInstanceError):
-        load().max_velocity = 1.0
-    with pytest.raises(ParameterError):
-        replace(load(), max_velocity=-1.0)
+    lying = replace(load(), brick_size=(0.4, 0.2, 0.5), brick_start=(1.0, 1.0, 0.25))
+    with pytest.raises(ParameterError, match='is below the ground'):
+        replace(lying, brick_start=(1.0, 1.0, math.nextafter(0.25, 0.0)))
 
 
 def test_what_is_missing_is_named_and_a_slip_is_told():

@@ -14,7 +14,6 @@
 """The stand-in of robot_state_publisher against recordings of the real one."""
 
 import contextlib
-from functools import partial
 import json
 from pathlib import Path
 import signal
@@ -77,8 +76,8 @@ def shift_to_past(live, recording):
 def running(domain_id, **parameters):
     """Run the node with parameters; return the graph, the node and what it says on /tf."""
     overrides = [Parameter(name, value=value) for name, value in parameters.items()]
-    with graph(domain_id, partial(RobotStatePublisher, parameter_overrides=overrides)) as live:
-        node = live.nodes[-1]
+    with graph(domain_id) as live:
+        node = live.add(RobotStatePublisher, parameters=False, parameter_overrides=overrides)
         tf = live.record('/tf', TFMessage, QoSProfile(depth=500))
         live.wait_for(lambda: node.count_subscribers('/tf') == 1, 10.0, 'a listener')
         yield live, node, tf
@@ -137,7 +136,7 @@ def test_it_ends_quietly(command, domain_id):
     """SIGTERM ends it with status 0 and without another word."""
     with graph(domain_id) as live, process(
             command(publish_frequency=1000.0), domain_id, stop=None) as running:
-        live.publisher('joint_states', JointState, qos_profile_sensor_data, timeout=20.0)
+        live.publisher('joint_states', JointState, qos_profile_sensor_data)
         running.wait_for_output('Robot initialized', 20.0)
         before = running.output
         assert running.stop(signal.SIGTERM) == 0

@@ -130,17 +130,17 @@ def test_a_lookup_waits_as_long_as_it_may():
 class Hearer(Node):
     """A node with a buffer and a listener."""
 
-    def __init__(self, context):
+    def __init__(self, **options):
         """Start to listen."""
-        super().__init__('hearer', context=context)
+        super().__init__('hearer', **options)
         self.buffer = Buffer(node=self)
         self.listener_of_tf = TransformListener(self.buffer, self)
 
 
 def test_what_is_broadcast_can_be_looked_up(domain_id):
     """Moving and static transforms pass over DDS, also to a listener in another namespace."""
-    with graph(domain_id, Hearer) as live:
-        hearer = live.nodes[-1]
+    with graph(domain_id) as live:
+        hearer = live.add(Hearer, parameters=False)
         moving = TransformBroadcaster(live.listener)
         static = StaticTransformBroadcaster(live.listener)
         live.wait_for(lambda: moving.pub_tf.get_subscription_count() == 1, 10.0, 'a listener')
@@ -170,10 +170,11 @@ def test_static_transforms_reach_late_listeners_all_together(domain_id):
 
 def test_topics_are_those_of_the_real_one(domain_id):
     """Reliable, /tf_static latched; a listener ends when told to."""
-    with graph(domain_id, Hearer) as live:
+    with graph(domain_id) as live:
+        hearer = live.add(Hearer, parameters=False)
         TransformBroadcaster(live.listener)
         StaticTransformBroadcaster(live.listener)
-        ask, hearer = live.listener, live.nodes[-1]
+        ask = live.listener
 
         def ends(topic):
             return [*ask.get_publishers_info_by_topic(topic),
