@@ -141,16 +141,6 @@ def test_the_table_holds_what_was_found(tmp_path):
 
 # ----------------------------------------------------------------------------------- how it ends
 
-def test_what_is_wrong_with_the_options_is_said(capsys):
-    """One sentence names the value, and the status is 2."""
-    for option, value, words in (
-            ('--seconds', 'nan', 'at least 1'), ('--drops', '0', 'at least 1'),
-            ('--output', __file__, 'this is not a directory')):
-        with pytest.raises(SystemExit, match='2'):
-            benchmark.main([option, value])
-        assert f'{option} {value}: {words}' in capsys.readouterr().err
-
-
 def test_a_signal_ends_it_and_all_that_it_has_started(tmp_path):
     """Quietly, with status 0, and nothing is written."""
     process = psutil.Popen(
@@ -165,4 +155,4 @@ def test_a_signal_ends_it_and_all_that_it_has_started(tmp_path):
     _, said = process.communicate(timeout=60.0)
     assert (process.returncode, said) == (0, 'benchmark: stopped, and nothing written\n')
     assert not [child for child in started if child.is_running()]
-    assert not (tmp_path / 'out').exists()
+    assert not list((tmp_path / 'out').iterdir())

@@ -32,20 +32,12 @@ PARTS = {'frames': frames, 'rolling': rolling, 'falling': falling, 'queue': queu
          'reach': reach}
 
 
-def part(name: str) -> str:
-    """Return the name of a part as it was typed, or refuse it."""
-    if name not in PARTS:
-        raise argparse.ArgumentTypeError(f'{name!r} is none of {", ".join(PARTS)}')
-    return name
-
-
 def main(args: Sequence[str] | None = None) -> int:
-    """Print and draw the parts that are asked for; return the exit status."""
+    """Print and draw the part that is asked for, or all; return the exit status."""
     first, second = (__doc__ or '').strip().split('\n\n')[:2]
     parser = argparse.ArgumentParser(
         prog='lesson', description=first.partition(': ')[2].capitalize(), epilog=second)
-    parser.add_argument('parts', nargs='*', type=part, metavar='PART',
-                        help=f'{", ".join(PARTS)} (default: all)')
+    parser.add_argument('part', nargs='?', choices=PARTS, help='one of them (default: all)')
     parser.add_argument('--params-file', type=Path, metavar='FILE',
                         help='the parameters (default: config/turtle.yaml of the package)')
     parser.add_argument('--output', type=Path, default=Path('lesson'), metavar='DIR',
@@ -54,7 +46,7 @@ def main(args: Sequence[str] | None = None) -> int:
     try:
         parameters = load(options.params_file)
         options.output.mkdir(parents=True, exist_ok=True)
-        for name in options.parts or PARTS:
+        for name in [options.part] if options.part else PARTS:
             print(f'{name}:', *PARTS[name].tell(parameters), sep='\n', flush=True)
             for kind, draw in (('sketch', PARTS[name].sketch), ('lesson', PARTS[name].draw)):
                 path = options.output / f'{kind}-{name}.png'
