@@ -40,7 +40,7 @@ from turtle_brick.view.account import Account
 from turtle_brick.view.camera import ABOVE, NEAR
 from turtle_brick.view.markers import Markers
 from turtle_brick.view.measures import common_instant, Curves, Rate
-from turtle_brick.view.shapes import is_drawable, ORIGIN, robot_shapes, RobotShapes, Shape, Thing
+from turtle_brick.view.shapes import ORIGIN, robot_shapes, RobotShapes, Shape, Thing
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
 
@@ -54,12 +54,8 @@ CATCHER_MARKER = 'catcher_marker'
 """The topics of markers. All markers on them are drawn."""
 
 BRICK_TF = 'brick (TF)'
-COUNTED = (('cmd_vel', 'turtle1/cmd_vel'), ('odom',), ('joint_states',), (BRICK_TF,))
-"""
-What is counted; of several names, the rate of the one that is heard is shown.
-
-The launch files remap cmd_vel to turtlesim's name.
-"""
+COUNTED = ('cmd_vel', 'odom', 'joint_states', BRICK_TF)
+"""What is counted, to show its rate."""
 
 FRAMES = (WORLD, ODOM, BASE_LINK, BRICK)
 """The frames that can be shown."""
@@ -111,7 +107,7 @@ class Page:
         self._goal: tuple[float, float] | None = None
         self._tilt = 0.0
         self._answer = ('', True)
-        self._rates = {name: Rate() for names in COUNTED for name in names}
+        self._rates = {name: Rate() for name in COUNTED}
         self._curves = Curves(3)
         self._fixed_frame = WORLD
         self._instant = 0
@@ -153,13 +149,7 @@ class Page:
         """Hear where the robot is sent."""
         point = message.pose.position
         frame = self._pose(message.header.frame_id or WORLD)
-        if frame is None:
-            self._warn('goal_pose', 'A goal is not shown: its frame '
-                       f'{message.header.frame_id!r} is unknown')
-        elif not is_drawable(point.x, point.y, point.z):
-            self._warn('goal_pose', 'A goal is not shown: it is at '
-                       f'({point.x:g}, {point.y:g}, {point.z:g})')
-        else:
+        if frame is not None:
             x, y, _ = frame.transform((point.x, point.y, point.z))
             brick = self._pose(BRICK)
             self._goal = (x, y)
@@ -167,9 +157,6 @@ class Page:
 
     def hear_tilt(self, message: Tilt) -> None:
         """Hear how the platform is to be tilted."""
-        if not is_drawable(message.angle):
-            self._warn('tilt', f'A tilt is not shown: it is {message.angle:g} rad')
-            return
         self._tilt = message.angle
         self._account.see_tilt(message.angle)
 
@@ -183,11 +170,7 @@ class Page:
 
     def rates(self, now: int) -> list[tuple[str, float | None]]:
         """Return what is counted and how often it comes (Hz), None for what does not come."""
-        found = []
-        for names in COUNTED:
-            rates = [(name, self._rates[name].value(now)) for name in names]
-            found.append(next((entry for entry in rates if entry[1] is not None), rates[0]))
-        return found
+        return [(name, rate.value(now)) for name, rate in self._rates.items()]
 
     def draw(self, now: int) -> None:
         """Draw the page as it is now."""

@@ -200,8 +200,8 @@ class Viewer(Node):
         def on_marker(topic: str) -> Callable[[Marker], None]:
             return lambda message: self.page.hear_marker(topic, message, monotonic_ns())
 
-        def counter(topic: str) -> Callable[[bytes], None]:
-            return lambda _: self.page.count(topic, monotonic_ns())
+        def counter(name: str) -> Callable[[bytes], None]:
+            return lambda _: self.page.count(name, monotonic_ns())
 
         for kind, topic, hear, qos in (
                 (String, 'robot_description', self.page.hear_description, LATCHED),
@@ -212,10 +212,12 @@ class Viewer(Node):
                 (PoseStamped, 'goal_pose', self.page.hear_goal, 10),
                 (Tilt, 'tilt', self.page.hear_tilt, 10)):
             self.create_subscription(kind, topic, hear, qos)
-        for kind, topic in ((Twist, 'cmd_vel'), (Twist, 'turtle1/cmd_vel'), (Odometry, 'odom'),
-                            (JointState, 'joint_states')):
+        # The launch files remap cmd_vel to turtlesim's name.
+        for kind, topic, name in (
+                (Twist, 'cmd_vel', 'cmd_vel'), (Twist, 'turtle1/cmd_vel', 'cmd_vel'),
+                (Odometry, 'odom', 'odom'), (JointState, 'joint_states', 'joint_states')):
             # Only counted, hence not deserialized.
-            self.create_subscription(kind, topic, counter(topic), LOSSY, raw=True)
+            self.create_subscription(kind, topic, counter(name), LOSSY, raw=True)
 
     def _soon(self, order: Callable[..., None]) -> Callable[..., None]:
         """Return a function, for any thread, that has an order carried out in the node's own."""
