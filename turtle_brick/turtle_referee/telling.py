@@ -17,7 +17,6 @@
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from html import escape
-from importlib.util import find_spec
 from io import StringIO
 import json
 from math import isfinite
@@ -150,8 +149,7 @@ def html_page(title: str, body: str) -> str:
 def page(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
     """Return a page that shows it all, in one file."""
     plots = [one.plot for one in judgements if one.plot is not None]
-    figures = ''.join(f'<figure>{draw(plot)}</figure>' for plot in plots) if find_spec(
-        'matplotlib') else '<p>The plots need matplotlib.</p>'
+    figures = ''.join(f'<figure>{draw(plot)}</figure>' for plot in plots)
     told = ''.join(f'<p>{escape(str(key))}: {escape(words)}</p>' for key, value in about.items()
                    if (words := in_words(value)))
     table = html_table(('', 'requirement', 'measured', 'expected'), (
