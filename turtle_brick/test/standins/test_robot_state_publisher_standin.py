@@ -121,31 +121,29 @@ def test_no_limit_and_no_stamps(domain_id):
 # ------------------------------------------------------------------------------- as a process
 
 @pytest.fixture
-def command(tmp_path):
-    """Return what writes the command that runs the executable with parameters."""
-    def write(**parameters):
+def executed(tmp_path, domain_id):
+    """Return what runs the executable at a frequency."""
+    def run(frequency):
         file = tmp_path / 'parameters.yaml'
-        file.write_text(json.dumps(
-            {'/**': {'ros__parameters': {'robot_description': URDF, **parameters}}}))
-        return [executable('robot_state_publisher', 'robot_state_publisher'),
-                '--ros-args', '--params-file', str(file)]
-    return write
+        file.write_text(json.dumps({'/**': {'ros__parameters': {
+            'robot_description': URDF, 'publish_frequency': frequency}}}))
+        return process([executable('robot_state_publisher', 'robot_state_publisher'),
+                        '--ros-args', '--params-file', str(file)], domain_id, stop=None)
+    return run
 
 
-def test_it_ends_quietly(command, domain_id):
+def test_it_ends_quietly(executed):
     """SIGTERM ends it with status 0 and without another word."""
-    with graph(domain_id) as live, process(
-            command(publish_frequency=1000.0), domain_id, stop=None) as running:
-        live.publisher('joint_states', JointState, qos_profile_sensor_data)
+    with executed(1000.0) as running:
         running.wait_for_output('Robot initialized', 20.0)
         before = running.output
         assert running.stop(signal.SIGTERM) == 0
         assert running.output == before
 
 
-def test_a_bad_parameter_ends_it_with_a_sentence(command, domain_id):
+def test_a_bad_parameter_ends_it_with_a_sentence(executed):
     """The sentence says what is wrong; there is no traceback and no success."""
-    with process(command(publish_frequency=2000.0), domain_id, stop=None) as running:
+    with executed(2000.0) as running:
         assert running.wait(20.0) == 1
         assert '2000' in running.output
         assert len(running.output.strip().splitlines()) == 1

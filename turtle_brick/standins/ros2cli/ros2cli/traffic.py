@@ -15,6 +15,7 @@
 
 from array import array
 from collections import deque
+from functools import partial
 from importlib import import_module
 from itertools import pairwise
 import re
@@ -196,10 +197,10 @@ def topic_echo(args):
         graph.spin_until(lambda: done and args.once, args.timeout or float('inf'))
 
 
-def watch(args, look, tell, **options):
-    """Print once a second what a topic's last messages tell: when each came, and what it is."""
+def watch(look, told, args, **options):
+    """Print once a second what is told of a topic's last messages: when each came, what it is."""
     passes = expression(getattr(args, 'filter_expr', None))
-    seen, told = deque(maxlen=args.window_size + 1), None
+    seen, last = deque(maxlen=args.window_size + 1), None
     with observer(lambda graph: topic_class(graph, args.topic_name)) as graph:
         def now():
             return graph.get_clock().now().nanoseconds * 1e-9
@@ -209,10 +210,11 @@ def watch(args, look, tell, **options):
                 seen.append((now(), look(message)))
 
         def on_time():
-            nonlocal told
+            nonlocal last
             if len(seen) > 1:
-                tell(*zip(*seen), now(), seen[-1] is not told)
-                told = seen[-1]
+                text = told(seen, args.window_size, now(), seen[-1] is not last)
+                print(text, end='\n' if text else '')
+                last = seen[-1]
 
         if not topic_class(graph, args.topic_name):
             print(f'WARNING: topic [{args.topic_name}] does not appear to be published yet')
@@ -231,44 +233,41 @@ def spread(times):
             f'std dev: {statistics.pstdev(times):.5f}s window: {len(times)}')
 
 
-def topic_hz(args):
-    """Print the rate of a topic."""
-    def tell(times, _, now, news):
-        gaps = [end - start for start, end in pairwise(times)]
-        if news:
-            print(f'average rate: {1 / statistics.fmean(gaps):.3f}{spread(gaps)}')
-
-    watch(args, lambda _: None, tell)
+def rate(seen, window, now, news):
+    """Return how often messages come, if there are new ones."""
+    gaps = [end - start for (start, _), (end, _) in pairwise(seen)]
+    return f'average rate: {1 / statistics.fmean(gaps):.3f}{spread(gaps)}' if news else ''
 
 
-def topic_delay(args):
-    """Print how long after their stamps messages come."""
-    def stamp(message):
-        if not hasattr(message, 'header'):
-            raise RuntimeError('msg does not have header')
-        return Time.from_msg(message.header.stamp).nanoseconds * 1e-9
-
-    def tell(times, stamps, now, news):
-        delays = [time - stamp for time, stamp in zip(times, stamps)][1:]
-        print(f'average delay: {statistics.fmean(delays):.3f}{spread(delays)}' if news
-              else 'no new messages')
-
-    watch(args, stamp, tell)
+def delay(seen, window, now, news):
+    """Return how long after their stamps messages come, if there are new ones."""
+    delays = [time - stamp for time, stamp in seen][1:]
+    return (f'average delay: {statistics.fmean(delays):.3f}{spread(delays)}' if news
+            else 'no new messages')
 
 
-def topic_bw(args):
-    """Print how many bytes of messages come in a second."""
-    def tell(times, sizes, now, news):
-        times, sizes = times[-args.window_size:], sizes[-args.window_size:]
-        rate = sum(sizes) / (now - times[0])
-        unit, text = (1, '{:.0f} B') if rate < 1e3 else (
-            (1e3, '{:.2f} KB') if rate < 1e6 else (1e6, '{:.2f} MB'))
-        rate, mean, least, most = (text.format(each / unit) for each in (
-            rate, statistics.fmean(sizes), min(sizes), max(sizes)))
-        print(f'{rate}/s from {len(sizes)} messages\n'
-              f'\tMessage size mean: {mean} min: {least} max: {most}')
+def bandwidth(seen, window, now, news):
+    """Return how many bytes of messages come in a second."""
+    times, sizes = zip(*list(seen)[-window:])
+    rate = sum(sizes) / (now - times[0])
+    unit, text = (1, '{:.0f} B') if rate < 1e3 else (
+        (1e3, '{:.2f} KB') if rate < 1e6 else (1e6, '{:.2f} MB'))
+    rate, mean, least, most = (text.format(each / unit) for each in (
+        rate, statistics.fmean(sizes), min(sizes), max(sizes)))
+    return (f'{rate}/s from {len(sizes)} messages\n'
+            f'\tMessage size mean: {mean} min: {least} max: {most}')
 
-    watch(args, len, tell, raw=True)
+
+def stamp(message):
+    """Return the time (s) in a message's header."""
+    if not hasattr(message, 'header'):
+        raise RuntimeError('msg does not have header')
+    return Time.from_msg(message.header.stamp).nanoseconds * 1e-9
+
+
+topic_hz = partial(watch, lambda _: None, rate)
+topic_delay = partial(watch, stamp, delay)
+topic_bw = partial(watch, len, bandwidth, raw=True)
 
 
 def topic_pub(args):
