@@ -109,6 +109,7 @@ def test_places_and_releases_that_cannot_be_are_refused():
     """The sentence says why, and nothing changes."""
     world = brick_in((1.0, 1.0, 3.0), platform=platform_at())
     for location, word in (((0.0, nan, 1.0), 'nan'), ((-inf, 0.0, 1.0), 'inf'),
+                           ((0.0, 0.0, inf), 'inf'),
                            ((1.0, 1.0, 0.99 * LIFT), 'under the ground')):
         with pytest.raises(ValueError, match=word):
             world.brick = location
@@ -124,6 +125,7 @@ def test_places_and_releases_that_cannot_be_are_refused():
     assert world.phase is Phase.GROUNDED
     with pytest.raises(ValueError, match='on the platform$'):
         riding().release()
+    world.brick = (1.0, 1.0, LIFT)  # It may lie.
 
 
 def test_brick_rides_on_when_the_platform_is_out_of_sight():

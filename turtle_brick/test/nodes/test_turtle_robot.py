@@ -88,13 +88,9 @@ class Bench:
         # On a busy machine it may overshoot, and come back.
         self.live.wait_for(
             lambda: hypot(self.pose.x - x, self.pose.y - y) < 0.005
-            and self.pose.linear_velocity == 0.0 and self.is_told_nothing(),
+            and self.pose.linear_velocity == 0.0
+            and self.commands.messages[-20:] == 20 * [Twist()],
             PATIENCE, f'the turtle at ({x}, {y})')
-
-    def is_told_nothing(self):
-        """Tell whether the last 20 commands are not to move."""
-        last = self.commands.messages[-20:]
-        return len(last) == 20 and all(command == Twist() for command in last)
 
     def stays(self, recording):
         """Let 20 more messages come; return them."""

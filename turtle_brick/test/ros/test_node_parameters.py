@@ -96,6 +96,7 @@ def test_values_arrive_and_are_described_and_read_only(context):
     # What is wrong is not in the file.
     ('wheel_radius: 0.2', {'wheel_radius': -1}, 'wheel_radius is -1, but must be a number from '
      '0.01 to 10 m'),
+    ('# none', {'wheel_radius': -1}, 'wheel_radius is -1, but must be a number from 0.01 to 10 m'),
     ('# none', {}, '{path}: missing parameters: wheel_radius'),
     ('wheel_radios: 0.2', {}, '{path}: unknown wheel_radios, did you mean wheel_radius?'),
 ])

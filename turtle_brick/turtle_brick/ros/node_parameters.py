@@ -56,14 +56,12 @@ def declare_parameters(node: Node, used: type[Used]) -> Used:
 def _located(error: ParameterError, used: type[Used]) -> ParameterError:
     """Return the error as the parameter file of this process has it, if it is in there."""
     missing = isinstance(error, MissingParameterError)
-    files = [path for option, path in pairwise(sys.argv) if option == '--params-file']
-    for path in files:
-        try:
-            read(path, used)
-        except ParameterError as found:
-            if missing or str(found).endswith(str(error)):
-                return found
-    if missing:
-        return MissingParameterError(
-            f'{error}; add --ros-args --params-file {default_path()}')
-    return error
+    for option, path in pairwise(sys.argv):
+        if option == '--params-file':
+            try:
+                read(path, used)
+            except ParameterError as found:
+                if missing or str(found).endswith(str(error)):
+                    return found
+    hint = f'; add --ros-args --params-file {default_path()}' if missing else ''
+    return type(error)(f'{error}{hint}')
