@@ -346,6 +346,8 @@ FAULTS = (
     ('frames: base_link', lambda record, dy: change(record, 'pose', LEG - 0.02, 'y', dy),
      (0.005,), (0.02,)),
     ('frames: robot', lambda record, name: record.frames.pop(name), (), ('eyes',)),
+    ('rate: base_link', lambda record, lost: record.frames['base_link'].samples.__delitem__(
+        slice(0, 40, lost)), (), (10,)),
     ('frames: brick', lambda record, parent: say_frame(
         record, 'brick', parent, [(9.0, pose(FAR))]), (), ('sky',)),
     ('frames: broadcasters', lambda record, numbers: setattr(
