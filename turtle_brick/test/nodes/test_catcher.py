@@ -76,12 +76,12 @@ def test_a_brick_that_no_robot_can_catch_and_one_that_a_robot_catches(domain_id,
     """All names are relative; it waits with one line, and says when all is in sight."""
     with graph(domain_id, namespace='left') as live:
         bench = Bench(live)
-        bench.release(0.5, 0.5, 6.0)
+        bench.release(0.5, 1.0, 6.0)
         bench.until(Phase.GROUNDED)
         (marker,) = bench.markers.messages
         decision = bench.catcher.decision
         bench.bring_up_robot()
-        bench.release(6.0, 6.0, 8.0)
+        bench.release(6.0, 4.5, 8.0)
         bench.until(Phase.RIDING)
         bench.until(lambda: bench.catcher.state is State.TILTING, 'it is tipped off')
         assert dist(bench.platform[:2], CENTER) < 0.05
@@ -103,10 +103,10 @@ def test_a_brick_that_no_robot_can_catch_and_one_that_a_robot_catches(domain_id,
     assert (marker.type, marker.action) == (Marker.TEXT_VIEW_FACING, Marker.ADD)
     assert Duration.from_msg(marker.lifetime) == Duration(seconds=3)
     position = marker.pose.position
-    assert dist((position.x, position.y), (0.5, 0.5)) < 1e-6
+    assert dist((position.x, position.y), (0.5, 1.0)) < 1e-6
     assert 5.5 < position.z < 8.0
     goals = [(goal.pose.position.x, goal.pose.position.y) for goal in bench.goals.messages]
-    assert dist(goals[0], (6.0, 6.0)) < 1e-6 and goals[-1] == CENTER
+    assert dist(goals[0], (6.0, 4.5)) < 1e-6 and goals[-1] == CENTER
     assert {goal.header.frame_id for goal in bench.goals.messages} == {'world'}
     angles = [tilt.angle for tilt in bench.tilts.messages]
     assert max(angles) == PARAMETERS.tilt_angle and angles[-1] == 0.0
