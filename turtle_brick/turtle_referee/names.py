@@ -84,9 +84,11 @@ class Profile:
                 raise ProfileError(f'{path}: {section}.{name} is unknown, there are: '
                                    + ', '.join(known.get(section, known)))
             if section == 'numbers':
-                good, wanted = isinstance(value, (int, float)) and 0 < value < inf, 'number above 0'
+                wanted = 'number above 0'
+                good = isinstance(value, (int, float)) and 0 < value < inf
             else:
-                good, wanted = isinstance(value, str) and value != '', 'name'
+                wanted = 'name'
+                good = isinstance(value, str) and value != ''
             if not good:
                 raise ProfileError(
                     f'{path}: {section}.{name} is {value!r:.60}, but must be a {wanted}')

@@ -92,15 +92,21 @@ class Latency:
     def __init__(self) -> None:
         """Assume one machine."""
         self._ages = Recent()
+        """Of transforms on arrival (s)."""
         self._longer = Recent()
+        """By how much motions came later (s) after their orders than on one machine."""
         self._lateness = 0.0
         """Which part of the listener's last calls was late."""
         self._pauses = Recent()
+        """For how long the robot stood still (s) between two of its poses."""
         self._robot: int | None = None
+        """Stamp of the robot's last pose (ns)."""
         self._since: int | None = None
         """When the robot was heard of first (ns)."""
         self._gaps: deque[int] = deque(maxlen=LOSSES)
+        """Stamps of the brick before which one was missing (ns)."""
         self._stamp: int | None = None
+        """The brick's last stamp (ns)."""
         self._period = 0.0
         """Usual time (s) between two stamps of the brick."""
 

@@ -19,6 +19,7 @@ Every drop begins with the robot at rest in the center of the arena, in a simula
 Its seed and the place of the brick are all that it depends on, besides the parameters.
 """
 
+from argparse import ArgumentTypeError
 from math import asin, hypot, inf, isfinite
 from typing import Any, NamedTuple
 
@@ -158,3 +159,10 @@ def trace(parameters: Parameters, drop: Drop) -> list[Sample]:
     simulation.rest(0.3)
     release = next(sample.time for sample in samples if sample.phase is Phase.FALLING)
     return [sample._replace(time=sample.time - release) for sample in samples]
+
+
+def at_least_one(text: str) -> int:
+    """Read a whole number that counts something."""
+    if not text.isdecimal() or int(text) < 1:
+        raise ArgumentTypeError(f'{text!r} is no whole number from 1 on')
+    return int(text)

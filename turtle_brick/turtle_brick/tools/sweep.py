@@ -49,7 +49,7 @@ from tqdm import tqdm
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import default_path, load, ParameterError, Parameters
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.tools.drops import Drop, simulate, trace
+from turtle_brick.tools.drops import at_least_one, Drop, simulate, trace
 
 TABLE = 'drops.csv'
 
@@ -193,13 +193,6 @@ def draw(drops: Sequence[Drop], parameters: Parameters, plan: Plan, directory: P
     plots.one_drop(trace(parameters, chosen), chosen, parameters, directory / 'drop.png')
     for name in ('map.png', 'drop.png'):
         print(f'  {directory / name}')
-
-
-def at_least_one(text: str) -> int:
-    """Read a whole number that counts something."""
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f'{text!r} is no whole number from 1 on')
-    return int(text)
 
 
 def parse(args: Sequence[str] | None) -> tuple[argparse.Namespace, Parameters, Plan]:
