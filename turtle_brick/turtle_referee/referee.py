@@ -110,6 +110,8 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
     args = list(args)
     place = args.index('--') if '--' in args else len(args)
     options = parser.parse_args(args[:place])
+    if not 0.0 <= options.reaction <= 5.0:
+        parser.error(f'--reaction {options.reaction:g}: from 0 to 5')
     for name in ('csv', 'json', 'page'):
         path = getattr(options, name)
         if path is not None and not path.parent.is_dir():
