@@ -54,7 +54,7 @@ def turtle(live, request):
     """Put a turtle with topics of its own into the center, at rest; return its name."""
     turtle = request.node.name
     answer = live.call('spawn', Spawn, Spawn.Request(
-        x=ARENA_CENTER, y=ARENA_CENTER, name=turtle), timeout=20.0)
+        x=ARENA_CENTER, y=ARENA_CENTER, name=turtle))
     assert answer.name == turtle
     yield turtle
     live.call('kill', Kill, Kill.Request(name=turtle))
