@@ -144,7 +144,9 @@ def test_nobody_in_one_of_two_arenas_hears_the_other_and_both_end_with_the_demo(
             return {name.split('/')[1] for name, _ in listener.get_topic_names_and_types()
                     if listener.count_publishers(name)} - {'rosout', 'parameter_events'}
 
-        assert topics() == {'arena_1', 'arena_2'}
+        arenas = {'arena_1', 'arena_2'}
+        live.spin_until(lambda: topics() >= arenas, WAIT, 'both are discovered')
+        assert topics() == arenas
         both.wait_for_output('(?s)(the robot waits.*){2}', WAIT)
         assert 'more than once' not in both.output, both.output
         both.send(signal.SIGTERM)
