@@ -15,8 +15,8 @@
 
 import asyncio
 from contextlib import suppress
-from importlib import import_module
 from importlib.machinery import SourceFileLoader
+from importlib.metadata import entry_points
 from importlib.util import module_from_spec, spec_from_loader
 import os
 import signal
@@ -102,7 +102,8 @@ def get_launch_description_from_any_launch_file(path):
     try:
         if suffix == 'py':
             return get_launch_description_from_python_launch_file(path)
-        return import_module('launch_xml').parse(path)  # which imports this one
+        (parser,) = entry_points(group='launch.frontend.parser', name=suffix)
+        return parser.load()(path)
     except Exception as error:
         raise InvalidLaunchFileError(
             f'Caught multiple exceptions when trying to load file of format [{suffix}]:\n'
