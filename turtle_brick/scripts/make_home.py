@@ -106,8 +106,8 @@ def run(command: list[str], env: dict[str, str], what: str, failed: str) -> None
         line = f'\r  {what} ... {time.monotonic() - start:.0f} s {text}'.rstrip()
         say(line[:shutil.get_terminal_size().columns] + '\033[K' * sys.stderr.isatty(), end)
 
-    say(f'  {what} ...', end='')
     try:
+        say(f'  {what} ...', end='')
         with subprocess.Popen(command, cwd=TOP, env=env, stdin=subprocess.DEVNULL, text=True,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                               errors='replace') as process:
