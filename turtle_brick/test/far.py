@@ -180,7 +180,7 @@ def judge(drops: int) -> int:
         listener = GuardedListener(buffer, live.listener)
         markers = live.record('brick_marker', Marker, LATCHED)
         states = live.record('catcher_state', String, LATCHED)
-        log = live.record('/rosout', Log)
+        log = live.record('/rosout', Log, LATCHED)
 
         def is_in(*phases: Phase) -> bool:
             return markers.last.text in [phase.value for phase in phases]
@@ -191,6 +191,9 @@ def judge(drops: int) -> int:
 
         live.wait_for(lambda: states.last and markers.last and latest(buffer, PLATFORM),
                       START_TIME, 'robot, arena and catcher are there')
+        # Where frames get lost, the catcher may hear of its robot later than this one does.
+        live.wait_for(lambda: any('are in sight' in line.msg for line in log.messages),
+                      START_TIME, 'the catcher hears the robot')
         latency = COMMAND_LATENCY
         for number in range(drops + 1):
             live.wait_for(lambda: re.match('waiting|unreachable', states.last.data), LONGEST,
