@@ -20,7 +20,7 @@ The output is a table, drops.csv, with one row per drop, and figures: the map of
 drop in detail. The table depends on the options alone, not on the number of workers: the same
 options give the same file, byte for byte.
 
-Ctrl-C keeps the drops so far: they are in the table, and the figures show them.
+Ctrl-C begins no further drop: those so far are in the table, and the figures show them.
 
 With --dask the workers of a Dask cluster make the drops: the table is the same, also where some of
 them die.
@@ -35,13 +35,14 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import BrokenExecutor
 import csv
 from dataclasses import asdict, dataclass
+from itertools import takewhile
 from math import inf, isfinite
 from pathlib import Path
 from random import Random
 import signal
 import sys
+from threading import Event
 from time import monotonic, strftime
-import warnings
 from xml.etree import ElementTree
 
 from joblib import cpu_count, delayed, Parallel, parallel_config
@@ -151,32 +152,37 @@ def most_telling(drops: Sequence[Drop]) -> Drop:
 
 
 def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list[Drop]:
-    """Make the drops and write the table; return those that were made before a Ctrl-C, or all."""
+    """Make the drops and write the table; return those that were begun before a Ctrl-C, or all."""
     drops: list[Drop] = []
     begin = monotonic()
+    stopped = Event()
+    begun = takewhile(lambda _: not stopped.is_set(), plan.simulations())
+
+    def stop(*_: object) -> None:
+        """Begin no further drop; a second Ctrl-C ends all at once."""
+        stopped.set()
+        signal.signal(signal.SIGINT, on_interrupt)
+
     with open(options.output / TABLE, 'x', encoding='utf-8', newline='') as file:
         file.write(heading(parameters, plan))
         writer = csv.writer(file, lineterminator='\n')
         # The workers begin here and inherit this: a Ctrl-C is for the first process alone.
         on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
         results = Parallel(None if options.dask else options.workers, return_as='generator')(
-            delayed(simulate)(parameters, *one) for one in plan.simulations())
-        try:
-            signal.signal(signal.SIGINT, on_interrupt)
-            # Not before a Ctrl-C keeps the drops: who reads this may send one.
-            print(f'{plan.drops:,} drops, into {options.output.resolve()}', flush=True)
-            for drop in tqdm(results, total=plan.drops, unit=' drops', disable=None):
-                row = drop.row()
-                if not drops:
-                    writer.writerow(row)
-                writer.writerow(map(as_text, row.values()))
-                file.flush()
-                drops.append(drop)
-        except KeyboardInterrupt:
-            with warnings.catch_warnings():
-                warnings.simplefilter('ignore')  # joblib's, that drops have been made in vain
-                results.close()
-            print(f'Stopped: {len(drops):,} of {plan.drops:,} drops are done, and kept.')
+            delayed(simulate)(parameters, *one) for one in begun)
+        signal.signal(signal.SIGINT, stop)
+        # Not before a Ctrl-C keeps the drops: who reads this may send one.
+        print(f'{plan.drops:,} drops, into {options.output.resolve()}', flush=True)
+        for drop in tqdm(results, total=plan.drops, unit=' drops', disable=None):
+            row = drop.row()
+            if not drops:
+                writer.writerow(row)
+            writer.writerow(map(as_text, row.values()))
+            file.flush()
+            drops.append(drop)
+    signal.signal(signal.SIGINT, on_interrupt)
+    if stopped.is_set():
+        print(f'Stopped: {len(drops):,} of {plan.drops:,} drops are done, and kept.')
     by = (f'the workers of {options.dask}' if options.dask else
           f'{options.workers} worker{"s" if options.workers > 1 else ""}')
     print(f'{len(drops):,} drops in {monotonic() - begin:.1f} s with {by}\n'
@@ -257,6 +263,8 @@ def main(args: Sequence[str] | None = None) -> int:
     except (BrokenExecutor, OSError) as error:
         print(f'sweep: {error}', file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        return 128 + signal.SIGINT
     print()
     print(summary(drops))
     for drop in [drop for drop in drops if drop.broken][:10]:
