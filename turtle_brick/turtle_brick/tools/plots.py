@@ -25,7 +25,7 @@ from itertools import groupby
 from math import degrees, dist, nan, pi
 from pathlib import Path
 from statistics import median
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
@@ -50,7 +50,7 @@ REFUSED = '#c2542d'
 MISSED = '#d6006c'
 ROBOT = '#2f855a'
 
-STYLE = {
+STYLE: dict[Any, Any] = {
     'font.family': 'DejaVu Sans',
     'font.size': 9.5,
     'axes.titlesize': 11.5,
