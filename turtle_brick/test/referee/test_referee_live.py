@@ -179,11 +179,10 @@ def test_faults_are_found(domain_id, monkeypatch):
         record = watch(graph, meeting=60.0, patience=1.5, program=PROGRAM)
     expected = {**{rule: [] for rule, *_ in FAULTS}, **FOLLOWS}
     broken = {one.name: one.follows for one in referee.RULES.judge(record) if one.mark == BROKEN}
-    if not record.held_up():
+    if record.held_up():
+        assert {'frames: world', 'odom: pose', 'walls: size'} <= broken.keys() <= expected.keys()
+    else:
         assert broken == expected
-    # Where the machine stood still, some may be open, and a brick refused that was in reach.
-    assert {'frames: world', 'odom: pose', 'walls: size'} <= broken.keys() <= expected.keys()
-    assert not {rule for rule, *_ in FAULTS} & marks(record, KEPT).keys()
 
 
 # ------------------------------------------------------------------------- what is hardly a graph

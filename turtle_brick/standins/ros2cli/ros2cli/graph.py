@@ -25,7 +25,7 @@ from rcl_interfaces import srv
 from rcl_interfaces.msg import Parameter
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
+from rclpy.node import Node, NodeNameNonExistentError
 import rclpy.parameter as ros_parameter
 from rclpy.signals import SignalHandlerOptions
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
@@ -101,11 +101,14 @@ class Observer(Node):
         if not participants('ros_discovery_info', no_mangle=True) <= (
                 participants('/parameter_events')):
             return False
-        for node in self.get_node_names_and_namespaces():
-            written = halves(self.get_publisher_names_and_types_by_node, *node)
-            if written != halves(self.get_subscriber_names_and_types_by_node, *node) or (
-                    not written and node[0][0] != '_'):
-                return False
+        try:
+            for node in self.get_node_names_and_namespaces():
+                written = halves(self.get_publisher_names_and_types_by_node, *node)
+                if written != halves(self.get_subscriber_names_and_types_by_node, *node) or (
+                        not written and node[0][0] != '_'):
+                    return False
+        except NodeNameNonExistentError:  # it has gone meanwhile
+            return False
         return True
 
     def node_names(self, hidden=False):
