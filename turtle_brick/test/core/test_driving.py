@@ -284,6 +284,14 @@ def test_travel_time_is_what_the_way_takes_at_most(speed, radius, part, angle, s
 
 
 @law(30)
+@given(speed=speeds, part=st.floats(0.1, 1.0), ticks=st.integers(1, 8))
+def test_travel_time_is_a_tick_for_each_half_of_the_last_stretch(speed, part, ticks):
+    distance = part * 2.0 * speed * TICK
+    time = travel_time(distance, distance * 0.5 ** ticks, speed)
+    assert time == pytest.approx(ticks * TICK)
+
+
+@law(30)
 @given(x=st.floats(-30.0, 30.0), y=st.floats(-30.0, 30.0), place=places)
 def test_within_arena_is_the_nearest_point(x, y, place):
     nearest = within_arena(x, y)
