@@ -181,6 +181,7 @@ def test_catches_carries_and_tips_off_any_number_of_bricks(every):
 def test_platform_is_tilted_and_leveled_smoothly():
     stage = stage_in(State.TILTING, 0.0)
     stage.actions.clear()
+    stage.catcher_ahead = 3_000_000  # no instant is just RAMP after the beginning
     stage.reach_state(State.WAITING)
     wanted = PARAMETERS.tilt_angle
     angles = [(time, action.angle) for time, action in stage.actions]
