@@ -29,7 +29,7 @@ from turtle_referee.domains import reserved_domain
 
 DOMAIN = reserved_domain()
 
-WARM_UP, COUNT = 50, 200
+WARM_UP, COUNT = 50, 400
 """How many commands come first and do not count, as the node has just been started, and do."""
 
 
@@ -63,7 +63,7 @@ class TestCmdVel(unittest.TestCase):
         rclpy.shutdown()
 
     def test_rate(self):
-        """The mean rate of 200 commands in a row, by when they were published, is 100 Hz."""
+        """The mean rate of 400 commands in a row, by when they were published, is 100 Hz."""
         stamps = []
         self.node.create_subscription(
             Twist, 'cmd_vel', lambda _, info: stamps.append(info['source_timestamp'] * 1e-9), 100)
