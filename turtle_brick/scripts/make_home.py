@@ -98,7 +98,8 @@ def run(command: list[str], env: dict[str, str], what: str, failed: str) -> None
     """
     Run a command; print what it does, how long it took and, on a terminal, what it says meanwhile.
 
-    :raises HomeError: It has failed, which this sentence says; all that it wrote is shown above.
+    :param failed: the sentence for the user if it fails
+    :raises HomeError: it has failed, with that sentence; all that it wrote is shown above
     """
     start, output = time.monotonic(), ''
 
@@ -180,7 +181,10 @@ def read_record() -> dict[str, str]:
 
 def write_record(made: dict[str, str]) -> None:
     """Keep the fingerprints of what has been made."""
-    RECORD.write_text(json.dumps(made, indent=1, sort_keys=True) + '\n')
+    new = HOME / 'log' / 'made.new'  # a full disk must not cost the record of what is there
+    new.parent.mkdir(exist_ok=True)
+    new.write_text(json.dumps(made, indent=1, sort_keys=True) + '\n')
+    os.replace(new, RECORD)
 
 
 def lock() -> None:
