@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-from math import cos, dist, hypot, pi, sin
+from math import cos, dist, hypot, nan, pi, sin
 
 from geometry_msgs.msg import PoseStamped
 from hypothesis import given
@@ -333,7 +333,9 @@ def test_rates_are_those_of_what_comes_and_parts_those_of_nodes(bench):
 def test_nonsense_changes_nothing_and_is_told(bench):
     bench.transform('world', 'base_link')
     bench.page.hear_tilt(Tilt(angle=0.5))
+    bench.page.hear_tilt(Tilt(angle=nan))
     bench.goal(1.0, frame='nowhere')
+    bench.goal(nan)
     bench.marker('walls', type=-1)
     assert bench.warnings == [('walls', 'A marker on walls is left out: its type is -1')]
     assert bench.draw() == {}

@@ -40,7 +40,8 @@ from turtle_brick.view.account import Account
 from turtle_brick.view.camera import ABOVE, NEAR
 from turtle_brick.view.markers import Markers
 from turtle_brick.view.measures import common_instant, Curves, Rate
-from turtle_brick.view.shapes import ORIGIN, robot_shapes, RobotShapes, Shape, Thing
+from turtle_brick.view.shapes import (is_drawable, ORIGIN, robot_shapes, RobotShapes, Shape,
+                                      Thing)
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
 
@@ -149,7 +150,7 @@ class Page:
         """Hear where the robot is sent."""
         point = message.pose.position
         frame = self._pose(message.header.frame_id or WORLD)
-        if frame is not None:
+        if frame is not None and is_drawable(point.x, point.y, point.z):
             x, y, _ = frame.transform((point.x, point.y, point.z))
             brick = self._pose(BRICK)
             self._goal = (x, y)
@@ -157,8 +158,9 @@ class Page:
 
     def hear_tilt(self, message: Tilt) -> None:
         """Hear how the platform is to be tilted."""
-        self._tilt = message.angle
-        self._account.see_tilt(message.angle)
+        if is_drawable(message.angle):
+            self._tilt = message.angle
+            self._account.see_tilt(message.angle)
 
     def hear_answer(self, text: str, good: bool) -> None:
         """Hear what has become of an order, which is told on the page only."""
