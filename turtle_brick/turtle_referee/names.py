@@ -85,7 +85,7 @@ class Profile:
                                    + ', '.join(known.get(section, known)))
             if section == 'numbers':
                 wanted = 'number above 0'
-                good = isinstance(value, (int, float)) and 0 < value < inf
+                good = type(value) in (int, float) and 0 < value < inf
             else:
                 wanted = 'name'
                 good = isinstance(value, str) and value != ''

@@ -148,10 +148,11 @@ class Usage:
 
     def _now(self) -> dict[str, float]:
         """Return the time (s) since any fixed instant that each has had of the processors."""
-        # What is not idle works: a tickless Linux sees programs that wake up with its timers
-        # always or never, but books idle time as it is.
+        # What neither idles nor waits for a disk works: a tickless Linux sees programs that wake
+        # up with its timers always or never, but books idle time as it is.
+        spent = psutil.cpu_times()
         return {'': monotonic(),
-                'all': psutil.cpu_count() * monotonic() - psutil.cpu_times().idle,
+                'all': psutil.cpu_count() * monotonic() - spent.idle - spent.iowait,
                 **{name: sum(process.cpu_times()[:2])
                    for name, process in self._processes.items()}}
 
