@@ -20,7 +20,8 @@ The output is a table, drops.csv, with one row per drop, and figures: the map of
 drop in detail. The table depends on the options alone, not on the number of workers: the same
 options give the same file, byte for byte.
 
-Ctrl-C begins no further drop: those so far are in the table, and the figures show them.
+After Ctrl-C no further drop begins: those that have begun are finished, are in the table, and the
+figures show them. A second Ctrl-C ends the sweep at once.
 
 With --dask the workers of a Dask cluster make the drops: the table is the same, also where some of
 them die.
