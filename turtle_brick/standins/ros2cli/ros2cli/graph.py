@@ -32,7 +32,7 @@ from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 from ros2cli.cli import undisturbed
 import yaml
 
-# How long (s) a wait may take before it looks for a Ctrl-C, which the middleware would miss.
+# How long (s) a Ctrl-C waits at most, which the middleware would miss.
 GLANCE = 0.02
 
 # Participants announce themselves every 0.3 s (fastdds.xml) and when a new one appears, so the
@@ -67,8 +67,13 @@ class Observer(Node):
         while not condition():
             if monotonic() >= deadline:
                 return False
-            self._spinner.spin_once(timeout_sec=GLANCE)
+            self._glance()
         return True
+
+    def _glance(self):
+        """Do what has come, or wait a little; what rclpy ends meanwhile may lose a Ctrl-C."""
+        with undisturbed():
+            self._spinner.spin_once(timeout_sec=GLANCE)
 
     def discover(self, found=None):
         """Wait until the graph is known, or until what the user asks for is found."""
@@ -84,7 +89,7 @@ class Observer(Node):
                     glance >= MISSING or not missing) and (
                     quiet >= MISSING or self.is_whole()):
                 return
-            self._spinner.spin_once(timeout_sec=GLANCE)
+            self._glance()
 
     def is_whole(self):
         """Tell whether all participants have named their nodes, and each node its services."""
