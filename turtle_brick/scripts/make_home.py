@@ -205,8 +205,8 @@ def check_path() -> None:
     """Check that CMake, colcon and search paths can take the path of this folder."""
     for character in str(HOME):
         if not (character.isalnum() or character in FIT):
-            raise HomeError(f'The path {str(TOP)!r} has {character!r} in it, which CMake, colcon '
-                            'or search paths cannot take: move the folder.')
+            raise HomeError(f'The path {str(TOP)!r} contains {character!r}, which CMake, colcon '
+                            'or search paths cannot handle: move the folder to another path.')
 
 
 def check_platform() -> None:
@@ -215,11 +215,10 @@ def check_platform() -> None:
     if (platform.system(), platform.machine().lower(), library) != ('Linux', 'x86_64', 'glibc') \
             or tuple(map(int, version.split('.')[:2])) < GLIBC:
         raise HomeError(
-            'The wheels of ROS 2 Jazzy are for Linux on x86-64 with glibc '
-            f'{GLIBC[0]}.{GLIBC[1]} or newer, and this is {platform.system()} on '
+            'The wheels of ROS 2 Jazzy need Linux on x86-64 with glibc '
+            f'{GLIBC[0]}.{GLIBC[1]} or newer, but this machine has {platform.system()} on '
             f'{platform.machine()} with {library or "another C library"} {version}'.rstrip()
-            + ': on this machine, install ROS 2 Jazzy itself (or use its container) and source '
-            'it first.')
+            + ': install ROS 2 Jazzy itself here, or use its container, and source it first.')
 
 
 def check_compilers() -> None:
@@ -229,8 +228,9 @@ def check_compilers() -> None:
         wanted = shlex.split(os.environ.get(variable, ''))[:1] or usual
         if not any(map(shutil.which, wanted)):
             raise HomeError(
-                f'There is no {language} compiler (looked for {", ".join(wanted)}): install one, '
-                'for example with "sudo apt install build-essential".')
+                f'There is no {language} compiler: none of these is on the PATH: '
+                f'{", ".join(wanted)}. Install one, for example with "sudo apt install '
+                'build-essential".')
 
 
 def check_python() -> None:
@@ -247,7 +247,7 @@ def check_python() -> None:
     header = Path(sysconfig.get_path('include'), 'Python.h')
     if not header.is_file():
         raise HomeError(
-            f'The C headers for Python {version} are missing ({header} is not there): install '
+            f'The C headers of Python {version} are missing, since there is no {header}: install '
             f'them, for example with "sudo apt install python{version}-dev".')
 
 
