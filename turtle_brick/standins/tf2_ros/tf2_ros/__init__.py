@@ -18,7 +18,8 @@ It has the part that nodes use: buffer, listener, broadcasters and exceptions, w
 signatures, QoS and behavior of tf2_ros_py 0.36.4; its buffer is held to recordings of the real
 one. Left out are the buffer's action client and server, its service tf2_frames, its futures,
 lookups between two times, transform() of message types (with it the registration of types and
-BufferInterface), velocities, and a listener's own thread.
+BufferInterface), velocities, and of a listener the arguments spin_thread, static_only and
+static_qos, so that the node's executor serves it.
 """
 
 from collections.abc import Iterable
