@@ -390,8 +390,8 @@ def test_verb(name, arena, near, files, monkeypatch):
     assert_same(name, done, files)
 
 
-# Messages come at times (s), and have so many bytes, or so much delay (ms). What the classes of
-# the real one print of that after 1, 2 and 3 s, with a window of 3.
+# Of each message, when it comes (s), and a number n: it is 100 n bytes long, or n ms late. TOLD is
+# what the classes of the real one print of these messages after 1, 2 and 3 s, with a window of 3.
 COME = ((0.2, 120), (0.5, 80), (0.6, 400), (1.4, 100), (1.9, 300))
 TOLD = {
     traffic.bandwidth: """
