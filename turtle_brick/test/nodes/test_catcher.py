@@ -45,6 +45,7 @@ class Bench(Stage):
         self.catcher = self.node.catcher
         self.markers = live.record('catcher_marker', Marker)
         self.states = live.record('catcher_state', String, LATCHED)
+        live.wait_for(lambda: self.states.messages, PATIENCE, 'its first state')
 
     def bring_up_robot(self):
         """Let the robot hear the catcher from now on."""
