@@ -41,7 +41,7 @@ from time import monotonic
 from typing import Any
 
 from rclpy.utilities import get_rmw_implementation_identifier
-from turtle_referee import arena_rules, catcher_rules, robot_rules, summary, telling
+from turtle_referee import arena_rules, catcher_rules, robot_rules, telling
 from turtle_referee.constants import REACTION
 from turtle_referee.domains import keep_to_this_machine, reserved_domain
 from turtle_referee.names import Profile
@@ -137,7 +137,7 @@ def main(args: Sequence[str] | None = None) -> int:
         if options.profile is not None:
             profile.load(options.profile)
         if options.summary is not None:
-            return summary.summarize(
+            return telling.summarize(
                 options.summary, [rule.name for rule in RULES], options.csv, options.page)
         with ExitStack() as reserved:
             if command and not os.environ.get('ROS_DOMAIN_ID'):
@@ -152,16 +152,10 @@ def main(args: Sequence[str] | None = None) -> int:
         if options.json is not None:
             options.json.write_text(telling.as_json(judgements, about), encoding='utf-8')
         if not judgements:
-            print(f'referee: {"; ".join(record.notes)}', file=sys.stderr)
-            return 2
+            raise RuntimeError('; '.join(record.notes))
         if options.page is not None:
             options.page.write_text(telling.page(judgements, about), encoding='utf-8')
-        telling.print_judgements(judgements)
-        print()
-        for line in (*telling.not_kept(judgements), *(f'note: {note}' for note in record.notes),
-                     telling.tally(one.mark for one in judgements),
-                     *filter(None, (options.json, options.page))):
-            print(line)
+        telling.print_judgements(judgements, record.notes)
     except KeyboardInterrupt:
         print('referee: stopped, and nothing judged', file=sys.stderr)
         return 2

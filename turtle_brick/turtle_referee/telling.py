@@ -11,47 +11,40 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-
-"""How judgements are told: a table on the terminal, JSON, and a page with plots. No ROS."""
+"""How judgements are told: tables on terminal and page, JSON and CSV, of one graph and of many."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+import csv
 from html import escape
 from io import StringIO
 import json
 from math import isfinite
+import os
+from pathlib import Path
+import sys
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
+from turtle_referee.record import STOOD_STILL
 from turtle_referee.rules import BROKEN, Judgement, KEPT, OPEN, Plot
 
 COLORS = {KEPT: 'green', BROKEN: 'red', OPEN: 'yellow'}
 
 STYLE = """
-body { font: 15px/1.45 system-ui, sans-serif; color: #1c2430; background: #f6f7f9; margin: 0; }
-main { max-width: 1100px; margin: 0 auto; padding: 24px; }
-h1 { font-size: 24px; margin: 0 0 4px; }
-.sum { font-size: 18px; margin: 0 0 8px; }
-.plots { display: grid; gap: 12px; grid-template-columns:
-         repeat(auto-fit, minmax(min(320px, 100%), 1fr)); }
-.plots figure { margin: 0; background: #fff; border: 1px solid #dde1e7; border-radius: 6px; }
-.plots svg { width: 100%; height: auto; display: block; }
-table { border-collapse: collapse; width: 100%; margin: 24px 0; background: #fff; }
+body { font: 15px/1.45 system-ui, sans-serif; color: #1c2430; background: #f6f7f9; }
+main { max-width: 1100px; margin: 0 auto; overflow-wrap: anywhere; }
+table { border-collapse: collapse; margin: 24px 0; background: #fff; }
 td, th { text-align: left; vertical-align: top; padding: 6px 10px; border: 1px solid #dde1e7; }
-td:first-child { font-weight: bold; }
-p, td:first-child, td:nth-child(n + 5), .tall td { overflow-wrap: anywhere; }
-i { color: #5b6675; }
+svg { width: 100%; max-width: 400px; height: auto; }
 .green { color: #1a7f37; } .red { color: #c62828; } .yellow { color: #9a6700; }
 @media (max-width: 700px) {
-  main { padding: 8px; }
-  td, th { padding: 4px 5px; font-size: 13px; }
-  .tall th { display: none; }
-  .tall tr { display: block; border-top: 1px solid #dde1e7; }
-  .tall td { display: block; border: 0; padding: 2px 8px; }
-  .tall td:first-child { float: left; }
-  .tall td:last-child::before { content: "expected: "; }
+  th { display: none; }
+  tr { display: block; border-top: 3px solid #dde1e7; }
+  td { display: block; border: 0; padding: 2px 8px; }
+  td::before { content: attr(data-title) " "; color: #5b6675; }
 }
 """
 
@@ -67,27 +60,46 @@ def found(one: Judgement) -> str:
     return one.measured + f'; may follow from: {", ".join(one.follows)}' * bool(one.follows)
 
 
-def not_kept(judgements: Sequence[Judgement]) -> list[str]:
-    """Return a line for each requirement that is broken or open: a table is long."""
-    return [f'{one.mark} {one.name}: {found(one)}' + f'; expected: {one.expected}' * (
-        one.mark == BROKEN) for one in judgements if one.mark != KEPT]
-
-
-def print_table(titles: Sequence[str], rows: Iterable[Sequence[object]],
-                console: Console | None = None) -> None:
-    """Print a table."""
-    table = Table(show_lines=False, pad_edge=False, box=None, header_style='bold')
+def print_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Print a table, with marks in their colors."""
+    table = Table(pad_edge=False, box=None, header_style='bold')
     for title in titles:
         table.add_column(title, overflow='fold')
     for row in rows:
         table.add_row(*(Text(str(cell), COLORS.get(str(cell), '')) for cell in row))
-    (console or Console()).print(table)
+    Console().print(table)
 
 
-def print_judgements(judgements: Sequence[Judgement], console: Console | None = None) -> None:
-    """Print what was found about each requirement."""
+def html_table(titles: Sequence[str], rows: Iterable[Sequence[object]],
+               links: Mapping[Any, str] = {}) -> str:
+    """Return a table as HTML, with marks in their colors, and links of what stands in cells."""
+    def html(value: object) -> str:
+        if value in links:
+            return f'<a href="{escape(links[value])}">{escape(str(value))}</a>'
+        return f'<span class="{COLORS.get(str(value), "")}">{escape(str(value))}</span>'
+
+    head = ''.join(f'<th>{html(title)}</th>' for title in titles)
+    lines = (''.join(f'<td data-title="{title}">{html(cell)}</td>'
+                     for title, cell in zip(titles, row)) for row in rows)
+    return f'<table><tr>{head}</tr>{"".join(f"<tr>{line}</tr>" for line in lines)}</table>'
+
+
+def html_page(title: str, body: str) -> str:
+    """Return a page in one file."""
+    return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
+            f'<meta name="viewport" content="width=device-width"><title>{title}</title>'
+            f'<style>{STYLE}</style></head><body><main><h1>{title}</h1>{body}</main></body></html>'
+            '\n')
+
+
+# ------------------------------------------------------------------------------------ of a graph
+
+def print_judgements(judgements: Sequence[Judgement], notes: Sequence[str]) -> None:
+    """Print what was found about each requirement, and again what is not kept."""
     print_table(('', 'requirement', 'measured', 'expected'), (
-        (one.mark, one.name, found(one), one.expected) for one in judgements), console)
+        (one.mark, one.name, found(one), one.expected) for one in judgements))
+    print('', *(f'{one.mark} {one.name}: {found(one)}' for one in judgements if one.mark != KEPT),
+          *(f'note: {note}' for note in notes), tally(one.mark for one in judgements), sep='\n')
 
 
 def as_json(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
@@ -101,8 +113,8 @@ def as_json(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
             return plain(value._asdict())
         return [plain(one) for one in value] if isinstance(value, (list, tuple, range)) else value
 
-    return json.dumps({**plain(about), 'requirements': [plain(one) for one in judgements]},
-                      indent=1, ensure_ascii=False) + '\n'
+    return json.dumps(plain({**about, 'requirements': judgements}), indent=1,
+                      ensure_ascii=False) + '\n'
 
 
 def draw(plot: Plot) -> str:
@@ -112,54 +124,16 @@ def draw(plot: Plot) -> str:
     figure = Figure(figsize=(4.6, 3.1), layout='constrained')
     FigureCanvasSVG(figure)
     axes = figure.subplots()
-    axes.plot(plot.line.x, plot.line.y, color='#8a94a3', linewidth=1.2, label=plot.line.label)
-    for order, (series, color) in enumerate(zip(plot.points, ('#1565c0', '#e65100', '#2e7d32'))):
+    axes.plot(plot.line.x, plot.line.y, color='#8a94a3', label=plot.line.label)
+    for series in plot.points:
         step = max(len(series.x) // 60, 1)
         axes.plot(list(series.x)[::step], list(series.y)[::step], 'o', markersize=3.5,
-                  color=color, label=series.label, zorder=5 - order)
+                  label=series.label)
     axes.set(title=plot.title, xlabel=plot.x_label, ylabel=plot.y_label)
-    if axes.get_legend_handles_labels()[1]:
-        axes.legend(frameon=False, fontsize='small')
-    axes.spines[['top', 'right']].set_visible(False)
+    axes.legend(frameon=False, fontsize='small')
     file = StringIO()
     figure.savefig(file, format='svg', metadata={'Date': None})
     return file.getvalue().partition('<svg')[2].join(('<svg', ''))
-
-
-def html_table(titles: Sequence[str], rows: Iterable[Sequence[str]], kind: str = '') -> str:
-    """Return a table of cells that are HTML already; a tall one has no columns on a phone."""
-    return f'<table class="{kind}">' + ''.join(
-        '<tr>' + ''.join(f'<{tag}>{cell}</{tag}>' for cell in row) + '</tr>'
-        for tag, row in (('th', titles), *(('td', row) for row in rows))) + '</table>'
-
-
-def html_mark(mark: str) -> str:
-    """Return a mark in its color."""
-    return f'<span class="{COLORS[mark]}">{mark}</span>'
-
-
-def html_page(title: str, body: str) -> str:
-    """Return a page in one file."""
-    return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
-            f'<meta name="viewport" content="width=device-width"><title>{title}</title>'
-            f'<style>{STYLE}</style></head><body><main><h1>{title}</h1>{body}</main></body></html>'
-            '\n')
-
-
-def page(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
-    """Return a page that shows it all, in one file."""
-    plots = [one.plot for one in judgements if one.plot is not None]
-    figures = ''.join(f'<figure>{draw(plot)}</figure>' for plot in plots)
-    told = ''.join(f'<p>{escape(str(key))}: {escape(words)}</p>' for key, value in about.items()
-                   if (words := in_words(value)))
-    table = html_table(('', 'requirement', 'measured', 'expected'), (
-        (html_mark(one.mark),
-         f'<b>{escape(one.name)}</b><br><i>{escape(one.words)}</i>',
-         escape(found(one)), escape(one.expected)) for one in judgements), 'tall')
-    return html_page(
-        'turtle_brick: what was asked for, and what was measured',
-        f'<p class="sum">{tally(one.mark for one in judgements)}</p>{told}{table}'
-        f'<div class="plots">{figures}</div>')
 
 
 def in_words(value: Any) -> str:
@@ -167,3 +141,73 @@ def in_words(value: Any) -> str:
     if isinstance(value, dict):
         return ', '.join(f'{name} {one}' for name, one in value.items())
     return '; '.join(value) if isinstance(value, list) else str(value)
+
+
+def page(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
+    """Return a page that shows it all, in one file."""
+    told = ''.join(f'<p>{escape(key)}: {escape(in_words(value))}</p>'
+                   for key, value in about.items() if value)
+    table = html_table(('', 'requirement', 'words', 'measured', 'expected'), (
+        (one.mark, one.name, one.words, found(one), one.expected) for one in judgements))
+    return html_page(
+        'turtle_brick: what was asked for, and what was measured',
+        f'<p>{tally(one.mark for one in judgements)}</p>{told}{table}'
+        + ''.join(draw(one.plot) for one in judgements if one.plot is not None))
+
+
+# ------------------------------------------------------------------------------------ of a class
+
+TITLES = ('student', KEPT, BROKEN, OPEN, 'broken', 'open', 'date')
+
+
+def read(path: Path, name: str) -> dict[str, Any]:
+    """Return the row of a student's file, and the mark of each requirement; or ValueError."""
+    undecided: dict[str, list[str]] = {}  # what is open, by what to do about it
+    try:
+        told = json.loads(path.read_text(encoding='utf-8'))
+        marks = {one['name']: one['mark'] for one in told['requirements']}
+        # What follows from nothing else, or why nothing was judged.
+        broken = [one['name'] for one in told['requirements'] if one['mark'] == BROKEN
+                  and not one['follows']] if marks else ['nothing judged', *told['notes']]
+        for one in told['requirements']:
+            if one['mark'] == OPEN:
+                why = 'judge again on a quieter machine' if STOOD_STILL in one['measured'] else (
+                    one['measured'])
+                undecided.setdefault(why, []).append(one['name'])
+        count = Counter(marks.values())
+        return {'student': name, **{mark: count[mark] for mark in COLORS},
+                'broken': ', '.join(broken), 'date': told['date'], **marks, 'open': '; '.join(
+                    f'{", ".join(names)} ({why})' for why, names in undecided.items())}
+    except (LookupError, OSError, TypeError, ValueError) as error:
+        raise ValueError(f'{path}: not what the referee writes: {error!r}') from None
+
+
+def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | None,
+              page_path: Path | None) -> int:
+    """Tell of all JSON files below a directory; return 1 if one could not be read, 2 if none."""
+    rows, faults, links = [], [], {}
+    for path in sorted(directory.rglob('*.json')):
+        name, own = str(path.relative_to(directory).with_suffix('')), path.with_suffix('.html')
+        try:
+            rows.append(read(path, name))
+        except ValueError as error:
+            faults.append(f'left out: {error}')
+        if page_path is not None and own.exists():
+            links[name] = os.path.relpath(own, page_path.parent)
+    cells = [[row[title] for title in TITLES] for row in rows]
+    print_table(TITLES, cells)
+    for fault in faults or [f'{directory}: no JSON file is there'] * (not rows):
+        print(f'referee: {fault}', file=sys.stderr)
+    if csv_path is not None:
+        with csv_path.open('w', newline='', encoding='utf-8') as file:
+            lines = csv.DictWriter(file, (*TITLES, *requirements), '', 'ignore')
+            lines.writeheader()
+            lines.writerows(rows)
+    if page_path is not None:
+        count = Counter(name for row in rows for name in row['broken'].split(', ')
+                        if name in requirements)
+        page_path.write_text(html_page(
+            'turtle_brick: the class', html_table(TITLES, cells, links)
+            + html_table(('broken', 'students'), count.most_common())
+            + ''.join(f'<p>{escape(fault)}</p>' for fault in faults)), encoding='utf-8')
+    return 2 if not rows else 1 if faults else 0
