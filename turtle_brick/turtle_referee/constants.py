@@ -13,32 +13,17 @@
 # limitations under the License.
 """Numbers that the assignment and turtlesim set, how strict the referee is, and units of time."""
 
-NANOSECONDS = 1_000_000_000
-"""Nanoseconds in a second."""
-
-NANO = 1e-9
-"""A nanosecond (s)."""
-
-ARENA_SIZE = 499.0 / 45.0
-"""Width and height (m) of the arena: turtlesim's window has 500 pixels, 45 of them a meter."""
-
-CENTER = (ARENA_SIZE / 2.0, ARENA_SIZE / 2.0)
-"""The center of the arena (m), where turtlesim's first turtle starts."""
-
-RATE = 100.0
-"""How often (Hz) the robot publishes and broadcasts: "shall be done at 100 Hz"."""
-
-PHYSICS_RATE = 250.0
-"""How often (Hz) the arena steps: "The node should simulate the physics at 250 Hz"."""
-
-LIFETIME = 3.0
-"""How long (s) "Unreachable" is to be seen: "a Text marker that lasts for 3 seconds"."""
-
-UNREACHABLE = 'Unreachable'
-"""What it says."""
+NANOSECONDS = 1_000_000_000  # in a second
+NANO = 1e-9  # a nanosecond (s)
+ARENA_SIZE = 499.0 / 45.0  # its sides (m): turtlesim's window has 500 pixels, 45 of them 1 m
+CENTER = (ARENA_SIZE / 2.0, ARENA_SIZE / 2.0)  # where turtlesim's first turtle starts
+RATE = 100.0  # Hz: "All publishing and broadcasting shall be done at 100 Hz"
+PHYSICS_RATE = 250.0  # Hz: "The node should simulate the physics at 250 Hz"
+LIFETIME = 3.0  # s: "a Text marker that lasts for 3 seconds"
+UNREACHABLE = 'Unreachable'  # what it says
 
 # How far what is measured may be from what is demanded: lengths in m, angles in rad, times in s.
-RATE_TOLERANCE = 0.02  # the part by which a rate may be off
+RATE_TOLERANCE = 0.02  # the part by which a rate, or an acceleration, may be off
 EXACT = 1e-3  # between two numbers that are the same
 NEAR = 0.01  # between two statements about one place
 PRECISION = 0.05  # from the robot to its goal, beside its line, and beyond its goal
@@ -56,4 +41,4 @@ SLIDE = 0.04  # from a sliding brick to where it is due
 EARLY, OVERDUE = 0.02, 0.08  # before and after it has cleared the platform, the end of a slide
 AT_CENTER = 0.1  # from the arena's center to where a brick is tipped off
 SHOWN = 0.3  # longer or shorter than LIFETIME, a text
-REACTION = 0.3  # from the release of a brick to the robot's motion, unless --reaction is given
+REACTION = 0.3  # from the release of a brick to the robot's motion

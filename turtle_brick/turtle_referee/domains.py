@@ -20,22 +20,13 @@ import os
 import random
 import socket
 
-DOMAINS = range(101)
-"""Domains whose ports are below the range that Linux assigns by itself."""
-
-LAST_DOMAIN = 232
-"""The last domain that has ports."""
+DOMAINS = range(101)  # whose ports are below the range that Linux assigns by itself
+LAST_DOMAIN = 232  # that has ports
+PARTICIPANTS = 32  # how many of a domain to look for: the first ones may have left
 
 # A process reserves a domain by holding the TCP port of this base plus the domain, as ROS 2's own
 # domain_coordinator does, so that the two respect each other.
 MARK_PORT_BASE = 32768
-
-# A DDS participant listens on the UDP port 7400 + 250 domain + 10 + 2 i, the i-th of its machine.
-DDS_PORT_BASE = 7400
-DDS_PORTS_PER_DOMAIN = 250
-DDS_UNICAST_OFFSET = 10
-PARTICIPANTS = 32
-"""How many participants of a domain to look for: the first ones may have left."""
 
 RANGE_VARIABLES = ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_STATIC_PEERS', 'ROS_LOCALHOST_ONLY')
 """The environment variables that set the range of discovery."""
@@ -53,7 +44,8 @@ def keep_to_this_machine() -> None:
 
 def is_empty(domain: int) -> bool:
     """Tell whether no node on this machine is in a domain."""
-    first = DDS_PORT_BASE + DDS_PORTS_PER_DOMAIN * domain + DDS_UNICAST_OFFSET
+    # The i-th DDS participant of a machine listens on the UDP port 7400 + 250 domain + 10 + 2 i.
+    first = 7410 + 250 * domain
     for port in range(first, first + 2 * PARTICIPANTS, 2):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
             try:
@@ -68,10 +60,9 @@ def reserved_domain(candidates: Iterable[int] | None = None) -> Iterator[int]:
     """
     Reserve a ROS domain that no node on this machine is in and no other process reserves.
 
-    :param candidates: The domains to try, in this order; if None, 1 to 100 in random
-        order, without the default domain 0.
-    :return: The domain's id, reserved until the context ends.
-    :raises DomainError: All of them are in use.
+    :param candidates: the domains to try, in this order; if None, all in random order but for the
+        default domain 0
+    :raises DomainError: all of them are in use
     """
     for domain in candidates or random.sample(DOMAINS[1:], len(DOMAINS) - 1):
         with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as mark:

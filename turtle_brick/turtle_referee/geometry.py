@@ -29,10 +29,8 @@ UPRIGHT: Array = numpy.eye(3)
 class Pose(NamedTuple):
     """Where a frame is in another."""
 
-    position: Array
-    """Of its origin."""
-    axes: Array
-    """Its unit vectors x, y and z: the columns of a rotation matrix."""
+    position: Array  # of its origin
+    axes: Array  # its unit vectors x, y and z: the columns of a rotation matrix
 
     def transform(self, points: Any) -> Array:
         """Return a point of this frame, or a row for each of several, in the other frame."""

@@ -27,14 +27,9 @@ import subprocess
 import threading
 from time import monotonic
 
-END_TIME = 15.0
-"""How long (s) a process may take to end when it is asked to."""
-
-GLANCE = 0.05
-"""How often (s) one looks whether a process has ended that prints nothing."""
-
-LAST_LINES = 3
-"""How many lines of what it said last tell why a process has ended."""
+END_TIME = 15.0  # how long (s) a process may take to end when it is asked to
+GLANCE = 0.05  # how often (s) one looks whether a process has ended that prints nothing
+LAST_LINES = 3  # how many lines of what it said last tell why a process has ended
 
 
 class Process:
@@ -119,12 +114,9 @@ class Process:
 
     def wait_for_output(self, pattern: str, timeout: float) -> re.Match[str]:
         """
-        Wait until it has printed something.
+        Wait until it has printed what a regular expression finds; return the match.
 
-        :param pattern: a regular expression, searched in all of its output
-        :param timeout: how long (s) at most
-        :return: The match.
-        :raises TimeoutError: it did not print that in time, or ended without
+        :raises TimeoutError: it did not within a time (s), or ended without
         """
         deadline = monotonic() + timeout
         with self._printed:
@@ -165,9 +157,7 @@ class Process:
 
     def close(self, timeout: float = END_TIME) -> None:
         """End it in order if it does so within a time (s), and leave nothing behind."""
-        with suppress(TimeoutError):
-            self.stop(timeout=timeout)
-        self.kill()
+        close_all([self], timeout)
 
 
 def close_all(processes: Iterable[Process], timeout: float = END_TIME) -> None:

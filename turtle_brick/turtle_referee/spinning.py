@@ -30,17 +30,14 @@ LONGEST_WAIT = 0.02
 timeout a SingleThreadedExecutor forgets whose turn it is, and under load the first node would have
 every turn."""
 
-INTERRUPTED = Event()
-"""Set by Ctrl-C and SIGTERM, in a process that has called `note_interrupts`."""
+INTERRUPTED = Event()  # set by Ctrl-C and SIGTERM, in a process that has called `note_interrupts`
 
 
 def note_interrupts() -> dict[int, Any]:
     """
-    Have Ctrl-C and SIGTERM wait for the end of a piece of work of a graph.
+    Have Ctrl-C and SIGTERM wait for the end of a piece of work; return their handlers so far.
 
     A KeyboardInterrupt in the midst of an import or a callback may be swallowed or cost a node.
-
-    :return: The handlers of the two signals so far.
     """
     INTERRUPTED.clear()
     return {number: signal.signal(number, lambda *_: INTERRUPTED.set())
@@ -54,12 +51,9 @@ class Spins:
 
     def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
         """
-        Let the nodes work until a condition holds.
+        Let the nodes work until a condition holds, which is asked after each piece of work.
 
-        :param condition: asked after each piece of work
-        :param timeout: longest time (s) that it may take
-        :param what: the condition in words, for the error
-        :raises TimeoutError: the condition has not come to hold
+        :raises TimeoutError: it did not within a time (s), with what it is in words
         :raises KeyboardInterrupt: a signal has come that `note_interrupts` takes
         """
         deadline = monotonic() + timeout
@@ -85,12 +79,7 @@ class Spinner(Spins):
     """One node, spun while somebody waits; Ctrl-C or SIGTERM end that as KeyboardInterrupt."""
 
     def __init__(self, make_node: Callable[..., Node], namespace: str = '') -> None:
-        """
-        Make the node.
-
-        :param make_node: its class, or anything that makes it of a node's keyword arguments
-        :param namespace: that it is in
-        """
+        """Make the node: by its class, or what else takes a node's keyword arguments."""
         self._context = Context()
         rclpy.init(args=['--ros-args', '--log-level', 'warn'], context=self._context,
                    signal_handler_options=SignalHandlerOptions.NO)
