@@ -14,44 +14,31 @@
 """The rules for the arena: walls, markers, the services and the physics of the brick. No ROS."""
 
 from collections.abc import Iterable
-from math import atan2, cos, dist, hypot, sin, sqrt
+from functools import partial
+from itertools import pairwise
+from math import atan2, dist, hypot, sqrt
 from typing import Any, NamedTuple
 
 import numpy
 from turtle_referee.constants import (ALIKE, ARENA_SIZE, COURSE, EARLY, LAG, NANO, NANOSECONDS,
-                                      NEAR, OVERDUE, PAUSE, PHYSICS_RATE, SLIDE, SOON, STILL,
-                                      WALL_TOLERANCE)
+                                      NEAR, OVERDUE, PAUSE, PHYSICS_RATE, RATE_TOLERANCE, SLIDE,
+                                      SOON, STILL, WALL_TOLERANCE)
 from turtle_referee.drops import DropWatch
 from turtle_referee.geometry import Array, between, distance_to_rectangle, inclination, Pose, pose
-from turtle_referee.record import Ask, MarkerHeard, Record
-from turtle_referee.robot_rules import frame
-from turtle_referee.rules import (Broken, Finding, needed, number, Open, Plot, Rules, Series, some,
-                                  worst)
+from turtle_referee.record import MarkerHeard, Record
+from turtle_referee.rules import (all_but, Broken, Finding, needed, number, obeyed, Open, Plot,
+                                  Rules, Series, some, within, worst)
 
 RULES = Rules()
 rule = RULES.rule
 
-CUBE, LINES, TEXT = 1, (4, 5), 9
-"""Types of visualization_msgs/Marker."""
+CUBE, TEXT = 1, 9  # types of visualization_msgs/Marker
+ADD = 0  # the action of a marker that is to be seen
+WALL = 5.0  # length (m) from which a marker may be a wall
+STEP = 1.0 / PHYSICS_RATE  # time (s) between two steps of the physics
+LAGS = range(0, round(LAG * NANOSECONDS) + 1, 5_000_000)  # how much behind (ns) it may be
 
-ADD = 0
-"""The action of a marker that is to be seen."""
-
-WALL = 5.0
-"""Length (m) from which a marker may be a wall."""
-
-STEP = 1.0 / PHYSICS_RATE
-"""Time (s) between two steps of the physics."""
-
-LAGS = range(0, round(LAG * NANOSECONDS) + 1, 5_000_000)
-"""How much behind (ns) it may be, in steps."""
-
-BEFORE = 100_000_000
-"""How long (ns) before the brick is placed anew its place counts no more: a physics that is behind
-gives to steps of before the place that was asked for after them."""
-
-MOMENT = 50_000_000
-"""How long (ns) before the next thing is asked for something is looked at."""
+BEFORE = 100_000_000  # how long (ns) before the next thing is asked for the brick is looked at
 
 
 def moved(places: Iterable[Any]) -> float:
@@ -62,51 +49,32 @@ def moved(places: Iterable[Any]) -> float:
 
 # ---------------------------------------------------------------------------- walls and markers
 
-def pose_of_marker(record: Record, heard: MarkerHeard, instant: int) -> Pose | None:
-    """Return where in the world a marker is at an instant (ns), None if unknown."""
-    parent = record.pose(heard.marker.header.frame_id.lstrip('/'), instant)
+def pose_of_marker(record: Record, heard: MarkerHeard, instant: int) -> Pose:
+    """Return where in the world a marker is at an instant (ns)."""
+    name = heard.marker.header.frame_id.lstrip('/')
+    parent = needed(record.pose(name, instant), f'the frame {name!r} of a marker is not known')
     p, q = heard.marker.pose.position, heard.marker.pose.orientation
     turned = (q.x, q.y, q.z, q.w) if q.x or q.y or q.z or q.w else (0.0, 0.0, 0.0, 1.0)
-    return parent and parent.compose(pose((p.x, p.y, p.z), turned))
+    return parent.compose(pose((p.x, p.y, p.z), turned))
 
 
-def extent(record: Record, heard: MarkerHeard) -> tuple[Array, Array] | None:
-    """Return the least and greatest coordinates of a marker (m in the world), None if unknown."""
-    marker = heard.marker
-    there = pose_of_marker(record, heard, heard.published) or pose_of_marker(
-        record, heard, record.idle[0][1] if record.idle else 0)
-    if marker.type in LINES:
-        corners = [(point.x, point.y, point.z) for point in marker.points]
-    else:
-        corners = [(a * marker.scale.x / 2.0, b * marker.scale.y / 2.0, 0.0)
-                   for a in (-1, 1) for b in (-1, 1)]
-    if there is None or not corners:
-        return None
-    points = there.transform(corners)
-    return points.min(0), points.max(0)
-
-
-def walls(record: Record) -> list[tuple[MarkerHeard, tuple[Array, Array]]]:
+def walls(record: Record) -> list[MarkerHeard]:
     """Return the markers that may be walls; Broken if there are none."""
-    found = []
-    for heard in record.markers:
-        size = extent(record, heard) if heard.marker.type in (CUBE, *LINES) else None
-        if size and max(size[1] - size[0]) >= WALL:
-            found.append((heard, size))
-    return needed(found or None, 'no marker is as long as a wall')
+    return needed([heard for heard in record.markers if heard.marker.type == CUBE and max(
+        heard.marker.scale.x, heard.marker.scale.y) >= WALL] or None,
+        'no box is as long as a wall')
 
 
-@rule('walls: size', 'The arena should be the same size as the turtlesim simulator and have a '
-      'matching coordinate system', f'walls at 0 and {ARENA_SIZE:.2f} m ± {WALL_TOLERANCE} m')
+@rule('walls: size', 'the same size as the turtlesim simulator and … a matching coordinate system')
 def walls_are_at_the_rim(record: Record) -> Finding:
-    """Check that the walls' middles are where turtlesim stops the turtle."""
+    """Expect walls at 0 and {ARENA_SIZE:.2f} m ± {WALL_TOLERANCE} m."""
     sides: tuple[list[float], list[float]] = ([], [])
-    for heard, (low, high) in walls(record):
-        for axis, side in enumerate(sides):
-            if heard.marker.type in LINES:
-                side += (low[axis], high[axis])
-            elif high[axis] - low[axis] < high[1 - axis] - low[1 - axis]:
-                side.append((low[axis] + high[axis]) / 2.0)
+    for heard in walls(record):
+        # What does not move is known at any time, even where it was said before all else.
+        there = pose_of_marker(record, heard, record.idle[0][1])
+        size = abs(there.axes) @ (heard.marker.scale.x, heard.marker.scale.y, 0.0)
+        thin = int(size[1] < size[0])
+        sides[thin].append(there.position[thin])
     if not all(sides):
         raise Broken('there are not walls on all sides')
     found = [end(side) for side in sides for end in (min, max)]
@@ -115,77 +83,64 @@ def walls_are_at_the_rim(record: Record) -> Finding:
                    .format(*found))
 
 
-def judge_lasting(record: Record, markers: Iterable[MarkerHeard]) -> Finding:
-    """Judge whether who comes late sees the topics of some markers."""
-    topics = sorted({heard.topic for heard in markers})
-    lost, watched = [], sorted(instant for span in record.busy_spans() for instant in span)
-    for topic in topics:
-        published = sorted([heard.published for heard in record.markers if heard.topic == topic]
-                           + watched[:1] + watched[-1:])
-        pause = max((b - a for a, b in zip(published, published[1:])), default=0) * NANO
-        if not record.latched.get(topic) and pause > PAUSE:
-            lost.append(topic)
-    return Finding(not lost, f'{", ".join(lost)}: neither latched nor repeated' if lost
-                   else f'{", ".join(topics)}: latched or repeated')
-
-
-@rule('walls: to be seen', 'The arena should be depicted in rviz2, with rectangular walls (drawn '
-      'as markers)', 'latched or repeated')
-def walls_last(record: Record) -> Finding:
-    """Check that the walls are there for an rviz2 that starts later."""
-    return judge_lasting(record, [heard for heard, _ in walls(record)])
-
-
 def brick_markers(record: Record) -> list[MarkerHeard]:
     """Return the markers of the brick; Broken if there are none."""
     solid = [heard for heard in record.markers
-             if heard.marker.type not in (*LINES, TEXT) and heard.marker.action == ADD]
-    name = record.profile.frames['brick']
-    found = [heard for heard in solid if heard.marker.header.frame_id.lstrip('/') == name] or [
-        heard for heard in solid if 'brick' in (heard.topic + heard.marker.ns).lower()]
-    return needed(found or None, 'there is no marker of the brick')
+             if heard.marker.type != TEXT and heard.marker.action == ADD]
+    return needed([heard for heard in solid if 'brick' in (
+        heard.marker.header.frame_id + heard.topic + heard.marker.ns).lower()] or None,
+        'there is no marker of the brick')
 
 
-@rule('brick marker: to be seen', "a marker to show it's location in rviz", 'latched or repeated')
-def brick_marker_lasts(record: Record) -> Finding:
-    """Check that the brick is there for an rviz2 that starts later."""
-    return judge_lasting(record, brick_markers(record))
+def judge_lasting(what: Any, record: Record) -> Finding:
+    """Judge whether an rviz2 that starts later sees some markers, too."""
+    topics = {heard.topic for heard in what(record)}
+    watched = [instant for span in record.busy_spans() for instant in span]
+
+    def pause(topic: str) -> float:
+        published = sorted([min(watched), max(watched), *(
+            heard.published for heard in record.markers if heard.topic == topic)])
+        return max(b - a for a, b in pairwise(published)) * NANO
+
+    return all_but([f'{topic} is not' for topic in sorted(topics)
+                    if not record.latched.get(topic) and pause(topic) > PAUSE],
+                   len(topics), 'topics')
 
 
-@rule('brick marker: place', "a marker to show it's location in rviz",
-      f'at the brick, within {NEAR} m', rests_on=['place'])
+for name, sentence, what in (
+        ('walls', 'depicted in rviz2, with rectangular walls (drawn as markers)', walls),
+        ('brick marker', "a marker to show it's location in rviz", brick_markers)):
+    rule(f'{name}: to be seen', sentence, expected='latched or repeated')(
+        partial(judge_lasting, what))
+
+
+@rule('brick marker: place', "a marker to show it's location in rviz", ['place'])
 def brick_marker_is_at_the_brick(record: Record) -> Finding:
-    """Check that the marker is where the brick is."""
+    """Expect it at the brick, within {NEAR} m."""
     off = []
     for ask in record.places:
-        brick = record.brick(ask.end - MOMENT)
+        brick = record.brick(ask.end - BEFORE)
         before = [heard for heard in brick_markers(record) if heard.published < ask.end]
-        if brick is None or not before:
-            continue
-        there = needed(pose_of_marker(record, before[-1], ask.end - MOMENT),
-                       f'the frame {before[-1].marker.header.frame_id!r} of the marker is not '
-                       'known')
-        off.append(dist(there.position, brick.position))
-    some(off, 'the brick was not placed')
-    return Finding(worst(off) <= NEAR, f'at most {worst(off):.3f} m off')
+        if brick is not None and before:
+            there = pose_of_marker(record, before[-1], ask.end - BEFORE)
+            off.append(dist(there.position, brick.position))
+    return within(NEAR, off, 'the brick was not placed')
 
 
-@rule('markers: frames', 'Your final result should not have any rviz errors or warnings',
-      'known frames, sizes and orientations that can be drawn')
+@rule('markers: frames', 'Your final result should not have any rviz errors or warnings')
 def markers_can_be_drawn(record: Record) -> Finding:
-    """Check that rviz can draw each marker."""
-    needed(record.markers or None, 'there are no markers')
-    known, faults = {record.profile.frames['world'], *record.frames}, set()
-    for marker in (heard.marker for heard in record.markers if heard.marker.action == ADD):
+    """Expect known frames, and sizes, orientations and colors that rviz can draw."""
+    known, faults = {'world', *record.frames}, set()
+    for marker in [heard.marker for heard in needed(record.markers or None, 'there are no markers')
+                   if heard.marker.action == ADD]:
         q, scale = marker.pose.orientation, marker.scale
         if marker.header.frame_id.lstrip('/') not in known:
             faults.add(f'unknown frame {marker.header.frame_id!r}')
         if not abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) < 0.01:
             faults.add('an orientation that is no unit quaternion')
-        if marker.type == CUBE and not min(scale.x, scale.y, scale.z) > 0.0:
+        sizes = {CUBE: (scale.x, scale.y, scale.z), TEXT: (scale.z,)}.get(marker.type, (1.0,))
+        if not min(sizes) > 0.0:
             faults.add('a size that is not above 0')
-        if marker.type == TEXT and not scale.z > 0.0:
-            faults.add('a text without height')
         if not marker.color.a > 0.0 and not marker.colors:
             faults.add('a color that cannot be seen')
     return Finding(not faults, '; '.join(sorted(faults)) or f'{len(record.markers)} markers')
@@ -193,22 +148,18 @@ def markers_can_be_drawn(record: Record) -> Finding:
 
 # --------------------------------------------------------------------------------- the services
 
-@rule('place', 'Offer a service called place … that moves the brick to a specified location',
-      f'there within {NEAR} m, at rest, and answered')
+@rule('place', 'a service called place … that moves the brick to a specified location')
 def bricks_are_placed(record: Record) -> Finding:
-    """Check that the brick goes where it is placed, and hovers."""
+    """Expect an answer, and the brick at rest within {NEAR} m of the place."""
     off, drift = [], []
     for ask in some(record.places, 'nothing was placed'):
-        if not ask.answered or not ask.accepted:
-            raise Broken('at ({:.2f}, {:.2f}, {:.2f}): '.format(*ask.what)
-                         + (ask.words or 'refused'))
+        place = obeyed(ask).what
         track = [brick.position for _, brick in record.brick_track(
             ask.end - 3 * BEFORE, ask.end - BEFORE)]
-        off.append(dist(needed(track or None, 'the brick is not seen')[-1], ask.what))
+        off.append(dist(needed(track or None, 'the brick is not seen')[-1], place))
         drift.append(moved(track))
-    return Finding(worst(off) <= NEAR and worst(drift) <= STILL,
-                   f'{len(off)} times, at most {worst(off):.4f} m off, moved by '
-                   f'{worst(drift):.4f} m')
+    return Finding(worst(off) <= NEAR and worst(drift) <= STILL, f'{len(off)} times, at most '
+                   f'{worst(off):.4f} m off, moved by {worst(drift):.4f} m')
 
 
 def dropped(record: Record) -> list[DropWatch]:
@@ -216,33 +167,23 @@ def dropped(record: Record) -> list[DropWatch]:
     return some([drop for drop in record.drops if drop.released is not None], 'no brick fell')
 
 
-@rule('drop', 'After the service responds, the brick starts falling', f'answered, and falling '
-      f'within {SOON} s', rests_on=['place'])
+@rule('drop', 'After the service responds, the brick starts falling', ['place'])
 def bricks_are_dropped(record: Record) -> Finding:
-    """Check that each drop is answered, and the brick falls."""
+    """Expect an answer, and a fall within {SOON} s."""
     waits = []
     for drop in some(record.drops, 'nothing was dropped'):
-        answer = answer_of(drop)
-        waits.append((needed(drop.released, 'answered, but no brick fell') - answer.end) * NANO)
-    return Finding(worst(waits) <= SOON, f'{len(waits)} times, at most '
-                   f'{max(0.0, worst(waits)):.3f} s after the answer')
-
-
-def answer_of(drop: DropWatch) -> Ask:
-    """Return how the service drop answered; Broken if it did not, or refused."""
-    if drop.ask is None or not drop.ask.answered or not drop.ask.accepted:
-        raise Broken((drop.ask and drop.ask.words) or 'refused')
-    return drop.ask
+        answered = obeyed(drop.ask).end
+        waits.append((needed(drop.released, 'answered, but no brick fell') - answered) * NANO)
+    return within(SOON, waits, '', 'at most {:.3f} s after the answer, {} times')
 
 
 @rule('drop: answer first', 'After the service responds, the brick starts falling in gravity',
-      'seen to move after the answer, and at rest at most one step before it',
-      rests_on=['drop', 'brick: hovers', 'fall: course'])
+      ['drop', 'brick: hovers', 'fall: course'])
 def answers_come_first(record: Record) -> Finding:
-    """Check that no fall begins before the service has answered."""
+    """Expect it to move after the answer, and to rest until a step before it."""
     moving, begins = [], []
     for fall in falls(record):
-        answered, released = answer_of(fall.drop).end, fall.drop.released or 0
+        answered, released = obeyed(fall.drop.ask).end, fall.drop.released or 0
         stamp, _ = next(record.brick_track(released + 1, fall.drop.end))
         moving.append((stamp - answered) * NANO)
         begins.append((released - answered) * NANO + fall.begin)
@@ -253,11 +194,9 @@ def answers_come_first(record: Record) -> Finding:
 
 # ------------------------------------------------------------------------ hovering and falling
 
-@rule('brick: hovers', 'moves the brick to a specified location … The drop service causes the '
-      'brick to fall', 'still until it is dropped', rests_on=['place'])
+@rule('brick: hovers', 'a service called drop that causes the brick to fall', ['place'])
 def brick_hovers(record: Record) -> Finding:
-    """Check that before the first drop the brick stays where it is."""
-    frame(record, 'brick')
+    """Expect it still until it is dropped."""
     track = [brick.position for begin, end in record.idle
              for _, brick in record.brick_track(begin, end - BEFORE)]
     some(track, 'the brick was not watched at rest')
@@ -269,14 +208,11 @@ class Fall(NamedTuple):
     """A fall, as its transforms have it."""
 
     drop: DropWatch
-    begin: float
-    """How long (s) after the brick was last seen at rest a fall like this would have begun."""
-    times: Array
-    """Since then (s)."""
+    begin: float  # how long (s) after it was last seen at rest a fall like this would have begun
+    times: Array  # since then (s)
     depths: Array
     acceleration: float
-    aside: float
-    """The way (m) to the side."""
+    aside: float  # the way (m) to the side
 
 
 def falls(record: Record) -> list[Fall]:
@@ -301,16 +237,16 @@ def falls(record: Record) -> list[Fall]:
     return some(found, 'no fall was long enough')
 
 
-@rule('fall: acceleration', 'the brick starts falling in gravity (using the specified gravity '
-      'acceleration)', 'gravity_accel ± 2 %, by stamps', rests_on=['fall: course'])
+@rule('fall: acceleration', 'falling in gravity (using the specified gravity acceleration)',
+      ['fall: course'])
 def falls_have_the_acceleration(record: Record) -> Finding:
-    """Check that the depth of a fall grows with gravity_accel."""
+    """Expect gravity_accel ± {RATE_TOLERANCE:.0%}, by stamps."""
     gravity, found = number(record, 'gravity_accel'), falls(record)
     values = [fall.acceleration for fall in found]
     longest = max(found, key=lambda fall: fall.times[-1])
     times = numpy.linspace(0.0, longest.times[-1], 50)
     return Finding(
-        worst(abs(value - gravity) for value in values) <= 0.02 * gravity,
+        worst(abs(value - gravity) for value in values) <= RATE_TOLERANCE * gravity,
         f'{min(values):.3f} to {max(values):.3f} m/s^2 in {len(values)} falls (configured '
         f'{gravity:g})',
         Plot('Fall', 'time since the release (s)', 'depth (m)',
@@ -318,10 +254,9 @@ def falls_have_the_acceleration(record: Record) -> Finding:
              Series('g t^2 / 2', times.tolist(), (gravity * times * times / 2.0).tolist())))
 
 
-@rule('fall: course', 'the brick starts falling in gravity', f'at each stamp within {COURSE} m of '
-      'a fall from rest, straight down')
+@rule('fall: course', 'the brick starts falling in gravity')
 def falls_are_falls(record: Record) -> Finding:
-    """Check that each position of a fall is on one parabola, and nothing goes aside."""
+    """Expect it within {COURSE} m of a fall from rest at each stamp, straight down."""
     found = falls(record)
     off = worst(float(numpy.max(numpy.abs(
         fall.depths - fall.acceleration * fall.times ** 2 / 2.0))) for fall in found)
@@ -330,19 +265,16 @@ def falls_are_falls(record: Record) -> Finding:
                    f'at most {off:.4f} m off, {aside:.4f} m aside')
 
 
-def half_height(record: Record) -> float:
-    """Return half the brick's height (m), as its marker has it; Open if there is none."""
-    boxes = [heard.marker for heard in brick_markers(record) if heard.marker.type == CUBE]
-    return some(boxes, "the brick's marker is no box: its height is not known")[-1].scale.z / 2.0
-
-
-def judge_height(record: Record, caught: bool, wanted: float) -> Finding:
+def judge_height(caught: bool, record: Record) -> Finding:
     """Judge how high the center of a brick is that has come down."""
     gravity, kept, heights = number(record, 'gravity_accel'), True, []
+    boxes = [heard.marker for heard in brick_markers(record) if heard.marker.type == CUBE]
+    wanted = some(boxes, "the brick's marker is no box: its height is not known")[-1].scale.z / 2.0
+    wanted += number(record, 'platform_height') if caught else 0.0
     for drop in dropped(record):
         if drop.landed is not None and drop.caught is caught:
             # A step may end below: as deep as the brick falls in one.
-            step = sqrt(2.0 * gravity * max(drop.place[2] - wanted, 0.0)) / PHYSICS_RATE
+            step = sqrt(2.0 * gravity * max(drop.place[2] - wanted, 0.0)) * STEP
             kept = kept and abs(drop.landed[2] - wanted) <= step + NEAR
             heights.append(drop.landed[2])
     some(heights, f'no brick has come down on the {"platform" if caught else "ground"}')
@@ -350,18 +282,11 @@ def judge_height(record: Record, caught: bool, wanted: float) -> Finding:
                    f'{max(heights):.3f} m')
 
 
-@rule('fall: ground', 'If the brick hits … the ground it stops falling', 'its bottom on the '
-      'ground', rests_on=['fall: acceleration'])
-def ground_stops_the_brick(record: Record) -> Finding:
-    """Check that a brick that is not caught lies on the ground."""
-    return judge_height(record, False, half_height(record))
-
-
-@rule('fall: platform', 'If the brick hits the platform … it stops falling', 'its bottom on the '
-      "platform's top", rests_on=['fall: acceleration', 'URDF: numbers'])
-def platform_stops_the_brick(record: Record) -> Finding:
-    """Check that a brick that is caught lies on the platform."""
-    return judge_height(record, True, number(record, 'platform_height') + half_height(record))
+rule('fall: ground', 'If the brick hits … the ground it stops falling', ['fall: acceleration'],
+     'its bottom on the ground')(partial(judge_height, False))
+rule('fall: platform', 'If the brick hits the platform … it stops falling',
+     ['fall: acceleration', 'URDF: numbers'], "its bottom on the platform's top")(
+         partial(judge_height, True))
 
 
 # ------------------------------------------------------------------- on the platform, and off it
@@ -373,10 +298,9 @@ def catches(record: Record) -> list[DropWatch]:
 
 
 @rule('brick: rides', 'If the brick hits the platform it should move with the platform',
-      f'the same place on it, {NEAR} m at rest, {LAG:g} s behind at most',
-      rests_on=['frames: robot'])
+      ['frames: robot'])
 def brick_rides(record: Record) -> Finding:
-    """Check that a brick on the level platform keeps its place on it."""
+    """Expect the same place on it, {NEAR} m at rest, {LAG:g} s behind at most."""
     rest, moving = [], []
     for drop in catches(record):
         track = record.brick_track(drop.down or 0, (drop.tilted or drop.end) - 20_000_000)
@@ -392,11 +316,10 @@ def brick_rides(record: Record) -> Finding:
                    f'{worst(moving):.4f} m on the way')
 
 
-@rule('brick: angle', 'The angle of the brick relative to the ground should be the same as the '
-      'angle of the platform relative to the ground at all times',
-      f'within {ALIKE} rad, 99 of 100 times that one is inclined')
+@rule('brick: angle', 'The angle of the brick … the same as the angle of the platform … at all '
+      'times')
 def brick_has_the_angle(record: Record) -> Finding:
-    """Check that the brick is inclined like the platform, wherever it is."""
+    """Expect the same within {ALIKE} rad, 99 of 100 times that one is inclined."""
     off, level = [], 0
     for begin, end in record.busy_spans():
         for stamp, brick in list(record.brick_track(begin, end - BEFORE))[::5]:
@@ -419,67 +342,55 @@ def brick_has_the_angle(record: Record) -> Finding:
 class Slide(NamedTuple):
     """The way of a brick down the slope."""
 
+    off: float  # how far (m) it was from where it was due, at most
     times: Array
-    seen: Array
-    """How far (m) it was seen to go."""
-    due: Array
-    """How far (m) g sin(angle) takes it, integrated twice."""
-
-    @property
-    def off(self) -> float:
-        """Return how far (m) it was from where it was due, at most."""
-        return float(numpy.max(numpy.abs(self.due - self.seen)))
+    seen: Array  # how far (m) it was seen to go
+    due: Array  # how far (m) g sin(angle) takes it, integrated twice
 
 
-def slides(record: Record) -> list[Slide]:
-    """Return the slides; Open if there are none."""
-    gravity, found = number(record, 'gravity_accel'), []
-    for drop in catches(record):
-        if drop.tilted is None:
-            continue
-        # A brick that sticks has to slide as well.
-        end = drop.floated or min(drop.end, drop.tilted + NANOSECONDS)
-        track = [(stamp, brick, platform)
-                 for stamp, brick in record.brick_track(drop.tilted - 2 * BEFORE, end)
-                 if (platform := record.platform(stamp)) is not None]
-        if len(track) < 20:
-            continue
-        steepest = max((platform for _, _, platform in track), key=inclination)
-        downhill = -steepest.axes[2, :2] / (hypot(*steepest.axes[2, :2]) or 1.0)
-        seen = numpy.array([platform.locate(brick.position)[:2] @ downhill
-                            for _, brick, platform in track])
-        times = numpy.array([(stamp - track[0][0]) * NANO for stamp, _, _ in track])
-        steps = numpy.diff(times, prepend=times[0])
-        angles = [inclination(platform) for _, _, platform in track]
-
-        def due(lag: int) -> Array:
-            pulls = gravity * numpy.sin(numpy.interp(times - lag * NANO, times, angles))
-            return numpy.cumsum(numpy.cumsum(pulls * steps) * steps)
-
-        found.append(min((Slide(times, seen - seen[0], due(lag)) for lag in LAGS),
-                         key=lambda slide: slide.off))
-    return some(found, 'no brick was tilted')
+def slide(gravity: float, track: list[tuple[int, Pose, Pose]]) -> Slide:
+    """Return how a brick slides, by its poses and those of the platform, each with its stamp."""
+    steepest = max((platform for _, _, platform in track), key=inclination)
+    downhill = -steepest.axes[2, :2] / (hypot(*steepest.axes[2, :2]) or 1.0)
+    seen = numpy.array([platform.locate(brick.position)[:2] @ downhill
+                        for _, brick, platform in track])
+    times = numpy.array([(stamp - track[0][0]) * NANO for stamp, _, _ in track])
+    steps = numpy.diff(times, prepend=times[0])
+    angles = [inclination(platform) for _, _, platform in track]
+    found = []
+    for lag in LAGS:
+        pulls = gravity * numpy.sin(numpy.interp(times - lag * NANO, times, angles))
+        due = numpy.cumsum(numpy.cumsum(pulls * steps) * steps) + seen[0]
+        found.append(Slide(float(numpy.max(numpy.abs(due - seen))), times, seen, due))
+    return min(found, key=lambda slide: slide.off)
 
 
 @rule('slide: law', 'it should slide off the platform (friction-less, but in gravity)',
-      f'g sin(angle) down the slope, within {SLIDE} m',
-      rests_on=['fall: acceleration', 'brick: rides'])
+      ['fall: acceleration', 'brick: rides'])
 def slides_are_frictionless(record: Record) -> Finding:
-    """Check that the way down the slope is that of g sin(angle), twice integrated."""
-    found = slides(record)
-    off = worst(slide.off for slide in found)
-    times = found[0].times.tolist()
+    """Expect g sin(angle) down the slope, within {SLIDE} m."""
+    gravity, found = number(record, 'gravity_accel'), []
+    for drop in catches(record):
+        if drop.tilted is not None:
+            # A brick that sticks has to slide as well.
+            end = drop.floated or min(drop.end, drop.tilted + NANOSECONDS)
+            found.append(slide(gravity, [
+                (stamp, brick, platform)
+                for stamp, brick in record.brick_track(drop.tilted - 2 * BEFORE, end)
+                if (platform := record.platform(stamp)) is not None]))
+    _, times, seen, due = some(found, 'no brick was tilted')[0]
+    off = worst(one.off for one in found)
     return Finding(off <= SLIDE, f'{len(found)} slides, at most {off:.4f} m off', Plot(
         'Slide', 'time (s)', 'way down the slope (m)',
-        [Series('the brick', times, found[0].seen.tolist())],
-        Series('g sin(angle), integrated', times, found[0].due.tolist())))
+        [Series('the brick', times.tolist(), seen.tolist())],
+        Series('g sin(angle), integrated', times.tolist(), due.tolist())))
 
 
-@rule('slide: end', 'When the trailing-edge brick clears the platform, it magically floats in '
-      'place', 'when its trailing edge has cleared, not before', rests_on=['slide: law'])
+@rule('slide: end', 'When the trailing-edge brick clears the platform, it magically floats',
+      ['slide: law'])
 def slides_end_at_the_rim(record: Record) -> Finding:
-    """Check that the slide ends when the brick has cleared the platform."""
-    radius, words, kept = number(record, 'platform_radius'), [], True
+    """Expect the end when its trailing edge has cleared, not before."""
+    radius, clear = number(record, 'platform_radius'), []
     scale = brick_markers(record)[-1].marker.scale
     for drop in catches(record):
         if drop.floated is None:
@@ -487,24 +398,18 @@ def slides_end_at_the_rim(record: Record) -> Finding:
         brick, platform = record.brick(drop.floated), record.platform(drop.floated)
         if brick is None or platform is None:
             raise Broken('where the platform was at the end of a slide is not known')
-        place = platform.locate(brick.position)[:2]
         ahead = brick.axes[:, 0] @ platform.axes
-        yaw = atan2(ahead[1], ahead[0])
-        clear = distance_to_rectangle(place, yaw, (scale.x, scale.y)) - radius
-        # Read along the slope alone, the trailing edge clears later than the whole brick does.
-        half = abs(scale.x / 2.0 * cos(yaw)) + abs(scale.y / 2.0 * sin(yaw))
-        slope = hypot(*place) - min(half, scale.x / 2.0) - radius
-        kept = kept and clear >= -EARLY and min(clear, slope) <= OVERDUE
-        words.append(f'{clear:+.3f}')
-    some(words, 'no brick has slid off')
-    return Finding(kept, f'{", ".join(words)} m between platform and brick')
+        clear.append(distance_to_rectangle(
+            platform.locate(brick.position)[:2], atan2(ahead[1], ahead[0]), (scale.x, scale.y))
+            - radius)
+    some(clear, 'no brick has slid off')
+    return Finding(min(clear) >= -EARLY and worst(clear) <= OVERDUE,
+                   ', '.join(f'{one:+.3f}' for one in clear) + ' m between platform and brick')
 
 
-@rule('brick: floats', 'it magically floats in place', 'fixed in the world, wherever the robot '
-      'drives', rests_on=['slide: end'])
+@rule('brick: floats', 'it magically floats in place', ['slide: end'])
 def brick_floats(record: Record) -> Finding:
-    """Check that a brick that floats stays when platform and robot go."""
+    """Expect it fixed in the world, wherever the robot drives."""
     ways = [moved(brick.position for _, brick in record.brick_track(
         drop.floated, drop.end - BEFORE)) for drop in catches(record) if drop.floated is not None]
-    most = worst(some(ways, 'no brick floats'))
-    return Finding(most <= 5.0 * STILL, f'{len(ways)} bricks, moved by at most {most:.4f} m')
+    return within(5.0 * STILL, ways, 'no brick floats', 'moved by at most {:.4f} m, {} bricks')

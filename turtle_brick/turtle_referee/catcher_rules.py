@@ -11,26 +11,29 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-
 """The rules for the catcher: its verdict, the text, the way to the center. No ROS."""
 
-from math import dist, isnan, nan, sqrt
+from collections.abc import Callable
+from functools import partial
+from itertools import pairwise
+from math import dist, inf, isnan, sqrt
+from typing import Any
 
 from turtle_referee.arena_rules import ADD, catches, dropped, TEXT
 from turtle_referee.constants import AT_CENTER, CENTER, LIFETIME, NANO, SHOWN, UNREACHABLE
-from turtle_referee.drops import DropWatch
-from turtle_referee.record import MarkerHeard, Record
-from turtle_referee.rules import Broken, Finding, number, Open, Plot, Rules, Series, some
+from turtle_referee.drops import DropWatch, elapsed
+from turtle_referee.names import NUMBERS
+from turtle_referee.record import MarkerHeard, nanoseconds_of, Record
+from turtle_referee.rules import all_but, Broken, Finding, Plot, Rules, Series, some, within
 
 RULES = Rules()
 rule = RULES.rule
 
-DELETE, DELETEALL = 2, 3
-"""The actions of a marker that remove it, and all."""
+REMOVES = (2, 3)  # the actions of a marker that remove it, and all
 
 
 def completed(record: Record) -> list[DropWatch]:
-    """Return the bricks that were let go and have come down; Open or Broken if none has."""
+    """Return the bricks that were let go and have come down; Open if none has."""
     return some([drop for drop in dropped(record) if drop.down is not None],
                 'no brick has come down')
 
@@ -40,159 +43,115 @@ def name_of(drop: DropWatch) -> str:
     return '({:.2f}, {:.2f}, {:.2f})'.format(*drop.place)
 
 
-def all_but(faults: list[str], drops: list[DropWatch], plot: Plot | None = None) -> Finding:
-    """Find that all of some bricks did what they should, but those with a fault."""
-    return Finding(not faults, f'{len(drops) - len(faults)} of {len(drops)}'
-                   + ': ' * bool(faults) + '; '.join(faults[:3]), plot)
-
-
-@rule('verdict: in time', 'When the node detects that the brick is falling it first computes '
-      'whether it can reach the brick on-time', 'before the brick is down',
-      rests_on=['fall: acceleration'])
+@rule('verdict: in time', 'it first computes … whether it can reach the brick on-time',
+      ['fall: acceleration'])
 def verdicts_come_in_time(record: Record) -> Finding:
-    """Check that goal or text come while the brick still falls."""
-    left, late = [], []
-    for drop in completed(record):
-        assert drop.down is not None
-        if drop.decided is None:
-            # Who has the brick come down on a platform below it need not say anything.
-            if not drop.caught:
-                late.append(f'no verdict on {name_of(drop)}')
-            continue
-        left.append((drop.down - drop.decided) * NANO)
-        if left[-1] <= 0.0:
-            late.append(f'{-left[-1]:.3f} s late on {name_of(drop)}')
-    return Finding(not late, '; '.join(late[:3]) or (
-        f'{len(left)} verdicts, at least {min(left):.3f} s before' if left else 'none needed'))
-
-
-def times(record: Record, drop: DropWatch) -> tuple[float, float]:
-    """Return the time (s) that the way takes at the greatest speed, and that of the fall."""
-    radius, speed = number(record, 'platform_radius'), number(record, 'max_velocity')
-    way = max(drop.distance - radius, 0.0) / speed
-    depth = drop.place[2] - number(record, 'platform_height')
-    return way, sqrt(max(2.0 * depth / number(record, 'gravity_accel'), 0.0))
+    """Expect goal or text before the brick is down."""
+    # Who has the brick come down on a platform below it need not say anything.
+    drops = some([drop for drop in completed(record) if drop.decided is not None
+                  or not drop.caught], 'no verdict was needed')
+    left = [elapsed(drop.decided, drop.down) for drop in drops]
+    return all_but([
+        f'{"no verdict" if isnan(time) else f"{-time:.3f} s late"} on {name_of(drop)}'
+        for drop, time in zip(drops, left) if not time > 0.0], len(drops), 'in time')
 
 
 def reach_plot(record: Record) -> Plot:
     """Return what was caught and what was not, over the way and the time for it."""
-    series = []
+    numbers, series = {**NUMBERS, **record.profile.numbers}, []
     for words, is_caught in (('caught', True), ('not caught', False)):
-        points = [times(record, drop) for drop in completed(record) if drop.caught is is_caught]
-        points = [point for point in points if not isnan(point[0])]
-        series.append(Series(words, [x for x, _ in points], [y for _, y in points]))
+        drops = [drop for drop in completed(record)
+                 if drop.caught is is_caught and not isnan(drop.distance)]
+        series.append(Series(
+            words, [max(drop.distance - numbers['platform_radius'], 0.0) / numbers['max_velocity']
+                    for drop in drops],
+            [sqrt(max(2.0 * (drop.place[2] - numbers['platform_height']), 0.0)
+                  / numbers['gravity_accel']) for drop in drops]))
     longest = max((value for one in series for value in (*one.x, *one.y)), default=1.0)
     return Plot('Reach', 'time for the way at max_velocity (s)', 'time of the fall (s)', series,
                 Series('physically possible above', [0.0, longest], [0.0, longest]))
 
 
-@rule('verdict: out of reach', 'If the brick cannot be caught on time, the node publishes a Text '
-      'marker', '"Unreachable" for each brick that nobody could catch',
-      rests_on=['verdict: in time'])
-def hopeless_bricks_are_refused(record: Record) -> Finding:
-    """Check that what a robot at max_velocity could not reach is called Unreachable."""
-    hopeless = some([drop for drop in completed(record) if drop.should is False],
-                    'no brick was dropped out of reach')
-    return all_but([f'{name_of(drop)} not' for drop in hopeless if not drop.refusals], hopeless,
-                   reach_plot(record))
-
-
-@rule('verdict: in reach', 'If the brick can be caught on time, the robot drives under the brick',
-      'each brick within reach is caught', rests_on=['verdict: in time', 'drive: goal'])
-def bricks_in_reach_are_caught(record: Record) -> Finding:
-    """Check that what can be caught with some time to react is caught."""
-    easy = some([drop for drop in completed(record) if drop.should],
-                'no brick was dropped within reach')
-    return all_but([f'{name_of(drop)} {"refused" if drop.refusals else "missed"}'
-                    for drop in easy if not drop.caught or drop.refusals], easy)
-
-
-@rule('verdict: kept', 'If the brick cannot be caught on time … If the brick can be caught on '
-      'time …', 'Unreachable is not caught, and all else is',
-      rests_on=['verdict: out of reach', 'verdict: in reach'])
+@rule('verdict: kept', 'If the brick cannot be caught … If the brick can be caught …',
+      ['verdict: out of reach', 'verdict: in reach'])
 def verdicts_come_true(record: Record) -> Finding:
-    """Check that what was said is what happens, for every brick."""
+    """Expect what is called Unreachable not to be caught, and all else."""
     drops = completed(record)
     return all_but([
         f'{name_of(drop)} {"refused, but caught" if drop.caught else "missed silently"}'
-        for drop in drops if bool(drop.refusals) is drop.caught], drops)
+        for drop in drops if bool(drop.refusals) is drop.caught], len(drops),
+        plot=reach_plot(record))
 
 
 def texts(record: Record) -> list[MarkerHeard]:
     """Return the markers that say it; Broken or Open if there are none."""
     found = [heard for heard in record.markers if UNREACHABLE.lower() in heard.marker.text.lower()]
-    if not found:
-        if any(drop.should is False for drop in completed(record)):
-            raise Broken('nobody said Unreachable')
-        raise Open('no brick was out of reach')
-    return found
+    if not found and any(drop.should is False for drop in completed(record)):
+        raise Broken('nobody said Unreachable')
+    return some(found, 'no brick was out of reach')
 
 
 @rule('text: kind', 'the node publishes a Text marker … that says "Unreachable"',
-      'TEXT_VIEW_FACING, "Unreachable"', rests_on=['verdict: out of reach'])
+      ['verdict: out of reach'])
 def text_is_a_text(record: Record) -> Finding:
-    """Check that the marker is a text that faces the viewer, and says the word."""
-    said = {heard.marker.text for heard in texts(record)}
-    kinds = {heard.marker.type for heard in texts(record)}
-    return Finding(said == {UNREACHABLE} and kinds == {TEXT},
-                   f'{", ".join(map(repr, sorted(said)))}, type {sorted(kinds)}')
+    """Expect TEXT_VIEW_FACING, and "Unreachable"."""
+    said = {(heard.marker.text, heard.marker.type) for heard in texts(record)}
+    return Finding(said == {(UNREACHABLE, TEXT)}, ', '.join(
+        f'{text!r} of type {kind}' for text, kind in sorted(said)))
 
 
 def seconds_shown(record: Record, shown: list[MarkerHeard]) -> float:
     """Return how long (s) a text was to be seen that was said, and perhaps repeated or removed."""
     first, last = shown[0], shown[-1]
-    lifetime = last.marker.lifetime.sec + last.marker.lifetime.nanosec * NANO
-    ends = [last.published * NANO + (lifetime or float('inf'))]
-    for heard in record.markers:
-        same = (heard.marker.ns, heard.marker.id) == (last.marker.ns, last.marker.id)
-        removes = heard.marker.action == DELETEALL or heard.marker.action == DELETE and same
-        if removes and heard.topic == last.topic and heard.published > first.published:
-            ends.append(heard.published * NANO)
-    return min(ends) - first.published * NANO
+    removed = [heard.published for heard in record.markers if heard.topic == last.topic
+               and heard.marker.action in REMOVES and heard.published > first.published]
+    end = last.published + (nanoseconds_of(last.marker.lifetime) or inf)
+    return (min([end, *removed]) - first.published) * NANO
 
 
-@rule('text: time', 'a Text marker that lasts for 3 seconds',
-      f'{LIFETIME:g} s ± {SHOWN} s for each fall, once', rests_on=['text: kind'])
+@rule('text: time', 'a Text marker that lasts for 3 seconds', ['text: kind'])
 def text_lasts(record: Record) -> Finding:
-    """Check that the text is to be seen for three seconds, and not again."""
-    times = []
-    for drop in completed(record):
-        end = min((one.begin for one in record.drops if one.begin > drop.begin), default=1 << 62)
-        shown = [heard for heard in texts(record)
-                 if drop.begin <= heard.published < end and heard.marker.action == ADD]
-        if shown:
-            times.append(seconds_shown(record, shown))
-    kept = bool(times) and all(abs(time - LIFETIME) <= SHOWN for time in times)
-    return Finding(kept, ', '.join(f'{time:.2f}' for time in times) + ' s')
+    """Expect {LIFETIME:g} s ± {SHOWN} s for each fall, once."""
+    begins = [*(drop.begin for drop in record.drops), inf]
+    falls = [[heard for heard in texts(record)
+              if begin <= heard.published < end and heard.marker.action == ADD]
+             for begin, end in pairwise(begins)]
+    times = [seconds_shown(record, shown) for shown in falls if shown]
+    return Finding(bool(times) and all(abs(time - LIFETIME) <= SHOWN for time in times),
+                   ', '.join(f'{time:.2f}' for time in times) + ' s')
 
 
-@rule('carry', 'When the brick is caught, the robot drives back to the arena center and tilts the '
-      'brick off', f'tilted within {AT_CENTER} m of the center',
-      rests_on=['drive: goal', 'brick: rides'])
+@rule('carry', 'the robot drives back to the arena center and tilts the brick off',
+      ['drive: goal', 'brick: rides'])
 def bricks_are_carried_to_the_center(record: Record) -> Finding:
-    """Check that the platform is tilted at the center, and not on the way."""
+    """Expect a tilt within {AT_CENTER} m of the center."""
     off = []
     for drop in catches(record):
         if drop.carried_to is None:
             raise Broken(f'{name_of(drop)} was never tilted')
         off.append(dist(drop.carried_to, CENTER))
-    return Finding(max(off, default=nan) <= AT_CENTER,
-                   f'{len(off)} times, at most {max(off):.3f} m away')
+    return within(AT_CENTER, off, '')
 
 
-@rule('tip off', 'the robot drives back to the arena center and tilts the brick off',
-      'each caught brick leaves the platform', rests_on=['carry', 'slide: law', 'tilt'])
-def bricks_are_tipped_off(record: Record) -> Finding:
-    """Check that the tilt is large and long enough for each brick to leave."""
-    return all_but([f'{name_of(drop)} not' for drop in catches(record) if drop.floated is None],
-                   catches(record))
+def judge_drops(which: Callable[[DropWatch], Any], fault: Callable[[DropWatch], str],
+                record: Record) -> Finding:
+    """Judge some of the bricks, by what is wrong with each."""
+    drops = some([drop for drop in completed(record) if which(drop)], 'there was no such brick')
+    return all_but([f'{name_of(drop)} {fault(drop)}' for drop in drops if fault(drop)], len(drops))
 
 
-@rule('again', 'the turtle to catch a falling brick', 'level again after each brick, ready for '
-      'the next', rests_on=['tip off'])
-def robot_is_ready_again(record: Record) -> Finding:
-    """Check that after each brick the platform is leveled, and the next one can come."""
-    tipped = some([drop for drop in catches(record) if drop.floated is not None],
-                  'no brick was tipped off')
-    return all_but([f'still tilted after {name_of(drop)}' for drop in tipped
-                    if drop.leveled is None], tipped)
+for name, words, law, rests_on, which, fault in (
+        ('verdict: out of reach', 'cannot be caught on time, the node publishes a Text marker',
+         '"Unreachable" for each brick that nobody could catch', ['verdict: in time'],
+         lambda drop: drop.should is False, lambda drop: '' if drop.refusals else 'not'),
+        ('verdict: in reach', 'can be caught on time, the robot drives under the brick',
+         'each brick within reach is caught', ['verdict: in time', 'drive: goal'],
+         lambda drop: drop.should,
+         lambda drop: 'refused' if drop.refusals else '' if drop.caught else 'missed'),
+        ('tip off', 'the robot drives back to the arena center and tilts the brick off',
+         'each caught brick leaves the platform', ['carry', 'slide: law', 'tilt'],
+         lambda drop: drop.caught, lambda drop: '' if drop.floated else 'not'),
+        ('again', 'the turtle to catch a falling brick',
+         'level again after each brick, ready for the next', ['tip off'],
+         lambda drop: drop.floated, lambda drop: '' if drop.leveled else 'still tilted')):
+    rule(name, words, rests_on, law)(partial(judge_drops, which, fault))

@@ -25,34 +25,17 @@ from math import dist, nan
 import numpy
 from turtle_referee.constants import NANO, STILL, UNREACHABLE
 from turtle_referee.geometry import Array, inclination, Pose, Vector
+from turtle_referee.names import NUMBERS
 from turtle_referee.record import Ask, plateau, Record
 
-MOVED = 1e-5
-"""How far (m) below its place a brick falls."""
-
-STAY = 40_000_000
-"""Time (ns) after which a brick that does not go down any more has come down."""
-
-FLOATS = 150_000_000
-"""Time (ns) after which a brick that has slid and does not move any more floats."""
-
-SLID = 0.02
-"""How far (m) a brick slides at least before it may float."""
-
-TILTED = 0.05
-"""The inclination (rad) of a platform from which it is tilted."""
-
-LEVEL = 0.02
-"""The inclination (rad) of a platform up to which it is level."""
-
-BESIDE = 0.15
-"""How far (m) outside its radius a brick may be that is on the platform."""
-
-HEIGHT = slice(2, 3)
-"""Of a place, the part that tells how high it is."""
-
-HISTORY = 400
-"""The most positions of the brick that are looked back at."""
+MOVED = 1e-5  # how far (m) below its place a brick falls
+STAY = 40_000_000  # time (ns) after which a brick that goes down no more has come down
+FLOATS = 150_000_000  # time (ns) after which a brick that has slid and moves no more floats
+SLID = 0.02  # how far (m) a brick slides at least before it may float
+TILTED, LEVEL = 0.05, 0.02  # the inclination (rad) from which a platform is, and up to which
+BESIDE = 0.15  # how far (m) outside its radius a brick may be that is on the platform
+HEIGHT = slice(2, 3)  # of a place, the part that tells how high it is
+HISTORY = 400  # the most positions of the brick that are looked back at
 
 
 def elapsed(begin: int | None, end: int | None) -> float:
@@ -68,16 +51,14 @@ class DropWatch:
         self._record = record
         self._track: deque[tuple[int, Array]] = deque(maxlen=HISTORY)
         self._markers = len(record.markers)
-        self._goals = len(record.topics['goal_pose'])
         self._place_on_platform: Array | None = None
         self._looked_at = begin
         self.begin = begin
         self.end = begin
         self.place = place
-        self.robot = platform.position[:2] if platform is not None else None
-        """Where the robot was before the drop."""
+        self.distance = nan if platform is None else dist(place[:2], platform.position[:2])
+        """From the robot to the brick before the drop, seen from above."""
         self.asked: int | None = None
-        """When the drop was asked for."""
         self.released: int | None = None
         self.down: int | None = None
         self.landed: Array | None = None
@@ -86,19 +67,10 @@ class DropWatch:
         self.carried_to: Array | None = None
         self.floated: int | None = None
         self.leveled: int | None = None
-        self.refusals: list[int] = []
-        """When a marker said "Unreachable"."""
-        self.goal: int | None = None
-        """When a goal was published first after the release."""
-        self.ask: Ask | None = None
-        """How the service drop answered."""
-        self.should: bool | None = None
-        """Whether it can be caught; None where both may be right."""
-
-    @property
-    def distance(self) -> float:
-        """Return the distance from robot to brick before the drop, seen from above."""
-        return nan if self.robot is None else dist(self.place[:2], self.robot)
+        self.refusals: list[int] = []  # when a marker said "Unreachable"
+        self.goal: int | None = None  # when a goal was published first after the release
+        self.ask: Ask | None = None  # how the service drop answered
+        self.should: bool | None = None  # whether it can be caught; None where both may be right
 
     @property
     def fall_time(self) -> float:
@@ -113,8 +85,7 @@ class DropWatch:
     @property
     def decided(self) -> int | None:
         """Return when it was known to everybody whether the brick can be caught, if it was."""
-        known = [instant for instant in (self.goal, *self.refusals) if instant is not None]
-        return min(known, default=None)
+        return min(filter(None, (self.goal, *self.refusals)), default=None)
 
     def look(self) -> None:
         """Take note of what has been heard since the last time."""
@@ -132,10 +103,9 @@ class DropWatch:
             if UNREACHABLE.lower() in heard.marker.text.lower() and heard.marker.action == 0:
                 self.refusals.append(heard.published)
         self._markers = len(markers)
-        goals = self._record.topics['goal_pose']
         if self.asked is not None and self.goal is None and self.down is None:
-            self.goal = next((heard.published for heard in goals[self._goals:]
-                              if heard.published >= self.asked), None)
+            self.goal = next((heard.published for heard in self._record.heard(
+                'goal_pose', self.asked)), None)
 
     def _follow(self, stamp: int, pose: Pose) -> None:
         """Take note of a position of the brick."""
@@ -147,7 +117,7 @@ class DropWatch:
         elif self.down is None:
             self.down = plateau(track, STILL / 10.0, STAY, HEIGHT)
             if self.down is not None:
-                self._land(stamp, pose)
+                self._land(pose)
         elif self.caught and self.floated is None:
             self._ride(stamp)
         elif self.floated is not None and self.leveled is None:
@@ -155,22 +125,18 @@ class DropWatch:
             if platform is not None and inclination(platform) < LEVEL:
                 self.leveled = stamp
 
-    def _land(self, stamp: int, pose: Pose) -> None:
-        """Take note of where the brick has come down, seen at an instant (ns) shortly after."""
+    def _land(self, pose: Pose) -> None:
+        """Take note of where the brick has come down, by where it is shortly after."""
         assert self.down is not None
         record = self._record
-        numbers = record.profile.numbers
-        platform, brick = record.platform(self.down), record.brick(self.down)
-        self.landed = (brick or pose).position
+        numbers = {**NUMBERS, **record.profile.numbers}
+        self.landed = (record.brick(self.down) or pose).position
+        self.caught = bool(self.landed[2] > numbers['platform_height'] / 2.0)
+        platform = record.platform(self.down)
         # Where the machine stood still, nobody knows where the platform was meanwhile.
-        if platform is None or brick is None:
-            platform, brick = record.platform(stamp), pose
-        if platform is None:
-            self.caught = bool(self.landed[2] > numbers.get('platform_height', 1.0) / 2.0)
-        else:
-            beside = dist(brick.position[:2], platform.position[:2])
-            self.caught = bool(beside <= numbers.get('platform_radius', 0.5) + BESIDE
-                               and self.landed[2] > platform.position[2] / 2.0)
+        if platform is not None:
+            self.caught &= bool(dist(self.landed[:2], platform.position[:2])
+                                <= numbers['platform_radius'] + BESIDE)
 
     def _ride(self, stamp: int) -> None:
         """Take note of what has become of a brick on the platform by an instant (ns)."""

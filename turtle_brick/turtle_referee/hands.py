@@ -26,25 +26,16 @@ from typing import Any
 from turtle_referee.constants import ARENA_SIZE, NANOSECONDS
 from turtle_referee.drops import DropWatch
 from turtle_referee.geometry import Vector
-from turtle_referee.names import FRAMES, NUMBERS
-from turtle_referee.observer import Observer
+from turtle_referee.names import NUMBERS
+from turtle_referee.observer import fill, Observer
 from turtle_referee.record import Ask, Drive, plateau
 from turtle_referee.spinning import Spins
 
-PATIENCE = 3.0
-"""How long (s) something may take that should be done at once."""
-
-LONGEST = 60.0
-"""How long (s) anything is waited for, whatever numbers say how long it takes."""
-
-REST = 0.3
-"""How long (s) a robot stands still that is at rest."""
-
-HOVERING = 0.5
-"""How long (s) a brick hovers before it is dropped."""
-
-AFTER = 0.6
-"""How long (s) a brick is watched that has come down beside the platform."""
+PATIENCE = 3.0  # how long (s) something may take that should be done at once
+LONGEST = 60.0  # how long (s) anything is waited for, whatever numbers say how long it takes
+REST = 0.3  # how long (s) a robot stands still that is at rest
+HOVERING = 0.5  # how long (s) a brick hovers before it is dropped
+AFTER = 0.6  # how long (s) a brick is watched that has come down beside the platform
 
 
 class Hands:
@@ -74,9 +65,10 @@ class Hands:
         record = self.record
         topics = ('pose', 'cmd_vel', 'odom', 'joint_states', 'robot_description')
         return bool(all(record.topics[name] for name in topics) and record.markers
-                    and all(record.frame(name) for name in FRAMES if name != 'world')
+                    and {'odom', 'base_link', 'platform', 'brick'} <= set(record.frames)
                     and self.has('place') and self.has('drop') and self.observer.hears_goals()
-                    and self.observer.has_catcher())
+                    and self.observer.resolve_topic_name(
+                        record.profile.topics['goal_pose']) in record.speakers)
 
     def has(self, service: str) -> bool:
         """Tell whether a service is there."""
@@ -89,11 +81,8 @@ class Hands:
 
     def robot(self) -> tuple[float, float] | None:
         """Return where the robot is in the world (m), None where nobody says."""
-        if self.record.topics['pose']:
-            pose = self.record.topics['pose'][-1].message
-            return pose.x, pose.y
-        base = self.record.pose(self.record.profile.frames['base_link'], time_ns())
-        return (base.position[0], base.position[1]) if base else None
+        said = self.record.topics['pose'][-1:]
+        return (said[0].message.x, said[0].message.y) if said else None
 
     def distance_to(self, place: tuple[float, float]) -> float:
         """Return how far the robot is from a point of the world (m); NaN if that is unknown."""
@@ -116,8 +105,6 @@ class Hands:
         start = self.robot()
         assert start is not None
         begin, way = time_ns(), self.distance_to(goal)
-        if not way < 2.0 * ARENA_SIZE:
-            way = 0.0  # A robot that is not in the arena is not waited for.
         self.observer.send_goal(*goal)
         # It has to set off first: what rests in the beginning has not arrived.
         if way < 0.02 or self.until(lambda: self.distance_to(start) > 0.01, self.patience):
@@ -133,8 +120,11 @@ class Hands:
         begin = time_ns()
         try:
             self.until(lambda: self.has(service), self.patience)
-            answers = self.observer.listener.ask(
-                self.observer.client(service), self.observer.request(service, place))
+            client = self.observer.client(service)
+            request = client.srv_type.Request()
+            if place is not None and not fill(request, place):
+                raise LookupError(f'the request of {service} has no fields x, y and z')
+            answers = self.observer.listener.ask(client, request)
         except LookupError as error:
             return Ask(begin, time_ns(), place, False, False, str(error))
         if not self.until(lambda: answers, self.patience):
@@ -155,13 +145,10 @@ class Hands:
     def drop(self, place: Vector,
              told: Callable[[DropWatch], None] = lambda watch: None) -> DropWatch:
         """
-        Drop the brick and wait until all is over.
+        Drop the brick that hovers at a place (m) and wait until all is over.
 
         That is when a brick that was caught has been tipped off and the platform is level, or
-        shortly after it has come down elsewhere.
-
-        :param place: where it hovers (m)
-        :param told: called whenever something has been heard
+        shortly after it has come down elsewhere. Whenever something is heard, it is told.
         """
         now = time_ns()
         # On a busy machine, where the robot is may not have been heard of yet.

@@ -19,13 +19,11 @@ The defaults are the assignment's own names. A profile in YAML says what differs
 
     topics: {cmd_vel: robot/cmd_vel, tilt: platform_tilt}
     services: {place: put}
-    frames: {platform: tray}
     numbers: {platform_radius: 0.4}
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +31,6 @@ import yaml
 
 TOPICS = ('cmd_vel', 'odom', 'joint_states', 'goal_pose', 'tilt', 'pose', 'robot_description')
 SERVICES = ('place', 'drop')
-FRAMES = ('world', 'odom', 'base_link', 'platform', 'brick')
 
 NUMBERS = {'platform_height': 1.0, 'platform_radius': 0.5, 'wheel_radius': 0.2,
            'max_velocity': 1.0, 'gravity_accel': 9.81}
@@ -51,11 +48,8 @@ class Profile:
     topics: dict[str, str] = field(default_factory=lambda: {
         **{name: name for name in TOPICS}, 'cmd_vel': 'turtle1/cmd_vel', 'pose': 'turtle1/pose'})
     services: dict[str, str] = field(default_factory=lambda: {name: name for name in SERVICES})
-    frames: dict[str, str] = field(default_factory=lambda: {name: name for name in FRAMES})
     numbers: dict[str, float] = field(default_factory=dict)
     """Those that are known; what is not given is asked of the nodes."""
-    guessed: set[str] = field(default_factory=set)
-    """Numbers that only the URDF tells."""
 
     @classmethod
     def from_parameters(cls, parameters: Any) -> 'Profile':
@@ -63,33 +57,19 @@ class Profile:
         return cls(numbers={name: getattr(parameters, name) for name in NUMBERS})
 
     def load(self, path: Path) -> None:
-        """
-        Take over what differs.
-
-        :param path: of the profile
-        :raises ProfileError: it can't be read, or an entry means nothing or has no such value
-        """
-        known: dict[str, Iterable[str]] = {
-            'topics': TOPICS, 'services': SERVICES, 'frames': FRAMES, 'numbers': NUMBERS}
+        """Take over what differs; ProfileError where it can't be read, or means nothing."""
+        known: dict[str, tuple[Iterable[str], tuple[type, ...]]] = {
+            'topics': (TOPICS, (str,)), 'services': (SERVICES, (str,)),
+            'numbers': (NUMBERS, (int, float))}
         try:
             sections = yaml.safe_load(path.read_text(encoding='utf-8')) or {}
             entries = [(section, name, value) for section, part in sections.items()
                        for name, value in part.items()]
-        except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        except (OSError, UnicodeDecodeError, yaml.YAMLError, AttributeError) as error:
             raise ProfileError(f'{path}: {" ".join(str(error).split())}') from None
-        except AttributeError:
-            raise ProfileError(f'{path}: no sections of names and values') from None
         for section, name, value in entries:
-            if name not in known.get(section, ()):
-                raise ProfileError(f'{path}: {section}.{name} is unknown, there are: '
-                                   + ', '.join(known.get(section, known)))
-            if section == 'numbers':
-                wanted = 'number above 0'
-                good = type(value) in (int, float) and 0 < value < inf
-            else:
-                wanted = 'name'
-                good = isinstance(value, str) and value != ''
-            if not good:
-                raise ProfileError(
-                    f'{path}: {section}.{name} is {value!r:.60}, but must be a {wanted}')
+            names, types = known.get(section, (known, ()))
+            if name not in names or type(value) not in types or not value:
+                raise ProfileError(f'{path}: {section}.{name}: {value!r:.60} means nothing; '
+                                   f'there are: {", ".join(names)}')
             getattr(self, section)[name] = value

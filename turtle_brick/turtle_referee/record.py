@@ -21,35 +21,20 @@ Instants are integer nanoseconds of the system's clock, lengths in m, angles in 
 from bisect import bisect_left, insort
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
-from itertools import pairwise
-from math import dist, isfinite
+from math import dist
 from operator import attrgetter
-from statistics import median
 from typing import Any, NamedTuple
 
 from turtle_referee.constants import NANOSECONDS
 from turtle_referee.geometry import Array, blend, Pose, pose
 from turtle_referee.names import Profile
 
-GAP = 120_000_000
-"""How far apart (ns) two transforms may be for the pose in between to be known."""
-
-AFTER = 50_000_000
-"""How long (ns) before its first and after its last transform a frame's pose is known."""
-
-LATE = 15_000_000
-"""How late (ns) what is regular may be: later, the machine stood still, or had no processor to
-spare. In this time a robot of 3 m/s drives the 5 cm that it may be off."""
-
-AFTERMATH = NANOSECONDS
-"""How long (ns) after a stall its consequences may be seen."""
-
-AHEAD = 5_000_000_000
-"""How far ahead (ns) of its publication a transform's stamp may be."""
-
-DEPTH = 30
-"""The most frames between a frame and the world."""
-
+GAP = 120_000_000  # how far apart (ns) two transforms may be for the pose in between to be known
+AFTER = 50_000_000  # how long (ns) before its first and after its last one a pose is known
+LATE = 15_000_000  # how late (ns) the referee may be: in it a robot of 3 m/s drives 5 cm
+AFTERMATH = NANOSECONDS  # how long (ns) after a stall its consequences may be seen
+AHEAD = 5_000_000_000  # how far ahead (ns) of its publication a transform's stamp may be
+DEPTH = 30  # the most frames between a frame and the world
 
 STOOD_STILL = 'the machine stood still'
 """Why something can't be judged that may be kept on a quieter machine."""
@@ -62,87 +47,20 @@ class Heard(NamedTuple):
     message: Any
 
 
-class Sample(NamedTuple):
-    """A transform."""
-
-    stamp: int
-    parent: str
-    pose: Pose
-
-
-stamp_of_sample = attrgetter('stamp')
-
-
-def during(items: list[Any], begin: int, end: int | None, when: Callable[[Any], int]) -> list[Any]:
-    """Return the items of a span of time (ns), of a list in the order of when they were."""
-    last = len(items) if end is None else bisect_left(items, end, key=when)
-    return items[bisect_left(items, begin, key=when):last]
-
-
-class Frame:
-    """All that was broadcast of a frame."""
-
-    def __init__(self, static: bool) -> None:
-        """Begin with nothing, of a frame that is heard first on /tf_static or on /tf."""
-        self.static = static
-        self.both = False
-        """Whether it was heard on /tf and on /tf_static."""
-        self.samples: list[Sample] = []
-        """In the order of their stamps."""
-        self.published: list[tuple[int, Sample]] = []
-        """In the order of their arrival, each with when it was published."""
-        self.numbers: list[int] = []
-        """Of the messages, as their publishers count them, in the order of arrival."""
-
-    def add(self, published: int, number: int, sample: Sample) -> None:
-        """Take note of a transform."""
-        self.published.append((published, sample))
-        self.numbers.append(number)
-        insort(self.samples, sample, key=stamp_of_sample)
-
-    @property
-    def parents(self) -> set[str]:
-        """Return the frames in which it was broadcast."""
-        return {sample.parent for sample in self.samples}
-
-    @property
-    def restarts(self) -> int:
-        """Return how often a publisher's count went back: for one publisher never."""
-        return sum(later < earlier for earlier, later in zip(self.numbers, self.numbers[1:]))
-
-    def heard(self, begin: int, end: int | None = None) -> list[tuple[int, Sample]]:
-        """Return what was published in a span of time (ns), each with when it was."""
-        return during(self.published, begin, end, lambda one: one[0])
-
-    def between(self, begin: int, end: int) -> list[Sample]:
-        """Return the transforms with stamps in a span of time (ns)."""
-        return during(self.samples, begin, end, stamp_of_sample)
-
-    def at(self, stamp: int) -> Sample | None:
-        """Return the transform at an instant (ns), interpolated; None where it is not known."""
-        if self.static:
-            return self.published[0][1]  # whoever says otherwise later
-        place = bisect_left(self.samples, stamp, key=stamp_of_sample)
-        before = self.samples[max(place - 1, 0)]
-        after = self.samples[min(place, len(self.samples) - 1)]
-        if after.stamp == stamp:
-            return after
-        if not before.stamp <= stamp <= after.stamp:
-            return before if abs(stamp - before.stamp) <= AFTER else None
-        if after.stamp - before.stamp > GAP:
-            return None
-        if before.parent != after.parent:
-            return before
-        part = (stamp - before.stamp) / (after.stamp - before.stamp)
-        return Sample(stamp, before.parent, blend(before.pose, after.pose, part))
-
-
 class MarkerHeard(NamedTuple):
     """A marker, and how and when (ns) it came."""
 
     published: int
     topic: str
     marker: Any
+
+
+class Sample(NamedTuple):
+    """A transform."""
+
+    stamp: int
+    parent: str
+    pose: Pose
 
 
 class Drive(NamedTuple):
@@ -166,8 +84,7 @@ class Ask(NamedTuple):
     end: int
     what: Any
     answered: bool = True
-    accepted: bool = True
-    """False where the answer says so in a field named success."""
+    accepted: bool = True  # False where the answer says so in a field named success
     words: str = ''
 
     def check(self) -> None:
@@ -176,6 +93,57 @@ class Ask(NamedTuple):
             raise TimeoutError(self.words)
         if not self.accepted:
             raise ValueError(self.words)
+
+
+def during(items: list[Any], begin: int, end: int | None, when: Callable[[Any], int]) -> list[Any]:
+    """Return the items of a span of time (ns), of a list in the order of when they were."""
+    last = len(items) if end is None else bisect_left(items, end, key=when)
+    return items[bisect_left(items, begin, key=when):last]
+
+
+stamp_of_sample = attrgetter('stamp')
+
+
+class Frame:
+    """All that was broadcast of a frame."""
+
+    def __init__(self, static: bool) -> None:
+        """Begin with nothing, of a frame that is heard first on /tf_static or on /tf."""
+        self.static = static
+        self.both = False  # whether it was heard on /tf and on /tf_static
+        self.samples: list[Sample] = []  # in the order of their stamps
+        self.published: list[tuple[int, Sample]] = []  # as they came, with when it was published
+        self.numbers: list[int] = []  # of the messages, as their publishers count them
+
+    def add(self, published: int, number: int, sample: Sample) -> None:
+        """Take note of a transform."""
+        self.published.append((published, sample))
+        self.numbers.append(number)
+        insort(self.samples, sample, key=stamp_of_sample)
+
+    def heard(self, begin: int, end: int | None = None) -> list[tuple[int, Sample]]:
+        """Return what was published in a span of time (ns), each with when it was."""
+        return during(self.published, begin, end, lambda one: one[0])
+
+    def between(self, begin: int, end: int) -> list[Sample]:
+        """Return the transforms with stamps in a span of time (ns)."""
+        return during(self.samples, begin, end, stamp_of_sample)
+
+    def at(self, stamp: int) -> Sample | None:
+        """Return the transform at an instant (ns), interpolated; None where it is not known."""
+        if self.static:
+            return self.published[0][1]  # whoever says otherwise later
+        place = bisect_left(self.samples, stamp, key=stamp_of_sample)
+        before, after = self.samples[max(place - 1, 0)], self.samples[place:place + 1]
+        if not after or stamp < before.stamp:
+            return before if abs(stamp - before.stamp) <= AFTER else None
+        if after[0].stamp == stamp:
+            return after[0]
+        span = after[0].stamp - before.stamp
+        if span > GAP or before.parent != after[0].parent:
+            return before if span <= GAP else None
+        return Sample(stamp, before.parent, blend(
+            before.pose, after[0].pose, (stamp - before.stamp) / span))
 
 
 class Record:
@@ -187,31 +155,24 @@ class Record:
         self.topics: dict[str, list[Heard]] = {name: [] for name in profile.topics}
         self.frames: dict[str, Frame] = {}
         self.markers: list[MarkerHeard] = []
-        self.namespace = '/'
-        """Of the referee, and of the graph that it judges."""
-        self.speakers: dict[str, set[str]] = {}
-        """Topics of the graph, and the full names of the nodes that publish them."""
-        self.latched: dict[str, bool] = {}
-        """Marker topics, and whether who comes late hears the last message."""
-        self.idle: list[tuple[int, int]] = []
+        self.namespace = '/'  # of the referee, and of the graph that it judges
+        self.speakers: dict[str, set[str]] = {}  # the full names of a topic's nodes
+        self.latched: dict[str, bool] = {}  # whether who comes late hears a marker topic
+        self.idle: list[tuple[int, int]] = []  # when the robot rested
+        self.driving: list[tuple[int, int]] = []  # when it went from one goal to another
         self.drives: list[Drive] = []
         self.tilts: list[Ask] = []
         self.places: list[Ask] = []
         self.drops: list[Any] = []
         self.stalls: list[tuple[int, int]] = []
-        """From when to when (ns) the machine had no time for who listens."""
-        self.full: list[tuple[int, int]] = []
-        """From when to when (ns) it had hardly a processor to spare."""
-        self.notes: list[str] = []
-        """What went wrong in the referee's own program."""
+        """From when to when (ns) the machine was late to listen, or had no processor to spare."""
+        self.notes: list[str] = []  # what went wrong in the referee's own program
 
     def is_empty(self) -> bool:
-        """Tell whether nothing of the exercise was heard."""
-        return not (self.frames or self.markers or self.places or any(self.topics.values()))
+        """Tell whether nothing of the exercise was heard; all namespaces may share TF."""
+        return not (self.places or any(self.topics.values()))
 
-    def frame(self, name: str) -> Frame | None:
-        """Return what was broadcast of one of the assignment's frames, None if nothing was."""
-        return self.frames.get(self.profile.frames[name])
+    # ------------------------------------------------------------------------- what was heard
 
     def add_transform(self, published: int, number: int, transform: Any, static: bool) -> None:
         """Take note of a geometry_msgs/TransformStamped."""
@@ -219,8 +180,8 @@ class Record:
         stamp = nanoseconds_of(transform.header.stamp)
         if stamp - published > AHEAD:
             return  # Beside a moment to come, nobody could tell what is latest.
-        child = transform.child_frame_id.removeprefix('/')
-        frame = self.frames.setdefault(child, Frame(static))
+        frame = self.frames.setdefault(
+            transform.child_frame_id.removeprefix('/'), Frame(static))
         frame.both = frame.both or frame.static is not static
         frame.add(published, number, Sample(
             stamp, transform.header.frame_id.removeprefix('/'),
@@ -233,45 +194,37 @@ class Record:
             way.append(self.frames[way[-1]].samples[-1].parent)
         return way
 
-    def pose(self, frame: str, stamp: int) -> Pose | None:
+    def pose(self, frame: str, stamp: int, depth: int = DEPTH) -> Pose | None:
         """Return the pose of a frame in the world at an instant (ns), None if unknown."""
-        found = None
-        for _ in range(DEPTH):
-            if frame == self.profile.frames['world']:
-                return found or pose((0.0, 0.0, 0.0))
-            sample = self.frames[frame].at(stamp) if frame in self.frames else None
-            if sample is None:
-                return None
-            found = sample.pose if found is None else sample.pose.compose(found)
-            frame = sample.parent
-        return None
+        if frame == 'world':
+            return pose((0.0, 0.0, 0.0))
+        sample = self.frames[frame].at(stamp) if frame in self.frames and depth else None
+        parent = sample and self.pose(sample.parent, stamp, depth - 1)
+        return parent.compose(sample.pose) if sample and parent else None
 
     def platform(self, stamp: int) -> Pose | None:
         """Return the platform's pose in the world at an instant (ns), None if unknown."""
-        return self.pose(self.profile.frames['platform'], stamp)
+        return self.pose('platform', stamp)
 
     def brick(self, stamp: int) -> Pose | None:
         """Return the brick's pose in the world at an instant (ns), None if unknown."""
-        return self.pose(self.profile.frames['brick'], stamp)
+        return self.pose('brick', stamp)
 
     def on_platform(self, stamp: int) -> Array | None:
         """Return where the brick was in the platform's frame (m) at an instant (ns), if known."""
         brick, platform = self.brick(stamp), self.platform(stamp)
-        if brick is None or platform is None:
-            return None
-        return platform.locate(brick.position)
+        return platform.locate(brick.position) if brick and platform else None
 
     def brick_track(self, begin: int, end: int) -> Iterator[tuple[int, Pose]]:
         """Yield where the brick was in the world, at each of its own stamps (ns)."""
-        frame = self.frame('brick')
-        for sample in frame.between(begin, end) if frame else ():
+        for sample in self.frames['brick'].between(begin, end) if 'brick' in self.frames else ():
             brick = self.brick(sample.stamp)
             if brick is not None:
                 yield sample.stamp, brick
 
     def heard(self, topic: str, begin: int = 0, end: int | None = None) -> list[Heard]:
         """Return the messages of a topic that were published in a span of time (ns)."""
-        return during(self.topics[topic], begin, end, lambda one: one.published)
+        return during(self.topics[topic], begin, end, attrgetter('published'))
 
     def joint(self, name: str, begin: int, end: int,
               what: str = 'position') -> list[tuple[int, float]]:
@@ -280,49 +233,32 @@ class Record:
                 for joint, value in zip(heard.message.name, getattr(heard.message, what))
                 if joint == name]
 
+    # --------------------------------------------------------------- whether the machine had time
+
     def busy_spans(self) -> list[tuple[int, int]]:
         """Return the spans of time (ns) in which something was asked for."""
         return [*self.idle, *((one.begin, one.end)
                               for one in (*self.drives, *self.tilts, *self.drops))]
 
+    def is_calm(self, begin: int, end: int) -> bool:
+        """Tell whether the machine had time from one instant (ns) to another."""
+        return not any(first < end and begin < last + AFTERMATH for first, last in self.stalls)
+
     def held_up(self) -> str:
         """Say in how many of the spans the machine had no time for the graph; '' in none."""
-        spans, stalls = self.busy_spans(), self.all_stalls()
-        held = [span for span in spans if overlaps(span, stalls)]
-        return held and f'{STOOD_STILL} in {len(held)} of {len(spans)} trials' or ''
+        spans = self.busy_spans()
+        held = [span for span in spans if not self.is_calm(*span)]
+        return f'{STOOD_STILL} in {len(held)} of {len(spans)} trials' if held else ''
 
     def while_calm(self) -> 'Record':
         """Return a record of what was done while the machine had time."""
-        calm, stalls = copy(self), self.all_stalls()
-        calm.idle = [span for span in self.idle if not overlaps(span, stalls)]
+        calm = copy(self)
+        for name in ('idle', 'driving'):
+            setattr(calm, name, [span for span in getattr(self, name) if self.is_calm(*span)])
         for name in ('drives', 'tilts', 'places', 'drops'):
             setattr(calm, name, [one for one in getattr(self, name)
-                                 if not overlaps((one.begin, one.end), stalls)])
+                                 if self.is_calm(one.begin, one.end)])
         return calm
-
-    def all_stalls(self) -> list[tuple[int, int]]:
-        """
-        Return from when to when (ns) the machine had no time for who listens, or for who speaks.
-
-        What comes late after a stall belongs to it.
-        Who speaks later than it usually does may be to blame itself, but not while the machine had
-        no processor to spare.
-        """
-        found = list(self.stalls)
-        regular = [[heard.published for heard in self.topics['pose']]]
-        regular += [[published for published, _ in frame.published]
-                    for name in ('base_link', 'platform', 'brick') if (frame := self.frame(name))]
-        for instants in regular:
-            pauses = [(begin, end) for begin, end in pairwise(instants)]
-            usual = median(end - begin for begin, end in pauses) if pauses else 0
-            found += [pause for pause in pauses
-                      if pause[1] - pause[0] > usual + LATE and overlaps(pause, self.full)]
-        return [(begin, end + AFTERMATH) for begin, end in found]
-
-
-def overlaps(span: tuple[int, int], others: list[tuple[int, int]]) -> bool:
-    """Tell whether a span of time (ns) has a part in common with one of others."""
-    return any(begin < span[1] and span[0] < end for begin, end in others)
 
 
 def nanoseconds_of(stamp: Any) -> int:
@@ -339,13 +275,10 @@ def stamp_of(heard: Heard) -> int:
 
 def rate(times: Sequence[float]) -> float:
     """
-    Return the mean rate of what comes in even steps, from its first third to its last.
+    Return how often (Hz) comes what comes in even steps, from its first third to its last.
 
     On a busy machine each may be late, but none is early. In each of the two thirds the one counts
-    that is the least late.
-
-    :param times: instants (s), in order
-    :return: The rate (Hz), 0 for less than six.
+    that is the least late. Of less than six instants (s) it is 0.
     """
     count = len(times)
     if count < 6 or times[-1] <= times[0]:
@@ -363,21 +296,15 @@ def rate(times: Sequence[float]) -> float:
 def plateau(track: Sequence[tuple[int, Any]], tolerance: float, least: int,
             part: slice = slice(None)) -> int | None:
     """
-    Return since when something has not moved.
+    Return since when (ns) something has moved by no more than a tolerance (m), up to the end.
 
     :param track: instants (ns) and places (m)
-    :param tolerance: how far (m) it may move
-    :param least: how long (ns) it has to stay
+    :param least: how long (ns) it has to stay; None is returned where it does not
     :param part: the coordinates that count
-    :return: The first instant (ns) of the stay that lasts to the end, None if it is too short.
     """
-    if not track:
-        return None
-    end, last = track[-1]
-    since = end
+    since = None
     for stamp, place in reversed(track):
-        offset = dist(place[part], last[part])
-        if not (isfinite(offset) and offset <= tolerance):
+        if not dist(place[part], track[-1][1][part]) <= tolerance:
             break
         since = stamp
-    return since if end - since >= least else None
+    return None if since is None or track[-1][0] - since < least else since

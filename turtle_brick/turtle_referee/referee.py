@@ -26,7 +26,7 @@ The status is 0 if nothing is broken, 1 if something is, 2 if nothing was judged
 """
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from datetime import datetime
 from functools import partial
@@ -35,14 +35,11 @@ import os
 from pathlib import Path
 from platform import python_version
 import shlex
-import shutil
 import sys
 from time import monotonic
-from typing import Any
 
 from rclpy.utilities import get_rmw_implementation_identifier
 from turtle_referee import arena_rules, catcher_rules, robot_rules, telling
-from turtle_referee.constants import REACTION
 from turtle_referee.domains import keep_to_this_machine, reserved_domain
 from turtle_referee.names import Profile
 from turtle_referee.observer import Observer
@@ -54,12 +51,11 @@ from turtle_referee.trial import MEETING, Trial
 
 RULES = Rules((*robot_rules.RULES, *arena_rules.RULES, *catcher_rules.RULES))
 
-STARTING = 60.0
-"""How long (s) a graph may take to start."""
+STARTING = 60.0  # how long (s) a graph may take to start
 
 
 def watch(profile: Profile, options: argparse.Namespace, command: Sequence[str],
-          say: Any) -> Record:
+          say: Callable[[str], None]) -> Record:
     """Let a graph show what it can, which a command starts if there is one; return the record."""
     with ExitStack() as stack:
         spinner = stack.enter_context(Spinner(
@@ -67,7 +63,7 @@ def watch(profile: Profile, options: argparse.Namespace, command: Sequence[str],
         process = stack.enter_context(Process(
             command, listener=sys.stderr.write if options.verbose else None)) if command else None
         record = spinner.node.record
-        Trial(spinner, spinner.node, options.reaction, say, STARTING if command else MEETING,
+        Trial(spinner, spinner.node, say, STARTING if command else MEETING,
               is_alive=lambda: process is None or process.running).run()
         if process is not None and not process.running:
             record.notes.append(process.end_in_words())
@@ -92,17 +88,14 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
         formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--namespace', default='', metavar='NAME',
                         help='the namespace that the graph is in')
-    parser.add_argument('--profile', type=Path, metavar='FILE',
-                        help='YAML: what the implementation calls topics, services, frames, '
-                        'and numbers that neither nodes nor URDF tell')
-    parser.add_argument('--reaction', type=float, default=REACTION, metavar='S',
-                        help='time from release to motion that is not judged (default: '
-                        f'{REACTION:g})')
-    parser.add_argument('--json', type=Path, metavar='FILE', help='write everything as JSON')
-    parser.add_argument('--page', type=Path, metavar='FILE', help='write a page with plots (HTML)')
-    parser.add_argument('--summary', type=Path, metavar='DIR', help='judge nothing: tell in one '
-                        'table of all the JSON files below a directory')
-    parser.add_argument('--csv', type=Path, metavar='FILE', help='write that table')
+    for name, kind, words in (
+            ('profile', 'FILE', 'YAML: what the implementation calls topics and services, and '
+             'numbers that no node tells'),
+            ('json', 'FILE', 'write everything as JSON'),
+            ('page', 'FILE', 'write a page with plots (HTML)'),
+            ('summary', 'DIR', 'judge nothing: tell in one table of all JSON files below'),
+            ('csv', 'FILE', 'write that table')):
+        parser.add_argument(f'--{name}', type=Path, metavar=kind, help=words)
     parser.add_argument('--verbose', action='store_true',
                         help='show what the graph prints that is started')
     # `ros2 run` keeps a "--" that comes first for itself.
@@ -110,15 +103,11 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
     args = list(args)
     place = args.index('--') if '--' in args else len(args)
     options = parser.parse_args(args[:place])
-    if not 0.0 <= options.reaction <= 5.0:
-        parser.error(f'--reaction {options.reaction:g}: from 0 to 5')
     for name in ('csv', 'json', 'page'):
         path = getattr(options, name)
         if path is not None and not path.parent.is_dir():
             parser.error(f'--{name} {path}: there is no directory {path.parent}')
     command = [*options.command, *args[place + 1:]]
-    if command and shutil.which(command[0]) is None:
-        parser.error(f'{command[0]}: there is no such program')
     if options.summary and (command or options.json) or options.csv and not options.summary:
         parser.error('--csv goes with --summary, --json and a command do not')
     return options, command

@@ -24,17 +24,16 @@ import re
 from typing import NamedTuple, TypeVar
 
 import numpy
-from turtle_referee.record import Record
+from turtle_referee import constants
+from turtle_referee.record import Ask, Record
 
 Thing = TypeVar('Thing')
 
 KEPT, BROKEN, OPEN = '✔', '✗', '–'
 
-ORDER = (BROKEN, OPEN, KEPT)
-"""In which order they are told."""
+ORDER = (BROKEN, OPEN, KEPT)  # in which they are told
 
-ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
-"""'1 rides', which is '1 ride'."""
+ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')  # as in '1 rides', which is '1 ride'
 
 
 class Broken(Exception):
@@ -80,8 +79,10 @@ class Judgement(NamedTuple):
     mark: str
     measured: str
     plot: Plot | None = None
-    follows: Sequence[str] = ()
-    """The broken requirements that may be why this one is broken."""
+    follows: Sequence[str] = ()  # the broken requirements that may be why this one is broken
+
+
+Judge = Callable[[Record], Finding]
 
 
 class Rule(NamedTuple):
@@ -90,9 +91,8 @@ class Rule(NamedTuple):
     name: str
     words: str
     expected: str
-    judge: Callable[[Record], Finding]
-    rests_on: Sequence[str]
-    """The requirements that break this one, too, if they are broken."""
+    judge: Judge
+    rests_on: Sequence[str]  # the requirements that break this one, too, if they are broken
 
     def __call__(self, record: Record) -> Judgement:
         """Judge what was heard, whether the machine had time or not."""
@@ -105,8 +105,7 @@ class Rule(NamedTuple):
             mark, measured = BROKEN, str(error)
         except Open as error:
             mark, measured = OPEN, str(error)
-        except (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError,
-                ValueError) as error:
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             # Whatever an implementation says, this is no reason to fall silent about the rest.
             mark = BROKEN
             measured = f'what was heard makes no sense ({type(error).__name__}: {error})'
@@ -116,18 +115,18 @@ class Rule(NamedTuple):
 class Rules(list[Rule]):
     """Rules, in their order."""
 
-    def rule(self, name: str, words: str, expected: str, rests_on: Sequence[str] = (),
-             ) -> Callable[[Callable[[Record], Finding]], Callable[[Record], Finding]]:
+    def rule(self, name: str, words: str, rests_on: Sequence[str] = (),
+             expected: str = '') -> Callable[[Judge], Judge]:
         """
         Make a rule of a function.
 
-        :param name: what to call it
         :param words: the requirement, in the words of the assignment
-        :param expected: what is demanded, in numbers
         :param rests_on: the rules that break this one, too, if they are broken
+        :param expected: what is demanded, with constants in braces; else the docstring says it
         """
-        def add(judge: Callable[[Record], Finding]) -> Callable[[Record], Finding]:
-            self.append(Rule(name, words, expected, judge, rests_on))
+        def add(judge: Judge) -> Judge:
+            law = expected or (judge.__doc__ or '').removeprefix('Expect ').rstrip('.')
+            self.append(Rule(name, words, law.format(**vars(constants)), judge, rests_on))
             return judge
         return add
 
@@ -163,11 +162,9 @@ class Rules(list[Rule]):
 
 def number(record: Record, name: str) -> float:
     """Return a number of the robot; Open if it is not known."""
-    try:
-        return record.profile.numbers[name]
-    except KeyError:
-        raise Open(f'{name} is not known: no node has it as a parameter; say it in a '
-                   'profile') from None
+    if name not in record.profile.numbers:
+        raise Open(f'{name} is not known: no node has it as a parameter; say it in a profile')
+    return record.profile.numbers[name]
 
 
 def some(things: list[Thing], words: str) -> list[Thing]:
@@ -184,7 +181,28 @@ def needed(thing: Thing | None, words: str) -> Thing:
     return thing
 
 
+def obeyed(ask: Ask | None) -> Ask:
+    """Return how something was answered that was asked for; Broken if it was not, or refused."""
+    if ask is None or not ask.accepted:
+        raise Broken(ask and ask.words or 'refused')
+    return ask
+
+
 def worst(values: Iterable[float]) -> float:
     """Return the greatest of some values, NaN if one is: nothing is above what is no number."""
     values = list(values)
     return next((value for value in values if value != value), max(values, default=0.0))
+
+
+def within(limit: float, values: list[float], none: str,
+           words: str = 'at most {:.3f} m off, {} times') -> Finding:
+    """Find that none of some values is above a limit; Open, with words, if there are none."""
+    most = worst(some(values, none))
+    return Finding(most <= limit, words.format(most, len(values)))
+
+
+def all_but(faults: Sequence[str], count: int, things: str = '',
+            plot: Plot | None = None) -> Finding:
+    """Find that all of so many things are as they should, but those with a fault."""
+    words = f'{count - len(faults)} of {count} {things}'.strip()
+    return Finding(not faults, ': '.join([words, *filter(None, ['; '.join(faults[:5])])]), plot)

@@ -93,7 +93,7 @@ def verdicts(path):
 @pytest.fixture(scope='module')
 def robot():
     """Return the robot of the installed parameters."""
-    return Robot(xacro.process_file(str(XACRO)).toxml(), 'platform')
+    return Robot(xacro.process_file(str(XACRO)).toxml())
 
 
 def test_links_and_joints_are_those_of_the_assignment(robot):
@@ -149,7 +149,7 @@ def test_geometry_follows_from_the_parameters(tmp_path_factory, wheel, proportio
     height = least_height(radius, thickness, wheel) + spare
     robot = Robot(described(written(
         tmp_path_factory.getbasetemp(), platform_height=height, platform_radius=radius,
-        platform_thickness=thickness, wheel_radius=wheel)), 'platform')
+        platform_thickness=thickness, wheel_radius=wheel)))
     for turn in (0.0, 0.4, 2.0):
         angles = {'stem_joint': turn, 'wheel_joint': 2.7 * turn}
         assert robot.extent('wheel', DOWN, **angles) == pytest.approx(0, abs=1e-9)

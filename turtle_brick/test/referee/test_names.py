@@ -21,34 +21,30 @@ from turtle_referee.names import Profile, ProfileError
 
 
 @pytest.mark.parametrize('text, complaint', (
-    ('topics: {tlit: x}', 'topics.tlit is unknown, there are: cmd_vel'),
-    ('names: {tilt: x}', 'names.tilt is unknown, there are: topics, services, frames, numbers'),
-    ('topics: {tilt: ""}', "topics.tilt is '', but must be a name"),
-    ('numbers: {platform_radius: .nan}', 'platform_radius is nan, but must be a number above 0'),
-    ('topics: tilt', 'no sections of names and values'),
-    ('{', 'while parsing'),
-))
+    ('topics: {tlit: x}', "topics.tlit: 'x' means nothing; there are: cmd_vel, odom"),
+    ('names: {tilt: x}', "names.tilt: 'x' means nothing; there are: topics, services, numbers"),
+    ('topics: {tilt: ""}', "topics.tilt: '' means nothing"),
+    ('numbers: {platform_radius: true}', 'platform_radius: True means nothing'),
+    ('topics: tilt', 'has no attribute'),
+    ('{', 'while parsing')))
 def test_profiles_that_can_not_be_used(tmp_path, text, complaint):
     path = tmp_path / 'profile.yaml'
     path.write_text(text)
     with pytest.raises(ProfileError) as caught:
         Profile().load(path)
-    assert complaint in str(caught.value)
-    assert str(path) in str(caught.value) and '\n' not in str(caught.value)
+    assert f'{path}: ' in str(caught.value) and complaint in str(caught.value)
 
 
 def test_what_differs_is_taken_over(tmp_path):
     path = tmp_path / 'profile.yaml'
-    path.write_text('topics: {tilt: tray}\nservices: {place: put}\n'
-                    'frames: {platform: tray}\nnumbers: {wheel_radius: 1}')
+    path.write_text('topics: {tilt: tray}\nservices: {place: put}\nnumbers: {wheel_radius: 1}')
     profile = Profile()
     profile.load(path)
     assert (profile.topics['tilt'], profile.topics['odom']) == ('tray', 'odom')
-    assert (profile.frames['platform'], profile.services['place']) == ('tray', 'put')
-    assert profile.numbers == {'wheel_radius': 1.0}
+    assert (profile.services['place'], profile.numbers) == ('put', {'wheel_radius': 1.0})
 
 
 @pytest.mark.parametrize('dashes', [['--'], []])
 def test_the_command_is_found_behind_dashes_that_ros2_run_may_have_taken(dashes):
-    options, command = referee.parse(['--reaction', '0.4', *dashes, sys.executable, '-c', 'pass'])
-    assert (options.reaction, command) == (0.4, [sys.executable, '-c', 'pass'])
+    options, command = referee.parse(['--verbose', *dashes, sys.executable, '-c', 'pass'])
+    assert (options.verbose, command) == (True, [sys.executable, '-c', 'pass'])

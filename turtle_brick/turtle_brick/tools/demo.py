@@ -59,7 +59,6 @@ from turtle_referee.drops import DropWatch
 from turtle_referee.hands import Hands
 from turtle_referee.names import Profile
 from turtle_referee.observer import Observer
-from turtle_referee.record import overlaps
 from turtle_referee.spinning import INTERRUPTED, LONGEST_WAIT, note_interrupts
 
 START_TIME = 30.0
@@ -249,7 +248,7 @@ class Match(Hands):
         outcome = self.outcome(watch)
         for fault in outcome.faults:
             self.say(f'FAULT: {fault}')
-        if outcome.faults and overlaps((watch.begin, time_ns()), self.record.all_stalls()):
+        if outcome.faults and not self.record.is_calm(watch.begin, time_ns()):
             self.say('this machine was too busy meanwhile to run the graph as it should')
         self.say('the platform is level, the robot waits')
         return outcome
