@@ -12,24 +12,25 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The arena and a robot of the test's own, in a time that the test drives: no clock, no haste."""
+"""Arena, perhaps catcher, and a platform of the test's own, in a time that the test drives."""
 
 from collections.abc import Callable
-from time import monotonic
+from types import SimpleNamespace
 from typing import Any
 
-from live_graph import LiveGraph, PATIENCE
+from geometry_msgs.msg import Point
+from live_graph import LiveGraph
+from rclpy.clock import ClockType
 from rclpy.node import Node
 from rclpy.time import Time
-from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
-from tf2_ros import TransformBroadcaster
+from tf2_msgs.msg import TFMessage
 from turtle_brick.arena import Arena
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose
 from turtle_brick.core.parameters import load
 from turtle_brick.core.time_steps import NANOSECONDS
 from turtle_brick.physics import Phase, STEP
-from turtle_brick.ros.tf import latest, PLATFORM, transform_message, WORLD
+from turtle_brick.ros.tf import BRICK, PLATFORM, transform_message, WORLD
 from turtle_brick_interfaces.srv import Place
 
 PARAMETERS = load()
@@ -37,24 +38,31 @@ PARAMETERS = load()
 TICK = 20_000_000
 """By how much (ns) the time goes on at once: as long as the catcher's period, five steps."""
 
-BEHIND = 2 * TICK + 2 * STEP
-"""How far (ns) the arena may be behind: after a jump rclpy 7.1 calls a timer a few times too
-often, and then it is not due for as many periods."""
-
 LONGEST = 30.0
 """How long (s) anything may take in that time."""
 
+PUNCTUAL = SimpleNamespace(timer_period_ns=STEP, time_until_next_call=lambda: STEP)
+"""A node's timer that is called when it is due."""
 
-AGAIN = 0.2
-"""Time (s) after which what nobody seems to have heard is said again."""
+
+def sent(publisher: Any) -> list[Any]:
+    """Return a list to which all that a publisher publishes from now on is added, too."""
+    messages: list[Any] = []
+    publish = publisher.publish
+
+    def keep(message: Any) -> None:
+        messages.append(message)
+        publish(message)
+
+    publisher.publish = keep
+    return messages
 
 
 class Stage:
     """
-    The arena, perhaps the catcher, and a platform, in simulated time.
+    Nodes that are called instead of spun, and hear of TF and time at once: nothing gets lost.
 
-    The time goes on by a tick when all nodes have heard of the last and the arena has done what is
-    due, however long that takes on a busy machine, and much sooner than the same time would pass.
+    A tick is over when every node has done what is due: the test waits for nothing.
     """
 
     def __init__(self, live: LiveGraph, *node_types: type[Node]) -> None:
@@ -63,25 +71,24 @@ class Stage:
         self.now = 50 * NANOSECONDS
         self.platform: tuple[float, ...] | None = (5.0, 5.0, 0.0, 0.0)
         """Where the platform is (m), its yaw and its tilt (rad); None: nobody says so."""
+        self.bricks: list[Any] = []
+        """The transforms of the brick so far."""
         self.nodes: list[Any] = [
             live.add(kind, '-p', 'use_sim_time:=true') for kind in (Arena, *node_types)]
+        for node in self.nodes:
+            for timer in node.timers:
+                timer.cancel()
+            node.timer = PUNCTUAL
         self.arena = self.nodes[0]
-        self.broadcaster = TransformBroadcaster(live.listener)
-        self.clock = live.publisher('/clock', Clock, readers=len(self.nodes))
-        self.bricks = live.record_transforms('brick')
+        self.world = self.arena.world
+        self.arena.tf_broadcaster.sendTransform = self.hear
         self.tick()
 
-    @property
-    def world(self):
-        """Return the arena's physics."""
-        return self.arena.world
-
-    @property
-    def platform_pose(self) -> Pose:
-        """Return the platform's pose in the world."""
-        x, y, yaw, tilt = self.platform
-        return Pose((x, y, PARAMETERS.platform_height - PARAMETERS.platform_thickness),
-                    multiply(from_yaw(yaw), from_pitch(tilt)))
+    def hear(self, transforms: list[Any]) -> None:
+        """Let every node hear of transforms, and keep those of the brick."""
+        self.bricks += [one for one in transforms if one.child_frame_id == BRICK]
+        for node in self.nodes:
+            node.tf_listener.callback(TFMessage(transforms=transforms))
 
     def move(self, seconds: float) -> None:
         """Move the platform, as the time goes on."""
@@ -90,30 +97,16 @@ class Stage:
         """Let the time go on (ns), or jump, and every node do what is due."""
         self.now += by
         self.move(by / NANOSECONDS)
-        stamp = Time(nanoseconds=self.now).to_msg()
-        self.say(lambda: self.clock.publish(Clock(clock=stamp)), lambda node:
-                 node.get_clock().now().nanoseconds == self.now)
+        now = Time(nanoseconds=self.now, clock_type=ClockType.ROS_TIME)
+        for node in self.nodes:
+            node.get_clock().set_ros_time_override(now)
         if self.platform:
-            transform = transform_message(WORLD, PLATFORM, self.platform_pose, stamp)
-            self.say(lambda: self.broadcaster.sendTransform(transform), lambda node:
-                     (seen := latest(node.tf_buffer, PLATFORM)) and seen.header.stamp == stamp)
-        if by > 0:
-            self.live.wait_for(lambda: self.now - (self.arena.step_clock.last or 0) <= BEHIND,
-                               PATIENCE, 'the steps up to now')
-        self.live.hear()
-
-    def say(self, send: Callable[[], None], is_heard: Callable[[Any], Any]) -> None:
-        """Send what may get lost until all nodes have heard it."""
-        sent = 0.0
-
-        def all_hear() -> bool:
-            nonlocal sent
-            if monotonic() > sent + AGAIN:
-                send()
-                sent = monotonic()
-            return all(map(is_heard, self.nodes))
-
-        self.live.wait_for(all_hear, PATIENCE, 'all nodes to hear')
+            x, y, yaw, tilt = self.platform
+            self.hear([transform_message(WORLD, PLATFORM, Pose(
+                (x, y, PARAMETERS.platform_height - PARAMETERS.platform_thickness),
+                multiply(from_yaw(yaw), from_pitch(tilt))), now.to_msg())])
+        for node in self.nodes:
+            node.on_timer()
 
     def run(self, seconds: float) -> None:
         """Let a time (s) go by."""
@@ -131,11 +124,9 @@ class Stage:
 
     def place(self, x: float, y: float, z: float) -> Place.Response:
         """Ask the arena to place the brick (m)."""
-        request = Place.Request()
-        request.location.x, request.location.y, request.location.z = (
-            float(x), float(y), float(z))
-        return self.live.call('place', Place, request)
+        return self.arena.on_place(
+            Place.Request(location=Point(x=x, y=y, z=z)), Place.Response())
 
     def drop(self) -> Trigger.Response:
         """Ask the arena to drop the brick."""
-        return self.live.call('drop', Trigger)
+        return self.arena.on_drop(Trigger.Request(), Trigger.Response())

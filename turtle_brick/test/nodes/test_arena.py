@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The arena in a live graph: a fall by its stamps, its services, its markers."""
+"""The arena: its rates in a live graph; falls, services and markers in a driven time."""
 
 from itertools import groupby
 from math import nan, sqrt
@@ -27,39 +27,23 @@ from turtle_brick.core.time_steps import NANO, NANOSECONDS, nanoseconds_of
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.physics import Phase, STEP
 from turtle_brick.ros.tf import OLDEST
-from turtle_referee.domains import reserved_domain
 from visualization_msgs.msg import Marker, MarkerArray
 
 HALF_HEIGHT = PARAMETERS.brick_size[2] / 2.0
-LEVEL = (5.0, 5.0, 0.0, 0.0)
-
-
-@pytest.fixture(scope='module')
-def stage():
-    """Bring up the arena and a platform."""
-    with reserved_domain() as domain, graph(domain) as live:
-        yield Stage(live)
 
 
 @pytest.fixture
-def bench(stage):
-    """Let the platform stand level in the middle, and the brick hover at its start."""
-    stage.platform = LEVEL
-    assert stage.place(*PARAMETERS.brick_start).success
-    stage.run(0.1)
-    stage.bricks.clear()
-    return stage
+def bench(domain_id):
+    """Bring up the arena and a platform that stands level in the middle."""
+    with graph(domain_id) as live:
+        yield Stage(live)
 
 
-def stamps(transforms):
-    """Return the stamps of transforms (ns)."""
-    return [nanoseconds_of(transform.header.stamp) for transform in transforms]
-
-
-def assert_each_step_once(transforms):
-    """See that transforms are those of one step after the other."""
-    begin, *_ = every = stamps(transforms)
+def stamps_of_each_step(transforms):
+    """Return the stamps of transforms (ns), which are those of one step after the other."""
+    begin, *_ = every = [nanoseconds_of(transform.header.stamp) for transform in transforms]
     assert every == [begin + number * STEP for number in range(len(every))]
+    return every
 
 
 def test_250_transforms_per_second(domain_id):
@@ -77,10 +61,11 @@ def test_fall_by_its_stamps(bench):
     """
     Every transform of a fall and rest is on the closed form for its stamp, from the answer on.
 
-    Where the nodes were kept from working, the samples are late, but none is lost, none is off the
+    Where the node was kept from working, the samples are late, but none is lost, none is off the
     curve and the stamps stay 4 ms apart: simulated time does not drift.
     """
     assert bench.place(3.0, 4.0, 9.0).success
+    bench.bricks.clear()
     bench.run(0.1)
     assert bench.drop().success
     answered = bench.now + 100_000_000  # as if the process had stood still before it answered
@@ -88,21 +73,19 @@ def test_fall_by_its_stamps(bench):
         bench.tick(late * 1_000_000)
     bench.until(Phase.GROUNDED)
     bench.run(0.5)
-    assert_each_step_once(bench.bricks.messages)
-    samples = [(stamp, transform.transform.translation) for stamp, transform in
-               zip(stamps(bench.bricks.messages), bench.bricks.messages)]
-    heights = [translation.z for _, translation in samples]
-    release = max(number for number, z in enumerate(heights) if z == 9.0)
-    assert abs(samples[release][0] - answered) <= STEP
-    for stamp, translation in samples[release:]:
-        time = (stamp - samples[release][0]) * NANO
-        expected = max(9.0 - 0.5 * PARAMETERS.gravity_accel * time * time, HALF_HEIGHT)
-        assert translation.z == pytest.approx(expected, abs=1e-6)
-        assert (translation.x, translation.y) == (3.0, 4.0)
-    took = (samples[heights.index(HALF_HEIGHT)][0] - samples[release][0]) * NANO
+    samples = list(zip(stamps_of_each_step(bench.bricks), [
+        transform.transform.translation for transform in bench.bricks]))
+    release = max(stamp for stamp, place in samples if place.z == 9.0)
+    assert abs(release - answered) <= STEP
+    for stamp, place in samples:
+        time = max(stamp - release, 0) * NANO
+        assert place.z == pytest.approx(
+            max(9.0 - 0.5 * PARAMETERS.gravity_accel * time * time, HALF_HEIGHT), abs=1e-6)
+        assert (place.x, place.y) == (3.0, 4.0)
+    took = (min(stamp for stamp, place in samples if place.z == HALF_HEIGHT) - release) * NANO
     assert took == pytest.approx(
         sqrt(2.0 * (9.0 - HALF_HEIGHT) / PARAMETERS.gravity_accel), abs=0.008)
-    assert {transform.header.frame_id for transform in bench.bricks.messages} == {'world'}
+    assert {transform.header.frame_id for transform in bench.bricks} == {'world'}
 
 
 def test_place_and_drop_refuse_what_cannot_be(bench):
@@ -118,7 +101,8 @@ def test_rides_with_a_platform_that_drives(bench):
     """
     A riding brick is broadcast where it came to lie on the platform, each of its steps once.
 
-    Its place in the world is that of the platform that was heard of last.
+    Its place in the world is that of the platform that was heard of last; one that is not heard of
+    any more is absent after 0.5 s, by the stamp of its last transform.
     """
     bench.platform = (1.0, 5.0, 0.0, 0.0)
     assert bench.place(1.2, 5.1, 3.0).success and bench.drop().success
@@ -129,77 +113,65 @@ def test_rides_with_a_platform_that_drives(bench):
     bench.run(0.1)
     assert bench.world.brick == pytest.approx(
         (4.14, 5.1, PARAMETERS.platform_height + HALF_HEIGHT), abs=1e-9)
-    riding = [transform.transform.translation for transform in bench.bricks.messages
-              if transform.header.frame_id == 'platform']
-    assert len(riding) > 250
-    for place in riding:
-        assert (place.x, place.y, place.z) == pytest.approx(
-            (0.2, 0.1, PARAMETERS.platform_thickness + HALF_HEIGHT), abs=1e-9)
     bench.platform = (4.0, 5.0, 0.0, 0.6)
     bench.until(Phase.FLOATING)
     bench.run(0.1)
-    assert_each_step_once(bench.bricks.messages)
-    frames = [transform.header.frame_id for transform in bench.bricks.messages]
-    assert [frame for frame, _ in groupby(frames)] == ['world', 'platform', 'world']
-
-
-def test_markers_and_inclination(bench):
-    """Late joiners get the walls, and the brick in its own frame, inclined like the platform."""
-    bench.platform = (5.0, 5.0, 2.0, 0.5)
-    bench.run(0.1)
-    turn = bench.bricks.last.transform.rotation
-    assert (turn.x, turn.y, turn.z, turn.w) == pytest.approx(
-        multiply(multiply(from_yaw(2.0), from_pitch(0.5)), from_yaw(-2.0)), abs=1e-12)
-    walls = bench.live.record('walls', MarkerArray, LATCHED)
-    bricks = bench.live.record('brick_marker', Marker, LATCHED)
-    bench.live.wait_for(lambda: walls.messages and bricks.messages, PATIENCE, 'late joiners')
-    edges = set()
-    for wall in walls.last.markers:
-        assert wall.header.frame_id == 'world'
-        assert wall.type == Marker.CUBE and wall.color.a == 1.0
-        assert wall.scale.z == PARAMETERS.wall_height
-        assert wall.pose.position.z == PARAMETERS.wall_height / 2.0
-        for name, position, scale in (('x', wall.pose.position.x, wall.scale.x),
-                                      ('y', wall.pose.position.y, wall.scale.y)):
-            for inner in (position - scale / 2.0, position + scale / 2.0):
-                if scale < 1.0 and min(abs(inner), abs(inner - ARENA_SIZE)) < 1e-5:
-                    edges.add((name, round(inner)))
-    assert edges == {('x', 0), ('x', 11), ('y', 0), ('y', 11)}
-    brick = bricks.messages[0]
-    assert brick.header.frame_id == 'brick' and brick.frame_locked
-    assert (brick.header.stamp.sec, brick.header.stamp.nanosec) == (0, 0)
-    assert (brick.scale.x, brick.scale.y, brick.scale.z) == PARAMETERS.brick_size
-    assert brick.text == 'hovering'
-    bricks.clear()
-    bench.until(lambda: bricks.messages, 'it is shown again')
-    assert bricks.last == brick
-    assert bench.drop().success
-    bench.until(lambda: bricks.last.text == 'falling', 'it is shown to fall')
-    assert bricks.last.color != brick.color
-
-
-def test_a_platform_that_is_not_heard_of_any_more_is_absent(bench):
-    """After 0.5 s, by the stamp of its last transform."""
+    stamps_of_each_step(bench.bricks)
+    phases = [(frame, [one.transform.translation for one in transforms]) for frame, transforms
+              in groupby(bench.bricks, lambda transform: transform.header.frame_id)]
+    assert [frame for frame, _ in phases] == ['world', 'platform', 'world']
+    for place in phases[1][1][:250]:
+        assert (place.x, place.y, place.z) == pytest.approx(
+            (0.2, 0.1, PARAMETERS.platform_thickness + HALF_HEIGHT), abs=1e-9)
     bench.platform, last = None, bench.now
     bench.until(lambda: bench.world.platform is None, 'the platform is absent')
     assert bench.now - last == pytest.approx(OLDEST, abs=50_000_000)
 
 
-def test_clock_that_jumps(bench, capfd, monkeypatch):
+def test_markers_and_inclination(bench):
+    """Late joiners get the walls, and the brick in its own frame, inclined like the platform."""
+    bench.platform = (5.0, 5.0, 2.0, 0.5)
+    bench.tick()
+    turn = bench.bricks[-1].transform.rotation
+    assert (turn.x, turn.y, turn.z, turn.w) == pytest.approx(
+        multiply(multiply(from_yaw(2.0), from_pitch(0.5)), from_yaw(-2.0)), abs=1e-12)
+    walls = bench.live.record('walls', MarkerArray, LATCHED)
+    bricks = bench.live.record('brick_marker', Marker, LATCHED)
+    bench.live.wait_for(lambda: walls.messages and bricks.messages, PATIENCE, 'late joiners')
+    inner = set()
+    for wall in walls.last.markers:
+        assert wall.header.frame_id == 'world'
+        assert wall.type == Marker.CUBE and wall.color.a == 1.0
+        assert wall.scale.z == PARAMETERS.wall_height == 2.0 * wall.pose.position.z
+        for name in ('x', 'y'):
+            middle, thickness = getattr(wall.pose.position, name), getattr(wall.scale, name)
+            if thickness < 1.0:
+                inner.add((name, round(min(middle + thickness / 2.0, ARENA_SIZE) if middle < 1.0
+                                       else middle - thickness / 2.0, 4)))
+    assert inner == {(name, edge) for name in ('x', 'y') for edge in (0.0, round(ARENA_SIZE, 4))}
+    brick = bricks.last
+    assert brick.header.frame_id == 'brick' and brick.frame_locked
+    assert (brick.header.stamp.sec, brick.header.stamp.nanosec) == (0, 0)
+    assert (brick.scale.x, brick.scale.y, brick.scale.z) == PARAMETERS.brick_size
+    assert brick.text == 'hovering'
+    assert bench.drop().success
+    bench.tick()
+    bench.live.wait_for(lambda: bricks.last.text == 'falling', PATIENCE, 'it is shown to fall')
+    assert bricks.last.color != brick.color
+
+
+@pytest.mark.parametrize('jump, machine, words', [
+    (-5.0, 0.0, 'clock was set back by'), (3.0, 0.0, 'clock went ahead by'),
+    (3.0, 3.0, 'to run it, for')])
+def test_clock_that_jumps(bench, capfd, monkeypatch, jump, machine, words):
     """A fall goes on from now, and one warning says what has happened, and by how much."""
     assert bench.place(3.0, 4.0, 60.0).success and bench.drop().success
-    for jump, machine, words in (
-            (-5.0, lambda: 0.0, 'clock was set back by'),
-            (3.0, lambda: 0.0, 'clock went ahead by'),
-            (3.0, lambda: bench.arena.get_clock().now().nanoseconds * NANO, 'to run it, for')):
-        monkeypatch.setattr(arena, 'monotonic', machine)
-        bench.run(0.1)
-        z = bench.world.brick[2]
-        capfd.readouterr()
-        bench.tick(round(jump * NANOSECONDS))
-        bench.run(0.1)
-        assert 0.0 < z - bench.world.brick[2] < 5.0
-        lines = capfd.readouterr().err.splitlines()
-        (warning,) = [line for line in lines if 'the physics goes on' in line]
-        seconds = float(warning.split(words)[1].split()[0])
-        assert seconds == pytest.approx(abs(jump), abs=0.05)
+    monkeypatch.setattr(arena, 'monotonic', lambda: 0.0)
+    bench.run(0.1)
+    z = bench.world.brick[2]
+    monkeypatch.setattr(arena, 'monotonic', lambda: machine)
+    bench.tick(round(jump * NANOSECONDS))
+    assert 0.0 < z - bench.world.brick[2] < 5.0
+    (warning,) = [line for line in capfd.readouterr().err.splitlines()
+                  if 'the physics goes on' in line]
+    assert float(warning.split(words)[1].split()[0]) == pytest.approx(abs(jump), abs=0.05)

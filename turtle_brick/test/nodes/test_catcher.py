@@ -12,20 +12,21 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The catcher in a live graph with a driven time: its orders, its marker, what it waits for."""
+"""The catcher: its orders, its marker, what it waits for, and how long messages take."""
 
 from math import dist
 
-from driven import PARAMETERS, Stage
+from driven import PARAMETERS, sent, Stage
 from geometry_msgs.msg import PoseStamped
 from live_graph import graph, LATCHED, PATIENCE
+import pytest
 from rclpy.duration import Duration
 from rclpy.qos import ReliabilityPolicy
 from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from turtle_brick.catcher import CatcherNode
-from turtle_brick.core.catch_logic import CENTER, State
+from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.geometry import IDENTITY, Pose
 from turtle_brick.physics import Phase, STEP
 from turtle_brick.ros.tf import BASE_LINK, BRICK, PLATFORM, transform_message, WORLD
@@ -38,38 +39,28 @@ class Bench(Stage):
 
     def __init__(self, live):
         """Bring them up, without any robot that hears the catcher."""
-        self.goal = (5.0, 5.0)
-        self.goals = self.tilts = None
+        self.goals, self.tilts = [], []
         super().__init__(live, CatcherNode)
-        self.node = self.nodes[1]
-        self.catcher = self.node.catcher
-        self.markers = live.record('catcher_marker', Marker)
-        self.states = live.record('catcher_state', String, LATCHED)
-        live.wait_for(lambda: self.states.messages, PATIENCE, 'its first state')
-
-    def bring_up_robot(self):
-        """Let the robot hear the catcher from now on."""
-        self.goals = self.live.record('goal_pose', PoseStamped)
-        self.tilts = self.live.record('tilt', Tilt)
-        self.until(lambda: self.node.complete, 'robot and brick are in sight')
+        self.catcher = self.nodes[1]
+        self.goals = sent(self.catcher.goal_publisher)
+        self.tilts = sent(self.catcher.tilt_publisher)
 
     def move(self, seconds):
         """Obey the last orders."""
         x, y, yaw, tilt = self.platform
-        if self.goals and self.goals.messages:
-            goal = self.goals.last.pose.position
-            self.goal = (goal.x, goal.y)
-        if self.tilts and self.tilts.messages:
-            tilt = self.tilts.last.angle
-        way = max(dist((x, y), self.goal), 1e-9)
-        part = min(PARAMETERS.max_velocity * abs(seconds) / way, 1.0)
-        self.platform = (x + part * (self.goal[0] - x), y + part * (self.goal[1] - y), yaw, tilt)
+        if self.tilts:
+            tilt = self.tilts[-1].angle
+        if self.goals:
+            goal = self.goals[-1].pose.position
+            way = max(dist((x, y), (goal.x, goal.y)), 1e-9)
+            part = min(PARAMETERS.max_velocity * seconds / way, 1.0)
+            x, y = x + part * (goal.x - x), y + part * (goal.y - y)
+        self.platform = (x, y, yaw, tilt)
 
     def release(self, *place):
         """Let the brick hover somewhere (m) for a while, and fall."""
         assert self.place(*place).success
         self.run(0.3)
-        self.markers.clear()
         assert self.drop().success
 
 
@@ -77,42 +68,45 @@ def test_a_brick_that_no_robot_can_catch_and_one_that_a_robot_catches(domain_id,
     """All names are relative; it waits with one line, and says when all is in sight."""
     with graph(domain_id, namespace='left') as live:
         bench = Bench(live)
+        markers = live.record('catcher_marker', Marker)
+        states = live.record('catcher_state', String, LATCHED)
+        live.wait_for(lambda: states.messages, PATIENCE, 'its first state')
         bench.release(0.5, 1.0, 6.0)
         bench.until(Phase.GROUNDED)
-        (marker,) = bench.markers.messages
-        decision = bench.catcher.decision
-        bench.bring_up_robot()
+        goals, tilts = live.record('goal_pose', PoseStamped), live.record('tilt', Tilt)
+        live.wait_for(bench.catcher.is_heard, PATIENCE, 'it sees the robot')
         bench.release(6.0, 4.5, 8.0)
         bench.until(Phase.RIDING)
-        bench.until(lambda: bench.catcher.state is State.TILTING, 'it is tipped off')
-        assert dist(bench.platform[:2], CENTER) < 0.05
         bench.until(Phase.FLOATING)
-        bench.until(lambda: bench.catcher.state is State.WAITING, 'the catcher waits')
+        assert dist(bench.platform[:2], CENTER) < 0.05
         bench.until(lambda: bench.platform[3] == 0.0, 'the platform is level')
-        assert not bench.markers.messages
-        assert [state.data for state in bench.states.messages] == [
-            'waiting', f'unreachable: {decision.reason}',
-            'approaching', 'carrying', 'tilting', 'leveling', 'waiting']
+        live.wait_for(lambda: len(states.messages) == 7, PATIENCE, 'the last state')
+        late = live.record('catcher_state', String, LATCHED)
+        live.wait_for(lambda: late.messages and goals.last == bench.goals[-1]
+                      and tilts.last == bench.tilts[-1], PATIENCE, 'state and orders')
         topics = {name for name, _ in live.listener.get_topic_names_and_types()}
         assert {name for name in topics if not name.startswith('/left/')} <= {
             '/clock', '/parameter_events', '/rosout', '/tf', '/tf_static'}
-        late = live.record('catcher_state', String, LATCHED)
-        live.wait_for(lambda: late.messages, PATIENCE, 'the state')
-        assert late.last.data == 'waiting'
+    lines = capfd.readouterr().err.splitlines()
+    reason = next(line for line in lines if ': unreachable, ' in line).split('unreachable, ')[1]
+    assert [state.data for state in states.messages] == [
+        'waiting', f'unreachable: {reason}',
+        'approaching', 'carrying', 'tilting', 'leveling', 'waiting']
+    assert late.last.data == 'waiting'
     # One text near the brick, for 3 s, in the world.
+    (marker,) = markers.messages
     assert (marker.text, marker.header.frame_id) == ('Unreachable', 'world')
     assert (marker.type, marker.action) == (Marker.TEXT_VIEW_FACING, Marker.ADD)
     assert Duration.from_msg(marker.lifetime) == Duration(seconds=3)
     position = marker.pose.position
-    assert dist((position.x, position.y), (0.5, 1.0)) < 1e-6
+    assert (position.x, position.y) == pytest.approx((0.5, 1.0))
     assert 5.5 < position.z < 8.0
-    goals = [(goal.pose.position.x, goal.pose.position.y) for goal in bench.goals.messages]
-    assert dist(goals[0], (6.0, 4.5)) < 1e-6 and goals[-1] == CENTER
-    assert {goal.header.frame_id for goal in bench.goals.messages} == {'world'}
-    angles = [tilt.angle for tilt in bench.tilts.messages]
+    first, last = bench.goals[0].pose.position, bench.goals[-1].pose.position
+    assert (first.x, first.y) == pytest.approx((6.0, 4.5)) and (last.x, last.y) == CENTER
+    assert {goal.header.frame_id for goal in bench.goals} == {'world'}
+    angles = [tilt.angle for tilt in bench.tilts]
     assert max(angles) == PARAMETERS.tilt_angle and angles[-1] == 0.0
     assert len(set(angles)) > 20  # smoothly
-    lines = capfd.readouterr().err.splitlines()
     (waiting,) = [line for line in lines if 'Waiting for' in line]
     assert 'a robot that hears goal_pose and tilt' in waiting
     for words in ('Robot and brick are in sight', ': unreachable, ', 'can be caught: down in'):
