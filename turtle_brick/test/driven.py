@@ -60,9 +60,9 @@ def sent(publisher: Any) -> list[Any]:
 
 class Stage:
     """
-    Nodes that are called instead of spun, and hear of TF and time at once: nothing gets lost.
+    Nodes that are called instead of spun, and hear of TF and time at once.
 
-    A tick is over when every node has done what is due: the test waits for nothing.
+    A tick is over when every node has done what is due: nothing is waited for, or gets lost.
     """
 
     def __init__(self, live: LiveGraph, *node_types: type[Node]) -> None:

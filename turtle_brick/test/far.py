@@ -24,6 +24,7 @@ where anybody may have namespaces (`unshare --user`) and /dev/net/tun.
 """
 
 import argparse
+from collections import Counter
 from collections.abc import Callable
 import ctypes
 from fcntl import ioctl
@@ -32,7 +33,6 @@ from math import cos, inf, pi, sin
 import os
 from pathlib import Path
 from random import Random
-import re
 import select
 import signal
 import socket
@@ -149,9 +149,8 @@ def judge(drops: int) -> int:
         of the table.
     """
     random = Random(1)
-    outcomes: list[str] = []
+    outcomes: Counter[str] = Counter()
     latencies: list[float] = []
-    inside = 0
     note_interrupts()
     with Graph() as graph:
         graph.add_arena()
@@ -174,21 +173,20 @@ def judge(drops: int) -> int:
             log.clear()
             watch = hands.drop(place)
             assert watch.down, 'the brick does not come down'
-            graph.spin_until(lambda: told('commands take'), LONGEST, 'the catcher says what it does')
+            graph.spin_until(lambda: told('commands take'), LONGEST, 'a word of the catcher')
             sentence = told('commands take')
             print(f'  {sentence}', flush=True)
-            latency = float(re.search('commands take ([0-9.]+) s here', sentence)[1])
-            latencies.append(latency)
+            latencies.append(float(sentence.split('commands take ')[1].split()[0]))
             outcome = (('caught' if watch.caught else 'missed') if 'can be caught' in sentence
                        else 'caught although refused' if watch.caught else 'refused')
             if number:
-                limit = promised(place[2], latency)
-                outcomes.append(outcome)
-                inside += outcome == 'refused' and watch.distance <= limit
+                limit = promised(place[2], latencies[-1])
+                outcomes[outcome] += 1
+                outcomes['inside'] += outcome == 'refused' and watch.distance <= limit
                 print(f'  {watch.distance:.2f} m, promised {limit:.2f} m: {outcome}', flush=True)
-    broken = len([one for one in outcomes if one not in ('caught', 'refused')])
-    print(f'| {len(outcomes)} | {min(latencies[1:]):.2f}–{max(latencies[1:]):.2f} s | '
-          f'{outcomes.count("caught")} | {outcomes.count("refused")} | {inside} | {broken} |',
+    broken = drops - outcomes['caught'] - outcomes['refused']
+    print(f'| {drops} | {min(latencies[1:]):.2f}–{max(latencies[1:]):.2f} s | '
+          f'{outcomes["caught"]} | {outcomes["refused"]} | {outcomes["inside"]} | {broken} |',
           flush=True)
     return 1 if broken else 0
 
@@ -210,16 +208,15 @@ def spread(options: argparse.Namespace) -> int:
     # Shared memory would go past the links.
     environment = {'ROS_DOMAIN_ID': '0', 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET',
                    'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4'}
-    itself = (sys.executable, str(HERE))
-    catcher = (sys.executable, '-m', 'turtle_brick.catcher', '--ros-args', '--params-file',
-               str(default_path()))
     cables, processes = [], []
     try:
-        for number, command in enumerate((
-                (*itself, '--robot'), catcher, (*itself, '--judge', *sys.argv[1:])), 1):
+        for number, (listener, *program) in enumerate((
+                (None, str(HERE), '--robot'),
+                (None, '-m', 'turtle_brick.catcher', '--ros-args', '--params-file',
+                 str(default_path())),
+                (sys.stdout.write, str(HERE), '--judge', *sys.argv[1:])), 1):
             cables.append(go_to_new_host(number))
-            processes.append(Process(command, environment, sys.stdout.write if number == 3
-                                     else None))
+            processes.append(Process([sys.executable, *program], environment, listener))
         judging = processes[-1]
         switch(cables, options.delay * 1e-3, options.jitter * 1e-3, options.loss * 1e-2,
                lambda: not judging.running)

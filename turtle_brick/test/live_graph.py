@@ -33,7 +33,6 @@ import signal
 from time import monotonic
 from typing import Any
 
-from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -87,7 +86,6 @@ class LiveGraph(Graph):
         """Start in a ROS domain; see Graph."""
         super().__init__(domain_id, **options)
         self._fetched = 0.0
-        self._clients: dict[str, Client] = {}
         self._ears = Listener('ears', context=self.context, namespace=self.namespace)
         self.listener = self.add(Node, parameters=False, node_name='listener',
                                  start_parameter_services=False)
@@ -150,22 +148,19 @@ class LiveGraph(Graph):
                       PATIENCE, f'{count} messages on each topic')
         return [rate(recording.times) for recording in recordings]
 
-    def publisher(self, topic: str, message_type: type, qos: QoSProfile | int = 10,
-                  readers: int = 1) -> Publisher:
-        """Make a publisher that so many subscriptions hear."""
+    def publisher(self, topic: str, message_type: type, qos: QoSProfile | int = 10) -> Publisher:
+        """Make a publisher that somebody hears."""
         publisher = self.listener.create_publisher(message_type, topic, qos)
-        self.wait_for(lambda: publisher.get_subscription_count() >= readers, PATIENCE,
-                      f'{readers} to subscribe to {topic}')
+        self.wait_for(publisher.get_subscription_count, PATIENCE, f'somebody to hear {topic}')
         return publisher
 
     def call(self, service: str, service_type: type, request: Any = None) -> Any:
         """Return a service's response."""
-        if service not in self._clients:
-            self._clients[service] = self.listener.create_client(service_type, service)
-        client = self._clients[service]
+        client = self.listener.create_client(service_type, service)
         self.wait_for(client.service_is_ready, PATIENCE, f'the service {service}')
         future = client.call_async(service_type.Request() if request is None else request)
         self.wait_for(future.done, PATIENCE, f'an answer of {service}')
+        self.listener.destroy_client(client)
         return future.result()
 
 

@@ -22,31 +22,24 @@ from turtle_referee.record import rate
 
 
 def test_an_error_in_a_node_and_what_does_not_come_are_the_tests(domain_id):
-    def fail() -> None:
-        raise ZeroDivisionError('as asked')
-
-    with pytest.raises(ZeroDivisionError, match='as asked'):
-        with graph(domain_id) as live:
-            with pytest.raises(TimeoutError, match='Godot'):
-                live.wait_for(lambda: False, 0.1, 'Godot')
-            live.listener.create_timer(0.01, fail)
-            live.wait_for(lambda: False, 10.0, 'an error')
+    with pytest.raises(ZeroDivisionError), graph(domain_id) as live:
+        with pytest.raises(TimeoutError, match='Godot'):
+            live.wait_for(lambda: False, 0.1, 'Godot')
+        live.listener.create_timer(0.01, lambda: 1 / 0)
+        live.wait_for(lambda: False, 10.0, 'an error')
 
 
 PATIENT = """
-import signal, sys, threading
-end = threading.Event()
-signal.signal(signal.SIGINT, lambda *_: end.set())
+import signal, sys
+signal.signal(signal.SIGINT, lambda *_: sys.exit(int(sys.argv[1])))
 print('ready', flush=True)
-end.wait()
-sys.exit(int(sys.argv[1]))
+signal.pause()
 """
 
 
 def test_a_process_that_ends_when_asked_is_accepted_with_status_0_only(domain_id):
     with process([sys.executable, '-c', PATIENT, '0'], domain_id) as running:
         running.wait_for_output('ready', 10.0)
-    assert not running.running
     with pytest.raises(AssertionError, match='status 3.*\nready'):
         with process([sys.executable, '-c', PATIENT, '3'], domain_id) as running:
             running.wait_for_output('ready', 10.0)

@@ -145,6 +145,5 @@ def test_fall_that_comes_in_one_message(domain_id):
         begin = bench.now
         bench.tick(200_000_000)
         fall = bench.catcher.catcher.decision.fall
-    print("FALL", (fall.stamp-begin)/STEP)
     assert abs(fall.stamp - begin) <= 3 * STEP
     assert (fall.x, fall.y) == (12.0, 6.0)
