@@ -34,16 +34,6 @@ class InstallScripts(install_scripts):
             path.write_text(path.read_text().replace('\n', '\n' + self.TAKE_CTRL_C, 1))
 
 
-def shared(directory: str) -> tuple[str, list[str]]:
-    """
-    Install the files of a source directory into the share subdirectory of its name.
-
-    :param directory: The source directory, relative to this file.
-    :return: An entry of setuptools' data_files: the destination and its files.
-    """
-    return (f'share/{package_name}/{directory}', sorted(glob(f'{directory}/*.*')))
-
-
 setup(
     name=package_name,
     version='1.0.0',
@@ -51,9 +41,9 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),
-        shared('config'),
-        shared('launch'),
-        shared('urdf'),
+        (f'share/{package_name}/config', glob('config/*.*')),
+        (f'share/{package_name}/launch', glob('launch/*.*')),
+        (f'share/{package_name}/urdf', glob('urdf/*.*')),
     ],
     install_requires=['setuptools'],
     extras_require={

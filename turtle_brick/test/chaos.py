@@ -102,7 +102,7 @@ class Scene(Graph):
         """Start nodes in a ROS domain; what comes by chance comes from `random`."""
         super().__init__(domain_id)
         self.random = random
-        self.description = self.parameter_file(self.robot_parameters())
+        self.parameters = (self.params_file, self.parameter_file(self.robot_parameters()))
         self.processes: dict[str, Process] = {}
         for name in names:
             self.start(name)
@@ -110,7 +110,7 @@ class Scene(Graph):
     def start(self, name: str) -> None:
         """Start a node."""
         package, executable, *arguments = NODES[name]
-        for file in (self.params_file, self.description):
+        for file in self.parameters:
             arguments += ['--params-file', str(file)]
         self.processes[name] = self.add_process(
             package, executable, '--ros-args', *arguments, listener=lambda line: None)
