@@ -23,7 +23,7 @@ def test_without_a_name_each_part_is_told_and_drawn(tmp_path, capsys, monkeypatc
     monkeypatch.setattr(lesson, 'PARTS', {'rolling': rolling, 'falling': falling})
     assert lesson.main(['--output', str(tmp_path / 'new')]) == 0
     assert {file.name for file in (tmp_path / 'new').iterdir()} == {
-        f'{kind}-{name}.png' for kind in ('sketch', 'lesson') for name in ('rolling', 'falling')}
+        'lesson-rolling.png', 'lesson-falling.png'}
     said = capsys.readouterr().out
     assert 'rolling:\n' in said and 'falling:\n' in said and 'one turn is 1.257 m' in said
 

@@ -96,7 +96,6 @@ STATE_COLORS = {
     State.LEVELING: '#5b8def',
 }
 
-Point = tuple[float, float]
 Value = TypeVar('Value')
 
 
@@ -107,32 +106,6 @@ def drawn(path: Path, width: float, height: float) -> Iterator[Figure]:
         figure = Figure(figsize=(width, height), layout='constrained')
         yield figure
         figure.savefig(path, format='png', pil_kwargs={'optimize': True})
-
-
-@contextmanager
-def sketched(path: Path, width: float, height: float, x: Point, y: Point) -> Iterator[Axes]:
-    """Draw a picture of a width and a height (inches) to scale, within these limits (m)."""
-    with drawn(path, width, height) as figure:
-        axes = figure.subplots()
-        axes.axis('off')
-        axes.set(aspect='equal', xlim=x, ylim=y)
-        yield axes
-
-
-def arrow(axes: Axes, begin: Point, end: Point, words: str = '', offset: Point = (0.0, 0.0),
-          color: str = INK, style: str = '-|>', bend: float = 0.0) -> None:
-    """
-    Draw an arrow, with words at its middle.
-
-    :param offset: of the words from there (points)
-    :param style: matplotlib's: '<|-|>' measures a length, '-' is a line
-    :param bend: how far it is bent to its right, as a part of its length
-    """
-    axes.annotate('', end, begin, zorder=5, arrowprops={
-        'arrowstyle': style, 'color': color, 'linewidth': 1.8, 'shrinkA': 0.0, 'shrinkB': 0.0,
-        'connectionstyle': f'arc3,rad={bend}'})
-    axes.annotate(words, ((begin[0] + end[0]) / 2.0, (begin[1] + end[1]) / 2.0), xytext=offset,
-                  textcoords='offset points', color=color, ha='center', va='center', zorder=6)
 
 
 def farthest(height: float, parameters: Parameters) -> float:

@@ -16,8 +16,8 @@
 lesson: the numbers and figures of the lesson in doc/lesson, made anew.
 
 Five parts, each a page there: frames, rolling, falling, queue and reach. Each prints its numbers,
-computed from config/turtle.yaml or the file that --params-file names, and draws a sketch of what
-they mean, sketch-<part>.png, and its figure, lesson-<part>.png.
+computed from config/turtle.yaml or the file that --params-file names, and draws its figure,
+lesson-<part>.png. The pages' sketches are drawn by hand.
 """
 
 import argparse
@@ -48,10 +48,9 @@ def main(args: Sequence[str] | None = None) -> int:
         options.output.mkdir(parents=True, exist_ok=True)
         for name in [options.part] if options.part else PARTS:
             print(f'{name}:', *PARTS[name].tell(parameters), sep='\n', flush=True)
-            for kind, draw in (('sketch', PARTS[name].sketch), ('lesson', PARTS[name].draw)):
-                path = options.output / f'{kind}-{name}.png'
-                draw(parameters, path)
-                print(f'  {path}', flush=True)
+            path = options.output / f'lesson-{name}.png'
+            PARTS[name].draw(parameters, path)
+            print(f'  {path}', flush=True)
     except (OSError, ParameterError) as error:
         print(f'lesson: {error}', file=sys.stderr)
         return 2

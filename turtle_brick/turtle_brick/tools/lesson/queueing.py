@@ -14,20 +14,17 @@
 
 """Lesson 4: turtlesim's queue of commands, and why a simple controller overshoots."""
 
-from collections import deque
 from collections.abc import Callable, Iterator
 from math import copysign, e, pi
 from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
-from matplotlib.patches import Rectangle
 from turtle_brick.core.driving import Driver, PERIOD, TRANSPORT
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.time_steps import NANO
-from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, ARENA_SIZE, QUEUE_DEPTH, TICK,
-                                                    Turtle)
-from turtle_brick.tools.plots import arrow, CAUGHT, drawn, FAINT, INK, MISSED, sketched
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TICK, Turtle
+from turtle_brick.tools.plots import CAUGHT, drawn, INK, MISSED
 from turtle_brick.tools.simulation import Simulation
 
 
@@ -138,44 +135,11 @@ def tell(parameters: Parameters) -> Iterator[str]:
                + (f'{settled:13.2f} s' if settled < seen[-1][0] - 0.1 else '        never'))
 
 
-def sketch(parameters: Parameters, path: Path) -> None:
-    """Draw the queue's slots as commands come in and ticks take them."""
-    queue: deque[int] = deque(range(1, QUEUE_DEPTH + 1), QUEUE_DEPTH)
-    published = {number: PERIOD * (number - 1) for number in range(1, 2 * QUEUE_DEPTH)}
-    ticks = [published[QUEUE_DEPTH] + 0.005 + tick * TICK for tick in range(3)]
-    events = sorted([(time, number) for number, time in published.items()
-                     if published[QUEUE_DEPTH] < time < ticks[-1]] + [(tick, 0) for tick in ticks])
-    with sketched(path, 7.6, 2.9, (-2.2, 15.2), (-5.6, 1.1)) as axes:
-        axes.text(-0.3, 0.75, 'newest', ha='left')
-        axes.text(QUEUE_DEPTH - 0.7, 0.75, 'oldest', ha='right')
-        for row, (time, number) in enumerate(events):
-            leaves = queue[0] if not number or len(queue) == QUEUE_DEPTH else None
-            if number:
-                queue.append(number)
-                words = f'{number} comes in' + (f', {leaves} is pushed out' if leaves else '')
-            else:
-                queue.popleft()
-                age = 1e3 * (time - published[leaves or 1])
-                words = f'a tick takes {leaves}, {age:.0f} ms after it was published'
-            axes.text(-0.9, -row, f'{1e3 * time:.0f} ms', ha='right', va='center')
-            for slot in range(QUEUE_DEPTH):
-                axes.add_patch(Rectangle((slot - 0.45, -row - 0.38), 0.9, 0.76, edgecolor=FAINT,
-                                         facecolor='white'))
-            for slot, waiting in enumerate(reversed(queue), QUEUE_DEPTH - len(queue)):
-                axes.text(slot, -row, str(waiting), ha='center', va='center',
-                          fontweight='bold' if waiting == number else 'normal')
-            color = INK if leaves is None else MISSED if number else CAUGHT
-            if leaves is not None:
-                arrow(axes, (QUEUE_DEPTH - 0.4, -row), (QUEUE_DEPTH + 0.5, -row), color=color)
-            axes.text(QUEUE_DEPTH + 0.7, -row, words, color=color, va='center')
-
-
 def draw(parameters: Parameters, path: Path) -> None:
     """Draw what becomes of commands, and naive controllers beside ours."""
     with drawn(path, 7.6, 6.4) as figure:
-        grid = figure.add_gridspec(2, 2, height_ratios=(0.8, 1.5), width_ratios=(1.0, 1.6))
-        sawtooth = figure.add_subplot(grid[0, :])
-        whole, near = figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[1, 1])
+        sawtooth, whole, near = figure.subplot_mosaic(
+            'AA\nBC', height_ratios=(0.8, 1.5), width_ratios=(1.0, 1.6)).values()
 
         for taken, mark, color, words in (
                 (True, 'o', CAUGHT, 'taken by a tick'),

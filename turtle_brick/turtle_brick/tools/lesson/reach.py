@@ -19,7 +19,6 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-from matplotlib.patches import Rectangle
 import numpy as np
 from turtle_brick.core.driving import PERIOD, TRANSPORT
 from turtle_brick.core.parameters import Parameters
@@ -28,8 +27,8 @@ from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guarante
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
 from turtle_brick.tools.drops import Drop, simulate
 from turtle_brick.tools.lesson.falling import DT
-from turtle_brick.tools.plots import (arrow, CAUGHT, drawn, FAINT, farthest, FINE_DASHES, INK,
-                                      MISSED, REFUSED, ROBOT, sketched, waterfall)
+from turtle_brick.tools.plots import (CAUGHT, drawn, FAINT, farthest, FINE_DASHES, INK, MISSED,
+                                      REFUSED, ROBOT, waterfall)
 
 HEIGHTS = tuple(float(number) for number in range(1, 11))
 DISTANCES = tuple(0.2 * number for number in range(28))
@@ -89,31 +88,6 @@ def tell(parameters: Parameters) -> Iterator[str]:
     for what, time in STEPS_OF_LATENCY:
         yield f'    {what:32}{1e3 * time:6.1f} ms'
     yield f'    {"in all":32}{1e3 * sum(time for _, time in STEPS_OF_LATENCY):6.1f} ms'
-
-
-def sketch(parameters: Parameters, path: Path) -> None:
-    """Draw from the side a brick that is just caught: the lengths of the inequality."""
-    r, top, h = parameters.platform_radius, parameters.platform_height, resting_height(parameters)
-    z = h + 3.4
-    d = guaranteed_distance(z, parameters)
-    length, _, thick = parameters.brick_size
-    with sketched(path, 6.4, 4.4, (-1.1, d + 3.1), (-0.75, z + 0.3)) as axes:
-        axes.axhline(0.0, color=INK, linewidth=1.4)
-        for x, color in ((0.0, ROBOT), (d - r, FAINT)):
-            axes.plot([x, x], [0.0, top], color=color, linewidth=4.0)
-            axes.add_patch(Rectangle((x - r, top - 0.1), 2.0 * r, 0.1, color=color))
-        for height, color in ((z, REFUSED), (h, '#e8b59f')):
-            axes.add_patch(Rectangle((d - length / 2.0, height - thick / 2.0), length, thick,
-                                     color=color))
-        arrow(axes, (d, z), (d, h), 'the fall takes t', (54, 0), REFUSED)
-        arrow(axes, (0.0, 0.8), (d - r, 0.8), 'v (t − T)', (0, 9), CAUGHT)
-        arrow(axes, (d - r, 1.15), (d, 1.15), 'r', (0, 8), CAUGHT, '<|-|>')
-        arrow(axes, (0.0, -0.35), (d, -0.35), 'd', (0, -10), style='<|-|>')
-        for height, name, x in ((h, 'h', d + 2.1), (z, 'z', d + 2.7)):
-            arrow(axes, (x, 0.0), (x, height), name, (9, 0), style='<|-|>')
-            axes.plot([d + length, x], [height, height], ':', color=FAINT)
-        axes.plot([d, d], [-0.4, h], ':', color=FAINT)
-        axes.text(-0.1, top + 0.15, 'the robot at rest', color=ROBOT, ha='center')
 
 
 def draw(parameters: Parameters, path: Path) -> None:

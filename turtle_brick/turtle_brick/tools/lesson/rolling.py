@@ -15,17 +15,15 @@
 """Lesson 2: rolling without slipping, and which length the wheel has rolled."""
 
 from collections.abc import Iterator
-from math import cos, degrees, hypot, pi, sin
+from math import degrees, hypot, pi
 from pathlib import Path
 from typing import NamedTuple
 
-from matplotlib.patches import Circle
 import numpy as np
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TICK, Turtle
-from turtle_brick.tools.plots import (arrow, CAUGHT, drawn, FAINT, INK, MISSED, REFUSED, ROBOT,
-                                      sketched)
+from turtle_brick.tools.plots import CAUGHT, drawn, MISSED
 
 
 class Roll(NamedTuple):
@@ -79,34 +77,6 @@ def tell(parameters: Parameters) -> Iterator[str]:
         then = next(one for one in rolls if one.time >= time)
         yield (f'  {what:35}{then.commanded:9.3f} m{then.seen:13.3f} m'
                f'{then.rolled:9.3f} m = {then.rolled / radius:.2f} rad')
-
-
-def sketch(parameters: Parameters, path: Path) -> None:
-    """Draw the arc that the wheel unrolls, and the velocities of three of its points."""
-    r, turn = parameters.wheel_radius, 1.3
-    there, wheel = r * turn, 5.6 * r
-    with sketched(path, 7.6, 2.3, (-1.2 * r, 9.4 * r), (-0.6 * r, 2.3 * r)) as axes:
-        axes.axhline(0.0, color=INK, linewidth=1.4)
-        for x, color in ((0.0, FAINT), (there, INK), (wheel, INK)):
-            axes.add_patch(Circle((x, r), r, fill=False, edgecolor=color, linewidth=1.6))
-        arc = np.linspace(0.0, turn, 40)
-        axes.plot(there - r * np.sin(arc), r - r * np.cos(arc), color=REFUSED, linewidth=4.0)
-        axes.plot([0.0, there], [0.0, 0.0], color=REFUSED, linewidth=4.0)
-        axes.plot([there, there], [0.0, r], ':', color=INK)
-        arrow(axes, (there, r), (there - r * sin(turn), r - r * cos(turn)), 'r', (-2, 9),
-              style='-')
-        axes.text(there - 0.3 * r, 0.62 * r, 'φ', ha='center')
-        axes.text(there / 2.0, -0.12 * r, 's = r φ', color=REFUSED, ha='center', va='top')
-
-        for height, length, words in ((2.0 * r, 2.0, 'v + ω r = 2 v'), (r, 1.0, 'v')):
-            end = (wheel + 1.1 * r * length, height)
-            arrow(axes, (wheel, height), end, color=CAUGHT)
-            axes.text(end[0] + 0.1 * r, height, words, color=CAUGHT, va='center')
-        axes.plot(wheel, 0.0, 'o', color=CAUGHT)
-        axes.text(wheel, -0.12 * r, 'v − ω r = 0: this point stands still', color=CAUGHT,
-                  ha='center', va='top')
-        arrow(axes, (wheel - 0.55 * r, 0.75 * r), (wheel - 0.1 * r, 1.6 * r), 'ω', (-24, 6), ROBOT,
-              bend=-0.5)
 
 
 def draw(parameters: Parameters, path: Path) -> None:
