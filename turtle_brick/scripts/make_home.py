@@ -39,7 +39,6 @@ import os
 from pathlib import Path
 import platform
 import re
-import shlex
 import shutil
 import signal
 import subprocess
@@ -53,9 +52,7 @@ HOME = TOP / '.ros'
 VENV = HOME / 'venv'
 RECORD = HOME / 'made.json'
 REQUIREMENTS = Path(__file__).resolve().with_name('requirements.txt')
-
-# The folders that this program makes, and what mypy knows; all else in .ros is left alone.
-PARTS = ('venv', 'build', 'install', 'log', 'mypy')
+LOCAL_SETUP = REQUIREMENTS.with_name('local_setup.bash')
 
 GLIBC = (2, 28)
 
@@ -75,12 +72,16 @@ FIT = '/ ._-+~@=!%&()#'
 
 # What is in a package's folder and does not affect its build.
 NOT_BUILT = ('doc', 'media', 'scripts', 'standins', 'test')
+NO_SOURCE = re.compile(r'/\.|/__pycache__/|\.egg-info/')
 
 # A stand-in is named for what a user imports or runs; the real package may have another name.
 REAL_NAMES = {'tf2_ros': 'tf2_ros_py'}
 
-PATH_VARIABLES = ('AMENT_PREFIX_PATH', 'CMAKE_PREFIX_PATH', 'COLCON_PREFIX_PATH',
-                  'LD_LIBRARY_PATH', 'PATH', 'PYTHONPATH', 'PKG_CONFIG_PATH')
+COMPILERS = (('C compiler', ('cc', 'gcc', 'clang'), 'build-essential'),
+             ('C++ compiler', ('c++', 'g++', 'clang++'), 'build-essential'))
+BUILD_TOOLS = (('build tool', ('colcon',), 'python3-colcon-common-extensions'),
+               ('build tool', ('cmake',), 'cmake'))
+"""What has to be on the PATH: what it is, its names, and the package of Ubuntu that has it."""
 
 
 class HomeError(Exception):
@@ -107,22 +108,18 @@ def run(command: list[str], env: dict[str, str], what: str, failed: str) -> None
         line = f'\r  {what} ... {time.monotonic() - start:.0f} s {text}'.rstrip()
         say(line[:shutil.get_terminal_size().columns] + '\033[K' * sys.stderr.isatty(), end)
 
-    try:
+    with contextlib.ExitStack() as stack:
+        stack.callback(show, end='\n')
         say(f'  {what} ...', end='')
-        with subprocess.Popen(command, cwd=TOP, env=env, stdin=subprocess.DEVNULL, text=True,
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              errors='replace') as process:
-            try:
-                for line in process.stdout or ():
-                    output += line
-                    # colcon is still at what began before when it says what it has finished
-                    if sys.stderr.isatty() and not line.startswith('Finished'):
-                        show(line.strip())
-            except BaseException:
-                process.kill()
-                raise
-    finally:
-        show(end='\n')
+        process = stack.enter_context(subprocess.Popen(
+            command, cwd=TOP, env=env, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, text=True, errors='replace'))
+        stack.callback(process.kill)  # when this one is interrupted
+        for line in process.stdout or ():
+            output += line
+            if sys.stderr.isatty():
+                show(line.strip())
+        process.wait()
     if process.returncode:
         say(output.rstrip())
         raise HomeError(failed)
@@ -131,13 +128,11 @@ def run(command: list[str], env: dict[str, str], what: str, failed: str) -> None
 def clean_environment() -> dict[str, str]:
     """Return this process's environment without what belongs to the home that is made."""
     env = dict(os.environ)
-    for name in PATH_VARIABLES:
-        if name in env:
-            env[name] = os.pathsep.join(
-                entry for entry in env[name].split(os.pathsep)
-                if not entry.startswith(f'{HOME}{os.sep}'))
-            if not env[name]:
-                del env[name]
+    for name in [name for name in env if name.endswith('PATH')]:
+        env[name] = os.pathsep.join(entry for entry in env[name].split(os.pathsep)
+                                    if not entry.startswith(f'{HOME}{os.sep}'))
+        if not env[name]:
+            del env[name]
     return env
 
 
@@ -148,27 +143,14 @@ def fingerprint(*parts: object) -> str:
     return hashlib.sha256('\0'.join(map(str, parts)).encode()).hexdigest()
 
 
-def folder_fingerprint(folder: Path, without: Iterable[str] = ()) -> str:
-    """
-    Return a hash of the names, modes and contents of a folder's files.
-
-    :param without: Names at its top that do not count. Hidden files and bytecode never do.
-    """
-    skipped = {folder / name for name in without}
-    digest = hashlib.sha256()
-    for root, folders, files in os.walk(folder):
-        folders[:] = sorted(
-            name for name in folders
-            if Path(root, name) not in skipped
-            and not name.startswith(('.', '__pycache__')) and not name.endswith('.egg-info'))
-        for name in sorted(files):
-            if not name.startswith('.') and not name.endswith('.pyc'):
-                path = Path(root, name)
-                content = path.read_bytes()
-                digest.update(f'{path.relative_to(folder)}\0{os.access(path, os.X_OK)}'
-                              f'\0{len(content)}\0'.encode())
-                digest.update(content)
-    return digest.hexdigest()
+def folder_fingerprint(folder: Path) -> str:
+    """Return a hash of the names, modes and contents of the files that a package is built of."""
+    found: list[object] = []
+    for path in sorted(folder.rglob('*')):
+        name = path.relative_to(folder)
+        if path.is_file() and name.parts[0] not in NOT_BUILT and not NO_SOURCE.search(f'/{name}'):
+            found += [name, os.access(path, os.X_OK), path.read_bytes()]
+    return fingerprint(*found)
 
 
 def read_record() -> dict[str, str]:
@@ -181,8 +163,7 @@ def read_record() -> dict[str, str]:
 
 def write_record(made: dict[str, str]) -> None:
     """Keep the fingerprints of what has been made."""
-    new = HOME / 'log' / 'made.new'  # a full disk must not cost the record of what is there
-    new.parent.mkdir(exist_ok=True)
+    new = RECORD.with_suffix('.new')  # a full disk must not cost the record of what is there
     new.write_text(json.dumps(made, indent=1, sort_keys=True) + '\n')
     os.replace(new, RECORD)
 
@@ -221,16 +202,12 @@ def check_platform() -> None:
             + ': install ROS 2 Jazzy itself here, or use its container, and source it first.')
 
 
-def check_compilers() -> None:
-    """Check that there are a C and a C++ compiler, those that CMake would take."""
-    for language, variable, usual in (('C', 'CC', ('cc', 'gcc', 'clang')),
-                                      ('C++', 'CXX', ('c++', 'g++', 'clang++'))):
-        wanted = shlex.split(os.environ.get(variable, ''))[:1] or usual
-        if not any(map(shutil.which, wanted)):
-            raise HomeError(
-                f'There is no {language} compiler: none of these is on the PATH: '
-                f'{", ".join(wanted)}. Install one, for example with "sudo apt install '
-                'build-essential".')
+def check_programs(*wanted: tuple[str, tuple[str, ...], str]) -> None:
+    """Check that one of the programs of each kind is on the PATH."""
+    for kind, names, package in wanted:
+        if not any(map(shutil.which, names)):
+            raise HomeError(f'There is no {kind}, since the PATH has no {" or ".join(names)}: '
+                            f'install one, for example with "sudo apt install {package}".')
 
 
 def check_python() -> None:
@@ -251,20 +228,12 @@ def check_python() -> None:
             f'them, for example with "sudo apt install python{version}-dev".')
 
 
-def check_colcon() -> None:
-    """Check that the ROS home which is sourced has what builds packages."""
-    for program, package in (('colcon', 'python3-colcon-common-extensions'), ('cmake', 'cmake')):
-        if not shutil.which(program):
-            raise HomeError(f'There is no {program} on the PATH: install it, for example with '
-                            f'"sudo apt install {package}".')
-
-
 # ----------------------------------------------------------------------- the virtual environment
 
 def venv_fingerprint() -> str:
     """Return the fingerprint of the virtual environment that this Python would make."""
-    return fingerprint(VENV, sys.base_prefix, sys.version_info[:2], REQUIREMENTS.read_bytes(),
-                       Path(__file__).read_bytes())
+    return fingerprint(VENV, sys.base_prefix, sys.version_info[:2], *(
+        path.read_bytes() for path in (REQUIREMENTS, LOCAL_SETUP, Path(__file__))))
 
 
 def point_to_this_machine(text: str, include: str, packages: str) -> str:
@@ -275,51 +244,10 @@ def point_to_this_machine(text: str, include: str, packages: str) -> str:
     return ASCII_LINES.sub(r'\1 ENCODING UTF-8)', text)
 
 
-def local_setup(venv: Path, packages: Path) -> str:
-    """Return a bash script that makes a shell use a virtual environment as its ROS prefix."""
-    libraries = [venv / 'lib', *sorted(packages.glob('ros_*.libs'))]
-    quoted = {name: shlex.quote(str(value)) for name, value in (
-        ('home', venv.parent), ('venv', venv), ('bin', venv / 'bin'),
-        ('libraries', ':'.join(map(str, libraries))))}
-    return f"""# Made by make_home.py: this virtual environment as the ROS prefix of a shell.
-
-# This home holds all that it needs. Packages of another Python would be taken before its own,
-# and no other middleware is in it.
-unset PYTHONHOME PYTHONPATH RMW_IMPLEMENTATION
-export PYTHONNOUSERSITE=1
-
-export VIRTUAL_ENV={quoted['venv']}
-export AMENT_PREFIX_PATH={quoted['venv']}
-export ROS_DISTRO=jazzy ROS_VERSION=2 ROS_PYTHON_VERSION=3
-
-# The wheels' bootstrapper would start every Python process twice to set LD_LIBRARY_PATH.
-export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1
-
-# first in a variable, and nothing that an earlier visit to this home has left there
-_turtle_brick_first() {{
-  local entry rest='' IFS=:
-  local -; set -f
-  for entry in ${{!1-}}; do
-    case $entry in
-      '' | {quoted['home']}/*) ;;
-      *) rest+=:$entry ;;
-    esac
-  done
-  export "$1=$2$rest"
-}}
-_turtle_brick_first PATH {quoted['bin']}
-_turtle_brick_first CMAKE_PREFIX_PATH {quoted['venv']}
-_turtle_brick_first LD_LIBRARY_PATH {quoted['libraries']}
-unset -f _turtle_brick_first
-hash -r
-"""
-
-
 def make_venv() -> None:
     """Make the virtual environment, from nothing."""
     env = clean_environment()
-    for name in ('PYTHONPATH', 'PYTHONHOME', 'PIP_TARGET', 'PIP_PREFIX', 'PIP_ROOT',
-                 'VIRTUAL_ENV', '__PYVENV_LAUNCHER__'):
+    for name in ('PYTHONPATH', 'PYTHONHOME'):
         env.pop(name, None)
     env.update(PYTHONNOUSERSITE='1', PIP_USER='0', PIP_NO_INPUT='1',
                PIP_DISABLE_PIP_VERSION_CHECK='1', _ROS_WHEELS_BOOTSTRAP_COMPLETE='1')
@@ -346,15 +274,10 @@ def make_venv() -> None:
         new = point_to_this_machine(text, sysconfig.get_path('include'), str(packages))
         if new != text:
             path.write_text(new)
-    (VENV / 'local_setup.bash').write_text(local_setup(VENV, packages))
+    shutil.copy(LOCAL_SETUP, VENV)
     # The kernel takes no interpreter with a blank in its path, nor one that is very long.
     (packages / 'setuptools' / '_distutils' / 'distutils.cfg').write_text(
         '[build_scripts]\nexecutable = /usr/bin/env python3\n')
-
-
-def in_venv() -> list[str]:
-    """Return the beginning of a command that is to run in the virtual environment."""
-    return ['bash', '-c', 'source "$0" && exec "$@"', str(VENV / 'local_setup.bash')]
 
 
 # ------------------------------------------------------------------------------------ the packages
@@ -401,15 +324,15 @@ def build(folders: dict[str, Path], underlay: str, made: dict[str, str], launche
     :param made: The fingerprints of what has been made, which are brought up to date.
     :param launcher: The beginning of a command that is to run in the home underneath.
     """
-    marks = {name: fingerprint(underlay, folder_fingerprint(folder, NOT_BUILT))
+    marks = {name: fingerprint(underlay, folder_fingerprint(folder))
              for name, folder in folders.items()}
     changed = [name for name, mark in marks.items()
                if made.get(name) != mark or not (HOME / 'install' / name).is_dir()]
     dropped = set(made) - set(marks) - {'venv'}
     if changed and not launcher:
-        check_colcon()
+        check_programs(*BUILD_TOOLS)
     if any((folders[name] / 'CMakeLists.txt').is_file() for name in changed):
-        check_compilers()
+        check_programs(*COMPILERS)
     HOME.mkdir(exist_ok=True)
     for name in [*changed, *dropped]:
         made.pop(name, None)
@@ -439,10 +362,7 @@ def build(folders: dict[str, Path], underlay: str, made: dict[str, str], launche
 def remove_home() -> None:
     """Delete all that this program has made, the record of it first."""
     RECORD.unlink(missing_ok=True)
-    for name in PARTS:
-        shutil.rmtree(HOME / name, ignore_errors=True)
-    with contextlib.suppress(OSError):
-        HOME.rmdir()
+    shutil.rmtree(HOME, ignore_errors=True)
 
 
 def make_native_home(made: dict[str, str]) -> None:
@@ -460,7 +380,7 @@ def make_pypi_home(made: dict[str, str]) -> None:
     if made.get('venv') != mark or not VENV.is_dir():
         check_path()
         check_platform()
-        check_compilers()
+        check_programs(*COMPILERS)
         check_python()
         say('turtle_brick: no ROS 2 Jazzy is at hand, so its wheels go into .ros '
             '(once: two to four minutes, 650 MB)')
@@ -479,8 +399,8 @@ def make_pypi_home(made: dict[str, str]) -> None:
         env.pop(name, None)
     env.update(CMAKE_GENERATOR='Ninja', COLCON_DEFAULTS_FILE=os.devnull, PYTHONUTF8='1')
     prefixes = [str(VENV)]
-    build(packages_to_build(prefixes), underlay_fingerprint(prefixes, mark), made, in_venv(),
-          env)
+    launcher = ['bash', '-c', 'source "$0" && exec "$@"', str(VENV / 'local_setup.bash')]
+    build(packages_to_build(prefixes), underlay_fingerprint(prefixes, mark), made, launcher, env)
 
 
 def main() -> int:

@@ -1,0 +1,47 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+# The virtual environment of a home of wheels as the ROS prefix of a shell: make_home.py copies this
+# file into it, and env.bash, and setup.bash of whatever is built on it, source it there.
+
+# This home holds all that it needs. Packages of another Python would be taken before its own,
+# and no other middleware is in it.
+unset PYTHONHOME PYTHONPATH RMW_IMPLEMENTATION
+export PYTHONNOUSERSITE=1
+
+VIRTUAL_ENV=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
+export VIRTUAL_ENV AMENT_PREFIX_PATH=$VIRTUAL_ENV
+export ROS_DISTRO=jazzy ROS_VERSION=2 ROS_PYTHON_VERSION=3
+
+# The wheels' bootstrapper would start every Python process twice to set LD_LIBRARY_PATH.
+export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1
+
+# first in a variable, and nothing that an earlier visit to this home has left there
+_turtle_brick_first() {
+  local entry rest='' IFS=:
+  local -; set -f
+  for entry in ${!1-}; do
+    case $entry in
+      '' | "${VIRTUAL_ENV%/*}"/*) ;;
+      *) rest+=:$entry ;;
+    esac
+  done
+  export "$1=$2$rest"
+}
+_turtle_brick_first PATH "$VIRTUAL_ENV/bin"
+_turtle_brick_first CMAKE_PREFIX_PATH "$VIRTUAL_ENV"
+_turtle_brick_first LD_LIBRARY_PATH \
+  "$VIRTUAL_ENV/lib$(set +f; printf ':%s' "$VIRTUAL_ENV"/lib/python3*/site-packages/ros_*.libs)"
+unset -f _turtle_brick_first
+hash -r
