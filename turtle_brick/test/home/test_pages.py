@@ -18,8 +18,9 @@ A page's commands are the lines of its ```bash blocks, and what stands in `...` 
 command. Each one is run, unless NOT_RUN says why not.
 """
 
-from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import fields
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, nullcontext
+from functools import partial
 from importlib.util import find_spec
 from itertools import pairwise
 import os
@@ -35,7 +36,6 @@ from forked import ROS2, ROS2_MODULES
 from live_graph import NodeProcess
 import pytest
 from recorded import Command
-from turtle_brick.core.parameters import load, Parameters
 from turtle_referee.domains import reserved_domain
 import yaml
 
@@ -61,7 +61,7 @@ NOT_RUN = {
 """Commands, by a pattern of how they begin, that are not run here, and why."""
 
 ARENA = 'ros2 launch turtle_brick turtle_arena.launch.py'
-"""The command that starts the graph which the others talk to."""
+"""The command that starts the graph which others talk to."""
 
 LASTING = {
     'ros2 launch turtle_brick show_turtle': 'Robot initialized',
@@ -75,7 +75,7 @@ LASTING = {
 """Commands that go on until Ctrl-C, and what they print when they are up."""
 
 TALKS = 'ros2 (node|param|service|topic|run tf2_ros)|python3 own_node'
-"""What talks to that graph."""
+"""Commands that talk to that graph, of ARENA."""
 
 NEEDS_VISER = 'ros2 run turtle_brick viewer|bash turtle_brick/scripts/demo'
 NEEDS_HOME = '(source|bash) turtle_brick/scripts'
@@ -117,14 +117,6 @@ LESSON = [text for page in PAGES
 def begins(command, table):
     """Return the pattern of a table that a command begins with, or None."""
     return next((pattern for pattern in table if re.match(pattern, command)), None)
-
-
-def test_no_table_has_a_command_that_no_page_has():
-    for beginning in (*NOT_RUN, *LASTING, *NEEDS_VISER.split('|')):
-        assert any(re.match(beginning, command) for command in COMMANDS), beginning
-    assert ARENA in COMMANDS
-    assert {command for command in COMMANDS if 'lesson ' in command} == {
-        f'ros2 run turtle_brick lesson {text.partition(":")[0]}' for text in LESSON}
 
 
 # ------------------------------------------------------------------------------------ commands
@@ -179,8 +171,7 @@ def try_out(command, domain, directory):
     if re.search('/drop|/place', command):
         assert 'success=True' in said
     if 'lesson' in command:
-        assert sorted(said.splitlines()) == sorted(''.join(LESSON).splitlines())
-        assert all(text in said for text in LESSON)
+        assert said == ''.join(LESSON)
 
 
 def lacks(command):
@@ -191,43 +182,10 @@ def lacks(command):
         return 'viser is not installed'
 
 
-def asked_for(request, test):
-    """Return the commands that a test is asked for."""
-    return [item.callspec.params['command'] for item in request.session.items
-            if getattr(item, 'function', None) is test]
-
-
-@pytest.fixture(scope='module')
-def outcomes(request, tmp_path_factory):
-    """Try the commands that need no other, some at a time."""
-    def attempt(command):
-        with reserved_domain() as domain:
-            try_out(command, domain, tmp_path_factory.mktemp('reader'))
-
-    commands = [command for command in asked_for(request, test_command) if not lacks(command)]
-    with ThreadPoolExecutor(3) as pool:
-        # What may build comes first: the others would see it half done.
-        found = {command: pool.submit(attempt, command) for command in commands
-                 if 'env.bash' in command}
-        wait(found.values())
-        yield found | {command: pool.submit(attempt, command) for command in commands
-                       if command not in found}
-
-
-@pytest.mark.parametrize('command', [
-    command for command in COMMANDS if command != ARENA
-    and not begins(command, NOT_RUN) and not re.match(TALKS, command)], ids=str)
-def test_command(command, outcomes):
-    if lacks(command):
-        pytest.skip(lacks(command))
-    outcomes[command].result()
-
-
-@pytest.fixture(scope='module')
-def domain(tmp_path_factory):
+@contextmanager
+def arena(directory):
     """Start the graph in a domain of its own; see in the end that Ctrl-C ends it quietly."""
-    with reserved_domain() as domain, started(
-            ARENA, domain, tmp_path_factory.mktemp('arena')) as process:
+    with reserved_domain() as domain, started(ARENA, domain, directory) as process:
         process.wait_for_output('waiting for a fall', TIMEOUT)
         if HAS_DAEMON:
             run('ros2 daemon start', domain)  # what it does not know, no command knows
@@ -245,59 +203,58 @@ def domain(tmp_path_factory):
 
 
 @pytest.fixture(scope='module')
-def answers(request, domain, tmp_path_factory):
-    """Try the commands that talk to that graph, six at a time: most of them wait for it."""
-    brick = Lock()
+def outcomes(request, tmp_path_factory):
+    """Try the commands that the test is asked for, some at a time; return how each ended."""
+    found, brick = {}, Lock()
 
-    def attempt(command):
-        directory = tmp_path_factory.mktemp('reader')
-        if not re.search('/drop|/place|own_node', command):
-            return try_out(command, domain, directory)
-        with brick:
+    def alone(command):
+        with reserved_domain() as domain:
+            try_out(command, domain, tmp_path_factory.mktemp('reader'))
+
+    def beside(domain, command):
+        with brick if re.search('/drop|/place|own_node', command) else nullcontext():
             if '/drop' in command:
                 run(next(place for place in COMMANDS if ' /place ' in place), domain)
-            return try_out(command, domain, directory)
+            try_out(command, domain, tmp_path_factory.mktemp('reader'))
 
-    commands = asked_for(request, test_command_beside_the_arena)
-    commands.sort(key=lambda command: not re.search('own_node|/drop', command))  # the longest
-    with ThreadPoolExecutor(6) as pool:
-        yield {command: pool.submit(attempt, command) for command in commands}
+    def try_all(commands, workers, attempt):
+        with ThreadPoolExecutor(workers) as pool:
+            found.update((command, pool.submit(attempt, command)) for command in commands)
+
+    def try_with_the_arena(_):
+        # the longest first; most of them wait for it, most of the time
+        commands = sorted(talking, key=lambda command: not re.search('own_node|/drop', command))
+        with arena(tmp_path_factory.mktemp('arena')) as domain:
+            try_all(commands, 6, partial(beside, domain))
+
+    asked = [item.callspec.params['command'] for item in request.session.items
+             if getattr(item, 'function', None) is test_command]
+    talking = [command for command in asked if re.match(TALKS, command)]
+    others = [command for command in asked if command not in (ARENA, *talking)
+              and not lacks(command)]
+    building = [command for command in others if 'env.bash' in command]
+    try_all(building, 1, alone)  # the others would see what is built half done
+    try_all([command for command in others if command not in building], 3, alone)
+    try_all([ARENA], 1, try_with_the_arena)
+    return found
 
 
 @pytest.mark.parametrize('command', [
-    command for command in COMMANDS if re.match(TALKS, command)], ids=str)
-def test_command_beside_the_arena(command, answers):
-    answers[command].result()
+    command for command in COMMANDS if not begins(command, NOT_RUN)], ids=str)
+def test_command(command, outcomes):
+    if lacks(command):
+        pytest.skip(lacks(command))
+    outcomes.get(command, outcomes[ARENA]).result()
 
 
 # --------------------------------------------------------------------------------------- names
 
-def cells(page, heading):
-    """Return the rows of the table under a heading, each a list of its cells."""
-    section = (PACKAGE / 'doc' / page).read_text().split(f'## {heading}\n')[1].split('\n## ')[0]
-    rows = [[cell.strip() for cell in line.split('|')[1:-1]] for line in section.splitlines()
-            if line.startswith('|')]
-    return rows[2:]
-
-
-def names(cell):
-    """Return what stands in `...` in a cell."""
-    return re.findall('`([^`]+)`', cell)
-
-
 def test_every_parameter_is_told_with_its_default():
-    told = {names(name)[0]: yaml.safe_load(re.match(r'\[.*\]|[\d.]+', value)[0])
-            for name, value, _ in cells('graph.md', 'Parameters')}
-    parameters = load()
-    actual = {entry.name: getattr(parameters, entry.name) for entry in fields(Parameters)}
-    assert told == {name: list(value) if isinstance(value, tuple) else value
-                    for name, value in actual.items()}
-
-
-def test_every_launch_file_is_told():
-    told = {name for row in cells('graph.md', 'Launch files') for name in names(row[0])}
-    files = {path.name for path in (PACKAGE / 'launch').iterdir() if path.is_file()}
-    assert {name.replace('{py,xml}', kind) for name in told for kind in ('py', 'xml')} == files
+    page = (PACKAGE / 'doc/graph.md').read_text().split('## Parameters\n')[1]
+    told = {name: yaml.safe_load(value) for name, value in re.findall(
+        r'^\| `(\w+)` \| (\[.*?\]|[\d.]+) ', page, re.M)}
+    content = yaml.safe_load((PACKAGE / 'config/turtle.yaml').read_text())
+    assert told == content['/**']['ros__parameters']
 
 
 def slug(heading):
