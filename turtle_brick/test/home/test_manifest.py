@@ -32,16 +32,14 @@ KEYS = {'PIL': 'python3-pil', 'tf2_ros': 'tf2_ros_py', **{name: f'python3-{name}
 NOT_PYTHON = {'launch_xml', 'ros2launch'}
 """They make ros2 launch read launch files, those in XML too."""
 
-DOOR = ('arena', 'catcher', 'physics', 'turtle_robot')
-
 MAY_IMPORT = {
     'turtle_brick/core': ['turtle_brick.core'],
     'turtle_brick/physics.py': ['turtle_brick.core'],
     'turtle_brick/ros': ['turtle_brick.core', 'turtle_brick.ros'],
     **{f'turtle_brick/{name}.py': ['turtle_brick.physics', 'turtle_brick.core', 'turtle_brick.ros']
        for name in ('arena', 'catcher', 'turtle_robot')},
-    'turtle_brick/view': ['turtle_brick.core', 'turtle_brick.ros', 'turtle_brick.view',
-                          *(f'turtle_brick.{name}' for name in DOOR)],
+    'turtle_brick/view': [f'turtle_brick.{name}' for name in (
+        'core', 'ros', 'view', 'arena', 'catcher', 'physics', 'turtle_robot')],
     'turtle_brick/tools': ['turtle_brick', 'turtle_referee'],
     'turtle_referee': ['turtle_referee'],
     'standins': ['turtle_brick.core.turtlesim_kinematics'],
@@ -64,11 +62,14 @@ def modules_of(paths):
     return names
 
 
-def imported(paths):
-    """Return the keys of the modules that are imported, without the package's own."""
+def imported(*patterns):
+    """Return the keys of the modules that files import, without the package's own and viser's."""
+    paths = [path for pattern in patterns for path in PACKAGE.glob(pattern)]
     modules = {name.partition('.')[0] for name in modules_of(paths)}
     own = {'turtle_brick', 'turtle_referee',
            *(path.stem for path in PACKAGE.joinpath('test').rglob('*.py'))}
+    without_key = re.search(r'<!-- viser(.*?)-->', MANIFEST, re.DOTALL)[0]
+    own.update(re.findall(r'\w+', without_key))
     return {KEYS.get(name, name) for name in modules - sys.stdlib_module_names - own}
 
 
@@ -77,23 +78,16 @@ def named(kind):
     return {element.text for element in ElementTree.fromstring(MANIFEST).iter(kind)}
 
 
-def without_key():
-    """Return the modules of the manifest's comment on what rosdep does not have."""
-    comment = re.search(r'<!-- viser(.*?)-->', MANIFEST, re.DOTALL)
-    return set(re.findall(r'\w+', comment[0]))
-
-
 def test_what_is_imported_or_launched_is_named_and_nothing_else():
     launched = {name for path in PACKAGE.glob('launch/*') for name in re.findall(
         r'(?:package=\'|pkg=")(\w+)', path.read_text())} - {'turtle_brick'}
-    used = imported([*PACKAGE.glob('turtle_*/**/*.py'), *PACKAGE.glob('launch/*.py')])
-    assert named('exec_depend') == (used - without_key()) | launched | NOT_PYTHON
+    used = imported('turtle_*/**/*.py', 'launch/*.py')
+    assert named('exec_depend') == used | launched | NOT_PYTHON
 
 
 def test_what_tests_import_is_named_and_nothing_else():
-    used = imported(PACKAGE.glob('test/**/*.py'))
-    used -= without_key() | named('exec_depend') | {'ros2cli', 'turtlesim_standin'}
-    assert named('test_depend') == used
+    used = imported('test/**/*.py') - named('exec_depend')
+    assert named('test_depend') == used - {'ros2cli', 'turtlesim_standin'}
 
 
 @pytest.mark.parametrize('room', MAY_IMPORT)
