@@ -37,15 +37,15 @@ class Sent(NamedTuple):
     taken: bool
 
 
-def commands(phase: float = 0.0, seconds: float = 0.5) -> list[Sent]:
+def commands(phase: float) -> list[Sent]:
     """
-    Send commands at 100 Hz to turtlesim for a time (s), and find each again in its poses.
+    Send commands at 100 Hz to turtlesim for half a second, and find each again in its poses.
 
     :param phase: of turtlesim's ticks (s)
     :return: The commands that were sent when its queue was full already.
     """
     turtle = Turtle(holonomic=True)
-    first, count = 32, round(seconds / PERIOD)
+    first, count = 32, round(0.5 / PERIOD)
     arrivals: list[tuple[int, float]] = []
     sent = 0
     for tick in range(round((first + count + 10) * PERIOD / TICK)):
