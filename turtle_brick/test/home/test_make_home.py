@@ -162,12 +162,16 @@ def test_only_what_changed_is_built_again(top, tmp_path, built):
 
 
 def test_a_failed_build_is_shown_and_tried_again(top, make_home, built, capsys):
+    assert built() == EVERYTHING
+    content = top / 'turtle_brick/content.txt'
+    content.write_text('changed')
     (top / 'broken').touch()
-    with pytest.raises(make_home.HomeError, match='colcon could not build tf2_msgs, tf2_ros'):
+    with pytest.raises(make_home.HomeError, match='colcon could not build turtle_brick'):
         built()
     assert 'error: it is broken' in capsys.readouterr().err
     (top / 'broken').unlink()
-    assert built() == EVERYTHING
+    content.write_text('one')
+    assert built() == ['turtle_brick']
     (top / '.ros/made.json').write_text('{"tf2_ro')
     assert built() == EVERYTHING
 
@@ -229,14 +233,20 @@ def test_a_path_of_every_day_is_taken_and_one_that_cannot_be_is_refused(
     assert words in refusal(load(top.rename(top.with_name(name))))
 
 
-def test_what_pip_says_is_shown_and_nothing_that_was_not_finished_is_kept(
-        top, make_home, monkeypatch, capsys):
-    for path in ('venv/attempt', 'install/turtle_brick/a', 'build/turtle_brick/a'):
-        executable(top / '.ros' / path)
+def test_what_pip_says_is_shown(top, make_home, monkeypatch, capsys):
     monkeypatch.setattr(sys, '_base_executable', executable(top.with_name('python'), PYTHON))
     monkeypatch.setenv('PIP_SAYS', 'ERROR: No space left')
     assert 'pip could not install' in refusal(make_home)
     assert 'ERROR: No space left' in capsys.readouterr().err
+
+
+def test_nothing_that_was_not_finished_is_kept(make_home, monkeypatch):
+    for path in ('venv/attempt', 'install/turtle_brick/a', 'build/turtle_brick/a'):
+        executable(make_home.HOME / path)
+    for name in ('make_venv', 'build'):
+        monkeypatch.setattr(make_home, name, lambda *_: None)
+    make_home.make_pypi_home({})
+    assert [path.name for path in make_home.HOME.iterdir()] == ['made.json']
 
 
 def maker(top, pip_says):
