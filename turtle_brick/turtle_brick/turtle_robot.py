@@ -58,11 +58,10 @@ from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.parameters import RobotParameters
 from turtle_brick.core.time_steps import due_instant, NANOSECONDS, StepClock
 from turtle_brick.core.turtlesim_kinematics import TurtlePose
-from turtle_brick.ros.node_main import init, spin
+from turtle_brick.ros.node_main import init, spin, Warner
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.ros.tf import (BASE_LINK, GuardedListener, LATEST, ODOM, pose_of, set_transform,
                                  STATES, transform_message, WORLD)
-from turtle_brick.ros.throttling import Warner
 from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage
 

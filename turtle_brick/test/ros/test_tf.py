@@ -15,6 +15,7 @@
 """What the nodes share about TF: no transform, whoever sent it, does a buffer lasting harm."""
 
 from math import inf, nan
+from unittest.mock import Mock
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -27,8 +28,8 @@ from rclpy.time import Time
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from turtle_brick.core.geometry import FARTHEST, Pose
-from turtle_brick.ros.tf import (AHEAD, GuardedListener, harm_of, Intake, latest, OLDEST, PAST,
-                                 pose_of, recent, transform_message)
+from turtle_brick.ros.tf import (AHEAD, GuardedListener, latest, OLDEST, PAST, pose_of, recent,
+                                 transform_message)
 
 NOW = 1_000_000_000_000
 LEVEL = (0.0, 0.0, 0.0, 1.0)
@@ -49,27 +50,30 @@ def stamped(sec, nanosec):
     return message
 
 
+def listener():
+    """Return a listener with a buffer of its own, and the logger of its node."""
+    node = Mock()
+    return GuardedListener(Buffer(), node), node.get_logger()
+
+
 @pytest.mark.parametrize('bad, static, words', [
     (transform('world', 'brick', position=(nan, 0.0, 0.0)), False, '(nan, 0, 0)'),
     (transform('world', 'brick', position=(0.0, -inf, 0.0)), True, '(0, -inf, 0)'),
     (transform('world', 'brick', position=(0.0, 0.0, 1.01 * FARTHEST)), False, '(0, 0, 1.01e+'),
     (transform('world', 'brick', orientation=(0.0, 0.0, 0.0, 0.0)), False, '(0, 0, 0, 0)'),
-    (transform('world', 'brick', orientation=(0.0, 0.0, 0.0, 1e200)), False, '1e+200'),
     (transform('world', 'brick', orientation=(nan, 0.0, 0.0, 1.0)), True, '(nan, 0, 0, 1)'),
     (stamped(-1, 0), True, '-1 s 0 ns'),
     (stamped(1, 1_000_000_000), False, '1 s 1000000000 ns'),
     (transform('world', 'brick', age=-AHEAD - 1), False, 's ahead'),
     (transform('world', 'brick', age=PAST + 1), False, 's old'),
-    (transform('brick', 'world'), False, 'the root of all frames'),
     (transform('elsewhere', '/world'), True, 'the root of all frames'),
 ], ids=lambda value: value if isinstance(value, str) else '')
-def test_harm_is_named_and_said_of_which_frames(bad, static, words):
-    assert words in harm_of(bad, static, NOW)
-    said = []
-    Intake(Buffer(), lambda *words: said.append(words)).take_in(
-        TFMessage(transforms=[bad]), static, NOW)
-    ((topic, sentence),) = said
-    assert topic == ('/tf_static' if static else '/tf')
+def test_harm_is_named_and_said_of_which_frames_a_few_times(bad, static, words):
+    guarded, logger = listener()
+    for _ in range(10):
+        assert guarded.take_in(TFMessage(transforms=[bad]), static, NOW) == []
+    assert logger.warning.call_count == 5
+    (sentence,), _ = logger.warning.call_args
     assert f'"{bad.header.frame_id}" to "{bad.child_frame_id}" ' in sentence
     assert words in sentence and len(sentence) < 250
 
@@ -89,46 +93,38 @@ def test_all_is_in_sight_again_once_everybody_has_spoken_again(messages, known):
 
     Of the frames that are said on /tf_static once, tf2 believes the last one for good.
     """
-    buffer = Buffer()
-    intake = Intake(buffer, lambda *_: None)
+    guarded, _ = listener()
 
     def speak(age):
         for parent, child, static in CHAIN:
             # What is said once is as old as who said it.
             message = TFMessage(transforms=[
                 transform(parent, child, 10 * PAST if static else age)])
-            assert intake.take_in(message, static, NOW), (parent, child)
+            assert guarded.take_in(message, static, NOW), (parent, child)
 
     if known:
         speak(AHEAD)
     for message, static in messages:
-        intake.take_in(TFMessage(transforms=[message]), static, NOW)
+        guarded.take_in(TFMessage(transforms=[message]), static, NOW)
     # Not even what was ahead of its time stays in the way.
     speak(-AHEAD)
-    assert pose_of(latest(buffer, 'brick').transform).position == pytest.approx((5.0, 10.0, 15.0))
-
-
-def test_a_clock_set_back_empties_the_buffer():
-    """Else what was stamped before would stay the latest, and hide what comes."""
-    buffer = Buffer()
-    intake = Intake(buffer, lambda *_: None)
-    intake.take_in(TFMessage(transforms=[transform('world', 'brick')]), False, NOW)
-    intake.take_in(TFMessage(), False, NOW)
-    assert latest(buffer, 'brick') is not None
-    intake.take_in(TFMessage(), False, NOW - 1)
-    assert latest(buffer, 'brick') is None
+    brick = latest(guarded.buffer, 'brick')
+    assert pose_of(brick.transform).position == pytest.approx((5.0, 10.0, 15.0))
 
 
 @pytest.mark.parametrize('age, known', [(OLDEST, True), (OLDEST + 1, False),
                                         (-AHEAD, True), (-AHEAD - 1, False)])
-def test_where_a_moving_frame_is_counts_for_a_while(age, known):
-    buffer = Buffer()
-    assert recent(buffer, 'brick', NOW) is None
-    buffer.set_transform(transform('world', 'brick'), 'somebody')
-    assert recent(buffer, 'brick', NOW + age) == (Pose((1.0, 2.0, 3.0), LEVEL) if known else None)
+def test_where_a_moving_frame_is_counts_for_a_while_and_until_the_clock_is_set_back(age, known):
+    guarded, _ = listener()
+    assert recent(guarded.buffer, 'brick', NOW) is None
+    guarded.take_in(TFMessage(transforms=[transform('world', 'brick')]), False, NOW)
+    pose = recent(guarded.buffer, 'brick', NOW + age)
+    assert pose == (Pose((1.0, 2.0, 3.0), LEVEL) if known else None)
+    guarded.take_in(TFMessage(), False, NOW - 1)
+    assert latest(guarded.buffer, 'brick') is None
 
 
-def test_a_listener_hears_all_in_order_and_complains_a_few_times(domain_id, capfd):
+def test_a_listener_hears_all_in_order(domain_id):
     """Each transform of a burst is heard when its message is in the buffer."""
     buffer, heard = Buffer(), []
     with graph(domain_id) as live:
@@ -139,9 +135,7 @@ def test_a_listener_hears_all_in_order_and_complains_a_few_times(domain_id, capf
         publisher = live.publisher('/tf', TFMessage, QoSProfile(depth=100))
         for burst in range(10):
             publisher.publish(TFMessage(transforms=[
-                *[transform('world', 'brick', NOW - now - 10 * burst - step,
-                            (10.0 * burst + step, 0.0, 0.0)) for step in range(10)],
-                transform('world', 'brick', position=(nan, 0.0, 0.0))]))
+                transform('world', 'brick', NOW - now - 10 * burst - step,
+                          (10.0 * burst + step, 0.0, 0.0)) for step in range(10)]))
         live.wait_for(lambda: len(heard) == 100, PATIENCE, '100 transforms')
     assert heard == [(number, 10 * (number // 10) + 9) for number in range(100)]
-    assert capfd.readouterr().err.count('Left out: the transform from "world" to "brick"') == 5

@@ -31,7 +31,6 @@ import pytest
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.parameters import load
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.ros.node_main import spare_collector
 from turtle_brick.view.camera import NEAR
 
 # Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
@@ -136,7 +135,6 @@ def shown(domain_id):
         live.add_catcher()
         live.listener.create_subscription(PoseStamped, 'goal_pose', goals.put, 10)
         viewer = live.add_process('turtle_brick', 'viewer', '--ros-args', '-p', 'port:=0')
-        spare_collector()
         spinning = pool.submit(live.spin_until, end.is_set, inf, 'the end')
         try:
             yield viewer.wait_for_output(r'Viewer: (http\S+)', TIMEOUT)[1], goals

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-How a node's process begins, spins and ends.
+How a node's process begins, spins, warns and ends.
 
     with init(args):
         spin(Arena())
@@ -22,13 +22,14 @@ It is `rclpy.init`, `rclpy.spin` and `rclpy.shutdown` with a quiet end: rclpy's 
 Ctrl-C and SIGTERM shut the context down while a callback publishes, which then prints an error.
 """
 
+from collections import defaultdict, deque
 from collections.abc import Iterator
 from contextlib import contextmanager
-import gc
 from pathlib import Path
 import signal
 import sys
 from threading import Event
+from time import monotonic
 from types import FrameType
 
 import rclpy
@@ -80,7 +81,6 @@ def spin(node: Node) -> None:
     """Spin a node until Ctrl-C or SIGTERM, and destroy it."""
     executor = make_executor()
     executor.add_node(node)
-    spare_collector()
     while not _asked_to_end.is_set():
         executor.spin_once(timeout_sec=SLEEP_TIME)
     executor.shutdown()
@@ -102,15 +102,28 @@ def make_executor(context: Context | None = None) -> Executor:
     return EventsExecutor(context=context)
 
 
-def spare_collector() -> None:
+class Warner:
     """
-    Let the garbage collector leave out the objects that exist by now: they stay to the end.
+    Log warnings, a limited number of each kind: bad messages may come by the thousand.
 
-    Otherwise it goes through every module and message type again and again, for tens of
-    milliseconds each time, and the timers are late.
+    The logger's own `throttle_duration_sec` takes up to a millisecond per call, to look up the
+    caller: a thousand bad messages would delay a node.
     """
-    gc.collect()
-    gc.freeze()
+
+    PERIOD, LIMIT = 10.0, 5
+    """In how long (s) there may be how many warnings of a kind."""
+
+    def __init__(self, node: Node) -> None:
+        """Begin without any warning of a node."""
+        self._logger = node.get_logger()
+        self._given: defaultdict[str, deque[float]] = defaultdict(lambda: deque(maxlen=self.LIMIT))
+
+    def warn(self, kind: str, sentence: str) -> None:
+        """Log a warning, unless the limit of its kind is reached."""
+        now, given = monotonic(), self._given[kind]
+        if len(given) < self.LIMIT or now - given[0] > self.PERIOD:
+            given.append(now)
+            self._logger.warning(sentence)
 
 
 def _on_signal(number: int, frame: FrameType | None) -> None:

@@ -12,7 +12,6 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """The parameters of a node: those of config/turtle.yaml that it uses, declared and read-only."""
 
 from array import array

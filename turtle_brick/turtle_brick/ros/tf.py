@@ -26,7 +26,7 @@ from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer, TransformException, TransformListener
 from turtle_brick.core.geometry import FARTHEST, IDENTITY, Pose
 from turtle_brick.core.time_steps import NANOSECONDS, nanoseconds_of
-from turtle_brick.ros.throttling import Warner
+from turtle_brick.ros.node_main import Warner
 
 WORLD = 'world'
 ODOM = 'odom'
@@ -135,40 +135,6 @@ def harm_of(transform: TransformStamped, static: bool, now: int) -> str:
     return ''
 
 
-class Intake:
-    """Fill a buffer with the transforms that do it no harm."""
-
-    def __init__(self, buffer: Buffer, complain: Callable[[str, str], Any]) -> None:
-        """
-        Begin with an empty buffer.
-
-        :param buffer: what to fill
-        :param complain: called with the topic of a transform that is left out, and a sentence why
-        """
-        self._buffer = buffer
-        self._complain = complain
-        self._now = 0
-
-    def take_in(self, message: TFMessage, static: bool, now: int) -> list[TransformStamped]:
-        """Fill the buffer with the transforms that can be used now (ns), and return them."""
-        if now < self._now:
-            self._buffer.clear()  # Else transforms from before the jump would stay the latest.
-        self._now = now
-        keep = self._buffer.set_transform_static if static else self._buffer.set_transform
-        taken = []
-        for transform in message.transforms:
-            harm = harm_of(transform, static, now)
-            if harm:
-                self._complain(
-                    '/tf_static' if static else '/tf',
-                    f'Left out: the transform from "{transform.header.frame_id[:40]}" to '
-                    f'"{transform.child_frame_id[:40]}" {harm}')
-            else:
-                keep(transform, 'default_authority')
-                taken.append(transform)
-        return taken
-
-
 class GuardedListener(TransformListener):
     """A TransformListener that leaves out, with a warning, what would do lasting harm."""
 
@@ -183,19 +149,38 @@ class GuardedListener(TransformListener):
             the buffer, and with the instant (ns) at which that came; also with those that arrive
             together because the machine was busy
         """
-        self._intake = Intake(buffer, Warner(node).warn)
+        self._warner = Warner(node)
         self._on_transform = on_transform
+        self._last = 0
         super().__init__(buffer, node, qos=STATES)
 
     def callback(self, data: TFMessage) -> None:
         """Take in a message of /tf."""
         now = self._now()
-        for transform in self._intake.take_in(data, False, now):
+        for transform in self.take_in(data, False, now):
             self._on_transform(transform, now)
 
     def static_callback(self, data: TFMessage) -> None:
         """Take in a message of /tf_static."""
-        self._intake.take_in(data, True, self._now())
+        self.take_in(data, True, self._now())
+
+    def take_in(self, message: TFMessage, static: bool, now: int) -> list[TransformStamped]:
+        """Fill the buffer with the transforms that can be used now (ns), and return them."""
+        if now < self._last:
+            self.buffer.clear()  # Else transforms from before the jump would stay the latest.
+        self._last = now
+        keep = self.buffer.set_transform_static if static else self.buffer.set_transform
+        taken = []
+        for transform in message.transforms:
+            harm = harm_of(transform, static, now)
+            if harm:
+                self._warner.warn('/tf_static' if static else '/tf', (
+                    f'Left out: the transform from "{transform.header.frame_id[:40]}" to '
+                    f'"{transform.child_frame_id[:40]}" {harm}'))
+            else:
+                keep(transform, 'default_authority')
+                taken.append(transform)
+        return taken
 
     def _now(self) -> int:
         """Return the present instant (ns)."""

@@ -50,7 +50,6 @@ from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guarante
                                             resting_height, time_needed)
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.ros.node_main import spare_collector
 from turtle_brick.tools.drops import at_least_one
 from turtle_brick.tools.graph import Graph
 from turtle_referee.domains import (DomainError, DOMAINS, is_empty, keep_to_this_machine,
@@ -370,7 +369,6 @@ def run(graph: Graph, pages: Sequence[Page], parameters: Parameters, start: floa
     """Run the demo in an empty graph; return its exit status."""
     match = Match(graph, parameters, start)
     match.await_graph()
-    spare_collector()
     for page in pages:
         page.await_browser()
     good = play(match, options)
