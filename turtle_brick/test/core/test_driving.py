@@ -154,17 +154,6 @@ def test_arrives_in_time_without_overshoot_and_rests(data, jitter):
     bench.assert_rests(goal, 0.0)
 
 
-@law(12)
-@given(drive=drives(1.5), second=places, part=st.floats(0.0, 1.2))
-def test_goal_may_change_at_any_time(drive, second, part):
-    """It first obeys what is in the queue, then drives to the new goal as to any other."""
-    bench, goal = drive
-    bench.send(goal, part)
-    second = at_most(1.5 * bench.speed, bench.turtle.pose, second)
-    bench.send(second)
-    bench.assert_arrives(second)
-
-
 # --------------------------------------------------------------------------------- what goes wrong
 
 def test_stands_still_without_a_goal_and_without_a_recent_pose():

@@ -47,9 +47,9 @@ other_robots = st.builds(
 @law(40)
 @given(parameters=other_robots, x=inside, y=inside, robot_x=inside, robot_y=inside,
        above=st.floats(0.0, 20.0), late=st.floats(0.0, 0.05),
-       excess=st.just(0.0) | st.floats(0.0, 1.0))
+       excess=st.just(0.0) | st.floats(0.0, 1.0), reserve=st.just(0.0) | st.floats(0.0, 2.0))
 def test_reachable_is_what_the_robot_has_the_time_for(
-        parameters, x, y, robot_x, robot_y, above, late, excess):
+        parameters, x, y, robot_x, robot_y, above, late, excess, reserve):
     """
     (distance - radius) / max_velocity and the latency are within the time until the contact.
 
@@ -57,24 +57,25 @@ def test_reachable_is_what_the_robot_has_the_time_for(
     commands take longer than on one machine counts in both.
     """
     fall = Fall(SECOND, x, y, resting_height(parameters) + above, 0.0)
-    decision = reach(fall, SECOND + seconds(late), RobotMotion(robot_x, robot_y), parameters,
-                     excess)
+    decision = reach(fall, SECOND + seconds(late), RobotMotion(
+        robot_x, robot_y, reserve=reserve), parameters, excess)
     available = sqrt(2.0 * above / parameters.gravity_accel) - late
     distance = hypot(x - robot_x, y - robot_y)
     assert decision.available == pytest.approx(available, abs=1e-6)
     assert decision.distance == pytest.approx(distance)
     assert decision.contact == pytest.approx(SECOND + seconds(available + late), abs=1e3)
     assert decision.margin == decision.available - decision.needed
-    way = distance - parameters.platform_radius
+    farthest = distance + reserve
+    way = farthest - parameters.platform_radius
     assert decision.needed == (0.0 if way <= 0.0 else COMMAND_LATENCY + excess + travel_time(
-        distance, parameters.platform_radius, parameters.max_velocity))
+        farthest, parameters.platform_radius, parameters.max_velocity))
     assert decision.reachable == (decision.needed <= max(decision.available, 0.0))
     assert decision.reachable == (decision.reason == '')
     promised = (parameters.max_velocity * (available + late - 0.13 - excess)
                 + parameters.platform_radius)
     assert guaranteed_distance(fall.z, parameters, excess) == pytest.approx(promised, abs=1e-6)
     # A fall is known by its third sample, 8 ms later.
-    if way > 0.0 and distance <= promised and late <= 0.01:
+    if way > 0.0 and farthest <= promised and late <= 0.01:
         assert decision.reachable
 
 
@@ -95,10 +96,7 @@ def test_brick_below_the_platform_or_outside_the_arena_is_out_of_reach():
 def test_reason_says_what_is_missing():
     fall = Fall(SECOND, 9.0, 5.0, 2.0, 0.0)
     decision = reach(fall, SECOND, RobotMotion(5.0, 5.0), PARAMETERS)
-    assert not decision.reachable
-    assert decision.reason == (
-        f'down in {decision.available:.3f} s, {-decision.margin:.3f} s too early: the robot, '
-        f'4.00 m away, needs {decision.needed:.3f} s (the commands take 0.11 s here)')
+    assert f'{-decision.margin:.3f} s too early: the robot, 4.00 m away' in decision.reason
     decision = reach(fall, SECOND, None, PARAMETERS)
     assert (decision.reachable, decision.needed) == (False, inf)
     assert 'no robot' in decision.reason
@@ -130,10 +128,10 @@ def track_with(excess=0.0):
             COMMAND_LATENCY + excess)
 
 
-def seen_at(track, time, x, y=5.0, tilt=0.0, level=True):
+def seen_at(track, time, x, y=5.0, tilt=0.0, level_for=inf):
     """Return the robot that is seen at a place at a time (s)."""
     return track.observe(seconds(time), Platform(Pose((x, y, HINGE), from_pitch(tilt))),
-                         inf if level else 0.0)
+                         level_for)
 
 
 @on_any_link
@@ -199,18 +197,11 @@ def test_robot_at_rest_tells_how_long_an_order_takes(still, moved, goal, longer)
     assert track.excess == pytest.approx(longer)
 
 
-def test_platform_is_level_if_it_was_ordered_so_and_is_seen_so():
-    track, *_ = track_with()
-    assert seen_at(track, 1.0, 5.0).level
-    assert not seen_at(track, 1.1, 5.0, level=False).level
-    assert not seen_at(track, 1.2, 5.0, tilt=0.01).level
-    assert track.level_seen == seconds(1.1)
-
-
 @on_any_link
-def test_platform_counts_as_level_once_all_others_see_it_so(excess):
+def test_platform_is_level_if_it_is_seen_so_and_all_others_see_it_so(excess):
     track, *_ = track_with(excess)
-    platform = Platform(Pose((5.0, 5.0, HINGE), from_pitch(0.0)))
-    for level_for, level in ((LEVEL_LATENCY + excess - 1e-6, False),
-                             (LEVEL_LATENCY + excess + 1e-6, True)):
-        assert track.observe(seconds(1.0), platform, level_for).level is level
+    assert seen_at(track, 1.0, 5.0).level
+    assert not seen_at(track, 1.1, 5.0, level_for=LEVEL_LATENCY + excess - 1e-6).level
+    assert seen_at(track, 1.2, 5.0, level_for=LEVEL_LATENCY + excess + 1e-6).level
+    assert not seen_at(track, 1.3, 5.0, tilt=0.01).level
+    assert track.level_seen == seconds(1.2)
