@@ -157,20 +157,17 @@ def test_arrives_in_time_without_overshoot_and_rests(data, jitter):
 # --------------------------------------------------------------------------------- what goes wrong
 
 def test_stands_still_without_a_goal_and_without_a_recent_pose():
-    driver, pose = Driver(3.0), TurtlePose(5.0, 5.0, 0.0, 0.0, 0.0)
-    assert driver.pose is None
+    driver = Driver(3.0)
+    driver.observe(1.0, TurtlePose(5.0, 5.0, 0.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match='is not finite'):
+        driver.drive_to(5.0, nan)
+    assert (driver.goal, driver.command(1.0)) == (None, (0.0, 0.0))
     driver.drive_to(1.0, 1.0)
-    assert driver.command(0.0) == (0.0, 0.0)
-    assert not driver.arrived
-    driver.observe(1.0, pose)
     assert driver.command(1.0 + STALE) != (0.0, 0.0)
     assert driver.command(1.001 + STALE) == (0.0, 0.0)
     driver = Driver(3.0)
-    driver.observe(1.0, pose)
-    assert driver.command(1.0) == (0.0, 0.0)
-    with pytest.raises(ValueError, match='is not finite'):
-        driver.drive_to(5.0, nan)
-    assert driver.goal is None
+    driver.drive_to(1.0, 1.0)
+    assert (driver.pose, driver.command(0.0), driver.arrived) == (None, (0.0, 0.0), False)
 
 
 @law(10)

@@ -149,16 +149,16 @@ def test_a_wall_says_where_the_turtle_would_have_been() -> None:
         assert turtle.clamped == (None if y >= 0.0 else (5.0, ARENA_SIZE + 2.0))
 
 
-@pytest.mark.parametrize('value', [nan, inf, -inf, 1e300])
-def test_numbers_without_a_float32_end_no_simulation(value: float) -> None:
+def test_numbers_without_a_float32_end_no_simulation() -> None:
     """A new turtle is a cure."""
-    for act in (lambda turtle: turtle.command(value, value, value),
-                lambda turtle: turtle.teleport_absolute(value, value, value),
-                lambda turtle: turtle.teleport_relative(value, value)):
+    for value, act in product((nan, inf, -inf, 1e300), (
+            lambda turtle, value: turtle.command(value, value, value),
+            lambda turtle, value: turtle.teleport_absolute(value, value, value),
+            lambda turtle, value: turtle.teleport_relative(value, value))):
         sim = TurtleSim(holonomic=True)
         sim.tick(0.0)
-        act(sim.turtles['turtle1'])
-        assert isinstance(sim.tick(TICK)['turtle1'], TurtlePose)
-        assert isinstance(sim.tick(2 * TICK)['turtle1'], TurtlePose)
+        act(sim.turtles['turtle1'], value)
+        for tick in (1, 2):
+            assert isinstance(sim.tick(tick * TICK)['turtle1'], TurtlePose)
         sim.reset()
         assert sim.tick(3 * TICK)['turtle1'][:2] == (ARENA_CENTER, ARENA_CENTER)
