@@ -141,41 +141,35 @@ def test_arguments_that_cannot_be_end_it_with_a_sentence(start, args, reason):
 
 
 EXECUTABLES = [
-    Path(get_package_prefix(package), path) for package, path in (
-        *(('turtle_brick', f'lib/turtle_brick/{entry.name}')
-          for entry in distribution('turtle_brick').entry_points),
-        ('robot_state_publisher', 'lib/robot_state_publisher/robot_state_publisher'),
-        ('joint_state_publisher', 'lib/joint_state_publisher/joint_state_publisher'),
-        ('joint_state_publisher', 'lib/joint_state_publisher_gui/joint_state_publisher_gui'),
-        ('turtlesim', 'lib/turtlesim/turtlesim_node'),
-        ('ros2cli', 'bin/ros2'), ('launch', 'bin/launch_test'))
-    if package == 'turtle_brick' or is_standin(package)]
+    *(Path(get_package_prefix('turtle_brick'), 'lib', 'turtle_brick', entry.name)
+      for entry in distribution('turtle_brick').entry_points),
+    *(Path(get_package_prefix(package), path) for package, path in (
+        ('turtlesim', 'lib/turtlesim/turtlesim_node'), ('ros2cli', 'bin/ros2'))
+      if is_standin(package))]
 
 
-@pytest.fixture
-def fake(tmp_path):
-    """Return a function that runs an executable with modules that interrupt what imports them."""
-    def fake(path, *names):
-        for name in names:
-            (tmp_path / f'{name}.py').write_text(
-                f"import os, signal; {TO_ITSELF.format('SIGINT')}; print('too late')")
-        done = subprocess.run(
-            [path], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-            env={**os.environ, 'PYTHONPATH': f'{tmp_path}:{os.environ["PYTHONPATH"]}'})
-        return done.stdout, done.returncode
-    return fake
+def run_interrupted(path, directory, *names):
+    """Run an executable with modules that interrupt what imports them; return what it says."""
+    for name in names:
+        (directory / f'{name}.py').write_text(
+            f"import os, signal; {TO_ITSELF.format('SIGINT')}; print('too late')")
+    done = subprocess.run(
+        [path], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        env={**os.environ, 'PYTHONPATH': f'{directory}:{os.environ["PYTHONPATH"]}'})
+    return done.stdout, done.returncode
 
 
 @pytest.mark.parametrize('path', EXECUTABLES, ids=lambda path: path.name)
-def test_an_interrupt_ends_an_executable_while_it_imports_its_modules(path, fake):
+def test_an_interrupt_ends_an_executable_while_it_imports_its_modules(path, tmp_path):
     status = 2 if path.name in ('referee', 'ros2') else 0
-    assert fake(path, 'joblib', 'launch', 'matplotlib', 'rclpy', 'yaml') == ('', status)
+    assert run_interrupted(
+        path, tmp_path, 'joblib', 'launch', 'matplotlib', 'rclpy', 'yaml') == ('', status)
 
 
-def test_an_interrupt_ends_an_executable_while_python_looks_up_what_it_runs(tmp_path, fake):
+def test_an_interrupt_ends_an_executable_while_python_looks_up_what_it_runs(tmp_path):
     subprocess.run([sys.executable, '-W', 'ignore', 'setup.py', '-q', 'egg_info', '-e', tmp_path,
                     'install_scripts', '-d', tmp_path], cwd=Path(__file__).parents[2], check=True)
-    assert fake(tmp_path / 'arena', 'email') == ('', 0)
+    assert run_interrupted(tmp_path / 'arena', tmp_path, 'email') == ('', 0)
 
 
 @pytest.mark.parametrize('path, before, last', [
