@@ -72,7 +72,7 @@ class Bench(Simulation):
 
     def distance(self, goal):
         """Return how far the turtle is from a goal."""
-        return hypot(self.turtle.pose.x - goal[0], self.turtle.pose.y - goal[1])
+        return dist(self.turtle.pose[:2], goal)
 
     def send(self, goal, part=0.0):
         """Send the robot to a goal, and wait for a part of the time that the way takes."""
@@ -85,8 +85,7 @@ class Bench(Simulation):
         since = self.now * 1e-9 + after
         self.rest(after + time)
         assert self.poses[-1][0] > since + time - 0.1
-        assert all(hypot(pose.x - goal[0], pose.y - goal[1]) <= 0.005
-                   for at, pose in self.poses if at >= since)
+        assert all(dist(pose[:2], goal) <= 0.005 for at, pose in self.poses if at >= since)
         assert all(command == (0.0, 0.0) for at, command in self.commands if at >= since)
         assert self.driver.arrived
 
@@ -98,7 +97,7 @@ class Bench(Simulation):
 
 def ways(start, goal, poses):
     """Return how far poses are on the straight way to a goal: beyond the goal, and aside (m)."""
-    length = hypot(goal[0] - start[0], goal[1] - start[1])
+    length = dist(goal, start[:2])
     ex, ey = (goal[0] - start[0]) / length, (goal[1] - start[1]) / length
     return [((pose.x - goal[0]) * ex + (pose.y - goal[1]) * ey,
              abs((pose.x - goal[0]) * ey - (pose.y - goal[1]) * ex)) for _, pose in poses]
@@ -106,7 +105,7 @@ def ways(start, goal, poses):
 
 def at_most(reach, start, place):
     """Return the point on the way to a place that is at most so far (m) away."""
-    part = min(1.0, reach / max(hypot(place[0] - start[0], place[1] - start[1]), 1e-9))
+    part = min(1.0, reach / max(dist(start[:2], place), 1e-9))
     return start[0] + part * (place[0] - start[0]), start[1] + part * (place[1] - start[1])
 
 
@@ -125,7 +124,7 @@ def drives(draw, longest=1.5, jitter=True):
     angle = draw(headings)
     way = speed * draw(st.one_of(st.floats(0.0, longest), st.floats(0.0, 0.05)))
     goal = within_arena(x + way * cos(angle), y + way * sin(angle))
-    assume(hypot(goal[0] - x, goal[1] - y) > 1e-3)
+    assume(dist(goal, (x, y)) > 1e-3)
     return Bench(speed, (x, y, draw(headings)), draw(seeds), jitter), goal
 
 
@@ -141,7 +140,7 @@ def test_arrives_in_time_without_overshoot_and_rests(data, jitter):
     bench.send(goal)
     bench.assert_rests(goal, distance / speed + 0.6, 0.6)
     count, reached = next((index, time) for index, (time, pose) in enumerate(bench.poses)
-                          if hypot(pose.x - goal[0], pose.y - goal[1]) <= RADIUS)
+                          if dist(pose[:2], goal) <= RADIUS)
     assert reached - begin <= max(distance - RADIUS, 0.0) / speed + 0.12
     beyond, aside = zip(*ways(start, goal, bench.poses))
     assert max(beyond) <= (0.020 * speed if jitter else 0.001 * speed + 1e-5)
@@ -245,7 +244,7 @@ def test_predicts_the_pose_at_which_a_command_takes_effect(seed, theta, hold, x)
     for (_, before), (_, pose) in pairwise(bench.poses):
         predicted = driver.predicted.pop(round(pose.linear_velocity, 4), None)
         if predicted is not None:
-            assert hypot(before.x - predicted[0], before.y - predicted[1]) <= 1e-5
+            assert dist(before[:2], predicted) <= 1e-5
             compared += 1
     # 62.5 of 100 are taken, less those that are on their way in the end.
     assert compared >= 55
@@ -263,8 +262,7 @@ def test_travel_time_is_what_the_way_takes_at_most(speed, radius, part, angle, s
     bench.send(goal, 1.0)
     bench.rest(0.6)
     first = next((time for time, pose in bench.poses if pose[:2] != start[:2]), 0.0)
-    reached = next(time for time, pose in bench.poses
-                   if hypot(pose.x - goal[0], pose.y - goal[1]) <= radius)
+    reached = next(time for time, pose in bench.poses if dist(pose[:2], goal) <= radius)
     # The approach begins in the middle of a tick: that costs up to 0.09 of one.
     assert reached - first <= travel_time(distance, radius, speed) + 0.09 * TICK
 

@@ -122,7 +122,9 @@ def test_what_is_missing_is_named_and_a_slip_is_told():
     assert refused({**some, 'brick_size': (1, 1, 1), 'brick_strat': (1, 1, 1)}) == (
         'unknown brick_strat, did you mean brick_start?')
     # What is unknown and like nothing that is missing belongs to somebody else.
-    assert Parameters.from_mapping({**DEFAULTS, 'max_velocty': 1, 'port': 2, 3: 4}) == load()
+    assert Parameters.from_mapping({
+        **DEFAULTS, 'brick_start': [1, 2, 3], 'max_velocty': 1, 'port': 2, 3: 4}) == replace(
+            load(), brick_start=(1.0, 2.0, 3.0))
 
 
 @pytest.mark.parametrize('before, after, words', [
