@@ -196,12 +196,9 @@ def test_platform_is_tilted_and_leveled_smoothly():
             assert abs(after - before) <= 1.001 * wanted * pi / 2.0 / RAMP * 0.02
 
 
-@pytest.mark.parametrize(('brick', 'robot', 'reason'), [
-    ((10.0, 10.0, 3.0), (1.0, 1.0), 'too early'),
-    ((5.0, 5.0, REST - 0.1), (5.0, 5.0), 'below'),
-    ((11.2, 5.0, 9.0), (10.5, 5.0), 'outside')])
-def test_says_unreachable_once_where_the_brick_is(brick, robot, reason):
-    stage = Stage(robot=robot)
+@pytest.mark.parametrize('brick', [(10.0, 10.0, 3.0), (*CENTER, REST - 0.1), (11.2, 5.0, 9.0)])
+def test_says_unreachable_once_where_the_brick_is(brick):
+    stage = Stage()
     for _ in range(2):
         stage.drop(*brick)
         stage.run(3.0)
@@ -210,7 +207,6 @@ def test_says_unreachable_once_where_the_brick_is(brick, robot, reason):
         assert not decision.reachable
         assert decision.fall.position[:2] == brick[:2]
         assert 0.0 <= brick[2] - decision.fall.position[2] < 0.01
-        assert reason in decision.reason
         assert stage.states == []
 
 
@@ -290,21 +286,6 @@ def test_brick_that_is_taken_away_or_robot_that_is_lost_at_any_stage(state, plac
     assert stage.angle == 0.0
     stage.visible = True
     stage.assert_next_is_caught()
-
-
-@any_stage
-def test_brick_that_is_dropped_anew_at_any_stage(state):
-    """The platform is leveled at once, and the robot is under the new place."""
-    stage = stage_in(state, 0.21)
-    stage.states.clear()
-    stage.actions.clear()
-    stage.world.brick = (4.0, 4.0, 14.0)
-    stage.world.release()
-    stage.reach_state(State.CARRYING)
-    assert stage.world.phase is Phase.RIDING
-    assert stage.told(DriveOrder)[-2:] == [DriveOrder(4.0, 4.0), DriveOrder(*CENTER)]
-    del stage.states[:-1]
-    stage.assert_tipped_off()
 
 
 @any_stage
