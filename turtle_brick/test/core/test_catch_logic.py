@@ -333,6 +333,19 @@ def test_robot_that_is_lost_for_a_moment(state, time):
 
 # ------------------------------------------------------------------------- a robot of its own will
 
+def test_robot_that_comes_in_sight_is_not_taken_to_be_at_rest():
+    """Until it has been seen for a while it may be going anywhere."""
+    decisions = []
+    for visible in (False, True):
+        stage = Stage(robot=(5.0, 5.0))
+        stage.visible = visible
+        stage.drop(7.5, 5.0, REST + 0.5 * GRAVITY * 0.9 ** 2)
+        stage.visible = True
+        stage.run(0.05)
+        decisions.append(stage.catcher.decision)
+    assert decisions[0].needed > decisions[1].needed + 0.1
+
+
 def test_waits_for_a_robot_that_is_out_of_sight_as_long_as_there_is_time():
     """As a catcher that was asleep does: it may see the brick before the robot."""
     stage = Stage()

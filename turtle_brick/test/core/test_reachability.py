@@ -97,7 +97,9 @@ def test_brick_below_the_platform_or_outside_the_arena_is_out_of_reach():
 def test_reason_says_what_is_missing():
     fall = Fall(SECOND, 9.0, 5.0, 2.0, 0.0)
     decision = reach(fall, SECOND, RobotMotion(5.0, 5.0), PARAMETERS)
-    assert f'{-decision.margin:.3f} s too early: the robot, 4.00 m away' in decision.reason
+    assert decision.reason == (
+        f'down in {decision.available:.3f} s, {-decision.margin:.3f} s too early: the robot, '
+        f'4.00 m away, needs {decision.needed:.3f} s (the commands take 0.11 s here)')
     decision = reach(fall, SECOND, None, PARAMETERS)
     assert (decision.reachable, decision.needed) == (False, inf)
     assert 'no robot' in decision.reason
