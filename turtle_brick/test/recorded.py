@@ -14,20 +14,34 @@
 """The real launch and ros2: what was recorded, the files it was done with, and to do it again."""
 
 from contextlib import suppress
+from importlib import import_module
+import io
 import json
+from multiprocessing import get_context
 import os
 from pathlib import Path
 import re
 import signal
 import subprocess
+import sys
 import threading
 from time import monotonic
-
-from forked import Forked
+from types import SimpleNamespace
 
 DATA = Path(__file__).parent / 'data' / 'ros2'
 TIME, GLANCE = 30.0, 0.02
 """How long (s) a command may take to do something, and how often it is looked at."""
+
+PROGRAMS = {'ros2': 'ros2cli.cli', 'launch_test': 'launch_testing'}
+"""The modules with the programs that can run in a fork."""
+
+FORKS = get_context('forkserver')
+"""Forks what has imported what these programs need: most of their processor time (0.4 of 0.6 s)."""
+FORKS.set_forkserver_preload([*PROGRAMS.values(), *(f'ros2cli.{name}' for name in (
+    'graph', 'packages', 'traffic')), 'launch_xml', 'numpy', 'rclpy.action'])
+
+_one = threading.Lock()
+"""The forks are started, and asked for their status, by one thread at a time."""
 
 
 def records(*files):
@@ -51,40 +65,72 @@ def with_paths(words, files):
             for word in words]
 
 
+def become(words, environment, directory, *ends):
+    """Do in this fork what a program does whose stdin, stdout and stderr are some pipes."""
+    os.setsid()
+    for number, end in enumerate(ends):
+        os.dup2(end.fileno(), number)
+        end.close()
+    sys.stdin = open(0)
+    os.environ.clear()
+    os.environ.update(environment)
+    os.chdir(directory)
+    sys.argv[:] = words
+    try:
+        sys.exit(import_module(PROGRAMS[words[0]]).main())
+    except Exception:  # noqa: B902 -- of which Python itself tells so
+        sys.excepthook(*sys.exc_info())
+        sys.exit(1)
+
+
 class Command:
     """A command that runs in a process group of its own, as a shell starts it."""
 
-    def __init__(self, words, environment, stdin=None, cwd=None, forked=None):
-        """
-        Start it with pipes, of which the first may have a text and an end.
-
-        :param forked: the modules and the Python that do it in a fork; see Forked
-        """
+    def __init__(self, words, environment, stdin=None, directory='/', forked=False):
+        """Start it with pipes, of which the first may have a text and an end; maybe in a fork."""
         self.text, self.error = '', ''
         self.changed = threading.Condition()
-        pipe = subprocess.PIPE
-        self.popen = Forked(*forked, words, environment, cwd) if forked else subprocess.Popen(
-            words, env=environment, cwd=cwd, start_new_session=True, stdin=pipe, stdout=pipe,
-            stderr=pipe)
-        ends = [(self.popen.stdout.fileno(), 'text'), (self.popen.stderr.fileno(), 'error')]
-        self.readers = [threading.Thread(target=self._read, args=end, daemon=True) for end in ends]
+        pipes = [FORKS.Pipe(duplex=False) for _ in range(3)]
+        there = [end for end, _ in pipes[:1]] + [end for _, end in pipes[1:]]
+        if forked:
+            process = FORKS.Process(
+                target=become, args=(words, environment, str(directory), *there), daemon=True)
+            with _one:
+                process.start()
+        else:
+            process = subprocess.Popen(
+                words, env=environment, cwd=directory, start_new_session=True,
+                **dict(zip(('stdin', 'stdout', 'stderr'), there)))
+        for end in there:
+            end.close()
+        self.process, self.pid, self.stdin = process, process.pid, pipes[0][1]
+        self.directory = directory
+        self.readers = [threading.Thread(target=self._read, args=end, daemon=True) for end in (
+            (pipes[1][0], 'text'), (pipes[2][0], 'error'))]
         for reader in self.readers:
             reader.start()
         if stdin is not None:
-            self.popen.stdin.write(stdin.encode())
-            self.popen.stdin.close()
+            os.write(self.stdin.fileno(), stdin.encode())
+            self.stdin.close()
 
     def _read(self, end, name):
-        while data := os.read(end, 65536):
+        while data := os.read(end.fileno(), 65536):
             with self.changed:
                 setattr(self, name, getattr(self, name) + data.decode(errors='replace'))
                 self.changed.notify_all()
 
-    def wait_for(self, condition):
+    @property
+    def status(self):
+        """Return its status if it has ended, else None."""
+        with _one:
+            return (self.process.poll() if isinstance(self.process, subprocess.Popen)
+                    else self.process.exitcode)
+
+    def wait_for(self, condition, timeout=TIME):
         """Wait until something is so, or it has ended, or the time is over; tell if it is so."""
-        deadline = monotonic() + TIME
+        deadline = monotonic() + timeout
         with self.changed:
-            while not condition() and self.popen.poll() is None and monotonic() < deadline:
+            while not condition() and self.status is None and monotonic() < deadline:
                 self.changed.wait(GLANCE)
             return condition()
 
@@ -95,7 +141,7 @@ class Command:
     def send(self, name, whom):
         """Send a signal by its name to the process, or to its group."""
         with suppress(ProcessLookupError):
-            (os.killpg if whom == 'group' else os.kill)(self.popen.pid, getattr(signal, name))
+            (os.killpg if whom == 'group' else os.kill)(self.pid, getattr(signal, name))
 
     def left(self):
         """Return the processes of its group that live."""
@@ -103,16 +149,57 @@ class Command:
         for stat in Path('/proc').glob('[0-9]*/stat'):
             with suppress(OSError):
                 state, _, group = stat.read_text().rpartition(')')[2].split()[:3]
-                if int(group) == self.popen.pid and state != 'Z':
+                if int(group) == self.pid and state != 'Z':
                     found.append(stat.parent.name)
         return found
 
     def end(self, timeout=2 * TIME):
-        """Wait until it has ended; return its status, and what is left of it, which then goes."""
+        """Wait until it has ended, end what is left of it, and return what that was."""
         try:
-            status = self.popen.wait(timeout)
+            assert self.wait_for(lambda: self.status is not None, timeout), self.text + self.error
             for reader in self.readers:
                 reader.join(10)
-            return status, self.left()
+            return self.left()
         finally:
             self.send('SIGKILL', 'group')
+
+
+def done_here(words, patch, stdin='', interrupted=None):
+    """
+    Do in this process what `ros2` does; return its status and what it has said.
+
+    :param patch: the MonkeyPatch that undoes what this changes
+    :param interrupted: tells by what has been said so far whether to press Ctrl-C
+    """
+    texts = [io.TextIOWrapper(io.BytesIO()) for _ in range(2)]
+    for name, value in zip(('argv', 'stdin', 'stdout', 'stderr'),
+                           (words, io.StringIO(stdin), *texts)):
+        patch.setattr(sys, name, value)
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    over = threading.Event()
+
+    def interrupt():
+        while not over.wait(GLANCE):
+            if interrupted(texts[0].buffer.getvalue().decode()):
+                # Not to the process: it could come by a thread that does not hold it back.
+                return signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+
+    user = threading.Thread(target=interrupt)
+    if interrupted:
+        user.start()
+    try:
+        import_module(PROGRAMS['ros2']).main()
+    except SystemExit as end:
+        status = end.code or 0
+    over.set()
+    if interrupted:
+        user.join()
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
+    if isinstance(status, str):
+        print(status, file=sys.stderr)
+        status = 1
+    for text in texts:
+        text.flush()
+    text, error = (each.buffer.getvalue().decode() for each in texts)
+    return SimpleNamespace(status=status, text=text, error=error)

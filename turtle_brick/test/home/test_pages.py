@@ -32,7 +32,6 @@ import subprocess
 from threading import Event, Lock
 from time import monotonic
 
-from forked import ROS2, ROS2_MODULES
 from live_graph import NodeProcess
 import pytest
 from recorded import Command
@@ -129,9 +128,9 @@ def run(command, domain, directory='/'):
     """Run a command in a domain to the end; return its status and what it has printed."""
     environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain)}
     if not HAS_DAEMON and re.match('ros2 (node|param|service|topic) [^>]*$', command):
-        process = Command(shlex.split(command), environment, '', cwd=directory,
-                          forked=(ROS2_MODULES, ROS2))
-        return process.end(TIMEOUT)[0], process.text + process.error
+        process = Command(shlex.split(command), environment, '', directory, forked=True)
+        process.end(TIMEOUT)
+        return process.status, process.text + process.error
     done = subprocess.run(
         ['bash', '-c', command], cwd=directory, stdin=subprocess.DEVNULL, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=TIMEOUT, env=environment)

@@ -24,7 +24,6 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 import importlib.metadata
-import json
 import os
 from pathlib import Path
 import re
@@ -33,14 +32,11 @@ import sys
 from tempfile import gettempdir
 import threading
 from types import SimpleNamespace
-from typing import NamedTuple
 
 from ament_index_python.packages import get_package_share_directory
 import launch
-from launch.actions import IncludeLaunchDescription
-from launch.launch_description_sources import AnyLaunchDescriptionSource
 import pytest
-from recorded import Command, DATA, with_paths, write_files
+from recorded import Command, done_here, PROGRAMS, records, with_paths, write_files
 import yaml
 
 # Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
@@ -52,9 +48,9 @@ SHARE = get_package_share_directory('turtle_brick')
 
 def recorded(*names):
     """Return the records of some files of what launch did, for parametrize."""
-    return [pytest.param(record, id=record['name']) for name in names
-            for record in json.loads((DATA / f'launch_{name}.json').read_text())['records']
-            if name != 'errors' or record['stdout'].startswith('[')]
+    return [pytest.param(record, id=name)
+            for name, record in records(*(f'launch_{name}' for name in names)).items()
+            if names[0] != 'errors' or record['stdout'].startswith('[')]
 
 
 @pytest.fixture(scope='module')
@@ -97,24 +93,6 @@ def normal(text, files, log_dir=None):
     text = re.sub(r'0x[0-9a-f]+', '0x$ADDRESS', text)
     text = re.sub(r'(?m)^(\[.*?\] )?(Traceback .*:)(\n\1?  .*)+', r'\1\2\n\1  $TRACEBACK', text)
     return re.sub(r'([=_-])\1{2,}', r'\1\1\1', re.sub(r'in \d+\.\d+s', 'in $N s', text))
-
-
-def found_in(command, files):
-    """Return the path of a launch file that a recorded command names, and its arguments."""
-    _, _, *rest = (part for part in with_paths(command, files)
-                   if part not in ('-s', '-a', '-n', '--show-args'))
-    if not os.path.isfile(rest[0]):
-        package, name, *arguments = rest
-        rest = [str(next(Path(get_package_share_directory(package)).rglob(name))), *arguments]
-    return rest[0], dict(each.split(':=', 1) for each in rest[1:])
-
-
-def launched(path, arguments):
-    """Launch a file, and return launch's status."""
-    service = launch.LaunchService()
-    service.include_launch_description(launch.LaunchDescription([IncludeLaunchDescription(
-        AnyLaunchDescriptionSource(path), launch_arguments=list(arguments.items()))]))
-    return service.run()
 
 
 # ------------------------------------------------------------------ what is done in this process
@@ -175,13 +153,13 @@ def process_record(command, options, temporary, files, inherited):
 
 
 @pytest.mark.parametrize('record', recorded('features', 'processes'))
-def test_processes_are_those_recorded(record, files, environment, starts, monkeypatch, capfd):
+def test_processes_are_those_recorded(record, files, environment, starts, monkeypatch):
     for name, value in (record.get('environment') or {}).items():
         monkeypatch.setenv(name, value)
     before = dict(os.environ)
-    status = launched(*found_in(record['command'], files))
-    said = normal(capfd.readouterr().out, files, launch.substitutions.launch_config.log_dir)
-    assert status == record['returncode']
+    done = done_here(with_paths(record['command'], files), monkeypatch)
+    said = normal(done.text, files, launch.substitutions.launch_config.log_dir)
+    assert done.status == record['returncode']
     if record.get('stdout'):
         assert said == record['stdout']
     for line in record.get('log', ()):
@@ -204,53 +182,29 @@ def first_complaint(text):
 
 
 @pytest.mark.parametrize('record', recorded('errors', 'more'))
-def test_errors_are_those_recorded(record, files, environment, capfd):
-    status = launched(*found_in(record['command'], files))
-    said = normal(capfd.readouterr().out, files, launch.substitutions.launch_config.log_dir)
+def test_errors_are_those_recorded(record, files, environment, monkeypatch):
+    done = done_here(with_paths(record['command'], files), monkeypatch)
+    said = normal(done.text, files, launch.substitutions.launch_config.log_dir)
     expected = record['stdout']
     if 'searching: ' in expected:
         said, expected = (re.sub('searching: .*', '', text) for text in (said, expected))
     assert first_complaint(said) == first_complaint(expected)
-    assert status == record['returncode']
+    assert done.status == record['returncode']
 
 
-def test_an_interrupt_that_ends_a_command_is_no_error(environment, tmp_path, capfd):
+def test_an_interrupt_that_ends_a_command_is_no_error(environment, tmp_path, monkeypatch):
     path = tmp_path / 'command.launch.xml'
     path.write_text('<launch><log message="$(command '
                     '\'sh -c &quot;kill -INT $PPID; exit 1&quot;\')"/></launch>')
-    assert launched(str(path), {}) == 0
-    assert capfd.readouterr().out.endswith('user interrupted with ctrl-c (SIGINT)\n')
+    done = done_here(['ros2', 'launch', str(path)], monkeypatch)
+    assert done.status == 0
+    assert done.text.endswith('user interrupted with ctrl-c (SIGINT)\n')
 
 
 # ------------------------------------------------------------------------ what is done by commands
 
-LAUNCH = """
-import signal
-import sys
-from launch import LaunchDescription, LaunchService
-from launch.actions import IncludeLaunchDescription
-signal.signal(signal.SIGINT, signal.SIG_IGN)  # before and after launch, which handles it
-service = LaunchService()
-service.include_launch_description(LaunchDescription([IncludeLaunchDescription(sys.argv[1])]))
-sys.exit(service.run())
-"""
-
-
-MODULES = ('launch', 'launch_testing', 'launch_xml')
-
-
-class Run(NamedTuple):
-    """What a recorded command, done again, has said and left."""
-
-    status: int
-    text: str
-    error: str
-    left: list[str]
-    top: Path
-
-
 def run(record, files, top, before):
-    """Do a recorded command again, with the signals that were sent and what was typed."""
+    """Do a recorded command again, with the signals that were sent; return what is left of it."""
     environment = {
         **before, 'ROS_LOG_DIR': str(top / 'log'), 'HOME': str(top / 'home'),
         'COLUMNS': '100', 'PYTHON_COLORS': '0',  # tracebacks as before Python 3.13
@@ -261,20 +215,9 @@ def run(record, files, top, before):
         environment.pop(name, None)
         if value is not None:
             environment[name] = value.replace('$WORK', str(top))
-    words, forked = record['command'], None
-    if isinstance(words, str):  # with a pipe to head
-        words = ['bash', '-c', '"$0" -c "$1" "$2" | head -3; echo "${PIPESTATUS[*]}"',
-                 sys.executable, LAUNCH, f'{files}/dynamic/chatter.launch.xml']
-    elif words[0] == 'ros2':
-        if '-a' in words:
-            environment['OVERRIDE_LAUNCH_PROCESS_OUTPUT'] = 'both'
-        words, forked = ['-c', found_in(words, files)[0]], (MODULES, LAUNCH)
-    else:
-        words = [sys.executable if word == 'python' else word
-                 for word in with_paths(words, files)]
-        if words[0] == 'launch_test':
-            forked = MODULES, 'from launch_testing import main; sys.exit(main())'
-    command = Command(words, environment, cwd=top, forked=forked)
+    words = record['command']
+    words = with_paths(['bash', '-c', words] if isinstance(words, str) else words, files)
+    command = Command(words, environment, directory=top, forked=words[0] in PROGRAMS)
     try:
         for (kind, what), number, whom in record.get('signals', ()):
             if kind == 'after':
@@ -285,14 +228,14 @@ def run(record, files, top, before):
                     f'no {text!r} in:\n{command.text}{command.error}')
             command.send(number, whom)
     finally:
-        status, left = command.end()
-    return Run(status, command.text, command.error, left, top)
+        left = command.end()
+    return command, left
 
 
 COMMANDS = [param for param in recorded('dynamic', 'logs', 'testing')
             if not param.id.startswith('pytest_')]
 PYTEST = {'name': 'pytest', 'seconds': 60, 'returncode': 1, 'command': [
-    'python', '-m', 'pytest', '-p', 'no:cacheprovider', '-rA', *(
+    sys.executable, '-m', 'pytest', '-p', 'no:cacheprovider', '-rA', *(
         param.values[0]['command'][-1] for param in recorded('testing')
         if param.id.startswith('pytest_'))]}
 COMMANDS.append(pytest.param(PYTEST, id='pytest'))
@@ -340,20 +283,21 @@ def has_ended(text):
 
 @pytest.mark.parametrize('record', recorded('dynamic', 'logs'))
 def test_runs_are_those_recorded(record, runs, files):
-    done = runs[record['name']].result()
-    (log_dir,) = (path.parent for path in done.top.rglob('launch.log'))
-    said = normal(done.text, files, log_dir).replace(str(done.top), '$WORK')
+    done, left = runs[record['name']].result()
+    top = Path(done.directory)
+    (log_dir,) = (path.parent for path in top.rglob('launch.log'))
+    said = normal(done.text, files, log_dir).replace(str(top), '$WORK')
     expected = record['stdout']
     if '$RUN' in expected:
         expected = re.sub(r'\$WORK/\S*\$RUN', '$LOGDIR', expected)
     for name, text in record.get('files_written', {}).items():
         found = normal((log_dir / Path(name).name).read_text(), files)
-        found = re.sub(r'(?m)^\d+\.\d+ ', '$STAMP ', found.replace(str(done.top), '$WORK'))
+        found = re.sub(r'(?m)^\d+\.\d+ ', '$STAMP ', found.replace(str(top), '$WORK'))
         found, text = (each.replace('\n', '').split('$STAMP') for each in (
             found.replace(log_dir.name, '$RUN'), text.replace('$HOME', '$WORK/home')))
         assert sorted(found) == sorted(text)
     if record['name'].startswith('sigterm'):  # the real one leaves its processes
-        assert not done.left
+        assert not left
         for number in '12':
             assert f"sending signal 'SIGTERM' to process[wait-{number}]" in said
             assert f'[wait-{number}] got SIGTERM' in said
@@ -363,21 +307,21 @@ def test_runs_are_those_recorded(record, runs, files):
         assert done.error == ''
     else:
         assert by_speaker(said) == by_speaker(expected)
-        assert not (done.error or done.left)
+        assert not (done.error or left)
     assert done.status == record['returncode']
 
 
 @pytest.mark.parametrize('record', recorded('testing'))
 def test_test_runs_are_those_recorded(record, runs, files):
     if record['name'].startswith('pytest_'):
-        done = runs['pytest'].result()  # one for all files, since it is slow to start
+        done, _ = runs['pytest'].result()  # one for all files, since it is slow to start
         said = normal(done.text, files).replace('NO TESTS RAN', 'OK')  # as below
         outcome = {0: 'PASSED', 1: 'FAILED', 5: r'SKIPPED \[1\]'}[record['returncode']]
         assert re.search(rf'\n{outcome} \S*{Path(record["command"][-1]).name}', said)
         for part in re.findall(r'(?s)\n(FAIL: .*?)(?=\n===|\n--- Cap)', record['stdout']):
             assert part.strip() in said
         return
-    done = runs[record['name']].result()
+    done, _ = runs[record['name']].result()
     assert done.status == record['returncode']
     said, error, expected, complaint = (
         has_ended(re.sub(r'(?m)^(\[.*log files.*below ).*', r'\1$LOGDIR', normal(text, files)))

@@ -20,21 +20,18 @@ Every record of data/ros2 about what the stand-in has is replayed on one graph.
 from argparse import Namespace
 from concurrent.futures import ThreadPoolExecutor
 import contextlib
-import io
+from functools import partial
 import os
 from pathlib import Path
 import re
 import signal
-import sys
 import threading
-from typing import NamedTuple
 
 from ament_index_python.packages import get_package_share_directory
-from forked import ROS2, ROS2_MODULES
 import pytest
 from rcl_interfaces.msg import IntegerRange, ParameterDescriptor
 from rclpy.action import ActionServer
-from recorded import Command, GLANCE, records, with_paths, write_files
+from recorded import Command, done_here, GLANCE, records, with_paths, write_files
 from ros2cli import cli, traffic
 import ros2cli.graph as cli_graph
 from ros2cli.graph import Observer
@@ -71,14 +68,6 @@ def files(tmp_path_factory):
         environment.setenv('AMENT_PREFIX_PATH',
                            f'{top}/probe:{os.environ["AMENT_PREFIX_PATH"]}')
         yield top
-
-
-class Outcome(NamedTuple):
-    """What came of a command."""
-
-    status: int
-    stdout: str
-    stderr: str
 
 
 # ----------------------------------------------------------------------------------- the graph
@@ -121,14 +110,8 @@ def arena():
 
 def start(words, domain, stdin=''):
     """Start a command in a domain."""
-    forked = words[0] == 'ros2' and words[1:] and words[1] in ('node', 'param', 'service', 'topic')
     return Command(words, {**os.environ, 'ROS_DOMAIN_ID': str(domain)}, stdin,
-                   forked=(ROS2_MODULES, ROS2) if forked else None)
-
-
-def outcome(command):
-    """Wait until a command has ended."""
-    return Outcome(command.end()[0], command.text, command.error)
+                   forked=words[0] == 'ros2' and words[1:2] not in ([], ['run']))
 
 
 def signals_of(record):
@@ -139,7 +122,7 @@ def signals_of(record):
     return signals
 
 
-def has_come(record, when, said, pid, arena):
+def has_come(record, when, pid, arena, said):
     """Tell whether what a signal waits for has come, by what a process has said so far."""
     kind, what = when
     if kind == 'line':
@@ -156,9 +139,10 @@ def replay(record, domain, arena, files):
     """Do what was recorded, with its signals when what they waited for has come."""
     command = start(with_paths(record['command'], files), domain, record.get('stdin', ''))
     for when, name, whom in signals_of(record):
-        command.wait_for(lambda: has_come(record, when, command.text, command.popen.pid, arena))
+        command.wait_for(lambda: has_come(record, when, command.pid, arena, command.text))
         command.send(name, whom)
-    return outcome(command)
+    command.end()
+    return command
 
 
 @pytest.fixture(scope='module')
@@ -191,43 +175,6 @@ def near(arena):
 
             yield observer
         signal.alarm(0)
-
-
-def run_here(record, files, patch, arena=None):
-    """Do a recorded command in this process, with a Ctrl-C where there was one."""
-    streams = [io.TextIOWrapper(io.BytesIO()) for _ in range(2)]
-    for name, value in (('argv', with_paths(record['command'], files)),
-                        ('stdin', io.StringIO(record.get('stdin', ''))),
-                        ('stdout', streams[0]), ('stderr', streams[1])):
-        patch.setattr(sys, name, value)
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    over = threading.Event()
-
-    def interrupt():
-        for when, *_ in signals_of(record):
-            while not has_come(record, when, streams[0].buffer.getvalue().decode(), os.getpid(),
-                               arena):
-                if over.wait(GLANCE):
-                    return
-            # Not to the process: it could come by a thread that does not hold it back.
-            signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
-
-    user = threading.Thread(target=interrupt)
-    user.start()
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    over.set()
-    user.join()
-    for number, handler in handlers.items():
-        signal.signal(number, handler)
-    code = ended.value.code
-    if isinstance(code, str):
-        print(code, file=sys.stderr)
-    texts = []
-    for stream in streams:
-        stream.flush()
-        texts.append(stream.buffer.getvalue().decode())
-    return Outcome(1 if isinstance(code, str) else code or 0, *texts)
 
 
 # ------------------------------------------------------- beside the commands that are replayed
@@ -291,19 +238,20 @@ def test_tf2_echo_tells_what_is_published(outcomes, domain_id):
     publisher.wait_for(lambda: publisher.error.endswith("to 'brick'\n"))
     for command in (publisher, echo):
         command.send('SIGINT', 'group')
+        command.end()
     assert echo.text.startswith(ECHO)
-    assert re.sub(r'.*Waiting for transform world ->  brick: .*\n', '', outcome(echo).stderr) == ''
-    said = outcome(publisher).stderr
-    assert "rotation: ('0.034271', '0.106021', '0.143572', '0.983347')\n" in said
-    assert said.endswith("from 'world' to 'brick'\n")
+    assert re.sub(r'.*Waiting for transform world ->  brick: .*\n', '', echo.error) == ''
+    assert "rotation: ('0.034271', '0.106021', '0.143572', '0.983347')\n" in publisher.error
+    assert publisher.error.endswith("from 'world' to 'brick'\n")
 
 
 def test_nobody_reads_on(outcomes, arena):
     """A pipe that is closed ends the command quietly, as in `ros2 topic echo ... | head`."""
     command = ['bash', '-c', 'ros2 topic echo /turtle1/pose | head -n 1']
-    done = outcome(start(command, arena.context.get_domain_id()))
-    assert (done.status, done.stderr) == (0, '')
-    assert done.stdout.startswith('x: ')
+    done = start(command, arena.context.get_domain_id())
+    done.end()
+    assert (done.status, done.error) == (0, '')
+    assert done.text.startswith('x: ')
 
 
 # -------------------------------------------------------------------------------- the comparison
@@ -368,8 +316,7 @@ def assert_same(name, done, files):
     """Compare what has come of a command with its record."""
     record = RECORDS[name]
     assert done.status == record['returncode'], done
-    for recorded, printed in ((record['stdout'], done.stdout),
-                              (record['stderr'], done.stderr)):
+    for recorded, printed in ((record['stdout'], done.text), (record['stderr'], done.error)):
         if not matches(name, recorded, printed, files):
             assert comparable(name, printed) == comparable(name, recorded)
 
@@ -385,7 +332,9 @@ def test_verb(name, arena, near, files, monkeypatch):
     """So does what the command does, in this process."""
     for module in (cli_graph, traffic):
         monkeypatch.setattr(module, 'observer', near)
-    done = run_here(RECORDS[name], files, monkeypatch, arena)
+    record, signals = RECORDS[name], signals_of(RECORDS[name])
+    done = done_here(with_paths(record['command'], files), monkeypatch, record.get('stdin', ''),
+                     signals and partial(has_come, record, signals[0][0], os.getpid(), arena))
     monkeypatch.undo()
     assert_same(name, done, files)
 
@@ -437,14 +386,14 @@ def test_figures(told):
 def test_what_cannot_be_done_is_said(words, sentence, files, near, monkeypatch):
     """In one line: what is left out, and what is no type, without its package or of another."""
     monkeypatch.setattr(traffic, 'observer', near)
-    assert run_here({'command': ['ros2', *words.split()]}, files, monkeypatch) == (
-        1, '', f'{sentence}\n')
+    done = done_here(['ros2', *words.split()], monkeypatch)
+    assert (done.status, done.text, done.error) == (1, '', f'{sentence}\n')
 
 
 def test_interfaces_are_listed(files, monkeypatch):
     """All of a kind, under its heading, as in the recording of what was installed there."""
     recorded = RECORDS['interface_list']['stdout'].splitlines()
-    printed = run_here({'command': ['ros2', 'interface', 'list']}, files, monkeypatch).stdout
+    printed = done_here(['ros2', 'interface', 'list'], monkeypatch).text
     assert [line for line in printed.splitlines() if 'turtle' in line or ':' in line] == recorded
 
 
@@ -468,5 +417,5 @@ def test_tab_completes(tmp_path, domain_id, monkeypatch):
                         ('_ARGCOMPLETE_IFS', '\n'), ('_ARGCOMPLETE_SUPPRESS_SPACE', '0'),
                         ('_ARGCOMPLETE_STDOUT_FILENAME', tmp_path / 'words')):
         monkeypatch.setenv(name, str(value))
-    assert outcome(start(['ros2'], domain_id)).status == 0
+    start(['ros2'], domain_id).end()
     assert (tmp_path / 'words').read_text() == 'turtlesim/msg/Color\nturtlesim/msg/Pose'
