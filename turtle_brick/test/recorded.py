@@ -36,7 +36,7 @@ PROGRAMS = {'ros2': 'ros2cli.cli', 'launch_test': 'launch_testing'}
 """The modules with the programs that can run in a fork."""
 
 FORKS = get_context('forkserver')
-"""Forks what has imported what these programs need: most of their processor time (0.4 of 0.6 s)."""
+"""Forks what has imported what these programs need, which takes 0.4 of their 0.6 s."""
 FORKS.set_forkserver_preload([*PROGRAMS.values(), *(f'ros2cli.{name}' for name in (
     'graph', 'packages', 'traffic')), 'launch_xml', 'numpy', 'rclpy.action'])
 

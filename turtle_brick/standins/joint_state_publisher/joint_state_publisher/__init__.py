@@ -15,9 +15,8 @@
 Publishes the joint states of a robot: stands in for joint_state_publisher and its _gui 2.4.0.
 
 Publishes: joint_states (sensor_msgs/JointState), `rate` times per second.
-Subscribes: robot_description (std_msgs/String, latched), unless a URDF file is given as an
-    argument; the topics of source_list (sensor_msgs/JointState), which set positions.
-Parameters: rate (integer, 10), source_list (strings), zeros.JOINT (double).
+Subscribes: robot_description (std_msgs/String, latched).
+Parameters: rate (integer, 10), zeros.JOINT (double).
 Joints that mimic another one are left to robot_state_publisher.
 The _gui is a page on 127.0.0.1 instead of a window.
 """
@@ -37,12 +36,12 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 LEFT_OUT = ('delta', 'dependent_joints', 'publish_default_efforts', 'publish_default_positions',
-            'publish_default_velocities', 'use_mimic_tags', 'use_smallest_joint_limits')
+            'publish_default_velocities', 'source_list', 'use_mimic_tags',
+            'use_smallest_joint_limits')
 
 
 class JointStatePublisher(Node):
@@ -56,31 +55,23 @@ class JointStatePublisher(Node):
             if self.get_parameters_by_prefix(name) or self.has_parameter(name):
                 raise ValueError(
                     f'{name} needs the real joint_state_publisher: it is not in the stand-in')
-        rate, sources = (self.get_parameter_or(name, Parameter(name, value=value)).value
-                         for name, value in (('rate', 10), ('source_list', [''])))
+        rate = self.get_parameter_or('rate', Parameter('rate', value=10)).value
         if not rate > 0:
             raise ValueError(f'rate is {rate}, but must be more than 0')
         self.positions: dict[str, float] = {}
         # Least, greatest and zero position of joints.
         self.limits: dict[str, tuple[float, float, float]] = {}
-        path = remove_ros_args(sys.argv)[1:]
-        if path:
-            with open(path[0]) as file:
-                self.configure(file.read())
-        else:
-            self.get_logger().info('Waiting for robot_description to be published on the '
-                                   'robot_description topic...')
-            self.create_subscription(String, 'robot_description', lambda message: self.configure(
-                message.data), QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
-        for source in filter(None, sources):
-            self.create_subscription(JointState, source, self.follow, 10)
+        self.get_logger().info(
+            'Waiting for robot_description to be published on the robot_description topic...')
+        self.create_subscription(String, 'robot_description', self.configure, QoSProfile(
+            depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         self.publisher = self.create_publisher(JointState, 'joint_states', 10)
         self.create_timer(1.0 / rate, self.publish)
 
-    def configure(self, description: str) -> None:
+    def configure(self, description: String) -> None:
         """Take the joints of a robot's description."""
         try:
-            robot = ElementTree.fromstring(description.encode())
+            robot = ElementTree.fromstring(description.data.encode())
         except ElementTree.ParseError:
             self.get_logger().warning('Invalid robot_description given, ignoring')
             return
@@ -101,11 +92,6 @@ class JointStatePublisher(Node):
             middle = (least + greatest) / 2 if least > 0 or greatest < 0 else 0.0
             self.limits[name] = least, greatest, middle if zero is None else zero
         self.positions = {name: zero for name, (_, _, zero) in self.limits.items()}
-
-    def follow(self, message: JointState) -> None:
-        """Take positions from another source."""
-        self.positions.update((name, position) for name, position in zip(
-            message.name, message.position) if name in self.limits)
 
     def publish(self) -> None:
         """Publish the state of all joints."""
@@ -129,15 +115,10 @@ class Gui(JointStatePublisher):
         print(f'Joint State Publisher: http://127.0.0.1:{self.server.get_port()}',
               file=sys.stderr, flush=True)
 
-    def configure(self, description: str) -> None:
+    def configure(self, description: String) -> None:
         """Take the joints, and make a slider for each."""
         super().configure(description)
         self.in_page(self.lay_out)
-
-    def follow(self, message: JointState) -> None:
-        """Take positions from another source, and show them."""
-        super().follow(message)
-        self.in_page(self.show, dict(self.positions))
 
     def in_page(self, function: Callable[..., None], *arguments: Any) -> None:
         """Call a function in the page's own thread, as viser's changes in others may collide."""
@@ -179,7 +160,7 @@ def main(node_type: type[JointStatePublisher] = JointStatePublisher) -> str | No
     try:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         node = node_type()
-    except (OSError, ParameterException, RuntimeError, ValueError) as error:
+    except (ParameterException, RuntimeError, ValueError) as error:
         rclpy.try_shutdown()
         return f'joint_state_publisher: {error}'
     executor = EventsExecutor()
