@@ -24,7 +24,7 @@ The _gui is a page on 127.0.0.1 instead of a window.
 from collections.abc import Callable
 from math import pi
 from random import uniform
-from signal import SIG_IGN, SIGINT, signal, SIGTERM
+from signal import pthread_sigmask, SIG_BLOCK, SIGINT, SIGTERM, sigtimedwait
 import sys
 from typing import Any
 from xml.etree import ElementTree
@@ -152,11 +152,9 @@ class Gui(JointStatePublisher):
 
 
 def main(node_type: type[JointStatePublisher] = JointStatePublisher) -> str | None:
-    """Run a node until Ctrl-C or SIGTERM; return what is wrong with its arguments, if anything."""
-    # Not an Event: a second signal inside its set() would wait for the first, for ever.
-    ended: list[int] = []
-    for number in (SIGINT, SIGTERM):
-        signal(number, lambda number, _: ended.append(number))
+    """Run a node until Ctrl-C or SIGTERM, which wait until they are looked for."""
+    signals = {SIGINT, SIGTERM}
+    pthread_sigmask(SIG_BLOCK, signals)
     try:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         node = node_type()
@@ -165,11 +163,8 @@ def main(node_type: type[JointStatePublisher] = JointStatePublisher) -> str | No
         return f'joint_state_publisher: {error}'
     executor = EventsExecutor()
     executor.add_node(node)
-    while not ended:
+    while not sigtimedwait(signals, 0):
         executor.spin_once(timeout_sec=0.1)
-    # Under launch, a terminal's Ctrl-C comes twice.
-    for number in (SIGINT, SIGTERM):
-        signal(number, SIG_IGN)
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()

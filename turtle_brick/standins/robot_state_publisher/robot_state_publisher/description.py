@@ -32,14 +32,6 @@ class DescriptionError(ValueError):
     """A robot_description that describes no robot; the text says why."""
 
 
-class Mimic(NamedTuple):
-    """How a joint follows another one: position = multiplier * the other's + offset."""
-
-    joint: str
-    multiplier: float
-    offset: float
-
-
 class Joint(NamedTuple):
     """A joint between two links: its origin (m) and unit axis are in the parent and its own."""
 
@@ -50,7 +42,8 @@ class Joint(NamedTuple):
     translation: Vector
     rotation: Quaternion
     axis: Vector
-    mimic: Mimic | None
+    mimic: tuple[str, float, float]
+    """The joint that it follows, if any: position = the number * that one's + the other number."""
 
     @property
     def moves(self) -> bool:
@@ -129,19 +122,16 @@ def _joint(element: ElementTree.Element, links: list[str]) -> Joint:
             raise ValueError(f'there is no link [{end}]')
     if kind not in (*_ROTATING, *_SLIDING, *_RESTING, *_FREE):
         raise ValueError(f'it has the unknown type [{kind}]')
-    if kind in ('prismatic', 'revolute') and element.find('limit') is None:
-        raise ValueError(f'it is {kind}, but has no limit')
     axis = numbers('axis', 'xyz', '1 0 0')
     length = sqrt(sum(value * value for value in axis))
     if not length:
         raise ValueError('its axis has no length')
-    followed = attribute('mimic', 'joint')
     return Joint(
         element.get('name', ''), kind, *ends, numbers('origin', 'xyz', '0 0 0'),
         _from_roll_pitch_yaw(*numbers('origin', 'rpy', '0 0 0')),
         tuple(value / length for value in axis),
-        followed and Mimic(followed, float(attribute('mimic', 'multiplier', '1')),
-                           float(attribute('mimic', 'offset', '0'))))
+        (attribute('mimic', 'joint', ''), float(attribute('mimic', 'multiplier', '1')),
+         float(attribute('mimic', 'offset', '0'))))
 
 
 def parse(urdf: str) -> dict[str, Joint]:

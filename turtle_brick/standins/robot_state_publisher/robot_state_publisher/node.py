@@ -32,7 +32,7 @@ ROS parameters, which do not change while it runs:
 
 from functools import lru_cache
 from gc import freeze
-from signal import alarm, SIG_IGN, SIGINT, signal, SIGTERM
+from signal import alarm, pthread_sigmask, SIG_BLOCK, SIGINT, SIGTERM, sigtimedwait
 from typing import Any, NamedTuple
 
 from builtin_interfaces.msg import Time
@@ -150,12 +150,11 @@ class RobotStatePublisher(Node):
         for index, name in enumerate(names):
             sources.setdefault(name, (index, 1.0, 0.0))
         for joint in self._joints.values():
-            mimic = joint.mimic
-            if mimic is not None and mimic.joint in sources:
-                index, multiplier, offset = sources[mimic.joint]
-                sources.setdefault(joint.name, (
-                    index, multiplier * mimic.multiplier,
-                    offset * mimic.multiplier + mimic.offset))
+            followed, factor, shift = joint.mimic
+            if followed in sources:
+                index, multiplier, offset = sources[followed]
+                sources.setdefault(
+                    joint.name, (index, multiplier * factor, offset * factor + shift))
         return [Step(*source, self._joints[name], self._transform(self._joints[name]))
                 for name, source in sorted(sources.items())
                 if name in self._joints and self._joints[name].moves]
@@ -169,11 +168,9 @@ class RobotStatePublisher(Node):
 
 
 def main(args: list[str] | None = None) -> str | None:
-    """Run the node until Ctrl-C or SIGTERM."""
-    # Not an Event: a second signal inside its set() would wait for the first, for ever.
-    ended: list[int] = []
-    for number in (SIGINT, SIGTERM):
-        signal(number, lambda number, _: ended.append(number))
+    """Run the node until Ctrl-C or SIGTERM, which wait until they are looked for."""
+    signals = {SIGINT, SIGTERM}
+    pthread_sigmask(SIG_BLOCK, signals)
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         node = RobotStatePublisher()
@@ -184,11 +181,8 @@ def main(args: list[str] | None = None) -> str | None:
     executor.add_node(node)
     # Otherwise the garbage collector delays transforms by some tens of milliseconds.
     freeze()
-    while not ended:
+    while not sigtimedwait(signals, 0):
         executor.spin_once(timeout_sec=0.1)
-    # Under launch, a terminal's Ctrl-C comes twice.
-    for number in (SIGINT, SIGTERM):
-        signal(number, SIG_IGN)
     alarm(4)  # Fast DDS may wait for ever
     executor.shutdown()
     node.destroy_node()

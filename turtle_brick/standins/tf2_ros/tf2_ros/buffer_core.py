@@ -20,11 +20,9 @@ point p of the frame is at q p q* + (x, y, z) in its parent. Times are integers 
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import chain
-from math import acos, inf, isnan, sin, sqrt
+from math import acos, inf, sin, sqrt
 from threading import Condition
-from typing import Any
 
 from builtin_interfaces.msg import Duration as DurationMsg
 from builtin_interfaces.msg import Time as TimeMsg
@@ -37,7 +35,7 @@ AnyTime = Time | TimeMsg
 # A translation and a rotation: x, y, z, qx, qy, qz, qw.
 Transform = tuple[float, float, float, float, float, float, float]
 Rotation = tuple[float, float, float, float]
-Entry = tuple[Any, float, float, float, float, float, float, float]
+Entry = tuple[str, float, float, float, float, float, float, float]
 
 _NANOSECONDS = 1_000_000_000
 # A longer way to the root is taken for a loop.
@@ -134,7 +132,7 @@ class StaticCache:
         """Return the transform, which holds at any time."""
         return self._entry
 
-    def latest(self) -> tuple[int, Any]:
+    def latest(self) -> tuple[int, str | None]:
         """Return zero, a time that limits no common time, and the parent."""
         return 0, self._entry[0]
 
@@ -151,7 +149,7 @@ class TimeCache:
         self.times: list[int] = []
         self._entries: list[Entry] = []
 
-    def latest(self) -> tuple[int, Any]:
+    def latest(self) -> tuple[int, str | None]:
         """Return the latest time and the parent then; zero and None if there is none."""
         return (self.times[-1], self._entries[-1][0]) if self.times else (0, None)
 
@@ -190,31 +188,20 @@ class TimeCache:
         if len(times) == 1:
             raise NoDataError(f'Lookup would require extrapolation at time {display_time(time)}, '
                               f'but only time {display_time(oldest)} is in the buffer')
-        if time > latest:
+        if not oldest <= time <= latest:
+            tense, which, limit = ('future', 'latest', latest) if time > latest else (
+                'past', 'earliest', oldest)
             raise NoDataError(
-                'Lookup would require extrapolation into the future.  Requested time '
-                f'{display_time(time)} but the latest data is at time {display_time(latest)}')
-        if time < oldest:
-            raise NoDataError(
-                'Lookup would require extrapolation into the past.  Requested time '
-                f'{display_time(time)} but the earliest data is at time {display_time(oldest)}')
+                f'Lookup would require extrapolation into the {tense}.  Requested time '
+                f'{display_time(time)} but the {which} data is at time {display_time(limit)}')
         if time == oldest:
             return self._entries[0]
         index = bisect_right(times, time)
         one, two = self._entries[index - 1:index + 1]
-        if one[0] is not two[0]:
+        if one[0] != two[0]:
             return one
         earlier = times[index - 1]
         return interpolate(one, two, (time - earlier) / (times[index] - earlier))
-
-
-@dataclass(eq=False)
-class Frame:
-    """A frame that a transform has named."""
-
-    name: str
-    cache: StaticCache | TimeCache | None = None
-    """The transforms to its parent; None if it has only been named as a parent."""
 
 
 def nanoseconds_of(time: AnyTime | Duration | DurationMsg) -> int:
@@ -261,7 +248,8 @@ class BufferCore:
     def __init__(self, cache_time: Duration | None = None) -> None:
         """Make an empty buffer in which each frame's transforms go back so far; 10 s if None."""
         self._cache_time = 10 * _NANOSECONDS if cache_time is None else nanoseconds_of(cache_time)
-        self._frames: dict[str, Frame] = {}
+        self._frames: dict[str, StaticCache | TimeCache | None] = {}
+        """The transforms of each to its parent; None for one that is only named as a parent."""
         self._changed = Condition()
         """Notified when there is a new transform; its lock guards the frames."""
 
@@ -276,9 +264,8 @@ class BufferCore:
     def clear(self) -> None:
         """Forget all transforms but the static ones; the frames stay known."""
         with self._changed:
-            for frame in self._frames.values():
-                if frame.cache is not None:
-                    frame.cache.clear()
+            for cache in filter(None, self._frames.values()):
+                cache.clear()
 
     def can_transform_core(self, target_frame: str, source_frame: str, time: AnyTime
                            ) -> tuple[bool, str]:
@@ -291,7 +278,7 @@ class BufferCore:
             if reason:
                 return False, reason
             try:
-                self._between(self._frames[target_frame], self._frames[source_frame], nanoseconds)
+                self._between(target_frame, source_frame, nanoseconds)
             except TransformException as error:
                 return False, str(error)
             return True, ''
@@ -308,11 +295,10 @@ class BufferCore:
         """Return a line for each frame that has a parent."""
         text = ''
         with self._changed:
-            for frame in self._frames.values():
-                if frame.cache is not None:
-                    _, parent = frame.cache.latest()
-                    name = 'NO_PARENT' if parent is None else parent.name
-                    text += f'Frame {frame.name} exists with parent {name}.\n'
+            for name, cache in self._frames.items():
+                if cache is not None:
+                    _, parent = cache.latest()
+                    text += f'Frame {name} exists with parent {parent or "NO_PARENT"}.\n'
         return text
 
     # ------------------------------------------------------------------------------ what comes in
@@ -328,26 +314,26 @@ class BufferCore:
         # Any other length is made a unit one, as in tf2. A NaN fails here.
         if not (0.0 < square < inf and parent_name and child_name and parent_name != child_name
                 and x == x and y == y and z == z):
-            _refuse(parent_name, child_name, authority, (x, y, z), (qx, qy, qz, qw))
+            get_logger('tf2').error(
+                f'Ignoring transform from authority "{authority}" with frame_id "{parent_name}" '
+                f'and child_frame_id "{child_name}", which takes two frames, a translation and a '
+                f'rotation: {(x, y, z)} {(qx, qy, qz, qw)}')
             return
         stamp = transform.header.stamp
         time = stamp.sec * _NANOSECONDS + stamp.nanosec
         with self._changed:
-            child = self._frame(child_name)
-            parent = self._frame(parent_name)
-            if type(child.cache) is not cache_type:
-                child.cache = (
+            cache = self._frames.setdefault(child_name)
+            self._frames.setdefault(parent_name)
+            if type(cache) is not cache_type:
+                cache = self._frames[child_name] = (
                     StaticCache() if cache_type is StaticCache else TimeCache(self._cache_time))
-            inserted = child.cache.insert(time, (parent, x, y, z, *canonical(qx, qy, qz, qw)))
+            inserted = cache.insert(time, (parent_name, x, y, z, *canonical(qx, qy, qz, qw)))
             self._changed.notify_all()
         if not inserted:
             get_logger('tf2').warning(
                 f'TF_OLD_DATA ignoring data from the past for frame {child_name} at time '
                 f'{display_time(time)} according to authority {authority}\nPossible reasons are '
                 'listed at http://wiki.ros.org/tf/Errors%20explained')
-
-    def _frame(self, name: str) -> Frame:
-        return self._frames.setdefault(name, Frame(name))
 
     # ----------------------------------------------------------------------------- what comes out
 
@@ -368,67 +354,67 @@ class BufferCore:
                         f'{problem}')
         return ''
 
-    def _known(self, what: str, name: str) -> Frame:
-        """Return a frame, or raise that there is none, as lookupTransform says it."""
+    def _check(self, what: str, name: str) -> None:
+        """Raise that there is no frame of a name, if so, as lookupTransform says it."""
         problem = self._problem(name)
         if problem == 'frame does not exist':
             raise LookupException(f'"{name}" passed to {what} does not exist. ')
         if problem:
             raise InvalidArgumentException(
                 f'Invalid argument "{name}" passed to {what} - {problem}')
-        return self._frames[name]
 
-    def _lookup(self, target_name: str, source_name: str, time: int) -> tuple[int, Transform]:
+    def _lookup(self, target: str, source: str, time: int) -> tuple[int, Transform]:
         """Return a time (ns) and the pose of the source in the target frame then."""
-        if target_name == source_name:
+        if target == source:
             # tf2 has it so for frames that it does not know, too.
-            frame = self._frames.get(target_name)
-            if time == 0 and frame is not None and frame.cache is not None:
-                time, _ = frame.cache.latest()
+            cache = self._frames.get(target)
+            if time == 0 and cache is not None:
+                time, _ = cache.latest()
             return time, _IDENTITY
-        return self._between(self._known('lookupTransform argument target_frame', target_name),
-                             self._known('lookupTransform argument source_frame', source_name),
-                             time)
+        self._check('lookupTransform argument target_frame', target)
+        self._check('lookupTransform argument source_frame', source)
+        return self._between(target, source, time)
 
-    def _between(self, target: Frame, source: Frame, time: int) -> tuple[int, Transform]:
+    def _between(self, target: str, source: str, time: int) -> tuple[int, Transform]:
         """Return a time (ns) and the pose of the source in another frame then."""
         if time == 0:
             time = self._latest_common_time(target, source)
         top, of_source, source_gap = self._climb(source, target, target, time)
-        if top is target:
+        if top == target:
             return time, of_source
         # If the way from the source has a gap, the two frames may still meet below that.
         end, of_target, gap = self._climb(target, source, top, time)
-        if end is source:
+        if end == source:
             return time, invert(of_target)
-        if end is top:
+        if end == top:
             return time, compose(invert(of_target), of_source)
         gap = gap or source_gap
         if gap is not None:
-            raise ExtrapolationException(f'{gap}, when looking up transform from frame '
-                                         f'[{source.name}] to frame [{target.name}]')
+            raise ExtrapolationException(
+                f'{gap}, when looking up transform from frame [{source}] to frame [{target}]')
         raise self._unconnected(target, source)
 
-    def _climb(self, frame: Frame, goal: Frame, other: Frame, time: int
-               ) -> tuple[Frame, Transform, NoDataError | None]:
+    def _climb(self, frame: str, goal: str, other: str, time: int
+               ) -> tuple[str, Transform, NoDataError | None]:
         """Return how far a frame's ancestors lead at a time, its pose there, and what is next."""
         pose = _IDENTITY
         for _ in range(_MAX_DEPTH + 1):
-            if frame is goal or frame is other or frame.cache is None:
+            cache = self._frames[frame]
+            if frame == goal or frame == other or cache is None:
                 return frame, pose, None
             try:
-                entry = frame.cache.get(time)
+                entry = cache.get(time)
             except NoDataError as gap:
                 return frame, pose, gap
             pose = entry[1:] if pose is _IDENTITY else compose(entry[1:], pose)
             frame = entry[0]
         raise self._loop()
 
-    def _latest_common_time(self, target: Frame, source: Frame) -> int:
+    def _latest_common_time(self, target: str, source: str) -> int:
         """Return the latest time (ns) at which every frame between two has a transform."""
         from_source = {source: 0}
         for ancestor, latest in self._ancestors(source):
-            if ancestor is target:
+            if ancestor == target:
                 return latest
             from_source[ancestor] = latest
         for ancestor, latest in chain([(target, 0)], self._ancestors(target)):
@@ -436,11 +422,12 @@ class BufferCore:
                 return min(filter(None, (from_source[ancestor], latest)), default=0)
         raise self._unconnected(target, source)
 
-    def _ancestors(self, frame: Frame) -> Iterator[tuple[Frame, int]]:
+    def _ancestors(self, frame: str) -> Iterator[tuple[str, int]]:
         """Yield each, and the latest time (ns) up to there; static transforms do not limit it."""
         common = 0
         for _ in range(_MAX_DEPTH + 1):
-            latest, parent = (0, None) if frame.cache is None else frame.cache.latest()
+            cache = self._frames[frame]
+            latest, parent = (0, None) if cache is None else cache.latest()
             if parent is None:
                 return
             if latest and (latest < common or not common):
@@ -454,9 +441,9 @@ class BufferCore:
                                f'{self.all_frames_as_string()}\n')
 
     @staticmethod
-    def _unconnected(target: Frame, source: Frame) -> ConnectivityException:
+    def _unconnected(target: str, source: str) -> ConnectivityException:
         return ConnectivityException(
-            f"Could not find a connection between '{target.name}' and '{source.name}' because "
+            f"Could not find a connection between '{target}' and '{source}' because "
             'they are not part of the same tree.Tf has two or more unconnected trees.')
 
 
@@ -470,16 +457,3 @@ def stamped(target_name: str, source_name: str, time: int, transform: Transform
     t.x, t.y, t.z = transform[:3]
     r.x, r.y, r.z, r.w = canonical(*transform[3:])
     return message
-
-
-def _refuse(parent: str, child: str, authority: str, translation: tuple[float, ...],
-            rotation: tuple[float, ...]) -> None:
-    """Say in the log why a transform cannot be used."""
-    reason = ('TF_SELF_TRANSFORM: both frames are the same' if child == parent else
-              'TF_NO_CHILD_FRAME_ID: child_frame_id is not set' if not child else
-              'TF_NO_FRAME_ID: frame_id is not set' if not parent else
-              'TF_NAN_INPUT: there is a nan' if any(map(isnan, (*translation, *rotation))) else
-              'TF_DENORMALIZED_QUATERNION: the rotation is none')
-    get_logger('tf2').error(
-        f'Ignoring transform from authority "{authority}" with frame_id "{parent}" and '
-        f'child_frame_id "{child}": {reason}: {translation} {rotation}')
