@@ -120,33 +120,23 @@ def test_no_limit_and_no_stamps(domain_id):
 
 # ------------------------------------------------------------------------------- as a process
 
-@pytest.fixture
-def executed(tmp_path, domain_id):
-    """Return what runs the executable at a frequency."""
-    def run(frequency):
-        file = tmp_path / 'parameters.yaml'
-        file.write_text(json.dumps({'/**': {'ros__parameters': {
-            'robot_description': URDF, 'publish_frequency': frequency}}}))
-        return process([executable('robot_state_publisher', 'robot_state_publisher'),
-                        '--ros-args', '--params-file', str(file)], domain_id, stop=None)
-    return run
-
-
-def test_it_ends_quietly(executed):
-    """SIGTERM ends it with status 0 and without another word."""
-    with executed(1000.0) as running:
-        running.wait_for_output('Robot initialized', 20.0)
-        before = running.output
-        assert running.stop(signal.SIGTERM) == 0
-        assert running.output == before
-
-
-def test_a_bad_parameter_ends_it_with_a_sentence(executed):
-    """The sentence says what is wrong; there is no traceback and no success."""
-    with executed(2000.0) as running:
-        assert running.wait(20.0) == 1
-        assert '2000' in running.output
-        assert len(running.output.strip().splitlines()) == 1
+@pytest.mark.parametrize('frequency, stop', [(1000.0, signal.SIGTERM), (2000.0, None)])
+def test_it_ends_with_at_most_a_sentence(frequency, stop, tmp_path, domain_id):
+    """SIGTERM ends it quietly; a bad parameter with a line about it and without success."""
+    file = tmp_path / 'parameters.yaml'
+    file.write_text(json.dumps({'/**': {'ros__parameters': {
+        'robot_description': URDF, 'publish_frequency': frequency}}}))
+    with process([executable('robot_state_publisher', 'robot_state_publisher'), '--ros-args',
+                  '--params-file', str(file)], domain_id, stop=None) as running:
+        if stop:
+            running.wait_for_output('Robot initialized', 20.0)
+            before = running.output
+            assert running.stop(stop) == 0
+            assert running.output == before
+        else:
+            assert running.wait(20.0) == 1
+            assert '2000' in running.output
+            assert len(running.output.strip().splitlines()) == 1
 
 
 # -------------------------------------------------------------------------------- descriptions
