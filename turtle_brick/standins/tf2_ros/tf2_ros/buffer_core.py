@@ -100,67 +100,42 @@ def canonical(x: float, y: float, z: float, w: float) -> Rotation:
 
 def interpolate(one: Entry, two: Entry, ratio: float) -> Entry:
     """Return the transform between two, on a straight line and by the shortest rotation."""
-    parent, x1, y1, z1, qx1, qy1, qz1, qw1 = one
-    _, x2, y2, z2, qx2, qy2, qz2, qw2 = two
-    rest = 1.0 - ratio
-    x = rest * x1 + ratio * x2
-    y = rest * y1 + ratio * y2
-    z = rest * z1 + ratio * z2
-    cosine = qx1 * qx2 + qy1 * qy2 + qz1 * qz2 + qw1 * qw2
+    cosine = sum(p * q for p, q in zip(one[4:], two[4:]))
     half_angle = acos(min(1.0, abs(cosine)))
+    translation = ((1.0 - ratio) * u + ratio * v for u, v in zip(one[1:4], two[1:4]))
     if half_angle == 0.0:
-        return (parent, x, y, z, qx1, qy1, qz1, qw1)
-    a = sin(rest * half_angle) / sin(half_angle)
-    b = sin(ratio * half_angle) / sin(half_angle)
-    if cosine < 0.0:
-        b = -b
-    return (parent, x, y, z,
-            a * qx1 + b * qx2, a * qy1 + b * qy2, a * qz1 + b * qz2, a * qw1 + b * qw2)
+        return (one[0], *translation, *one[4:])
+    a = sin((1.0 - ratio) * half_angle) / sin(half_angle)
+    b = sin(ratio * half_angle) / (-sin(half_angle) if cosine < 0.0 else sin(half_angle))
+    return (one[0], *translation, *(a * p + b * q for p, q in zip(one[4:], two[4:])))
 
 
-class StaticCache:
-    """The one transform of a frame that does not move."""
+class Cache:
+    """The transforms of a frame: as far back as its length or, if it is static, the only one."""
 
-    times = (0,)
-
-    def insert(self, _time: int, entry: Entry) -> bool:
-        """Set the transform."""
-        self._entry = entry
-        return True
-
-    def get(self, _time: int) -> Entry:
-        """Return the transform, which holds at any time."""
-        return self._entry
-
-    def latest(self) -> tuple[int, str | None]:
-        """Return zero, a time that limits no common time, and the parent."""
-        return 0, self._entry[0]
-
-    def clear(self) -> None:
-        """Keep the transform: what is static stays."""
-
-
-class TimeCache:
-    """The transforms of a moving frame, as far back as the cache's length."""
-
-    def __init__(self, max_age: int) -> None:
-        """Make an empty cache that goes so far back from its latest transform."""
+    def __init__(self, static: bool, max_age: int) -> None:
+        """Make an empty cache that goes so far (ns) back from its latest transform."""
+        self.static = static
         self._max_age = max_age
-        self.times: list[int] = []
+        self._times: list[int] = []
         self._entries: list[Entry] = []
 
     def latest(self) -> tuple[int, str | None]:
-        """Return the latest time and the parent then; zero and None if there is none."""
-        return (self.times[-1], self._entries[-1][0]) if self.times else (0, None)
+        """Return the latest time and the parent then; zero, which limits nothing, and None."""
+        return (self._times[-1], self._entries[-1][0]) if self._times else (0, None)
 
     def clear(self) -> None:
-        """Forget everything."""
-        self.times.clear()
-        self._entries.clear()
+        """Forget everything that is not static."""
+        if not self.static:
+            self._times.clear()
+            self._entries.clear()
 
     def insert(self, time: int, entry: Entry) -> bool:
         """Add a transform, unless it is there already; return whether it is recent enough."""
-        times = self.times
+        if self.static:
+            self._times, self._entries = [0], [entry]
+            return True
+        times = self._times
         if times:
             # As in tf2, what the previous transform made too old goes before a new one is added.
             expired = bisect_left(times, times[-1] - self._max_age)
@@ -179,11 +154,11 @@ class TimeCache:
 
         :raises NoDataError: The time is not covered by the cache.
         """
-        times = self.times
+        times = self._times
         if not times:
             raise NoDataError('')
         oldest, latest = times[0], times[-1]
-        if time == latest:
+        if self.static or time == latest:
             return self._entries[-1]
         if len(times) == 1:
             raise NoDataError(f'Lookup would require extrapolation at time {display_time(time)}, '
@@ -248,18 +223,18 @@ class BufferCore:
     def __init__(self, cache_time: Duration | None = None) -> None:
         """Make an empty buffer in which each frame's transforms go back so far; 10 s if None."""
         self._cache_time = 10 * _NANOSECONDS if cache_time is None else nanoseconds_of(cache_time)
-        self._frames: dict[str, StaticCache | TimeCache | None] = {}
+        self._frames: dict[str, Cache | None] = {}
         """The transforms of each to its parent; None for one that is only named as a parent."""
         self._changed = Condition()
         """Notified when there is a new transform; its lock guards the frames."""
 
     def set_transform(self, transform: TransformStamped, authority: str) -> None:
         """Add a transform; one that cannot be used is ignored with a message in the log."""
-        self._insert(transform, authority, TimeCache)
+        self._insert(transform, authority, False)
 
     def set_transform_static(self, transform: TransformStamped, authority: str) -> None:
         """Add a transform that holds at all times."""
-        self._insert(transform, authority, StaticCache)
+        self._insert(transform, authority, True)
 
     def clear(self) -> None:
         """Forget all transforms but the static ones; the frames stay known."""
@@ -303,8 +278,7 @@ class BufferCore:
 
     # ------------------------------------------------------------------------------ what comes in
 
-    def _insert(self, transform: TransformStamped, authority: str,
-                cache_type: type[StaticCache] | type[TimeCache]) -> None:
+    def _insert(self, transform: TransformStamped, authority: str, static: bool) -> None:
         parent_name = transform.header.frame_id.removeprefix('/')
         child_name = transform.child_frame_id.removeprefix('/')
         translation, rotation = transform.transform.translation, transform.transform.rotation
@@ -324,9 +298,8 @@ class BufferCore:
         with self._changed:
             cache = self._frames.setdefault(child_name)
             self._frames.setdefault(parent_name)
-            if type(cache) is not cache_type:
-                cache = self._frames[child_name] = (
-                    StaticCache() if cache_type is StaticCache else TimeCache(self._cache_time))
+            if cache is None or cache.static is not static:
+                cache = self._frames[child_name] = Cache(static, self._cache_time)
             inserted = cache.insert(time, (parent_name, x, y, z, *canonical(qx, qy, qz, qw)))
             self._changed.notify_all()
         if not inserted:
