@@ -78,7 +78,9 @@ def become(words, environment, directory, *ends):
     sys.argv[:] = words
     try:
         sys.exit(import_module(PROGRAMS[words[0]]).main())
-    except Exception:  # noqa: B902 -- of which Python itself tells so
+    except SystemExit:
+        raise
+    except BaseException:  # noqa: B902 -- of which Python itself tells so
         sys.excepthook(*sys.exc_info())
         sys.exit(1)
 

@@ -24,13 +24,9 @@ import sys
 
 from launch import actions, substitutions
 from launch.actions import Action, DeclareLaunchArgument, SetLaunchConfiguration
-from launch.substitutions import (get_logger, launch_config, log_file, needs_real, outside,
-                                  perform, Substitution)
+from launch.substitutions import get_logger, launch_config, log_file, perform, Substitution
 
 __all__ = ['Action', 'LaunchContext', 'LaunchDescription', 'LaunchService', 'Substitution']
-__getattr__ = outside(__name__)
-actions.__getattr__ = outside('launch.actions')
-substitutions.__getattr__ = outside('launch.substitutions')
 for name in ('conditions', 'logging', 'utilities'):  # modules of their own in the real one
     sys.modules[f'launch.{name}'] = globals()[name] = substitutions
 sys.modules['launch.event_handlers'] = event_handlers = actions
@@ -94,8 +90,6 @@ def get_launch_description_from_python_launch_file(path):
 
 def get_launch_description_from_any_launch_file(path):
     suffix = os.path.splitext(path)[1][1:]
-    if suffix in ('yaml', 'yml'):
-        raise InvalidLaunchFileError(needs_real('a launch file in YAML'))
     if suffix not in ('py', 'xml'):
         raise InvalidLaunchFileError(
             'The launch file may have a syntax error, or its format is unknown')

@@ -98,9 +98,6 @@ class DeclareLaunchArgument(Action):
     def __init__(self, *args, **kwargs):
         super().__init__(*args, **kwargs)
         default, choices = self.default_value, self.choices
-        if choices and isinstance(default, str) and default not in choices:
-            raise RuntimeError(
-                f'Provided default_value "{default}" is not in provided choices "{choices}".')
         if default is not None:
             self.default_value = normalize_to_list_of_substitutions(default)
         if self.description and choices:

@@ -75,26 +75,11 @@ class get_logger:
 
 # ------------------------------------------------------------------------------ launch.utilities
 
-def needs_real(feature):
-    """Return the sentence about a feature that only the real launch has."""
-    return f'{feature} is not in the stand-in of launch: it needs the real launch'
-
-
-def outside(module):
-    """Return a module's __getattr__ that raises for classes which need the real launch."""
-    def __getattr__(name):
-        raise (ImportError if name[0].isupper() else AttributeError)(
-            needs_real(f'{module}.{name}'))
-    return __getattr__
-
-
 class Later:
     """Arguments of self.do, which is called with the context and them: later, if at all."""
 
     def __init__(self, *args, **kwargs):
         signature = inspect.signature(self.do)
-        for name in set(kwargs) - set(signature.parameters):
-            raise TypeError(needs_real(f'{type(self).__name__}({name}=...)'))
         try:
             self.given = signature.bind(None, *args, **kwargs)
         except TypeError as error:

@@ -20,22 +20,17 @@ from tempfile import NamedTemporaryFile
 
 from ament_index_python.packages import get_package_prefix, get_package_share_directory
 from launch.actions import action, ExecuteProcess
-from launch.substitutions import (get_logger, outside, perform, read_typed, Substitution,
-                                  substitution, SubstitutionFailure)
+from launch.substitutions import (get_logger, perform, read_typed, Substitution, substitution,
+                                  SubstitutionFailure)
 import yaml
 
-__getattr__ = outside(__name__)
 for module in ('actions', 'descriptions', 'parameter_descriptions', 'substitutions'):
     sys.modules[f'{__name__}.{module}'] = sys.modules[__name__]  # modules of the real one
 
 
 def _find_executable(context, executable, package):
     executable, package = perform(context, executable), perform(context, package)
-    prefix = get_package_prefix(package)
-    directory = os.path.join(prefix, 'lib', package)
-    if not os.path.exists(directory):
-        raise SubstitutionFailure(f"package '{package}' found at '{prefix}', but libexec "
-                                  f"directory '{directory}' does not exist")
+    directory = os.path.join(get_package_prefix(package), 'lib', package)
     path = shutil.which(executable, path=directory)
     if path is None:
         raise SubstitutionFailure(

@@ -27,10 +27,8 @@ import unittest
 
 from launch import LaunchDescription, LaunchService
 from launch.actions import action, SetLaunchConfiguration
-from launch.substitutions import needs_real, outside
 import pytest
 
-__getattr__ = outside(__name__)
 for name in ('actions', 'asserts'):
     sys.modules[f'{__name__}.{name}'] = sys.modules[__name__]  # modules of the real one
 START_TIME = 15.0
@@ -186,7 +184,7 @@ def main():
         parser.error(f"Test file '{path}' does not exist")
     for given, name in ((options.show_args, '-s'), (options.junit_xml, '--junit-xml')):
         if given:
-            parser.error(needs_real(f'launch_test {name}'))
+            parser.error(f'launch_test {name} needs the real launch_testing')
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # before and after launch, which handles it
     name = os.path.splitext(os.path.basename(path))[0]
     spec = importlib.util.spec_from_file_location(name, path)

@@ -21,7 +21,7 @@ from xml.etree import ElementTree
 
 from lark import Lark, Transformer
 from launch import actions, LaunchDescription, substitutions
-from launch.substitutions import (IfCondition, needs_real, perform, read_typed, Substitution,
+from launch.substitutions import (IfCondition, perform, read_typed, Substitution,
                                   TextSubstitution, UnlessCondition)
 import launch_ros
 
@@ -55,9 +55,6 @@ COUNTS = {(0, 0): "doesn't expect arguments", (1, 1): 'expects 1 argument',
 CALLED = {'equals': 'and', 'not-equals': 'and', 'or': 'and', 'exec-in-pkg': 'exec-in-package'}
 NOT_IN_FILES = {'self', 'context', 'options', 'actions', 'choices', 'launch_arguments',
                 'launch_configurations', 'additional_env', 'remappings', 'parameters'}
-OTHERS = ('load_composable_node', 'node_container', 'reset', 'reset_env', 'ros_timer',
-          'set_ros_log_dir', 'set_use_sim_time', 'anon', 'file-content', 'if', 'launch_log_dir',
-          'log_dir', 'param')
 
 
 def arguments(function):
@@ -91,8 +88,7 @@ class ToSubstitutions(Transformer):
             raise TypeError(f'{name.title()}Substitution.__init__() got an unexpected keyword '
                             "argument 'args'")
         if name not in SUBSTITUTIONS:
-            raise RuntimeError(needs_real(f'$({name} ...)') if name in OTHERS
-                               else f'Unknown substitution: {name}')
+            raise RuntimeError(f'Unknown substitution: {name}')
         names, needed = arguments(SUBSTITUTIONS[name].do)
         if not len(needed) <= len(given) <= len(names):
             raise TypeError(
@@ -191,8 +187,7 @@ def parameter(element):
 def action(element):
     """Read an action."""
     if element.tag not in ACTIONS:
-        raise RuntimeError(needs_real(f'<{element.tag}>') if element.tag in OTHERS
-                           else f'Unrecognized entity of the type: {element.tag}')
+        raise RuntimeError(f'Unrecognized entity of the type: {element.tag}')
     kind, options, inner = ACTIONS[element.tag], {}, list(element)
 
     def take(tag, *names):

@@ -111,14 +111,8 @@ class RobotStatePublisher(Node):
         names = tuple(state.name)
         positions = state.position
         if len(names) != len(positions):
-            if positions:
-                self.get_logger().error(
-                    'Robot state publisher ignored an invalid JointState message')
-            else:
-                self.get_logger().warning(
-                    'Robot state publisher ignored a JointState message about joint(s) '
-                    f'"{names[0]}"(,...) whose position member was empty.')
-            return
+            return self.get_logger().error(
+                f'Robot state publisher ignored an invalid JointState message of {names}')
         if not self._is_due(names, state):
             return
         self._tf_publisher.publish(TFMessage(transforms=[

@@ -26,17 +26,17 @@ from tf2_ros.buffer_core import compose, stamped
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def described(transform, precision):
+def described(transform):
     """Return a transform in all the ways of tf2_echo."""
     def listed(numbers):
-        return ', '.join(f'{number:.{precision}f}' for number in numbers)
+        return ', '.join(f'{number:.3f}' for number in numbers)
 
     t, r = transform.transform.translation, transform.transform.rotation
     position, rotation, stamp = (t.x, t.y, t.z), (r.x, r.y, r.z, r.w), transform.header.stamp
     x, y, z = (compose((0.0, 0.0, 0.0, *rotation), (*axis, 0.0, 0.0, 0.0, 1.0))[:3]
                for axis in AXES)
     angles = atan2(y[2], z[2]), -asin(max(-1.0, min(1.0, x[2]))), atan2(x[1], x[0])
-    matrix = '\n'.join(''.join(f' {number:6.{precision}f}' for number in row)
+    matrix = '\n'.join(''.join(f' {number:6.3f}' for number in row)
                        for row in (*zip(x, y, z, position), (0.0, 0.0, 0.0, 1.0)))
     return (f'At time {stamp.sec}.{stamp.nanosec}\n- Translation: [{listed(position)}]\n'
             f'- Rotation: in Quaternion (xyzw) [{listed(rotation)}]\n'
@@ -48,18 +48,16 @@ def described(transform, precision):
 def tf2_echo(args):
     """Print again and again where one frame is in another."""
     buffer, found = Buffer(), False
-    wanted = args.source_frame, args.target_frame, Time(seconds=args.t)
-    if args.p < 0:
-        return 'Precision must be non-negative'
+    wanted = args.source_frame, args.target_frame, Time()
     with observer(lambda _: True, 'tf2_echo', args.ros_args) as graph:
         def say():
             nonlocal found
             there, why = buffer.can_transform_core(*wanted)
             found = found or there
             if there:
-                print(described(buffer.lookup_transform(*wanted), args.p))
+                print(described(buffer.lookup_transform(*wanted)))
             elif found:
-                print(f'Failure at {graph.get_clock().now().nanoseconds * 1e-9:.{args.p}f}\n'
+                print(f'Failure at {graph.get_clock().now().nanoseconds * 1e-9:.3f}\n'
                       f'Exception thrown:{why}\nThe current list of frames is:\n'
                       f'{buffer.all_frames_as_string()}')
             else:
