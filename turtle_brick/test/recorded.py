@@ -14,6 +14,7 @@
 """The real launch and ros2: what was recorded, the files it was done with, and to do it again."""
 
 from contextlib import suppress
+import gc
 from importlib import import_module
 import io
 import json
@@ -77,12 +78,14 @@ def become(words, environment, directory, *ends):
     os.chdir(directory)
     sys.argv[:] = words
     try:
-        sys.exit(import_module(PROGRAMS[words[0]]).main())
-    except SystemExit:
-        raise
+        status = import_module(PROGRAMS[words[0]]).main()
+    except SystemExit as end:
+        status = end.code
     except BaseException:  # noqa: B902 -- of which Python itself tells so
         sys.excepthook(*sys.exc_info())
-        sys.exit(1)
+        status = 1
+    gc.collect()  # takes nodes out of the graph, as the end of Python does, which a fork has not
+    sys.exit(status)
 
 
 class Command:
