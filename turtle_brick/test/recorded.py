@@ -169,42 +169,25 @@ class Command:
             self.send('SIGKILL', 'group')
 
 
-def done_here(words, patch, stdin='', interrupted=None):
+def done_here(words, patch, stdin=''):
     """
     Do in this process what `ros2` does; return its status and what it has said.
 
     :param patch: the MonkeyPatch that undoes what this changes
-    :param interrupted: tells by what has been said so far whether to press Ctrl-C
     """
-    texts = [io.TextIOWrapper(io.BytesIO()) for _ in range(2)]
-    for name, value in zip(('argv', 'stdin', 'stdout', 'stderr'),
-                           (words, io.StringIO(stdin), *texts)):
+    out, err = (io.TextIOWrapper(io.BytesIO(), write_through=True) for _ in range(2))
+    for name, value in (('argv', words), ('stdin', io.StringIO(stdin)), ('stdout', out),
+                        ('stderr', err)):
         patch.setattr(sys, name, value)
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    over = threading.Event()
-
-    def interrupt():
-        while not over.wait(GLANCE):
-            if interrupted(texts[0].buffer.getvalue().decode()):
-                # Not to the process: it could come by a thread that does not hold it back.
-                return signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
-
-    user = threading.Thread(target=interrupt)
-    if interrupted:
-        user.start()
     try:
         import_module(PROGRAMS['ros2']).main()
     except SystemExit as end:
         status = end.code or 0
-    over.set()
-    if interrupted:
-        user.join()
     for number, handler in handlers.items():
         signal.signal(number, handler)
     if isinstance(status, str):
         print(status, file=sys.stderr)
         status = 1
-    for text in texts:
-        text.flush()
-    text, error = (each.buffer.getvalue().decode() for each in texts)
+    text, error = (each.buffer.getvalue().decode() for each in (out, err))
     return SimpleNamespace(status=status, text=text, error=error)

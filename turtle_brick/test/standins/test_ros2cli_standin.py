@@ -20,7 +20,6 @@ Every record of data/ros2 about what the stand-in has is replayed on one graph.
 from argparse import Namespace
 from concurrent.futures import ThreadPoolExecutor
 import contextlib
-from functools import partial
 import os
 from pathlib import Path
 import re
@@ -44,13 +43,22 @@ RECORDS = {name: record for name, record in records(
     'cli', 'launch_show_args', 'launch_errors').items()
     if not record['stdout'].startswith('[')}  # what launch says: test_launch_standin.py
 
-# These are commands in processes of their own, as a user's are: what starts processes, what sees
-# an empty graph or fails with a traceback, and for each way into the graph and out of it one. The
-# others are done in this process, in which a node enters the graph at once (and hears what is
-# latched, whatever its QoS).
-PROCESSES = [name for name in RECORDS if re.match(
-    'run_(?!help|unk)|ros2_run|empty|node_list$|node_info_catcher|echo_(once$|two|transient)|'
-    'topic_hz$|pub_times|pub_bad_topic|call_unknown_service|param_list_all', name)]
+
+def signals_of(record):
+    """Return the signals that were sent: what was waited for, the signal, and to whom."""
+    signals = [] if record.get('stderr') else list(record.get('signals', ()))
+    if record.get('ended_by_recorder'):
+        signals.append([signals[-1][0] if signals else ['t', 0], 'SIGINT', 'group'])
+    return signals
+
+
+# These are commands in processes of their own, as a user's are: what is interrupted, what starts
+# processes, what sees an empty graph or fails with a traceback, and for each way into the graph
+# and out of it one. The others are done in this process, in which a node enters the graph at once
+# (and hears what is latched, whatever its QoS).
+PROCESSES = [name for name, record in RECORDS.items() if signals_of(record) or re.match(
+    'run_(?!help|unk)|ros2_run|empty|node_list$|node_info_catcher|echo_once$|pub_times|'
+    'pub_bad_topic|param_list_all', name)]
 
 # They come last, since they change what others see.
 HERE = sorted(set(RECORDS).difference(PROCESSES, ['interface_list']), key=lambda name: (
@@ -114,24 +122,15 @@ def start(words, domain, stdin=''):
                    forked=words[0] == 'ros2' and words[1:2] not in ([], ['run']))
 
 
-def signals_of(record):
-    """Return the signals that were sent: what was waited for, the signal, and to whom."""
-    signals = [] if record.get('stderr') else list(record.get('signals', ()))
-    if record.get('ended_by_recorder'):
-        signals.append([signals[-1][0] if signals else ['t', 0], 'SIGINT', 'group'])
-    return signals
-
-
-def has_come(record, when, pid, arena, said):
-    """Tell whether what a signal waits for has come, by what a process has said so far."""
+def has_come(record, when, command, arena):
+    """Tell whether what a signal waits for has come: what a command says, or its subscription."""
     kind, what = when
     if kind == 'line':
-        pattern, times = what if isinstance(what, list) else (what, 1)
-        return said.endswith('\n') and len(re.findall(pattern, said, re.M)) >= times
-    # After some seconds, when it was waiting: for what it has told, or as a subscription.
+        return command.has_said(*what) if isinstance(what, list) else command.has_said(what)
+    # After some seconds, when it was waiting.
     expected = record['stdout'].replace('$MORE\n', '').count('\n')
-    return said.count('\n') >= expected if expected else any(
-        info.node_name == f'_ros2cli_{pid}' for topic in record['command'][3:]
+    return command.text.count('\n') >= expected if expected else any(
+        info.node_name == f'_ros2cli_{command.pid}' for topic in record['command'][3:]
         if topic.startswith('/') for info in arena.get_subscriptions_info_by_topic(topic))
 
 
@@ -139,7 +138,7 @@ def replay(record, domain, arena, files):
     """Do what was recorded, with its signals when what they waited for has come."""
     command = start(with_paths(record['command'], files), domain, record.get('stdin', ''))
     for when, name, whom in signals_of(record):
-        command.wait_for(lambda: has_come(record, when, command.pid, arena, command.text))
+        command.wait_for(lambda: has_come(record, when, command, arena))
         command.send(name, whom)
     command.end()
     return command
@@ -328,13 +327,12 @@ def test_command(name, outcomes, files):
 
 
 @pytest.mark.parametrize('name', HERE)
-def test_verb(name, arena, near, files, monkeypatch):
+def test_verb(name, near, files, monkeypatch):
     """So does what the command does, in this process."""
     for module in (cli_graph, traffic):
         monkeypatch.setattr(module, 'observer', near)
-    record, signals = RECORDS[name], signals_of(RECORDS[name])
-    done = done_here(with_paths(record['command'], files), monkeypatch, record.get('stdin', ''),
-                     signals and partial(has_come, record, signals[0][0], os.getpid(), arena))
+    record = RECORDS[name]
+    done = done_here(with_paths(record['command'], files), monkeypatch, record.get('stdin', ''))
     monkeypatch.undo()
     assert_same(name, done, files)
 
