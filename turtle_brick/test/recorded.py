@@ -139,8 +139,9 @@ class Command:
                 self.changed.wait(GLANCE)
             return condition()
 
-    def has_said(self, pattern, times=1):
-        """Tell whether whole lines of it have a pattern so often."""
+    def has_said(self, what):
+        """Tell whether whole lines of it have a pattern, or a pattern so often."""
+        pattern, times = what if isinstance(what, list) else (what, 1)
         return len(re.findall(pattern, self.text[:self.text.rfind('\n') + 1], re.M)) >= times
 
     def send(self, name, whom):

@@ -223,9 +223,8 @@ def run(record, files, top, before):
             if kind == 'after':
                 threading.Event().wait(what)  # so much time is what was recorded
             else:
-                text, times = what if isinstance(what, list) else (what, 1)
-                assert command.wait_for(lambda: command.has_said(text, times)), (
-                    f'no {text!r} in:\n{command.text}{command.error}')
+                assert command.wait_for(lambda: command.has_said(what)), (
+                    f'no {what!r} in:\n{command.text}{command.error}')
             command.send(number, whom)
     finally:
         left = command.end()

@@ -159,7 +159,7 @@ def joint(inside='', kind='fixed', name='j', parent='a', child='b'):
     (robot(links=('a', 'a')), r'\[a\] is there'),
     (robot(joint(), joint(name='k')), r'\[b\] is there, or is a child, more than once'),
     (robot(links='ab'), r"the roots are \['a', 'b'\]"),
-    (robot(joint(), joint(parent='b', child='a', name='k')), 'no tree'),
+    (robot(joint(), joint(parent='b', child='a', name='k')), r'no tree: the roots are \[\]'),
     (robot(joint(child='x')), r'joint \[j\]: there is no link \[x\]'),
     (robot(joint(kind='wobbly')), r'unknown type \[wobbly\]'),
     (robot(joint('<axis xyz="0 0 0"/>', kind='continuous')), 'axis has no length'),
