@@ -102,11 +102,10 @@ def plain(value, args, kind=None):
     if hasattr(value, 'SLOT_TYPES'):
         return Fields((name, plain(getattr(value, name), args, kind))
                       for name, kind in value.get_fields_and_field_types().items())
-    length = sys.maxsize if args.full_length else args.truncate_length
+    length = sys.maxsize if args.full_length else 128
     value = value.decode('latin-1') if isinstance(value, bytes) else value
     if isinstance(value, str):
-        return f'<string length: <{len(value)}>>' if args.no_str else (
-            value[:length] + '...' * (len(value) > length))
+        return value[:length] + '...' * (len(value) > length)
     value = value.tolist() if hasattr(value, 'tolist') else value
     if not isinstance(value, list):
         return value
@@ -193,7 +192,7 @@ def topic_echo(args):
             return 'Could not determine the type for the passed topic'
         graph.create_subscription(
             kind, args.topic_name, on_message,
-            quality(args, graph.get_publishers_info_by_topic(args.topic_name)), raw=args.raw)
+            quality(args, graph.get_publishers_info_by_topic(args.topic_name)))
         graph.spin_until(lambda: done and args.once, args.timeout or float('inf'))
 
 
