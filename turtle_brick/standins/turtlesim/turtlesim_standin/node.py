@@ -42,20 +42,24 @@ background_g and background_b; and the action rotate_absolute.
 """
 
 from collections.abc import Callable
+from gc import freeze
+from signal import alarm, pthread_sigmask, SIG_BLOCK, SIGINT, SIGTERM, sigtimedwait
 from typing import Any
 
 from geometry_msgs.msg import Twist
 from rcl_interfaces.msg import ParameterDescriptor
+import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
-from rclpy.exceptions import InvalidTopicNameException
+from rclpy.exceptions import InvalidTopicNameException, ParameterException
+from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_topic_name import validate_topic_name
 from std_srvs.srv import Empty
 from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK, Turtle, TurtlePose, TurtleSim
-from turtle_brick.ros.node_main import init, spin
 from turtlesim.msg import Pose
 from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
 
@@ -188,7 +192,24 @@ class TurtleSimNode(Node):
         self._open('turtle1')
 
 
-def main(args: list[str] | None = None) -> None:
-    """Run the node until Ctrl-C or SIGTERM."""
-    with init(args):
-        spin(TurtleSimNode())
+def main(args: list[str] | None = None) -> str | None:
+    """Run the node until Ctrl-C or SIGTERM, which wait until they are looked for."""
+    signals = {SIGINT, SIGTERM}
+    pthread_sigmask(SIG_BLOCK, signals)
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        node = TurtleSimNode()
+    except (ParameterException, RuntimeError) as error:
+        rclpy.try_shutdown()
+        return f'turtlesim: {error}'
+    executor = EventsExecutor()
+    executor.add_node(node)
+    # Otherwise the garbage collector delays ticks by some tens of milliseconds.
+    freeze()
+    while not sigtimedwait(signals, 0):
+        executor.spin_once(timeout_sec=0.1)
+    alarm(4)  # Fast DDS may wait for ever
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return None
