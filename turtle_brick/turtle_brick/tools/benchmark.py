@@ -15,7 +15,7 @@
 """
 benchmark: measure what the live graph costs, how regular it is and how quickly it reacts.
 
-How it is measured:
+How it is measured, on a machine that has nothing else to do:
 
 * `ros2 launch turtle_brick turtle_arena.launch.py view:=none` runs in a ROS domain of its own.
 * Processor time is the user and system time of each process over a window: "idle", the brick
@@ -27,21 +27,15 @@ How it is measured:
 * Latency is taken from the drops: each finds the robot at rest, at a random distance that asks
   for motion. The release is the stamp of the last position before the brick falls; the decision
   is the goal's publication; motion is the first pose of turtlesim that has changed.
-
-What other programs use meanwhile is measured too, and said: above a twentieth of a core the
-numbers are not worth much.
 """
 
 import argparse
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from datetime import datetime, timezone
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from math import cos, dist, pi, sin
+from math import dist
 import os
 from pathlib import Path
-import platform
 from random import Random
 import signal
 import sys
@@ -50,15 +44,12 @@ from typing import Any
 
 import numpy as np
 import psutil
-from rclpy.utilities import get_rmw_implementation_identifier
-from turtle_brick.core.catch_logic import CENTER
-from turtle_brick.core.parameters import load, ParameterError, Parameters
-from turtle_brick.core.reachability import guaranteed_distance
+from turtle_brick.core.parameters import load
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.physics import STEP
 from turtle_brick.ros.tf import BASE_LINK, BRICK
 from turtle_brick.tools import plots
-from turtle_brick.tools.drops import at_least_one
+from turtle_brick.tools.demo import random_brick
 from turtle_referee.domains import DomainError, reserved_domain
 from turtle_referee.drops import DropWatch
 from turtle_referee.hands import Hands
@@ -71,23 +62,12 @@ from turtle_referee.spinning import Spinner
 LAUNCH = ('ros2', 'launch', 'turtle_brick', 'turtle_arena.launch.py', 'view:=none')
 
 OURS = ('turtle_robot', 'arena', 'catcher')
-NODES = (*OURS, 'turtlesim_node', 'robot_state_publisher')
-"""The programs of the graph."""
+NODES = (*OURS, 'turtlesim_node', 'robot_state_publisher')  # the programs of the graph
 
-START_TIME = 60.0
-"""How long (s) they may take to start and to find each other."""
-
-WARM_UP = 3.0
-"""How long (s) the graph runs before it is measured."""
-
-LEAD = 100_000_000
-"""How long (ns) before a brick is asked to fall its positions are looked at."""
-
-OTHERS = 0.05
-"""Cores in use by other programs from which on the numbers are worth little."""
-
-MOVED = 1e-6
-"""Distance (m) from which a robot counts as having moved."""
+START_TIME = 60.0  # how long (s) they may take to start and to find each other
+WARM_UP = 3.0  # how long (s) the graph runs before it is measured
+LEAD = 100_000_000  # how long (ns) before a brick is asked to fall its positions are looked at
+MOVED = 1e-6  # distance (m) from which a robot counts as having moved
 
 
 # ------------------------------------------------------------------------------ what is computed
@@ -138,164 +118,91 @@ def first_motion(places: Iterable[tuple[int, Any]]) -> int | None:
 
 # ------------------------------------------------------------------------------ what is measured
 
-class Usage:
-    """What processes, and all other programs, use from now on."""
-
-    def __init__(self, nodes: dict[str, psutil.Process]) -> None:
-        """Begin."""
-        self._processes = {'benchmark': psutil.Process(), **nodes}
-        self._before = self._now()
-
-    def _now(self) -> dict[str, float]:
-        """Return the time (s) since any fixed instant that each has had of the processors."""
-        # What neither idles nor waits for a disk works: a tickless Linux sees programs that wake
-        # up with its timers always or never, but books idle time as it is.
-        spent = psutil.cpu_times()
-        return {'': monotonic(),
-                'all': psutil.cpu_count() * monotonic() - spent.idle - spent.iowait,
-                **{name: sum(process.cpu_times()[:2])
-                   for name, process in self._processes.items()}}
-
-    def cores(self) -> dict[str, float]:
-        """Return how many cores each has used; 'others' are all programs but these."""
-        used = {name: then - self._before[name] for name, then in self._now().items()}
-        seconds = used.pop('')
-        cores = {name: time / seconds for name, time in used.items()}
-        cores['others'] = max(cores.pop('all') - sum(cores[name] for name in self._processes), 0.0)
-        return cores
-
-
-class Benchmark:
-    """The measurements, one after another."""
-
-    def __init__(self, options: argparse.Namespace, parameters: Parameters) -> None:
-        """Measure nothing yet, but know the command line and the physical numbers."""
-        self.seconds: float = options.seconds
-        self.drops: int = options.drops
-        self.parameters = parameters
-        self.random = Random(1)
-
-    @contextmanager
-    def observing(self) -> Iterator[Hands]:
-        """Hear the graph, and be heard by it, for a while."""
-        make = partial(Observer, name='benchmark',
-                       profile=Profile.from_parameters(self.parameters))
-        with Spinner(make) as spinner:
-            hands = Hands(spinner, spinner.node)
-            spinner.spin_until(hands.sees_everything, START_TIME, 'the graph is there')
-            yield hands
-
-    def run(self) -> dict[str, Any]:
-        """Measure everything; return what was found."""
-        found: dict[str, Any] = {}
-        with Process(LAUNCH) as launch:
-            with self.observing() as hands:
-                hands.graph.spin_for(WARM_UP)
-            nodes = programs(psutil.Process(launch.pid))
-
-            def window(what: str, action: Callable[[], Any]) -> Any:
-                print(what, file=sys.stderr, flush=True)
-                usage = Usage(nodes)
-                result = action()
-                if not launch.running:
-                    raise RuntimeError(launch.end_in_words())
-                found[what] = usage.cores()
-                return result
-
-            window('idle', lambda: sleep(self.seconds))
-            with self.observing() as hands:
-                drops = window('catching', lambda: [self.throw(hands) for _ in range(self.drops)])
-                found['intervals'] = window('idle, listening', lambda: self.listen(hands))
-                chains = [chain(hands.record, drop.begin - LEAD, drop.end) for drop in drops]
-        found['latency'] = [links for links in chains if links is not None]
-        if not found['latency']:
-            raise RuntimeError('no drop was heard from its release to the first motion')
-        found['outcomes'] = Counter(
-            'caught' if drop.caught else 'refused' if drop.refusals else 'missed'
-            for drop in drops)
-        return found
-
-    def throw(self, hands: Hands) -> DropWatch:
-        """
-        Place a brick where it can be caught, drop it and wait until all is over.
-
-        :raises ValueError: a service has refused
-        :raises TimeoutError: a service did not answer
-        """
-        z = self.parameters.brick_start[2]
-        # So that the robot has to move and can make it.
-        distance = self.random.uniform(0.5, 0.9) * guaranteed_distance(z, self.parameters)
-        angle = self.random.uniform(-pi, pi)
-        place = (CENTER[0] + distance * cos(angle), CENTER[1] + distance * sin(angle), z)
-        hands.place(place).check()
-        drop = hands.drop(place)
-        assert drop.ask is not None
-        drop.ask.check()
-        return drop
-
-    def listen(self, hands: Hands) -> dict[str, np.ndarray]:
-        """Return all intervals (s) over a window."""
-        begin = time_ns()
-        hands.graph.spin_for(self.seconds)
-        hands.observer.update()
-        record = hands.record
-        instants = {name: [heard.published for heard in record.heard(name, begin)]
-                    for name in ('cmd_vel', 'odom', 'joint_states')}
-        for label, frame in (('odom -> base_link', BASE_LINK), ('world -> brick', BRICK)):
-            # Several steps may come in one message.
-            instants[label] = sorted({then for then, _ in record.frames[frame].heard(begin)})
-        return {label: np.diff(published) * NANO for label, published in instants.items()}
-
-
 def programs(launch: psutil.Process) -> dict[str, psutil.Process]:
     """Return the processes of the graph that a launch has started, by the names of NODES."""
-    found = {}
-    for process in launch.children(recursive=True):
-        for word in process.cmdline()[:2]:  # the second one where the first is Python
-            if Path(word).name in NODES:
-                found[Path(word).name] = process
-    if missing := set(NODES) - set(found):
-        raise RuntimeError(f'launch has not started {", ".join(sorted(missing))}')
+    return {Path(word).name: process for process in launch.children(recursive=True)
+            for word in process.cmdline()[:2]  # the second one where the first is Python
+            if Path(word).name in NODES}
+
+
+def cores(nodes: dict[str, psutil.Process], action: Callable[[], Any]) -> dict[str, float]:
+    """Return how many cores each program uses during an action."""
+    def spent() -> dict[str, float]:
+        return {name: sum(process.cpu_times()[:2]) for name, process in nodes.items()}
+
+    begin, before = monotonic(), spent()
+    action()
+    seconds, after = monotonic() - begin, spent()
+    return {name: (after[name] - before[name]) / seconds for name in nodes}
+
+
+def measure(seconds: float, count: int) -> dict[str, Any]:
+    """Measure everything in windows (s) and over so many drops; return what was found."""
+    parameters, random = load(), Random(1)
+    make = partial(Observer, name='benchmark', profile=Profile.from_parameters(parameters))
+    drops: list[DropWatch] = []
+
+    def meet(spinner: Spinner) -> Hands:
+        hands = Hands(spinner, spinner.node)
+        spinner.spin_until(hands.sees_everything, START_TIME, 'the graph is there')
+        return hands
+
+    def throw() -> None:
+        for _ in range(count):
+            # So that the robot has to move and can make it.
+            place = random_brick(random, hands, parameters, 0.5, 0.9)
+            hands.place(place).check()
+            drops.append(hands.drop(place))
+
+    with Process(LAUNCH) as launch:
+        with Spinner(make) as spinner:
+            meet(spinner)
+            spinner.spin_for(WARM_UP)
+        nodes = programs(psutil.Process(launch.pid))
+        print('idle', file=sys.stderr, flush=True)
+        found: dict[str, Any] = {'idle': cores(nodes, lambda: sleep(seconds))}
+        with Spinner(make) as spinner:
+            hands = meet(spinner)
+            print('catching', file=sys.stderr, flush=True)
+            found['catching'] = cores(nodes, throw)
+            print('idle, listening', file=sys.stderr, flush=True)
+            begin = time_ns()
+            spinner.spin_for(seconds)
+            hands.observer.update()
+            found['intervals'] = intervals(hands.record, begin)
+            chains = [chain(hands.record, drop.begin - LEAD, drop.end) for drop in drops]
+    found['latency'] = [links for links in chains if links is not None]
+    found['outcomes'] = Counter(
+        'caught' if drop.caught else 'refused' if drop.refusals else 'missed' for drop in drops)
     return found
+
+
+def intervals(record: Record, begin: int) -> dict[str, np.ndarray]:
+    """Return the time (s) from each message to the next, from an instant (ns) on."""
+    instants = {name: [heard.published for heard in record.heard(name, begin)]
+                for name in ('cmd_vel', 'odom', 'joint_states')}
+    for label, frame in (('odom -> base_link', BASE_LINK), ('world -> brick', BRICK)):
+        # Several steps may come in one message.
+        instants[label] = sorted({then for then, _ in record.frames[frame].heard(begin)})
+    return {label: np.diff(published) * NANO for label, published in instants.items()}
 
 
 # -------------------------------------------------------------------------------- how it reports
 
-def machine() -> str:
-    """Say what the numbers were measured on and with."""
-    model = next((line.partition(':')[2] for line in Path('/proc/cpuinfo').read_text().splitlines()
-                  if line.startswith('model name')), 'an unknown processor')
-    return (f'{len(os.sched_getaffinity(0))} cores of {" ".join(model.split())}, '
-            f'Python {platform.python_version()}, {get_rmw_implementation_identifier()}, '
-            f'{datetime.now(timezone.utc):%Y-%m-%d %H:%M UTC}')
-
-
-def report(found: dict[str, Any], seconds: float) -> str:
-    """
-    Make a table of what was found.
-
-    :param found: by `Benchmark.run`
-    :param seconds: the length of a window
-    :return: The text for the terminal.
-    """
-    idle, catching = found['idle'], found['catching']
-    others = max(idle['others'], catching['others'])
-    lines = [
-        f'{seconds:g} s per window; other programs used {others:.2f} cores at most' + (
-            ': TOO MUCH for numbers that are worth something' if others > OTHERS else ''), '',
-        'processor time, % of a core      idle  catching']
+def report(found: dict[str, Any]) -> str:
+    """Make a table for the terminal of what `measure` has found."""
+    lines = ['processor time, % of a core      idle  catching']
     for title, names in (*((name, (name,)) for name in NODES),
                          ('the three of ours', OURS), ('all five', NODES)):
         lines.append(f'  {title:26}' + ''.join(
-            f'{sum(100.0 * cores[name] for name in names):{width}.1f}'
-            for cores, width in ((idle, 9), (catching, 10))))
+            f'{sum(100.0 * found[window][name] for name in names):{width}.1f}'
+            for window, width in (('idle', 9), ('catching', 10))))
     lines += ['', 'intervals, ms        nominal     mean      p01      p50      p99      max']
-    for topic, intervals in found['intervals'].items():
+    for topic, times in found['intervals'].items():
         nominal = STEP * 1e-6 if topic == 'world -> brick' else 10.0
-        p01, p50, p99 = 1e3 * np.percentile(intervals, (1, 50, 99))
-        lines.append(
-            f'  {topic:18}{nominal:8.1f}{1e3 * np.mean(intervals):9.3f}{p01:9.3f}{p50:9.3f}'
-            f'{p99:9.3f}{1e3 * max(intervals):9.2f}')
+        p01, p50, p99 = 1e3 * np.percentile(times, (1, 50, 99))
+        lines.append(f'  {topic:18}{nominal:8.1f}{1e3 * np.mean(times):9.3f}{p01:9.3f}{p50:9.3f}'
+                     f'{p99:9.3f}{1e3 * max(times):9.2f}')
     lines += ['', f'latency from the release, ms ({len(found["latency"])} drops)     p50      p01'
               '      p99']
     for link, words in (('decided', 'decision (goal published)'),
@@ -316,9 +223,9 @@ def main(args: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog='benchmark', description=first.partition(': ')[2].capitalize(), epilog=rest,
         formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--seconds', type=at_least_one, default=60, metavar='T',
+    parser.add_argument('--seconds', type=float, default=60.0, metavar='T',
                         help='length of a window (s, default: 60); there are two, and the drops')
-    parser.add_argument('--drops', type=at_least_one, default=20, metavar='N',
+    parser.add_argument('--drops', type=int, default=20, metavar='N',
                         help='how many bricks are dropped (default: 20)')
     parser.add_argument('--output', type=Path, default=Path('.'), metavar='DIR',
                         help='where latency.png goes (default: here)')
@@ -329,16 +236,14 @@ def main(args: Sequence[str] | None = None) -> int:
         options.output.mkdir(parents=True, exist_ok=True)
         with reserved_domain() as domain:
             os.environ['ROS_DOMAIN_ID'] = str(domain)
-            found = Benchmark(options, load()).run()
-        print(machine())
-        print(report(found, options.seconds))
+            found = measure(options.seconds, options.drops)
+        print(report(found))
         plots.latency(found['latency'], options.output / 'latency.png')
         print(f'\n{options.output / "latency.png"}')
     except KeyboardInterrupt:
         print('benchmark: stopped, and nothing written', file=sys.stderr)
         return 0
-    except (DomainError, OSError, ParameterError, psutil.Error, RuntimeError, TimeoutError,
-            ValueError) as error:
+    except (DomainError, OSError, psutil.Error, TimeoutError, ValueError) as error:
         print(f'benchmark: {error}', file=sys.stderr)
         return 1
     return 0

@@ -37,10 +37,10 @@ from turtle_brick.arena import Arena
 from turtle_brick.catcher import CatcherNode
 from turtle_brick.core.parameters import default_path
 from turtle_brick.ros.node_main import make_executor
-from turtle_brick.tools.description import robot_description
 from turtle_brick.turtle_robot import TurtleRobot
 from turtle_referee.processes import close_all, Process
 from turtle_referee.spinning import Spins
+import xacro
 import yaml
 
 END_TIME = 15.0
@@ -65,25 +65,18 @@ class Graph(Spins):
     """Nodes in one process that see each other, and whoever else is in their ROS domain."""
 
     def __init__(self, domain_id: int | None = None, namespace: str = '',
-                 overrides: dict[str, Any] | None = None, quiet: bool = False,
-                 tf_inside: bool = False) -> None:
+                 quiet: bool = False, tf_inside: bool = False) -> None:
         """
         Start with no nodes.
 
         :param domain_id: the ROS domain; that of the environment if None
         :param namespace: the namespace of all nodes
-        :param overrides: parameters that differ from the package's file
         :param quiet: whether the nodes log warnings and errors only
         :param tf_inside: whether TF is in the namespace, too, as the launch files have it
         """
         self.namespace = namespace
         self._files = TemporaryDirectory()
         self.params_file = default_path()
-        if overrides:
-            given = yaml.safe_load(self.params_file.read_text(encoding='utf-8'))
-            self.params_file = self.parameter_file(
-                {**given['/**']['ros__parameters'], **overrides})
-        self._use_sim_time = (overrides or {}).get('use_sim_time', False)
         self.domain_id = domain_id
         self.context = Context()
         self._remaps = ['-r', '/tf:=tf', '-r', '/tf_static:=tf_static'] if tf_inside else []
@@ -109,7 +102,7 @@ class Graph(Spins):
 
         :param node_type: its class
         :param ros_arguments: what stands behind --ros-args, as '-r', 'cmd_vel:=turtle1/cmd_vel'
-        :param parameters: whether to give it the parameter file and its overrides
+        :param parameters: whether to give it the parameter file
         :param options: passed on to the node's class
         """
         arguments = ['--ros-args', *self._remaps, *ros_arguments]
@@ -139,13 +132,13 @@ class Graph(Spins):
         """Add robot_state_publisher with our robot; return its node, None if it is real."""
         return self._add_foreign(
             'robot_state_publisher', 'robot_state_publisher', 'robot_state_publisher.node',
-            'RobotStatePublisher',
-            {**self.robot_parameters(), 'use_sim_time': self._use_sim_time})
+            'RobotStatePublisher', self.robot_parameters())
 
     def robot_parameters(self) -> dict[str, Any]:
         """Return robot_state_publisher's parameters, as in the launch files, for our robot."""
-        return {'robot_description': robot_description(self.params_file),
-                'ignore_timestamp': True}
+        path = self.params_file.parents[1] / 'urdf' / 'turtle.urdf.xacro'
+        urdf = xacro.process_file(str(path), mappings={'params_file': str(self.params_file)})
+        return {'robot_description': urdf.toxml(), 'ignore_timestamp': True}
 
     def add_robot(self) -> TurtleRobot:
         """Add turtle_robot, connected to turtlesim as the launch files do it."""

@@ -21,11 +21,11 @@ leave matplotlib's global state alone.
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from itertools import groupby
-from math import degrees, dist, nan, pi
+from itertools import pairwise
+from math import degrees, dist
 from pathlib import Path
 from statistics import median
-from typing import Any, TypeVar
+from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
@@ -35,13 +35,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.patheffects import withStroke
 import numpy as np
-from turtle_brick.core.catch_logic import CENTER, State
+from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.reachability import (fall_time, guaranteed_distance, GUARANTEED_LATENCY,
                                             resting_height)
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.physics import Phase
-from turtle_brick.tools.drops import Drop, Sample
+from turtle_brick.tools.simulation import counted, Drop, Sample
 
 INK = '#1f2933'
 FAINT = '#9aa5b1'
@@ -80,23 +79,11 @@ MARGIN_COLORS = LinearSegmentedColormap.from_list('margin', [
 
 FINE_DASHES = (0, (2, 2))
 
-PHASE_COLORS = {
-    Phase.HOVERING: '#eef2f6',
-    Phase.FALLING: '#ffe3c4',
-    Phase.RIDING: '#d5ecd8',
-    Phase.FLOATING: '#d9e6f8',
-    Phase.GROUNDED: '#e6ddd8',
-}
+STATE_COLORS = {'waiting': '#cbd2d9', 'approaching': '#f0a04b', 'carrying': '#4caf6e',
+                'tilting': '#b565c9', 'leveling': '#5b8def'}
+PHASE_COLORS = {'hovering': '#eef2f6', 'falling': '#ffe3c4', 'on the platform': '#d5ecd8',
+                'floating': '#d9e6f8', 'on the ground': '#e6ddd8'}
 
-STATE_COLORS = {
-    State.WAITING: '#cbd2d9',
-    State.APPROACHING: '#f0a04b',
-    State.CARRYING: '#4caf6e',
-    State.TILTING: '#b565c9',
-    State.LEVELING: '#5b8def',
-}
-
-Value = TypeVar('Value')
 
 
 @contextmanager
@@ -114,40 +101,27 @@ def farthest(height: float, parameters: Parameters) -> float:
             + parameters.platform_radius)
 
 
-def reachability_map(drops: Sequence[Drop], parameters: Parameters, cells: int | None,
-                     path: Path) -> None:
-    """
-    Draw the arena from above: what was caught, refused and missed, and the boundaries in theory.
-
-    :param cells: the number of cells along each side of the arena, each with a drop in its
-        center; None for drops at random places
-    """
+def reachability_map(drops: Sequence[Drop], parameters: Parameters, path: Path) -> None:
+    """Draw the arena from above: what was caught, refused and missed, and the theory's limits."""
     x, y, z = np.array([drop.result.brick for drop in drops]).T
     heights = sorted({z.min(), z.max()})
-    least = min(-0.1, *(drop.margin for drop in drops if drop.margin is not None))
-    margins = np.array([least if drop.margin is None else drop.margin for drop in drops])
-    norm = TwoSlopeNorm(0.0, least, max(0.1, margins.max()))
+    known = [drop.margin for drop in drops if drop.margin is not None]
+    least = min(-0.1, *known, 0.0)
+    norm = TwoSlopeNorm(0.0, least, max(0.1, *known, 0.0))
     with drawn(path, 8.2, 7.6) as figure:
         axes = figure.subplots()
         axes.grid(False)
         axes.spines[:].set_visible(False)
         walls = axes.add_patch(Rectangle((0.0, 0.0), ARENA_SIZE, ARENA_SIZE, fill=False,
                                          edgecolor=INK, linewidth=2.5, zorder=5))
-        if cells is not None:
-            tiles = np.full((cells, cells), nan)
-            tiles[(y / ARENA_SIZE * cells).astype(int), (x / ARENA_SIZE * cells).astype(int)] = (
-                margins)
-            axes.imshow(tiles, MARGIN_COLORS, norm, interpolation='none', origin='lower',
-                        extent=(0.0, ARENA_SIZE, 0.0, ARENA_SIZE))
-        else:
-            # So large (in square points) that the drops together could cover the arena.
-            size = min(max(430.0 ** 2 / len(drops), 1.0), 60.0)
-            axes.scatter(x, y, s=size, c=margins, cmap=MARGIN_COLORS, norm=norm,
-                         linewidths=0.0).set_clip_path(walls)
-        missed = [drop.result.brick for drop in drops if drop.outcome == 'missed']
-        axes.scatter([x for x, _, _ in missed], [y for _, y, _ in missed], s=50.0, c=MISSED,
-                     marker='X', linewidths=0.0, zorder=4)
-        turn = np.linspace(0.0, 2.0 * pi, 361)
+        # So large (in square points) that the drops together could cover the arena.
+        axes.scatter(x, y, s=min(max(450.0 ** 2 / len(drops), 1.0), 60.0), marker='s',
+                     c=[least if drop.margin is None else drop.margin for drop in drops],
+                     cmap=MARGIN_COLORS, norm=norm, linewidths=0.0).set_clip_path(walls)
+        for drop in drops:
+            if drop.outcome == 'missed':
+                axes.plot(*drop.result.brick[:2], 'X', color=MISSED, markersize=7.0)
+        turn = np.linspace(0.0, 2.0 * np.pi, 361)
         for law, style, words in (
                 (guaranteed_distance, '-',
                  f'within this a catch is promised: {parameters.max_velocity:g} m/s x (fall - '
@@ -158,7 +132,7 @@ def reachability_map(drops: Sequence[Drop], parameters: Parameters, cells: int |
             for height in heights:
                 radius = max(law(height, parameters), 0.0)
                 axes.plot(CENTER[0] + radius * np.cos(turn), CENTER[1] + radius * np.sin(turn),
-                          color='black', linewidth=1.5, linestyle=style, zorder=4.5,
+                          color='black', linewidth=1.5, linestyle=style,
                           label=words if height == heights[0] else None)
         axes.add_patch(Circle(CENTER, parameters.platform_radius, facecolor='white',
                               edgecolor=INK, linewidth=1.2, zorder=6))
@@ -170,92 +144,64 @@ def reachability_map(drops: Sequence[Drop], parameters: Parameters, cells: int |
         bar = figure.colorbar(ScalarMappable(norm, MARGIN_COLORS), ax=axes, shrink=0.85,
                               pad=0.01, aspect=28)
         bar.ax.spines[:].set_visible(False)
-        bar.ax.set_title('s', fontsize=9.5, fontweight='normal', loc='center')
-        for place, words in ((0.25, 'refused: too late by'), (0.75, 'caught: to spare')):
-            bar.ax.annotate(words, (4.8, place), xycoords='axes fraction', rotation=90,
-                            ha='center', va='center')
-        axes.legend(
-            loc='upper left', bbox_to_anchor=(0.0, -0.08), alignment='left',
-            title=f'{len(drops):,} drops: ' + ', '.join(
-                f'{sum(drop.outcome == outcome for drop in drops):,} {outcome}'
-                for outcome in ('caught', 'refused', 'missed')))
+        bar.set_label('refused: too late by / s' + 24 * ' ' + 'caught: to spare / s')
+        figure.legend(loc='outside lower left', alignment='left', title=counted(drops))
 
 
 def one_drop(samples: Sequence[Sample], drop: Drop, parameters: Parameters, path: Path) -> None:
     """Draw one drop over time, from its record and its result."""
+    time, bricks, robots, tilts, commanded, speeds, phases, states = zip(*samples)
     decided = drop.result.decision_time
-    time = [sample.time for sample in samples]
-    phases = _spans(time, [sample.phase for sample in samples])
-    legible = 0.06 * (time[-1] - time[0])
     with drawn(path, 8.6, 9.4) as figure:
         strip, height, way, speed, tilt = figure.subplots(
             5, 1, sharex=True, height_ratios=(0.35, 2.0, 2.0, 2.0, 1.2))
         figure.suptitle(
             f'One drop, from {drop.result.brick[2]:.3g} m and {drop.distance:.2f} m away: '
             f'{drop.outcome}', x=0.01, ha='left', fontsize=13, fontweight='bold')
-        for axes in (height, way, speed, tilt):
-            for phase, begin, end in phases:
-                axes.axvspan(begin, end, color=PHASE_COLORS[phase], linewidth=0.0, zorder=0)
-            axes.axvline(decided, color=MISSED, linewidth=0.9, linestyle=':')
-
-        strip.grid(False)
-        strip.spines[:].set_visible(False)
-        strip.tick_params(left=False, labelleft=False, bottom=False)
+        strip.axis('off')
         strip.set_title('what the catcher does', fontsize=9, fontweight='normal')
-        for state, begin, end in _spans(time, [sample.state for sample in samples]):
-            strip.barh(0.0, end - begin, left=begin, height=1.0, color=STATE_COLORS[state])
-            if end - begin > legible:
-                strip.text((begin + end) / 2.0, 0.0, state.name.lower(), ha='center',
-                           va='center', fontsize=8)
-
-        height.plot(time, [sample.brick[2] for sample in samples], color=REFUSED, linewidth=1.8)
-        height.set_ylim(bottom=0.0)
-        height.set_ylabel('height of the\nbrick / m')
-        _level(height, resting_height(parameters), 'lying on the level platform ')
-        for phase, begin, end in phases:
-            if end - begin > legible:
-                height.text((begin + end) / 2.0, 0.96, phase.value, ha='center', va='top',
-                            transform=height.get_xaxis_transform(), fontsize=8)
+        _stretches(strip, time, [state.name.lower() for state in states], STATE_COLORS, 0.7)
+        for axes in (height, way, speed, tilt):
+            _stretches(axes, time, [phase.value for phase in phases], PHASE_COLORS,
+                       0.96 if axes is height else 0.0)
+            axes.axvline(decided, color=MISSED, linewidth=0.9, linestyle=':')
+        for axes, values, color, label in (
+                (height, [z for _, _, z in bricks], REFUSED, None),
+                (way, [dist(robot, drop.result.brick[:2]) for robot in robots], CAUGHT,
+                 'to where the brick falls'),
+                (way, [dist(robot, CENTER) for robot in robots], ROBOT,
+                 'to the center of the arena'),
+                (speed, commanded, STATE_COLORS['approaching'], 'commanded, 100 per second'),
+                (speed, speeds, CAUGHT, "turtlesim's, some 0.07 s behind"),
+                (tilt, [degrees(angle) for angle in tilts], STATE_COLORS['tilting'], None)):
+            axes.step(time, values, where='post', color=color, linewidth=1.7, label=label)
+        for axes, value, words in (
+                (height, resting_height(parameters), 'lying on the level platform '),
+                (way, parameters.platform_radius, 'platform under the brick ')):
+            axes.axhline(value, color=INK, linewidth=0.9, linestyle='--')
+            axes.text(0.995, value, words, transform=axes.get_yaxis_transform(), ha='right',
+                      va='bottom', fontsize=8)
         height.annotate(f'decided after {1000.0 * decided:.0f} ms',
                         (decided, 0.08), xycoords=('data', 'axes fraction'),
                         xytext=(5, 0), textcoords='offset points', color=MISSED, fontsize=8)
-
-        for place, color, label in ((drop.result.brick[:2], CAUGHT, 'to where the brick falls'),
-                                    (CENTER, ROBOT, 'to the center of the arena')):
-            way.plot(time, [dist(sample.robot, place) for sample in samples], color=color,
-                     linewidth=1.8, label=label)
-        way.set_ylim(0.0, 1.3 * way.get_ylim()[1])
-        way.set_ylabel("robot's distance / m")
-        way.legend(loc='upper right')
-        _level(way, parameters.platform_radius, 'platform under the brick ')
-
-        for speeds, color, label in (
-                ([sample.commanded for sample in samples], STATE_COLORS[State.APPROACHING],
-                 'commanded, 100 per second'),
-                ([sample.speed for sample in samples], CAUGHT, "turtlesim's, some 0.07 s behind")):
-            speed.step(time, speeds, where='post', color=color, linewidth=1.6, label=label)
+        height.set(ylabel='height of the\nbrick / m', ylim=(0.0, None))
+        way.set(ylabel="robot's distance / m", ylim=(0.0, 1.3 * way.get_ylim()[1]))
         speed.set(ylabel='speed / (m/s)', ylim=(0.0, 1.35 * parameters.max_velocity))
-        speed.legend(loc='upper right')
-
-        tilt.plot(time, [degrees(sample.tilt) for sample in samples],
-                  color=STATE_COLORS[State.TILTING], linewidth=1.8)
         tilt.set(ylabel='tilt / degrees', xlabel='time since the release / s',
                  xlim=(time[0], time[-1]))
+        way.legend(loc='upper right')
+        speed.legend(loc='upper right')
 
 
-def _level(axes: Axes, value: float, words: str) -> None:
-    """Draw a horizontal line at a value, with words on it."""
-    axes.axhline(value, color=INK, linewidth=0.9, linestyle='--')
-    axes.text(0.995, value, words, transform=axes.get_yaxis_transform(), ha='right', va='bottom',
-              fontsize=8)
-
-
-def _spans(time: Sequence[float], values: Sequence[Value]) -> list[tuple[Value, float, float]]:
-    """Return (value, first instant, last instant) of each stretch of equal values."""
-    begins = [(value, next(stretch)[0])
-              for value, stretch in groupby(zip(time, values), key=lambda pair: pair[1])]
-    ends = [begin for _, begin in begins[1:]] + [time[-1]]
-    return [(value, begin, end) for (value, begin), end in zip(begins, ends)]
+def _stretches(axes: Axes, time: Sequence[float], values: Sequence[str], colors: dict[str, str],
+               top: float) -> None:
+    """Color each stretch of equal values, with the value below a top (0: none) if it has room."""
+    changes = [index for index, (last, value) in enumerate(pairwise(values), 1) if value != last]
+    for first, end in pairwise([0, *changes, len(values) - 1]):
+        axes.axvspan(time[first], time[end], color=colors[values[first]], linewidth=0.0, zorder=0)
+        if top and time[end] - time[first] > 0.06 * (time[-1] - time[0]):
+            axes.text((time[first] + time[end]) / 2.0, top, values[first], ha='center', va='top',
+                      transform=axes.get_xaxis_transform(), fontsize=8)
 
 
 LINKS = {

@@ -19,22 +19,23 @@ It uses the same modules as the nodes: `physics.World` at 250 Hz, `driving.Drive
 `turtlesim_kinematics.Turtle` every 16 ms with its queue of commands, and `catch_logic.Catcher` at
 every position of the brick and 50 times per second, with the delays of the live graph between
 them. Time jumps from event to event, so that an hour takes seconds; everything random comes from a
-seed, so that every run can be repeated.
+seed, so that every run can be repeated. `simulate` makes one drop with the robot at rest in the
+center, for tables and figures, and `trace` repeats it to be drawn.
 """
 
-from collections import deque
-from collections.abc import Callable
+from collections import Counter, deque
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import inf
+from math import atan2, dist, hypot, inf
 from random import Random
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from turtle_brick.core import catch_logic, driving
 from turtle_brick.core.catch_logic import Catcher, DriveOrder, State, TiltOrder
 from turtle_brick.core.driving import Driver, within_arena
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose, Vector
 from turtle_brick.core.parameters import Parameters
-from turtle_brick.core.reachability import Decision
+from turtle_brick.core.reachability import Decision, guaranteed_distance
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import NANO
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, TICK, Turtle, TurtlePose
@@ -44,40 +45,35 @@ ROBOT_PERIOD = round(driving.PERIOD / NANO)
 TICK_PERIOD = round(TICK / NANO)
 CATCHER_PERIOD = round(catch_logic.PERIOD / NANO)
 
+START_UP = 0.3  # how long (s) one runs before its drop, for its parts to exchange data
+
 
 @dataclass(frozen=True)
 class Delays:
     """The delays of the live graph (s)."""
 
-    transport: float = driving.TRANSPORT
-    """Time from publishing a message to its arrival in another node."""
-    transforms: float = 0.0010
-    """Time from the robot's cycle to the platform's transform, through robot_state_publisher."""
-    tick_jitter: float = 0.0
-    """Standard deviation of turtlesim's ticks about their grid."""
-    robot_jitter: float = 0.0
-    """Standard deviation of the robot's cycles about theirs."""
+    transport: float = driving.TRANSPORT  # from publishing a message to its arrival elsewhere
+    transforms: float = 0.0010  # from the robot's cycle to robot_state_publisher's transform
+    tick_jitter: float = 0.0  # standard deviation of turtlesim's ticks about their grid
+    robot_jitter: float = 0.0  # standard deviation of the robot's cycles about theirs
+
+
+# of a graph whose timers jitter as turtlesim's and rclpy's do
+JITTER = Delays(tick_jitter=0.002, robot_jitter=0.0003)
 
 
 class Result(NamedTuple):
     """The course of a drop; lengths in m, times in s."""
 
-    brick: Vector
-    """Where it was released."""
-    robot: tuple[float, float]
-    """Where the robot was then."""
+    brick: Vector  # where it was released
+    robot: tuple[float, float]  # where the robot was then
     decision: Decision | None
     caught: bool
-    fall_time: float
-    """Time from release to contact with the platform or the ground."""
-    decision_time: float
-    """Time from release to decision."""
-    carried_to: tuple[float, float] | None
-    """Where the robot tilted."""
-    slide_time: float
-    """Time from the first tilt until the brick floats."""
-    finished: bool
-    """Whether the catcher was waiting again at the end."""
+    fall_time: float  # from release to contact with the platform or the ground
+    decision_time: float  # from release to decision
+    carried_to: tuple[float, float] | None  # where the robot tilted
+    slide_time: float  # from the first tilt until the brick floats
+    finished: bool  # whether the catcher was waiting again at the end
 
 
 class Simulation:
@@ -101,12 +97,9 @@ class Simulation:
         self.turtle = Turtle(*start, holonomic=True)
         self.catcher = Catcher(parameters)
         self.now = 0
-        self.on_physics: Callable[[], None] | None = None
-        """Called after each step of the physics."""
-        self.commanded = (0.0, 0.0)
-        """The latest velocity (m/s) that the robot commands, in the turtle's frame."""
-        self.decisions: list[tuple[int, Decision]] = []
-        """Every decision with its instant (ns)."""
+        self.on_physics: Callable[[], None] | None = None  # called after each step of it
+        self.commanded = (0.0, 0.0)  # the latest velocity (m/s), in the turtle's frame
+        self.decisions: list[tuple[int, Decision]] = []  # with their instants (ns)
         self._hinge = parameters.platform_height - parameters.platform_thickness
         self._tilt = 0.0
         self._shown: tuple[TurtlePose | None, float] = (None, 0.0)
@@ -178,16 +171,14 @@ class Simulation:
         fall_time = (self.now - released) * NANO
         caught = world.phase is Phase.RIDING
         carried_to, slide_time = None, 0.0
-        finished = True
         if caught:
             # Enough for the way across the arena at max_velocity, and for the slide.
-            longest = 30.0 + 16.0 / self.parameters.max_velocity
-            finished = self.run(lambda: catcher.state is State.TILTING, longest)
-            carried_to = self.turtle.pose[:2]
-            tilted = self.now
-            finished = finished and self.run(lambda: world.phase is Phase.FLOATING, 30.0)
+            self.run(lambda: catcher.state is State.TILTING,
+                     30.0 + 16.0 / self.parameters.max_velocity)
+            carried_to, tilted = self.turtle.pose[:2], self.now
+            self.run(lambda: world.phase is Phase.FLOATING, 30.0)
             slide_time = (self.now - tilted) * NANO
-        finished = finished and self.run(lambda: catcher.state is State.WAITING, 10.0)
+        finished = self.run(lambda: catcher.state is State.WAITING, 10.0)
         told: list[tuple[float, Decision | None]] = [*self.decisions[decisions:], (inf, None)]
         decided, decision = told[0]
         return Result(brick, robot, decision, caught, fall_time, (decided - released) * NANO,
@@ -257,3 +248,129 @@ class Simulation:
         if deviation:
             instant += round(self.random.gauss(0.0, deviation) / NANO)
         return max(instant, self.now + 1)
+
+
+class Drop(NamedTuple):
+    """What became of a brick; lengths in m, in the world, times in s."""
+
+    number: int  # of the drop in its sweep, from 0
+    seed: int  # of its simulation
+    result: Result
+    promised: float  # distance within which a catch is promised; negative where nothing is
+
+    @property
+    def distance(self) -> float:
+        """Return how far the brick was from the robot at the release, on the ground."""
+        return dist(self.result.brick[:2], self.result.robot)
+
+    @property
+    def within_promise(self) -> bool:
+        """Tell whether a catch was promised."""
+        return self.distance <= self.promised
+
+    @property
+    def reachable(self) -> bool | None:
+        """Return what the catcher decided; None if it did not."""
+        return self.result.decision and self.result.decision.reachable
+
+    @property
+    def margin(self) -> float | None:
+        """Return the time available minus the time needed, by the catcher's estimate."""
+        return self.result.decision and self.result.decision.margin
+
+    @property
+    def outcome(self) -> str:
+        """Return 'caught', 'refused' or 'missed': said to be reachable, but not caught."""
+        return 'caught' if self.result.caught else 'missed' if self.reachable else 'refused'
+
+    @property
+    def broken(self) -> str:
+        """Say which promise was broken; empty if none was."""
+        if self.outcome == 'missed':
+            return 'said to be reachable, but not caught'
+        if self.outcome == 'refused' and self.within_promise:
+            return f'refused within the promised {self.promised:.3f} m'
+        if self.outcome == 'caught' and not self.result.finished:
+            return 'caught, but not carried and tipped off'
+        return ''
+
+    def row(self) -> dict[str, Any]:
+        """Return its row of a table, by column; None where a column does not apply."""
+        result, decision = self.result, self.result.decision
+        brick_x, brick_y, brick_z = result.brick
+        tilted_x, tilted_y = result.carried_to or (None, None)
+        return {
+            'index': self.number, 'seed': self.seed,
+            'brick_x': brick_x, 'brick_y': brick_y, 'brick_z': brick_z,
+            'robot_x': result.robot[0], 'robot_y': result.robot[1],
+            'distance': self.distance,
+            'promised': self.promised if self.promised >= 0.0 else None,
+            'outcome': self.outcome, 'reachable': self.reachable,
+            'decided': decision and result.decision_time,
+            'available': decision and decision.available, 'needed': decision and decision.needed,
+            'margin': self.margin, 'fall': result.fall_time,
+            'tilted_x': tilted_x, 'tilted_y': tilted_y,
+            'slide': result.slide_time if result.caught else None,
+            'finished': result.finished}
+
+
+def promised_distance(brick: Vector, parameters: Parameters, excess: float = 0.0) -> float:
+    """Return the `guaranteed_distance` (m) of a brick, negative outside the arena too."""
+    x, y, height = brick
+    if within_arena(x, y) != (x, y):
+        return -inf
+    return guaranteed_distance(height, parameters, excess)
+
+
+def begin(parameters: Parameters, seed: int) -> Simulation:
+    """Return a simulation of a jittering graph, with the robot at rest in the center."""
+    simulation = Simulation(parameters, seed, JITTER)
+    simulation.rest(START_UP)
+    return simulation
+
+
+def simulate(parameters: Parameters, number: int, seed: int, brick: Vector) -> Drop:
+    """Drop a brick from a place in the world (m); the drop's number is noted."""
+    return Drop(number, seed, begin(parameters, seed).drop(brick),
+                promised_distance(brick, parameters))
+
+
+def counted(drops: Sequence[Drop]) -> str:
+    """Return how many drops had which outcome."""
+    count = Counter(drop.outcome for drop in drops)
+    return f'{len(drops):,} drops: ' + ', '.join(
+        f'{count[outcome]:,} {outcome}' for outcome in ('caught', 'refused', 'missed'))
+
+
+class Sample(NamedTuple):
+    """An instant of a drop."""
+
+    time: float  # since the release (s)
+    brick: Vector
+    robot: tuple[float, float]
+    tilt: float  # angle of the platform as the arena knows it (rad)
+    commanded: float  # the speed that the robot asks turtlesim for (m/s)
+    speed: float  # the turtle's, in turtlesim (m/s)
+    phase: Phase
+    state: State
+
+
+def trace(parameters: Parameters, drop: Drop) -> list[Sample]:
+    """Repeat a drop; return 250 samples per second, until 0.3 s after its end."""
+    simulation = begin(parameters, drop.seed)
+    samples: list[Sample] = []
+
+    def look() -> None:
+        turtle, platform = simulation.turtle.pose, simulation.world.platform
+        assert platform is not None
+        x_axis, _, normal = platform.axes
+        samples.append(Sample(
+            simulation.now * NANO, simulation.world.brick, (turtle.x, turtle.y),
+            atan2(-x_axis[2], normal[2]), hypot(*simulation.commanded), turtle.linear_velocity,
+            simulation.world.phase, simulation.catcher.state))
+
+    simulation.on_physics = look
+    simulation.drop(drop.result.brick)
+    simulation.rest(0.3)
+    release = next(sample.time for sample in samples if sample.phase is Phase.FALLING)
+    return [sample._replace(time=sample.time - release) for sample in samples]

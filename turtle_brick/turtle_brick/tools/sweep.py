@@ -20,8 +20,7 @@ The output is a table, drops.csv, with one row per drop, and figures: the map of
 drop in detail. The table depends on the options alone, not on the number of workers: the same
 options give the same file, byte for byte.
 
-After Ctrl-C no further drop begins: those that have begun are finished, are in the table, and the
-figures show them. A second Ctrl-C ends the sweep at once.
+After Ctrl-C the drops that are done stay in the table, and the figures show them.
 
 With --dask the workers of a Dask cluster make the drops: the table is the same, also where some of
 them die.
@@ -34,24 +33,23 @@ failed.
 import argparse
 from collections.abc import Iterator, Sequence
 from concurrent.futures import BrokenExecutor
+from contextlib import suppress
 import csv
 from dataclasses import asdict, dataclass
-from itertools import takewhile
-from math import inf, isfinite
+from math import inf
 from pathlib import Path
 from random import Random
 import signal
 import sys
-from threading import Event
 from time import monotonic, strftime
 from xml.etree import ElementTree
 
 from joblib import cpu_count, delayed, Parallel, parallel_config
 from tqdm import tqdm
 from turtle_brick.core.geometry import Vector
-from turtle_brick.core.parameters import default_path, load, ParameterError, Parameters
+from turtle_brick.core.parameters import default_path, load, Parameters
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.tools.drops import at_least_one, Drop, simulate, trace
+from turtle_brick.tools.simulation import counted, Drop, simulate, trace
 
 TABLE = 'drops.csv'
 
@@ -60,12 +58,9 @@ TABLE = 'drops.csv'
 class Plan:
     """The drops to make: with the parameters, all that the table depends on."""
 
-    grid: bool
-    """Whether the bricks are on a grid."""
-    count: int
-    """How many drops; on a grid, how many along each side of the arena."""
-    heights: tuple[float, float]
-    """The lowest and the highest release of a brick (m)."""
+    grid: bool  # whether the bricks are on a grid
+    count: int  # how many drops; on a grid, how many along each side of the arena
+    heights: tuple[float, float]  # the lowest and the highest release of a brick (m)
     seed: int
 
     @property
@@ -80,30 +75,25 @@ class Plan:
         return (f'--{"grid" if self.grid else "drops"} {self.count} --height {heights} '
                 f'--seed {self.seed}')
 
-    def bricks(self) -> Iterator[Vector]:
+    def simulations(self) -> Iterator[tuple[int, int, Vector]]:
         """
-        Yield where the bricks are released.
+        Yield number, seed and brick of each drop, in the order of the table.
 
-        :return: Points of the world (m), uniformly at random, or the centers of the arena's cells
-            in random order, so that the first ones already cover the whole arena.
+        The bricks are at points of the world (m), uniformly at random, or in the centers of the
+        arena's cells in random order, so that the first ones already cover the whole arena.
         """
-        random = Random(f'{self.seed} bricks')
+        bricks, seeds = Random(f'{self.seed} bricks'), Random(f'{self.seed} simulations')
+        places: Iterator[tuple[float, float]] = (
+            (bricks.uniform(0.0, ARENA_SIZE), bricks.uniform(0.0, ARENA_SIZE))
+            for _ in range(self.drops))
         if self.grid:
             side = ARENA_SIZE / self.count
-            cells = [(row, column) for row in range(self.count) for column in range(self.count)]
-            random.shuffle(cells)
-            for row, column in cells:
-                yield ((column + 0.5) * side, (row + 0.5) * side, random.uniform(*self.heights))
-        else:
-            for _ in range(self.count):
-                yield (random.uniform(0.0, ARENA_SIZE), random.uniform(0.0, ARENA_SIZE),
-                       random.uniform(*self.heights))
-
-    def simulations(self) -> Iterator[tuple[int, int, Vector]]:
-        """Yield number, seed and brick of each drop, in the order of the table."""
-        random = Random(f'{self.seed} simulations')
-        for number, brick in enumerate(self.bricks()):
-            yield number, random.getrandbits(32), brick
+            cells = [((column + 0.5) * side, (row + 0.5) * side)
+                     for row in range(self.count) for column in range(self.count)]
+            bricks.shuffle(cells)
+            places = iter(cells)
+        for number, (x, y) in enumerate(places):
+            yield number, seeds.getrandbits(32), (x, y, bricks.uniform(*self.heights))
 
 
 def heading(parameters: Parameters, plan: Plan) -> str:
@@ -124,25 +114,14 @@ def as_text(value: object) -> object:
 
 
 def summary(drops: Sequence[Drop]) -> str:
-    """Return a table of outcomes, as promised and beyond, and whether the promises were kept."""
-    lines = [f'{"":24}{"all":>10}{"promised":>12}{"beyond":>10}']
-    for outcome in ('caught', 'refused', 'missed', 'in all'):
-        those = [drop for drop in drops if outcome in (drop.outcome, 'in all')]
-        promised = sum(drop.within_promise for drop in those)
-        lines.append(f'  {outcome:22}{len(those):10,}{promised:12,}{len(those) - promised:10,}')
-    lines.append('')
-    for rule, those, is_kept in (
-            ('said to be reachable: caught', [drop for drop in drops if drop.reachable],
-             lambda drop: drop.result.caught),
-            ('promised: not refused', [drop for drop in drops if drop.within_promise],
-             lambda drop: drop.outcome != 'refused'),
-            ('caught: carried and tipped off', [drop for drop in drops if drop.result.caught],
-             lambda drop: drop.result.finished)):
-        failures = sum(not is_kept(drop) for drop in those)
-        verdict = (f'BROKEN in {failures:,} of {len(those):,}' if failures
-                   else f'held in all {len(those):,}')
-        lines.append(f'  {rule:34}{verdict}')
-    return '\n'.join(lines)
+    """Return what became of the drops, and which promises were broken."""
+    promised = [drop for drop in drops if drop.within_promise]
+    broken = [drop for drop in drops if drop.broken]
+    return '\n'.join([
+        counted(drops), f'where a catch is promised, {counted(promised)}',
+        f'{len(broken):,} promises broken'] + [
+            f'  drop {drop.number}, seed {drop.seed}, {drop.distance:.3f} m away: {drop.broken}'
+            for drop in broken[:10]])
 
 
 def most_telling(drops: Sequence[Drop]) -> Drop:
@@ -153,57 +132,50 @@ def most_telling(drops: Sequence[Drop]) -> Drop:
 
 
 def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list[Drop]:
-    """Make the drops and write the table; return those that were begun before a Ctrl-C, or all."""
+    """Make the drops and write the table; return those that were done before a Ctrl-C, or all."""
     drops: list[Drop] = []
     begin = monotonic()
-    stopped = Event()
-    begun = takewhile(lambda _: not stopped.is_set(), plan.simulations())
-
-    def stop(*_: object) -> None:
-        """Begin no further drop; a second Ctrl-C ends all at once."""
-        stopped.set()
-        signal.signal(signal.SIGINT, on_interrupt)
-
     with open(options.output / TABLE, 'x', encoding='utf-8', newline='') as file:
         file.write(heading(parameters, plan))
         writer = csv.writer(file, lineterminator='\n')
         # The workers begin here and inherit this: a Ctrl-C is for the first process alone.
         on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
         results = Parallel(None if options.dask else options.workers, return_as='generator')(
-            delayed(simulate)(parameters, *one) for one in begun)
-        signal.signal(signal.SIGINT, stop)
-        # Not before a Ctrl-C keeps the drops: who reads this may send one.
-        print(f'{plan.drops:,} drops, into {options.output.resolve()}', flush=True)
-        for drop in tqdm(results, total=plan.drops, unit=' drops', disable=None):
-            row = drop.row()
-            if not drops:
-                writer.writerow(row)
-            writer.writerow(map(as_text, row.values()))
-            file.flush()
-            drops.append(drop)
-    signal.signal(signal.SIGINT, on_interrupt)
-    if stopped.is_set():
-        print(f'Stopped: {len(drops):,} of {plan.drops:,} drops are done, and kept.')
-    by = (f'the workers of {options.dask}' if options.dask else
-          f'{options.workers} worker{"s" if options.workers > 1 else ""}')
-    print(f'{len(drops):,} drops in {monotonic() - begin:.1f} s with {by}\n'
+            delayed(simulate)(parameters, *one) for one in plan.simulations())
+        signal.signal(signal.SIGINT, on_interrupt)
+        with suppress(KeyboardInterrupt):
+            print(f'{plan.drops:,} drops, into {options.output.resolve()}', flush=True)
+            for drop in tqdm(results, total=plan.drops, unit=' drops', disable=None):
+                row = drop.row()
+                if not drops:
+                    writer.writerow(row)
+                writer.writerow(map(as_text, row.values()))
+                file.flush()
+                drops.append(drop)
+    print(f'{len(drops):,} of {plan.drops:,} drops in {monotonic() - begin:.1f} s\n'
           f'  {options.output / TABLE}', flush=True)
     return drops
 
 
-def draw(drops: Sequence[Drop], parameters: Parameters, plan: Plan, directory: Path) -> None:
-    """Draw the figures of what was planned, and what became of at least one drop."""
+def draw(drops: Sequence[Drop], parameters: Parameters, directory: Path) -> None:
+    """Draw the figures of what became of at least one drop."""
     from turtle_brick.tools import plots  # here, since workers have no need of matplotlib
-    plots.reachability_map(
-        drops, parameters, plan.count if plan.grid else None, directory / 'map.png')
+    plots.reachability_map(drops, parameters, directory / 'map.png')
     chosen = most_telling(drops)
     plots.one_drop(trace(parameters, chosen), chosen, parameters, directory / 'drop.png')
     for name in ('map.png', 'drop.png'):
         print(f'  {directory / name}')
 
 
-def parse(args: Sequence[str] | None) -> tuple[argparse.Namespace, Parameters, Plan]:
-    """Read the command line; a mistake in it ends the process with status 2 and a sentence."""
+def at_least_one(text: str) -> int:
+    """Read a whole number that counts something."""
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f'{text!r} is no whole number from 1 on')
+    return int(text)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Make, count and draw the drops; return the exit status."""
     first, second = __doc__.strip().split('\n\n')[:2]
     parser = argparse.ArgumentParser(
         prog='sweep', description=first.partition(': ')[2].capitalize(), epilog=second)
@@ -224,52 +196,30 @@ def parse(args: Sequence[str] | None) -> tuple[argparse.Namespace, Parameters, P
     parser.add_argument('--params-file', type=Path, metavar='FILE',
                         help='the parameters (default: config/turtle.yaml of the package)')
     parser.add_argument('--output', type=Path, metavar='DIR',
+                        default=Path('sweeps', strftime('%Y%m%d-%H%M%S')),
                         help='where the table and the figures go (default: sweeps/<date>-<time>)')
     parser.add_argument('--no-figures', dest='figures', action='store_false',
                         help='make the table only')
     options = parser.parse_args(args)
     try:
         parameters = load(options.params_file)
-    except ParameterError as error:
-        parser.error(str(error))
-    heights = options.height or [parameters.brick_start[2]]
-    lowest = parameters.brick_size[2] / 2.0
-    if len(heights) > 2 or heights[0] > heights[-1]:
-        parser.error('--height takes one number, or the lowest and the highest')
-    for height in heights:
-        if not isfinite(height) or height < lowest:
-            parser.error(f'--height {height:g} cannot be: the center of a brick that lies on the '
-                         f'ground is at {lowest:g} m')
-    options.output = options.output or Path('sweeps', strftime('%Y%m%d-%H%M%S'))
-    if (options.output / TABLE).exists():
-        parser.error(f'--output {options.output}: there is a {TABLE} already, which stays')
-    if options.dask:
-        try:
+        lowest = parameters.brick_size[2] / 2.0
+        heights = options.height or [parameters.brick_start[2]]
+        if len(heights) > 2 or not lowest <= heights[0] <= heights[-1] < inf:
+            raise ValueError('--height takes one number, or the lowest and the highest, from '
+                             f'{lowest:g} m on, where a brick lies on the ground')
+        plan = Plan(options.grid is not None, options.grid or options.drops,
+                    (heights[0], heights[-1]), options.seed)
+        if options.dask:
             parallel_config('dask', scheduler_host=options.dask)
-        except (OSError, ValueError) as error:
-            parser.error(f'--dask {options.dask}: {error}')
-    return options, parameters, Plan(
-        options.grid is not None, options.grid or options.drops, (heights[0], heights[-1]),
-        options.seed)
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Make, count and draw the drops; return the exit status."""
-    options, parameters, plan = parse(args)
-    try:
         options.output.mkdir(parents=True, exist_ok=True)
         drops = run(options, parameters, plan)
         if drops and options.figures:
-            draw(drops, parameters, plan, options.output)
-    except (BrokenExecutor, OSError) as error:
+            draw(drops, parameters, options.output)
+    except (BrokenExecutor, OSError, ValueError) as error:
         print(f'sweep: {error}', file=sys.stderr)
         return 2
-    except KeyboardInterrupt:
-        return 128 + signal.SIGINT
-    print()
-    print(summary(drops))
-    for drop in [drop for drop in drops if drop.broken][:10]:
-        print(f'  drop {drop.number}, seed {drop.seed}, {drop.distance:.3f} m away: {drop.broken}')
+    print(f'\n{summary(drops)}')
     return 1 if any(drop.broken for drop in drops) else 0
 
 

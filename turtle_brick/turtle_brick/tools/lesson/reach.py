@@ -14,7 +14,6 @@
 
 """Lesson 5: which bricks can be caught, and where the time goes before the robot moves."""
 
-from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -25,10 +24,10 @@ from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guaranteed_distance,
                                             GUARANTEED_LATENCY, QUEUE_LATENCY, resting_height)
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
-from turtle_brick.tools.drops import Drop, simulate
 from turtle_brick.tools.lesson.falling import DT
 from turtle_brick.tools.plots import (CAUGHT, drawn, FAINT, farthest, FINE_DASHES, INK, MISSED,
                                       REFUSED, ROBOT, waterfall)
+from turtle_brick.tools.simulation import counted, Drop, simulate
 
 HEIGHTS = tuple(float(number) for number in range(1, 11))
 DISTANCES = tuple(0.2 * number for number in range(28))
@@ -76,9 +75,7 @@ def farthest_caught(height: float, parameters: Parameters) -> float:
 def tell(parameters: Parameters) -> Iterator[str]:
     """Yield the numbers of this part."""
     drops = all_drops(parameters)
-    count = Counter(drop.outcome for drop in drops)
-    yield f'  {len(drops):,} drops: ' + ', '.join(
-        f'{count[outcome]:,} {outcome}' for outcome in ('caught', 'refused', 'missed'))
+    yield f'  {counted(drops)}'
     yield '  from       fall    a catch is promised to    and found to'
     for height in SAMPLES:
         fall = fall_time(height, parameters)
