@@ -123,7 +123,7 @@ def test_nobody_in_one_of_two_arenas_hears_the_other_and_both_end_with_the_demo(
         live.spin_until(lambda: topics() >= arenas, WAIT, 'both are discovered')
         assert topics() == arenas
         for arena in arenas:
-            both.wait_for_output(rf'{arena}\.catcher\]: Now tilting', WAIT)
+            both.wait_for_output(rf'{arena}\.arena\]: The brick is on the', WAIT)
         assert 'more than once' not in both.output, both.output
         both.send(signal.SIGTERM)
         live.spin_until(lambda: not topics(), WAIT, 'all nodes have ended')
