@@ -85,7 +85,6 @@ PHASE_COLORS = {'hovering': '#eef2f6', 'falling': '#ffe3c4', 'on the platform': 
                 'floating': '#d9e6f8', 'on the ground': '#e6ddd8'}
 
 
-
 @contextmanager
 def drawn(path: Path, width: float, height: float) -> Iterator[Figure]:
     """Make a figure of a width and a height (inches), to be drawn and then written as a PNG."""
@@ -106,8 +105,8 @@ def reachability_map(drops: Sequence[Drop], parameters: Parameters, path: Path) 
     x, y, z = np.array([drop.result.brick for drop in drops]).T
     heights = sorted({z.min(), z.max()})
     known = [drop.margin for drop in drops if drop.margin is not None]
-    least = min(-0.1, *known, 0.0)
-    norm = TwoSlopeNorm(0.0, least, max(0.1, *known, 0.0))
+    least = min([-0.1, *known])
+    norm = TwoSlopeNorm(0.0, least, max([0.1, *known]))
     with drawn(path, 8.2, 7.6) as figure:
         axes = figure.subplots()
         axes.grid(False)
