@@ -25,7 +25,7 @@ import json
 import os
 import shutil
 from tempfile import TemporaryDirectory
-from time import monotonic
+from time import monotonic, sleep
 from typing import Any
 
 from turtle_referee.processes import Process
@@ -37,26 +37,14 @@ TIMEOUT = 120.0
 """Longest time (s) for any action; without a graphics card it draws slowly."""
 
 OPTIONS = (
-    '--headless=new', '--no-first-run', '--disable-background-networking', '--disable-sync',
-    '--disable-component-update', '--disable-quic', '--disable-extensions', '--mute-audio',
-    '--hide-scrollbars', '--remote-debugging-port=0',
+    '--headless=new', '--no-first-run', '--disable-background-networking', '--hide-scrollbars',
+    '--remote-debugging-port=0',
     # Draw in software: no graphics card is needed.
     '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader')
 
 FEW_FRAMES = """
-const frame = window.requestAnimationFrame.bind(window);
-const waiting = new Map();
-let number = 0;
-window.requestAnimationFrame = draw => { waiting.set(++number, draw); return number; };
-window.cancelAnimationFrame = number => waiting.delete(number);
-const drawAll = now => {
-  const drawing = [...waiting.values()];
-  waiting.clear();
-  drawing.forEach(draw => draw(now));
-  window.drawn?.();
-  setTimeout(frame, 250, drawAll);
-};
-frame(drawAll);
+window.requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 250);
+window.cancelAnimationFrame = clearTimeout;
 """
 """Draws a page four times a second: sixty frames would keep two processors busy."""
 
@@ -118,25 +106,23 @@ class Chromium:
         assert not answer.get('errorText'), f'{url}: {answer["errorText"]}'
 
     def evaluate(self, expression: str) -> Any:
-        """Return the value of a JavaScript expression, or of the promise that it is."""
-        answer = self._call('Runtime.evaluate', expression=expression, awaitPromise=True,
-                            returnByValue=True)
+        """Return the value of a JavaScript expression."""
+        answer = self._call('Runtime.evaluate', expression=expression, returnByValue=True)
         assert 'exceptionDetails' not in answer, f'{expression}: {answer["exceptionDetails"]}'
         return answer['result'].get('value')
 
     def wait_for(self, expression: str) -> None:
-        """Wait until a JavaScript expression, which is evaluated again and again, is true."""
-        deadline = monotonic() + TIMEOUT
-        while not self.comes(expression):
-            assert monotonic() < deadline, f'{expression}: not true within {TIMEOUT:g} s'
+        """Wait until a JavaScript expression is true."""
+        assert self.comes(expression, TIMEOUT), f'{expression}: not true within {TIMEOUT:g} s'
 
-    def comes(self, expression: str) -> bool:
-        """Tell whether a JavaScript expression becomes true within a second."""
-        return bool(self.evaluate(
-            'new Promise(done => { const end = performance.now() + 1000;'
-            f' const look = () => {{ const found = Boolean({expression});'
-            ' if (found || performance.now() > end) done(found);'
-            ' else setTimeout(look, 20); }; look(); })'))
+    def comes(self, expression: str, timeout: float = 1.0) -> bool:
+        """Tell whether a JavaScript expression, evaluated again and again, becomes true (s)."""
+        deadline = monotonic() + timeout
+        while not self.evaluate(f'Boolean({expression})'):
+            if monotonic() > deadline:
+                return False
+            sleep(0.02)
+        return True
 
     def push(self, kind: str, text: str) -> None:
         """Click on the element of a kind that has a text, or that it labels, once there is one."""
@@ -164,20 +150,23 @@ class Chromium:
                    windowsVirtualKeyCode=13)
         self._call('Input.dispatchKeyEvent', type='keyUp', key='Enter', code='Enter')
 
-    def center_of(self, expression: str) -> tuple[float, float]:
-        """Scroll the element of a JavaScript expression into view; return its center (pixels)."""
-        x, y, width, height = self.evaluate(
+    def box_of(self, expression: str) -> list[float]:
+        """Return left, top, width and height (pixels) of the element of an expression, in view."""
+        return self.evaluate(
             '(element => { element.scrollIntoView({block: "nearest"});'
             ' const box = element.getBoundingClientRect();'
             f' return [box.x, box.y, box.width, box.height]; }})({expression})')
+
+    def center_of(self, expression: str) -> tuple[float, float]:
+        """Return the center (pixels) of the element of an expression, in view."""
+        x, y, width, height = self.box_of(expression)
         return x + width / 2.0, y + height / 2.0
 
-    def scene(self) -> bytes:
-        """Return a picture of what three.js draws next, as a PNG file."""
-        url = self.evaluate(
-            'new Promise(done => { window.drawn = () => done('
-            'document.querySelector("canvas[data-engine]").toDataURL()); })')
-        return b64decode(url.partition(',')[2])
+    def picture(self, expression: str) -> bytes:
+        """Return a picture of the element of a JavaScript expression, as a PNG file."""
+        x, y, width, height = self.box_of(expression)
+        return b64decode(self._call('Page.captureScreenshot', clip={
+            'x': x, 'y': y, 'width': width, 'height': height, 'scale': 1})['data'])
 
     def _call(self, method: str, **parameters: Any) -> Any:
         """Call a method of the DevTools protocol."""

@@ -11,15 +11,18 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Robot descriptions as shapes: by closed forms, our own robot, and what is refused."""
+"""Robot descriptions and markers as shapes: by closed forms, and what is refused."""
 
-from math import cos, sin
+from math import cos, inf, nan, sin
 
+from geometry_msgs.msg import Point, Quaternion, Vector3
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
-from turtle_brick.core.geometry import rotate
-from turtle_brick.view.shapes import from_rpy, GRAY, robot_shapes
+from turtle_brick.core.geometry import from_pitch, from_yaw, IDENTITY, multiply, rotate
+from turtle_brick.core.time_steps import NANOSECONDS
+from turtle_brick.view.shapes import from_rpy, GRAY, Markers, ORIGIN, robot_shapes, shape_of
+from visualization_msgs.msg import Marker
 
 ANGLES = st.floats(-10.0, 10.0)
 
@@ -73,7 +76,55 @@ def test_what_is_drawn_is_what_the_description_says():
 def test_what_cannot_be_understood_is_refused():
     for before, after, said in (
             ('</robot>', '', 'is not XML'), ('radius="0.5"', 'radius="wide"', 'wide'),
-            ('rgba="1 0 0 1"', 'rgba="1 0 0"', 'not enough values'),
+            ('rgba="1 0 0 1"', 'rgba="1 0 0"', "rgba of <color> is '1 0 0'"),
+            ('length="3"', 'length="nan"', "length of <cylinder> is 'nan'"),
             ('<child link="bare"/>', '<child link="other"/>', 'no single root link')):
         with pytest.raises(ValueError, match=said):
             robot_shapes(SMALL.replace(before, after, 1))
+
+
+def test_a_marker_is_there_until_it_is_deleted_or_its_lifetime_is_over():
+    def hear(topic, number, now, **fields):
+        message = Marker(id=number, type=Marker.CUBE, **fields)
+        message.lifetime.sec = 3 * number
+        markers.hear(topic, message, now * NANOSECONDS)
+
+    def shown(now):
+        return set(markers.things(now, lambda frame: ORIGIN))
+
+    markers = Markers()
+    hear('a', 0, 1)
+    hear('a', 1, 1)
+    hear('b', 1, 2)
+    assert shown(4 * NANOSECONDS - 1) == {'a//0', 'a//1', 'b//1'}
+    hear('b', 1, 3)
+    assert shown(4 * NANOSECONDS) == {'a//0', 'b//1'}
+    hear('b', 1, 4, action=Marker.DELETE)
+    assert shown(4 * NANOSECONDS) == {'a//0'}
+    assert markers.things(0, lambda frame: None) == {}, 'its frame is unknown'
+
+
+def test_shapes_are_those_of_the_markers():
+    quaternion = multiply(from_yaw(0.3), from_pitch(0.4))
+    message = Marker(scale=Vector3(x=1.0, y=2.0, z=3.0), text='Hi')
+    message.color.r, message.color.a, message.pose.position.y = 0.5, 0.25, 6.0
+    x, y, z, w = (2.0 * part for part in quaternion)
+    message.pose.orientation = Quaternion(x=x, y=y, z=z, w=w)
+    for message.type, kind in ((Marker.CUBE, 'box'), (Marker.TEXT_VIEW_FACING, 'text')):
+        shape = shape_of(message)
+        assert shape._replace(pose=ORIGIN) == (
+            kind, (1.0, 2.0, 3.0), (0.5, 0.0, 0.0, 0.25), ORIGIN, 'Hi')
+        assert shape.pose.position == (0.0, 6.0, 0.0)
+        assert shape.pose.orientation == pytest.approx(quaternion)
+    message.pose.orientation = Quaternion(w=0.0)
+    assert shape_of(message).pose.orientation == IDENTITY, 'as in rviz2'
+    message.type = Marker.MESH_RESOURCE
+    with pytest.raises(ValueError, match='its type is 10'):
+        shape_of(message)
+    for place, scale, alpha in (
+            (Point(y=nan), Vector3(), 1.0), (Point(), Vector3(x=-1e308), 1.0),
+            (Point(), Vector3(), inf)):
+        message = Marker(type=Marker.CUBE, scale=scale)
+        message.pose.position, message.color.a = place, alpha
+        with pytest.raises(ValueError, match='one of its numbers is not finite'):
+            shape_of(message)

@@ -22,20 +22,14 @@ from queue import Queue
 from threading import Event
 from time import monotonic
 
-from browser import Chromium, find_chromium
+from browser import Chromium, find_chromium, TIMEOUT
 from geometry_msgs.msg import PoseStamped
 from live_graph import graph
 import numpy
-from perspective import seen_from
 import pytest
-from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.parameters import load
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.view.camera import NEAR
-
-# Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
-if find_spec('viser') is not None:
-    from turtle_brick.view.panel import VIEWS
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
+from turtle_brick.view.camera import ROOM
 
 pytestmark = [
     pytest.mark.skipif(find_chromium() is None,
@@ -43,15 +37,7 @@ pytestmark = [
     pytest.mark.skipif(find_spec('viser') is None,
                        reason='viser, which draws the page, is not installed here')]
 
-TIMEOUT = 120.0
-WIDTH, HEIGHT = 960, 480
-
-SIDES = (0.0, ARENA_SIZE)
-
-GROUND = (7.0, 4.5, 0.0)
-"""A point of the ground that nothing hides."""
-
-CANVAS = 'document.querySelector("canvas[data-engine]").getBoundingClientRect()'
+CANVAS = 'document.querySelector("canvas[data-engine]")'
 """A JavaScript expression for the part of the page with the scene."""
 
 
@@ -61,8 +47,9 @@ class Page(Chromium):
     def open_page(self, url):
         """Go to the page, and wait until it is complete."""
         self.go_to(f'{url}/?fixedDpr=1')
-        self.wait_for('document.querySelector("canvas[data-engine]")')
-        self.wait_for(f'{CANVAS}.width < innerWidth')  # the panel is docked beside it
+        self.wait_for(CANVAS)
+        # The panel is docked beside the scene.
+        self.wait_for(f'{CANVAS}.getBoundingClientRect().width < innerWidth')
 
     def says(self, name, text):
         """Return the JavaScript expression that an element of the panel has a text."""
@@ -72,13 +59,6 @@ class Page(Chromium):
     def wait_for_text(self, name, text):
         """Wait until an element of the panel has a text."""
         self.wait_for(self.says(name, text))
-
-    def pixels_of(self, view, points, *sights):
-        """Return where a view that has some points (m) in sight shows other points."""
-        width, height = self.evaluate(f'[{CANVAS}.width, {CANVAS}.height]')
-        camera = view.camera(points, width / height)
-        seen = [seen_from(*camera, point) for point in sights]
-        return [(width / 2.0 + height * right, height / 2.0 - height * up) for right, up in seen]
 
     def write_place(self, text, answer, button=None):
         """Write a place (m) and push Enter or a button until the answer comes."""
@@ -92,35 +72,27 @@ class Page(Chromium):
                 return
             assert monotonic() < deadline, answer
 
-    def see(self, button, points, *sights):
-        """Push a view's button until there is at points (m) what is one of LOOKS."""
+    def colors(self):
+        """Return the things whose colors are in the picture."""
         from PIL import Image
-        pixels = self.pixels_of(VIEWS[button], points, *(point for point, _ in sights))
+        pixels = numpy.asarray(Image.open(BytesIO(self.picture(CANVAS))).convert('RGB'), float)
+        red, green, blue = numpy.moveaxis(pixels / (pixels.sum(axis=2)[..., None] + 1.0), 2, 0)
+        looks = {'hovering brick': red > 0.5, 'robot': green > 0.4, 'platform': blue > 0.4}
+        return {name for name, here in looks.items() if here.sum() > 20}
+
+    def click_ground(self, x, y, goals):
+        """Look from above, and click at a point (m) until it is the goal."""
         deadline = monotonic() + TIMEOUT
-        while monotonic() < deadline:
-            self.push('button', button)
-            picture = numpy.asarray(Image.open(BytesIO(self.scene())).convert('RGB'), float)
-            colors = [picture[y - 1:y + 2, x - 1:x + 2].mean(axis=(0, 1))
-                      for x, y in ((round(x), round(y)) for x, y in pixels)]
-            if all(LOOKS[what](color / color.sum())
-                   for (_, what), color in zip(sights, colors)):
+        left, top, width, height = self.box_of(CANVAS)
+        scale = height / (ARENA_SIZE + 2.0 * ROOM)
+        while True:
+            self.push('button', 'From above')
+            self.click(left + width / 2.0 + scale * (x - ARENA_CENTER),
+                       top + height / 2.0 - scale * (y - ARENA_CENTER))
+            point = goals.get(timeout=TIMEOUT).pose.position
+            if (point.x, point.y) == pytest.approx((x, y), abs=0.1):
                 return
-        raise AssertionError(f'the colors at {[point for point, _ in sights]} are {colors}')
-
-
-def near(x, y, brick):
-    """Return the points (m) that are in sight from near, with the robot at x and y."""
-    parameters = load()
-    hinge = parameters.platform_height - parameters.platform_thickness
-    return [(x, y, 0.0), (x, y, hinge), brick, (*brick[:2], 0.0)]
-
-
-LOOKS = {
-    'brick': lambda color: color[0] > 0.5, 'not brick': lambda color: color[0] < 0.5,
-    'platform': lambda color: color[2] > 0.36 and color[2] > color[1] > color[0],
-    'wall': lambda color: color[2] > color[0] + 0.015,
-    'ground': lambda color: numpy.ptp(color) < 0.04}
-"""Whether a color (shares of red, green and blue) is that of a hovering brick and so on."""
+            assert monotonic() < deadline, point
 
 
 @contextmanager
@@ -144,34 +116,25 @@ def shown(domain_id):
 
 
 def test_a_brick_is_seen_placed_and_caught_on_the_page(domain_id):
-    x, y, z = brick = load().brick_start
-    platform = (*CENTER, load().platform_height)
-    with Page(WIDTH, HEIGHT) as page, shown(domain_id) as (url, goals):
+    x, y, z = load().brick_start
+    with Page(960, 480) as page, shown(domain_id) as (url, goals):
         page.open_page(url)
         page.wait_for_text('brick', f'hovering, {z:.2f} m up')
-        page.see('From above', [(x, y, 0.0) for x in SIDES for y in SIDES],
-                 *(((x, y, 0.5), 'wall') for x, y in (
-                     (-0.05, 5.5), (11.14, 5.5), (5.5, -0.05), (5.5, 11.14))))
-        page.see('Near', near(*CENTER, brick), (brick, 'brick'), ((x, y, z - 0.5), 'not brick'),
-                 (platform, 'platform'), (GROUND, 'ground'), ((5.5, 11.14, 0.25), 'wall'))
+        page.wait_for('[...document.querySelectorAll(\'[data-turtle-brick="rate"]\')]'
+                      '.filter(rate => rate.textContent.endsWith(" Hz")).length === 4')
+        assert page.colors() == {'hovering brick', 'robot', 'platform'}
 
         page.write_place(f'{x}, {y}, -1', 'under the ground')
         page.write_place('', "place: '' is no place")
         page.wait_for_text('brick', f'hovering, {z:.2f} m up')
 
-        page.wait_for('[...document.querySelectorAll(\'[data-turtle-brick="rates"] '
-                      'td:last-child\')].every(cell => cell.textContent.endsWith(" Hz"))')
-        (across, down), = page.pixels_of(NEAR, near(*CENTER, brick), GROUND)
-        left, top = page.evaluate(f'[{CANVAS}.x, {CANVAS}.y]')
-        page.click(left + across, top + down)
-        point = goals.get(timeout=TIMEOUT).pose.position
-        assert (point.x, point.y) == pytest.approx(GROUND[:2], abs=0.1)
-        page.see('Near', near(point.x, point.y, brick), (brick, 'brick'), (platform, 'ground'),
-                 ((point.x, point.y, platform[2]), 'platform'))
+        goal = (ARENA_CENTER + 2.0, ARENA_CENTER)
+        page.click_ground(*goal, goals)
 
         # Above the robot, and so high that a machine that stands still for a while catches it.
-        page.write_place('7, 4.5, 30', 'the brick hovers at (7, 4.5, 30)', button='Place')
+        place = f'{goal[0]:.2f}, {goal[1]:.2f}, 30'
+        page.write_place(place, 'the brick hovers at', button='Place')
         page.push('button', 'Drop')
         page.wait_for_text('answer', 'drop: the brick falls from')
+        page.wait_for_text('account', 'Caught')
         page.wait_for_text('brick', 'floating')
-        page.wait_for_text('account', 'Waiting for a brick to fall')

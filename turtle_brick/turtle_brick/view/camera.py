@@ -25,6 +25,10 @@ from typing import NamedTuple
 
 import numpy
 from turtle_brick.core.geometry import Vector
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+
+FIELD_OF_VIEW = 0.75
+"""Vertical angle (rad) of all cameras."""
 
 ROOM = 0.7
 """What is to be seen around each point (m)."""
@@ -42,33 +46,19 @@ NEARER = 1.0 / 60.0
 """How much of the way to where it could be the camera goes nearer from one picture to the next; it
 goes back at once."""
 
-FAR = 200.0
-"""Farthest point of the ground (m) to which a click can send the robot."""
-
-
-class Camera(NamedTuple):
-    """How a camera is set up, in the world."""
-
-    position: Vector
-    """Where it is (m)."""
-    look_at: Vector
-    """What it looks at (m), which stays in place while one turns the view."""
-    field_of_view: float
-    """Its vertical angle (rad)."""
-
 
 class View(NamedTuple):
     """From which side one looks."""
 
     direction: Vector
     """Of the view; not straight down, where no side of the picture is up."""
-    field_of_view: float
-    """Vertical angle (rad)."""
+    sights: Sequence[Vector] = ()
+    """What it has in its picture (m), whatever else there is; if nothing, it is told what."""
 
     def camera(self, points: Sequence[Vector], aspect: float, before: Vector | None = None
-               ) -> Camera:
+               ) -> tuple[Vector, Vector]:
         """
-        Return the camera that has points in its picture.
+        Return where the camera is (m) that has points in its picture, and what it looks at.
 
         :param points: in the world (m), at least one
         :param aspect: the picture's width in its heights
@@ -82,7 +72,7 @@ class View(NamedTuple):
         axes = numpy.array((right, numpy.cross(right, forward), forward))
         places = axes @ numpy.transpose(points)
         depths = places[2]
-        high = tan(self.field_of_view / 2.0)
+        high = tan(FIELD_OF_VIEW / 2.0)
         low = high * (1.0 - 2.0 * FREE) if is_upright else -high
         slopes = ((-aspect * high, aspect * high), (low, high))
         # Seen from depth f, a point at depth d is in the picture if place - c, of an axis across,
@@ -100,20 +90,20 @@ class View(NamedTuple):
             min(max(place, least), most) for place, (least, most) in zip(past, bounds)]
         position = axes.T @ (*centers, depth)
         target = position + (depths.mean() - depth) * axes[2]
-        return Camera(tuple(position), tuple(target), self.field_of_view)
+        return tuple(position), tuple(target)
 
 
-NEAR = View((1.0, 2.0, -0.5), 0.9)
+NEAR = View((1.0, 2.0, -0.5))
 """From aside, a little from above."""
 
-ABOVE = View((0.0, 1e-3, -1.0), 0.54)
-"""Like turtlesim's window: from far away, so that the perspective is weak."""
+ABOVE = View((0.0, 1e-3, -1.0), [
+    (x, y, 0.0) for x in (0.0, ARENA_SIZE) for y in (0.0, ARENA_SIZE)])
+"""Like turtlesim's window."""
 
 
 def ground_under(origin: Vector, direction: Vector) -> tuple[float, float] | None:
-    """Return where a ray (m) meets the plane z = 0, None where that is too far away."""
-    if direction[2] >= 0.0 or origin[2] <= 0.0:
+    """Return where a ray (m) meets the plane z = 0, None where it does not."""
+    if direction[2] * origin[2] >= 0.0:
         return None
     length = -origin[2] / direction[2]
-    x, y = origin[0] + length * direction[0], origin[1] + length * direction[1]
-    return (x, y) if abs(x) <= FAR and abs(y) <= FAR else None
+    return origin[0] + length * direction[0], origin[1] + length * direction[1]

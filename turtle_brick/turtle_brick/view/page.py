@@ -19,31 +19,27 @@ What is on the page: it keeps what the messages say, and draws it.
                                                        └─→ panel: texts and curves
 
 It belongs to no node and knows no server. Instants are in ns: stamps and the instant that is drawn
-are ROS time; `now` is a clock that only goes on.
+are ROS time; the page's own clock only goes on.
 """
 
+from collections import deque
 from collections.abc import Callable
-from math import dist
+from math import dist, nan
 from typing import Any, TYPE_CHECKING
 
 from geometry_msgs.msg import PoseStamped, TransformStamped
 from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_ros import Buffer, TransformException
-from turtle_brick.arena import BRICK_COLORS
 from turtle_brick.core.geometry import Pose, Vector
 from turtle_brick.core.time_steps import NANOSECONDS, nanoseconds_of
-from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
 from turtle_brick.physics import Phase
 from turtle_brick.ros.tf import BASE_LINK, BRICK, ODOM, OLDEST, pose_of, WORLD
 from turtle_brick.view.account import Account
-from turtle_brick.view.camera import ABOVE, NEAR
-from turtle_brick.view.markers import Markers
-from turtle_brick.view.measures import common_instant, Curves, Rate
-from turtle_brick.view.shapes import (is_drawable, ORIGIN, robot_shapes, RobotShapes, Shape,
-                                      Thing)
+from turtle_brick.view.shapes import (is_drawable, Markers, ORIGIN, robot_shapes, RobotShapes,
+                                      Shape, Thing)
 from turtle_brick_interfaces.msg import Tilt
-from visualization_msgs.msg import Marker
+from visualization_msgs.msg import Marker, MarkerArray
 
 if TYPE_CHECKING:  # They need viser, without which the viewer has to say what is missing.
     from turtle_brick.view.panel import Panel
@@ -76,18 +72,22 @@ GOAL = Shape('cylinder', (0.24, 0.24, 0.01), (0.10, 0.75, 0.25, 1.0))
 GOAL_REACHED = 0.05
 """How near (m) the robot has to be for the mark to vanish."""
 
-SPEED_TIME = NANOSECONDS // 10
-"""Over which time (ns) the robot's speed is measured."""
+PERIOD = NANOSECONDS // 10
+"""Time (ns) between two updates of texts and curves, over which the robot's speed is measured."""
 
-TEXT_PERIOD = NANOSECONDS // 5
-"""Least time (ns) between two updates of the texts."""
+RATE_TIME = 2 * NANOSECONDS
+"""Over which time (ns) rates are measured."""
+
+TIMES = [(number - 119) * PERIOD / NANOSECONDS for number in range(120)]
+"""When there is a point of each curve (s, 0 is now)."""
 
 
 class Page:
     """Keep what the messages say, and draw it."""
 
     def __init__(self, scene: 'Scene', panel: 'Panel', buffer: Buffer,
-                 warn: Callable[[str, str], Any], publishers: Callable[[str], int]) -> None:
+                 warn: Callable[[str, str], Any], publishers: Callable[[str], int],
+                 clock: Callable[[], int]) -> None:
         """
         Begin with nothing known.
 
@@ -96,25 +96,26 @@ class Page:
         :param buffer: the transforms
         :param warn: called with a topic and a sentence about a message that can't be shown
         :param publishers: returns how many there are of a topic
+        :param clock: returns the present instant
         """
         self._scene = scene
         self._panel = panel
         self._buffer = buffer
         self._warn = warn
         self._publishers = publishers
+        self._clock = clock
         self._robot = RobotShapes('', {})
         self._markers = Markers()
         self._account = Account()
         self._goal: tuple[float, float] | None = None
         self._tilt = 0.0
-        self._answer = ('', True)
-        self._rates = {name: Rate() for name in COUNTED}
-        self._curves = Curves(3)
+        self._counted: dict[str, deque[int]] = {name: deque(maxlen=1000) for name in COUNTED}
+        self._points: deque[Vector] = deque([(nan, nan, nan)] * len(TIMES), len(TIMES))
+        self._next = 0
         self._fixed_frame = WORLD
         self._instant = 0
         self._poses: dict[str, Pose | None] = {}
         self._things: dict[str, Thing] = {}
-        self._text_time: int | None = None
 
     def hear_description(self, message: String) -> None:
         """Hear which robot there is, as URDF."""
@@ -123,15 +124,20 @@ class Page:
         except ValueError as error:
             self._warn('robot_description', f'The robot is not shown: {error}')
 
-    def hear_transform(self, transform: TransformStamped, now: int) -> None:
+    def hear_transform(self, transform: TransformStamped) -> None:
         """Hear of a moving transform, which is in the buffer already."""
         if transform.child_frame_id == BRICK:
-            self.count(BRICK_TF, now)
+            self.count(BRICK_TF)
 
-    def hear_marker(self, topic: str, message: Marker, now: int) -> None:
+    def hear_walls(self, message: MarkerArray) -> None:
+        """Hear of the walls."""
+        for marker in message.markers:
+            self.hear_marker(WALLS, marker)
+
+    def hear_marker(self, topic: str, message: Marker) -> None:
         """Hear a marker of a topic."""
         try:
-            self._markers.hear(topic, message, now)
+            self._markers.hear(topic, message, self._clock())
         except ValueError as error:
             self._warn(topic, f'A marker on {topic} is left out: {error}')
             return
@@ -152,41 +158,29 @@ class Page:
         frame = self._pose(message.header.frame_id or WORLD)
         if frame is not None and is_drawable(point.x, point.y, point.z):
             x, y, _ = frame.transform((point.x, point.y, point.z))
-            brick = self._pose(BRICK)
             self._goal = (x, y)
-            self._account.see_goal(x, y, brick.position[:2] if brick is not None else None)
 
     def hear_tilt(self, message: Tilt) -> None:
         """Hear how the platform is to be tilted."""
         if is_drawable(message.angle):
             self._tilt = message.angle
-            self._account.see_tilt(message.angle)
 
-    def hear_answer(self, text: str, good: bool) -> None:
-        """Hear what has become of an order, which is told on the page only."""
-        self._answer = (text, good)
-
-    def count(self, name: str, now: int) -> None:
+    def count(self, name: str, _: object = None) -> None:
         """Count something that has come."""
-        self._rates[name].add(now)
+        self._counted[name].append(self._clock())
 
-    def rates(self, now: int) -> list[tuple[str, float | None]]:
-        """Return what is counted and how often it comes (Hz), None for what does not come."""
-        return [(name, rate.value(now)) for name, rate in self._rates.items()]
-
-    def draw(self, now: int) -> None:
+    def draw(self) -> None:
         """Draw the page as it is now."""
+        now = self._clock()
         self._fixed_frame = self._find_fixed_frame()
         self._instant = self._latest_instant()
         self._poses.clear()
         self._things = {**self._robot_things(), **self._goal_things(), **self._frame_things(),
                         **self._markers.things(now, self._pose_drawn)}
         self._scene.show(self._things)
-        self._scene.keep_in_sight({NEAR: self._near(), ABOVE: self._below()})
-        if self._curves.add(now, *self._sample()):
-            self._panel.show_curves(self._curves.columns())
-        if self._text_time is None or now - self._text_time >= TEXT_PERIOD:
-            self._text_time = now
+        self._scene.keep_in_sight(self._near())
+        if now >= self._next:
+            self._next = max(self._next + PERIOD, now)
             self._write(now)
 
     def _robot_things(self) -> dict[str, Thing]:
@@ -203,7 +197,7 @@ class Page:
 
     def _frame_things(self) -> dict[str, Thing]:
         return {f'frames/{frame}': Thing((), pose, frame) for frame in FRAMES
-                if self._panel.frames and (pose := self._pose_drawn(frame)) is not None}
+                if self._panel.frames.value and (pose := self._pose_drawn(frame)) is not None}
 
     def _near(self) -> list[Vector]:
         """Return points (m) of the robot and the brick, and the point of the ground below it."""
@@ -215,41 +209,36 @@ class Page:
             points += [brick.position, (x, y, 0.0)]
         return points
 
-    def _below(self) -> list[Vector]:
-        """Return the corners (m) of the arena, which is around a robot alone."""
-        least = 0.0 if self._fixed_frame == WORLD else -ARENA_CENTER
-        sides = least, least + ARENA_SIZE
-        return [(x, y, 0.0) for x in sides for y in sides]
-
-    def _sample(self) -> tuple[float | None, float | None, float | None]:
+    def _point(self) -> Vector:
         """Return height of the brick (m), its distance (m) to the robot, and its speed (m/s)."""
         brick, robot = self._pose_drawn(BRICK), self._pose_drawn(BASE_LINK)
-        before = self._pose(BASE_LINK, max(self._instant - SPEED_TIME, 1))
-        height = distance = speed = None
-        if brick is not None:
-            height = round(brick.position[2], 3)
-            if robot is not None:
-                distance = round(dist(brick.position[:2], robot.position[:2]), 3)
+        before = self._pose(BASE_LINK, max(self._instant - PERIOD, 1))
+        height = brick.position[2] if brick is not None else nan
+        distance = speed = nan
+        if robot is not None and brick is not None:
+            distance = dist(brick.position[:2], robot.position[:2])
         if robot is not None and before is not None:
-            speed = round(dist(robot.position, before.position) * NANOSECONDS / SPEED_TIME, 3)
+            speed = dist(robot.position, before.position) * NANOSECONDS / PERIOD
         return height, distance, speed
 
     def _write(self, now: int) -> None:
-        """Update the texts."""
+        """Update texts and curves."""
         self._panel.show_parts(*(self._publishers(topic) > 0 for topic in PARTS))
         brick, phase = self._pose_drawn(BRICK), self._account.phase
         if brick is None:
-            self._panel.show_brick('no brick in sight', None)
+            self._panel.show_brick('no brick in sight')
         else:
             if phase is Phase.HOVERING:
                 self._panel.suggest_place(brick.position)
             self._panel.show_brick(
-                f'{phase.value if phase else "brick"}, {brick.position[2]:.2f} m up',
-                BRICK_COLORS[phase] if phase else None)
+                f'{phase.value if phase else "brick"}, {brick.position[2]:.2f} m up')
         self._panel.show_account(self._account.sentence(), self._account.alarm)
-        self._panel.show_answer(*self._answer)
         self._panel.show_tilt(self._tilt)
-        self._panel.show_rates(self.rates(now))
+        self._panel.show_rates([(name, rate([instant for instant in instants
+                                             if now - instant <= RATE_TIME]))
+                                for name, instants in self._counted.items()])
+        self._points.append(self._point())
+        self._panel.show_curves(self._points)
 
     def _find_fixed_frame(self) -> str:
         """Return the frame in which all is drawn: the world, or the root of a robot alone."""
@@ -280,7 +269,21 @@ class Page:
         return self._poses[frame]
 
     def _latest_instant(self) -> int:
-        """Return the latest instant at which robot and brick are known, 0 if none moves."""
-        found = (self._lookup(frame, 0) for frame in {BASE_LINK, BRICK, *self._robot.links})
-        return common_instant((nanoseconds_of(transform.header.stamp) for transform in found
-                               if transform is not None), OLDEST)
+        """
+        Return the latest instant at which robot and brick are known, 0 if none moves.
+
+        Things that move together, each drawn at its own latest instant, would be drawn apart. What
+        has stopped coming is not waited for.
+        """
+        found = [nanoseconds_of(transform.header.stamp)
+                 for frame in {BASE_LINK, BRICK, *self._robot.links}
+                 if (transform := self._lookup(frame, 0)) is not None]
+        latest = max(found, default=0)
+        return min((stamp for stamp in found if stamp > latest - OLDEST), default=0)
+
+
+def rate(instants: list[int]) -> float | None:
+    """Return how often (Hz) comes what came at some instants, None if that is unknown."""
+    if not instants or instants[-1] == instants[0]:
+        return None
+    return (len(instants) - 1) * NANOSECONDS / (instants[-1] - instants[0])

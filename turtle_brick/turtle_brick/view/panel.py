@@ -17,15 +17,14 @@
 from collections.abc import Callable, Sequence
 from html import escape
 from math import ceil, inf, pi
+from random import uniform
 from time import monotonic
 from typing import Any, NamedTuple
 
 import numpy
-from turtle_brick.arena import BRICK_COLORS
-from turtle_brick.core.geometry import Color, Vector
-from turtle_brick.core.time_steps import NANOSECONDS
+from turtle_brick.core.geometry import Vector
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.view.camera import ABOVE, ground_under, NEAR
-from turtle_brick.view.measures import Curves
 from turtle_brick.view.scene import Scene
 import viser
 
@@ -46,45 +45,45 @@ LEAST_TOP = 10.0
 
 VIEWS = {'Near': NEAR, 'From above': ABOVE}
 
+ANYWHERE = ((0.5, ARENA_SIZE - 0.5), (0.5, ARENA_SIZE - 0.5), (3.0, 9.0))
+"""The least and the greatest x, y and z (m) of a brick that is dropped at random."""
+
 
 class Orders(NamedTuple):
     """What the buttons do. viser calls it in a thread of its own."""
 
-    place: Callable[[float, float, float], None]
+    place: Callable[[Vector], None]
     """Place the brick at a point of the world (m)."""
-    drop_from: Callable[[float, float, float], None]
-    """Place it there, and drop it."""
-    drop: Callable[[], None]
-    """Drop the brick."""
-    drop_at_random: Callable[[], None]
-    """Place the brick at random, and drop it."""
+    drop: Callable[[Vector | None], None]
+    """Drop the brick; if there is a point (m), place it there first."""
     tilt: Callable[[float], None]
     """Tilt the platform by an angle (rad)."""
     go: Callable[[float, float], None]
     """Send the robot to a point of the ground (m in the world)."""
-    refuse: Callable[[str], None]
-    """Say why something is not done."""
 
 
 class Panel:
     """What can be read and done."""
 
-    def __init__(self, server: viser.ViserServer, scene: Scene, orders: Orders) -> None:
+    def __init__(self, server: viser.ViserServer, scene: Scene, orders: Orders,
+                 times: Sequence[float]) -> None:
         """
         Lay it out.
 
         :param server: of the page
         :param scene: of the page, which is clicked on
         :param orders: what is called when something is to be done
+        :param times: when there is a point of each curve (s, 0 is now)
         """
+        self._orders = orders
+        self._dragged = -inf
+        self._suggested: Vector | None = None
+        self._times = numpy.array(times)
         gui = server.gui
         gui.configure_theme(show_logo=False, show_share_button=False, brand_color=GREEN)
         gui.main_panel.dock_right()
         with gui.add_folder('Brick') as self._arena_part:
             self._brick = gui.add_html('')
-            swatches = ' '.join(
-                _swatch(phase.value, color) for phase, color in BRICK_COLORS.items())
-            gui.add_html(_block('legend', f'<small style="color:#868e96">{swatches}</small>'))
             with gui.add_form(None) as form:
                 # Any: mypy takes the value of an input for read-only.
                 self._place: Any = gui.add_text('x, y, z (m)', '')
@@ -97,20 +96,16 @@ class Panel:
             self._goes = gui.add_checkbox('click the ground to drive', True)
         with gui.add_folder('View'):
             cameras = gui.add_button_group('', tuple(VIEWS))
-            self._frames = gui.add_checkbox('frames', False)
-        with gui.add_folder(
-                f'Last {Curves.LENGTH * Curves.PERIOD // NANOSECONDS} s') as self._plot_part:
+            self.frames = gui.add_checkbox('frames', False)
+        with gui.add_folder(f'Last {-times[0]:.0f} s') as self._plot_part:
             series = (viser.uplot.Series(), *(
                 viser.uplot.Series(label=label, stroke=color, width=2) for label, color in CURVES))
-            self._plotted: Sequence[Sequence[float | None]] = Curves(len(CURVES)).columns()
             self._plot = gui.add_uplot(
-                _arrays(self._plotted), series, scales=_scales(LEAST_TOP),
-                legend={'live': False}, height=140, padding=(8, 16, 0, 0))
+                (self._times, *numpy.full((len(CURVES), len(times)), numpy.nan)), series,
+                scales=self._scales(LEAST_TOP), legend={'live': False}, height=140,
+                padding=(8, 16, 0, 0))
         with gui.add_folder('Rates'):
             self._rates = gui.add_html('')
-        self._dragged = -inf
-        self._suggested: Vector | None = None
-        self._orders = orders
 
         @form.on_submit
         async def _(_: viser.GuiEvent) -> None:
@@ -124,7 +119,7 @@ class Panel:
         def _(event: viser.GuiEvent) -> None:
             if event.client is not None:  # else it was moved from here
                 self._dragged = monotonic()
-                self._on_tilt(self._tilt.value)
+                orders.tilt(self._tilt.value)
 
         @cameras.on_click
         async def _(event: viser.GuiEvent) -> None:
@@ -137,18 +132,13 @@ class Panel:
             if self._goes.visible and self._goes.value and point is not None:
                 orders.go(*point)
 
-    @property
-    def frames(self) -> bool:
-        """Whether frames are to be shown."""
-        return self._frames.value
-
     def suggest_place(self, position: Vector) -> None:
         """Fill in a place for the brick (m), unless somebody has written another one."""
-        place = _to_millimeters(position)
-        if place != self._suggested:
+        x, y, z = (round(coordinate, 3) for coordinate in position)
+        if (x, y, z) != self._suggested:
             if not self._is_edited():
-                self._place.value = '{:.10g}, {:.10g}, {:.10g}'.format(*place)
-            self._suggested = place
+                self._place.value = f'{x:.10g}, {y:.10g}, {z:.10g}'
+            self._suggested = (x, y, z)
 
     def show_parts(self, arena: bool, robot: bool, catcher: bool) -> None:
         """Show the parts of those nodes that are there."""
@@ -158,25 +148,23 @@ class Panel:
         self._tilt.visible = self._goes.visible = robot
         self._plot_part.visible = arena or robot
 
-    def show_brick(self, text: str, color: Color | None) -> None:
-        """Show what the brick does, and in which color."""
-        self._brick.content = _block('brick', _swatch(text, color) if color else escape(text))
+    def show_brick(self, text: str) -> None:
+        """Show what the brick does."""
+        self._brick.content = _block('brick', text)
 
     def show_account(self, text: str, alarm: bool) -> None:
         """Show what the robot does about the brick."""
-        self._account.content = _block('account', _colored(text, alarm))
+        self._account.content = _block('account', text, alarm)
 
     def show_answer(self, text: str, good: bool) -> None:
-        """Show the result of the last order."""
-        self._answer.content = _block('answer', _colored(text, not good))
+        """Show what has become of the last order."""
+        self._answer.content = _block('answer', text, not good)
 
     def show_rates(self, rates: Sequence[tuple[str, float | None]]) -> None:
         """Show how often (Hz) each of some things comes, None for one that does not."""
-        rows = ''.join(
-            f'<tr><td style="width:11em">{escape(name)}</td><td style="text-align:right">'
-            f'{"no messages" if rate is None else f"{rate:.1f} Hz"}</td></tr>'
+        self._rates.content = ''.join(
+            _block('rate', f'{name}: {"no messages" if rate is None else f"{rate:.1f} Hz"}')
             for name, rate in rates)
-        self._rates.content = _block('rates', f'<table>{rows}</table>')
 
     def show_tilt(self, angle: float) -> None:
         """Move the slider to the angle (rad) of the platform, unless somebody is at it."""
@@ -187,32 +175,35 @@ class Panel:
         self._beyond.content = _block(
             'beyond', f'The tilt is {angle:g} rad, beyond the slider')
 
-    def show_curves(self, columns: Sequence[Sequence[float | None]]) -> None:
-        """Plot what there was: the times (s), then the values of each of CURVES."""
-        if columns == self._plotted:
-            return
-        self._plotted = columns
-        highest = max((value for curve in columns[1:] for value in curve if value is not None),
-                      default=0.0)
-        # Viser's chart fits its scale to new times, but not to new values.
-        scales = _scales(LEAST_TOP * max(1, ceil(highest / LEAST_TOP)))
+    def show_curves(self, points: Sequence[Vector]) -> None:
+        """Plot what there was at each of the times: the values of CURVES, NaN if unknown."""
+        curves = numpy.transpose(points)
+        # Viser's chart does not fit its scales to new values.
+        scales = self._scales(
+            LEAST_TOP * max(1, ceil(numpy.nan_to_num(curves).max() / LEAST_TOP)))
         if scales != self._plot.scales:
             self._plot.scales = scales
-        self._plot.data = _arrays(columns)
+        self._plot.data = (self._times, *curves)
+
+    def _scales(self, top: float) -> dict[str, viser.uplot.Scale]:
+        """Return the scales of the plot, whose values are from 0 to a top."""
+        return {'x': {'time': False, 'range': (float(self._times[0]), 0.0)},
+                'y': {'range': (0.0, top)}}
 
     def _is_edited(self) -> bool:
         """Tell whether somebody has written another place than the suggested one."""
         try:
-            return _to_millimeters(place_of(self._place.value)) != self._suggested
+            return place_of(self._place.value) != self._suggested
         except ValueError:
             return self._suggested is not None
 
     def _on_button(self, name: str) -> None:
         """Do what a button says; "Drop" places the brick first where is written, if new."""
         if name == 'Drop at random':
-            self._orders.drop_at_random()
+            x, y, z = (uniform(*span) for span in ANYWHERE)
+            self._orders.drop((x, y, z))
         elif name == 'Drop' and not self._is_edited():
-            self._orders.drop()
+            self._orders.drop(None)
         else:
             text = self._place.value
             # Sent back, because viser may lose what is written in the last 50 ms before Enter.
@@ -221,17 +212,9 @@ class Panel:
             try:
                 place = place_of(text)
             except ValueError as error:
-                self._orders.refuse(str(error))
+                self.show_answer(str(error), False)
             else:
-                (self._orders.place if name == 'Place' else self._orders.drop_from)(*place)
-
-    def _on_tilt(self, angle: float) -> None:
-        """Tilt the platform by an angle (rad), which may be written beside the slider."""
-        if abs(angle) <= STEEPEST:
-            self._orders.tilt(angle)
-        else:
-            self._orders.refuse(f'tilt: {angle:g} rad is beyond the slider, which reaches from '
-                                f'{-STEEPEST} to {STEEPEST} rad')
+                (self._orders.place if name == 'Place' else self._orders.drop)(place)
 
 
 def place_of(text: str) -> Vector:
@@ -248,36 +231,7 @@ def place_of(text: str) -> Vector:
     return (x, y, z)
 
 
-def _to_millimeters(place: Vector) -> Vector:
-    """Return a place (m), rounded."""
-    x, y, z = place
-    return round(x, 3), round(y, 3), round(z, 3)
-
-
-def _block(name: str, content: str) -> str:
-    """Return content as HTML, with a name by which it is found on the page."""
-    return (f'<div data-turtle-brick="{name}" style="padding:0.2em 1em;font-size:0.9em">'
-            f'{content}</div>')
-
-
-def _colored(text: str, alarm: bool) -> str:
-    """Return a text as HTML, in red if it is an alarm."""
-    text = escape(text)
-    return f'<span style="color:#c92a2a;font-weight:600">{text}</span>' if alarm else text
-
-
-def _swatch(text: str, color: Color) -> str:
-    """Return a text as HTML, behind a square in a color."""
-    rgb = ','.join(str(round(255 * part)) for part in color[:3])
-    return (f'<span style="white-space:nowrap"><span style="color:rgb({rgb})">&#9632;</span> '
-            f'{escape(text)}</span>')
-
-
-def _arrays(columns: Sequence[Sequence[float | None]]) -> tuple[numpy.ndarray, ...]:
-    """Return columns as a plot takes them, with NaN for what is unknown."""
-    return tuple(numpy.array(column, dtype=float) for column in columns)
-
-
-def _scales(top: float) -> dict[str, viser.uplot.Scale]:
-    """Return the scales of a plot from 0 to a top."""
-    return {'x': {'time': False}, 'y': {'range': (0.0, top)}}
+def _block(name: str, text: str, alarm: bool = False) -> str:
+    """Return a text as HTML, in red if it is an alarm, with a name by which it is found."""
+    style = 'color:#c92a2a;font-weight:600;' * alarm + 'padding:0.2em 1em;font-size:0.9em'
+    return f'<div data-turtle-brick="{name}" style="{style}">{escape(text)}</div>'

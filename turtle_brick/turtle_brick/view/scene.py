@@ -23,25 +23,17 @@ from urllib.parse import quote
 import numpy
 from turtle_brick.core.geometry import Pose, Vector
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER
-from turtle_brick.view.camera import NEAR, View
+from turtle_brick.view.camera import FIELD_OF_VIEW, NEAR, View
 from turtle_brick.view.shapes import Shape, Thing
 import viser
 
 GROUND = (229, 232, 226)
 LINES = (196, 201, 194)
-ZENITH = (164, 196, 232)
-HORIZON = (240, 244, 248)
+SKY = (214, 228, 242)
 """Colors (0 to 255) of the ground, the lines on it (one per meter) and the sky."""
-
-LAMP = (-4.0, -12.0, 7.0)
-"""Position (m) of a lamp for the sides that face the viewer; the sun is overhead."""
-
-FIRST_SIGHT = ((ARENA_CENTER, ARENA_CENTER, 0.0), (ARENA_CENTER, ARENA_CENTER, 8.0))
-"""What is in the picture (m) until something is known."""
 
 TOUCHED = 1e-3
 """How far (m) from where it was set a camera has to be to have been moved in its browser."""
-
 
 LABELS: dict[str, Any] = {
     'world': 'bottom-right', 'odom': 'top-right', 'base_link': 'bottom-left', 'brick': 'top-left'}
@@ -63,16 +55,16 @@ class Eye:
         self._set: deque[Vector] = deque(maxlen=300)
         self._is_obeyed = False
 
-    def keep_in_sight(self, points: Mapping[View, Sequence[Vector]]) -> None:
-        """Have the points (m) of the view in the picture."""
-        if self._view is None or not points[self._view]:
+    def keep_in_sight(self, points: Sequence[Vector]) -> None:
+        """Have points (m) in the picture, if the view is not of something else."""
+        if self._view is None or not (points := self._view.sights or points):
             return
         last = self._set[-1] if self._set else None
         aspect = self._camera.image_width / max(self._camera.image_height, 1)
-        camera = self._view.camera(points[self._view], aspect, last)
-        if last is None or dist(last, camera.position) > TOUCHED:
-            self._camera.position, self._camera.look_at, self._camera.fov = camera
-            self._set.append(camera.position)
+        position, target = self._view.camera(points, aspect, last)
+        if last is None or dist(last, position) > TOUCHED:
+            self._camera.position, self._camera.look_at = position, target
+            self._set.append(position)
 
     async def _on_update(self, camera: viser.CameraHandle) -> None:
         """Learn where the camera is in the browser: if obeyed, where it was set some time ago."""
@@ -92,40 +84,36 @@ class Scene:
         self._eyes: dict[int, Eye] = {}
         self._shown: dict[str, tuple[Any, Thing]] = {}
         initial = server.initial_camera
-        initial.position, initial.look_at, initial.fov = NEAR.camera(FIRST_SIGHT, 1.0)
+        initial.fov = FIELD_OF_VIEW
+        initial.position, initial.look_at = NEAR.camera(
+            [(ARENA_CENTER, ARENA_CENTER, height) for height in (0.0, 8.0)], 1.0)
         self._scene.add_grid(
             '/ground', infinite_grid=True, cell_size=1.0, section_size=1.0,
             cell_color=LINES, section_color=LINES, plane_color=GROUND, plane_opacity=1.0,
             shadow_opacity=0.45, fade_distance=60.0, position=(0.0, 0.0, -1e-3))
-        self._scene.set_background_image(sky(), format='png')
+        self._scene.set_background_image(numpy.full((1, 1, 3), SKY, numpy.uint8))
         # Without a graphics card, viser's own surroundings take ten seconds of a processor.
         self._scene.configure_environment_map(None)
         self._scene.add_light_hemisphere('/daylight', ground_color=GROUND, intensity=2.0)
-        self._scene.add_light_directional(
-            '/lamp', color=(255, 250, 240), intensity=1.1, position=LAMP)
 
     def show(self, things: Mapping[str, Thing]) -> None:
         """Show these things and no others; only what has changed is sent to the browsers."""
-        for name in self._shown.keys() - things.keys():
-            self._shown.pop(name)[0].remove()
-        for name, thing in things.items():
-            if name not in self._shown:
-                self._shown[name] = (self._add(name, thing), thing)
-                continue
-            node, before = self._shown[name]
-            if before._replace(pose=thing.pose) != thing:
+        for name, (node, before) in list(self._shown.items()):
+            if name not in things or things[name]._replace(pose=before.pose) != before:
                 node.remove()
-                self._shown[name] = (self._add(name, thing), thing)
-            elif before.pose != thing.pose:
+                del self._shown[name]
+        for name, thing in things.items():
+            node, before = self._shown.get(name) or (self._add(name, thing), thing)
+            if before.pose != thing.pose:
                 node.position, node.wxyz = thing.pose.position, _wxyz(thing.pose)
-                self._shown[name] = (node, thing)
+            self._shown[name] = (node, thing)
 
     def look(self, client: viser.ClientHandle, view: View) -> None:
         """Have a browser look from some side."""
         self._eyes[client.client_id].look(view)
 
-    def keep_in_sight(self, points: Mapping[View, Sequence[Vector]]) -> None:
-        """Have the points (m) of its view in the picture of each browser."""
+    def keep_in_sight(self, points: Sequence[Vector]) -> None:
+        """Have points (m) in the picture of each browser that looks from near."""
         self._eyes = {number: self._eyes.get(number) or Eye(client)
                       for number, client in self._clients().items()}
         for eye in self._eyes.values():
@@ -169,10 +157,3 @@ def _wxyz(pose: Pose) -> tuple[float, float, float, float]:
     """Return an orientation as viser has it."""
     x, y, z, w = pose.orientation
     return w, x, y, z
-
-
-def sky() -> numpy.ndarray:
-    """Return a picture of a clear sky, uint8 of shape (height, width, 3)."""
-    above_horizon = numpy.linspace(1.0, -1.4, 256).clip(0.0)[:, None, None]
-    colors = HORIZON + above_horizon * numpy.subtract(ZENITH, HORIZON)
-    return numpy.broadcast_to(colors, (256, 16, 3)).astype(numpy.uint8)

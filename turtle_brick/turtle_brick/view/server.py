@@ -22,7 +22,6 @@ sends an origin has to have the page from there.
 
 import asyncio
 from collections.abc import Callable
-import errno
 from ipaddress import ip_address
 import socket
 from typing import Any, TypeVar
@@ -37,12 +36,6 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
 Result = TypeVar('Result')
-
-EVERYWHERE = ('0.0.0.0', '::', '')
-"""Hosts that stand for all interfaces."""
-
-PORTS = 100
-"""How many ports are tried, beginning with the wanted one."""
 
 
 class PageServer:
@@ -73,12 +66,13 @@ class PageServer:
 
             return serve(*arguments, process_request=process, **options)
 
+        check(host, port)
         rich.get_console().quiet = True  # viser talks to it
         with patch.object(websockets_server, 'serve', guarded_serve):
-            self.viser = viser.ViserServer(host, free_port(host, port), title, verbose=False)
+            self.viser = viser.ViserServer(host, port, title, verbose=False)
         self.port = self.viser.get_port()
         """The port that it got."""
-        name = socket.gethostname() if host in EVERYWHERE else host
+        name = socket.gethostname() if host in ('0.0.0.0', '::') else host
         self.url = f'http://{f"[{name}]" if ":" in name else name}:{self.port}'
         """The address for a browser."""
 
@@ -94,14 +88,6 @@ class PageServer:
                 return draw()
 
         return asyncio.run_coroutine_threadsafe(change(), self.viser.get_event_loop()).result()
-
-    def is_shown(self) -> bool:
-        """Tell whether a browser shows the page."""
-        return bool(self.viser.get_clients())
-
-    def close(self) -> None:
-        """Close all connections and stop serving."""
-        self.viser.stop()
 
 
 def refusal(host: str, hosts: list[str], origins: list[str]) -> str:
@@ -120,43 +106,36 @@ def refusal(host: str, hosts: list[str], origins: list[str]) -> str:
     if len(hosts) != 1 or not _is_ours(hosts[0], host):
         return f'The page is not at {", ".join(hosts)!r}.'
     for origin in origins:
-        if origin.lower() not in (f'http://{hosts[0]}'.lower(), f'https://{hosts[0]}'.lower()):
+        if origin.lower() != f'http://{hosts[0]}'.lower():
             return f'The page is at {hosts[0]!r}, and not for pages from {origin!r}.'
     return ''
 
 
 def _is_ours(address: str, host: str) -> bool:
     """Return whether an address, with or without a port, is of the machine that serves a host."""
-    names = {'localhost', host.lower()}
-    if host in EVERYWHERE:
-        name = socket.gethostname().lower()
-        names |= {name, f'{name}.local'}
+    machine = socket.gethostname().lower()
     try:
         name = urlsplit(f'//{address}').hostname or ''
-        return name in names or bool(ip_address(name))
+        return name in ('localhost', host.lower(), machine, f'{machine}.local') or bool(
+            ip_address(name))
     except ValueError:
         return False
 
 
-def free_port(host: str, port: int) -> int:
+def check(host: str, port: int) -> None:
     """
-    Find a port to serve on: viser itself would search for ever on a host that isn't there.
+    Check that a page can be served somewhere: viser itself would go on to other ports for long.
 
     :param host: the name or address of the interface
-    :param port: the wanted one; 0 for any
-    :return: The wanted one, or the next one that is free.
-    :raises ParameterError: none of them is free, or there is no such interface
+    :param port: the wanted one
+    :raises ParameterError: there is no such interface or port
     """
     if not 0 <= port <= 65535:
         raise ParameterError(f'port is {port}, but must be from 0 to 65535')
-    for candidate in range(port, min(port + PORTS, 65536)):
-        try:
-            family, _, _, _, address = socket.getaddrinfo(
-                host, candidate, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
-            with socket.create_server(address, family=family) as probe:
-                return probe.getsockname()[1]
-        except (OSError, UnicodeError) as error:
-            if getattr(error, 'errno', None) != errno.EADDRINUSE:
-                raise ParameterError(
-                    f'host is {host!r}, but no page can be served there: {error}') from None
-    raise ParameterError(f'port is {port}, but it and the next {PORTS - 1} are taken')
+    try:
+        family, _, _, _, address = socket.getaddrinfo(
+            host, 0, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
+        socket.create_server(address, family=family).close()
+    except (OSError, UnicodeError) as error:
+        raise ParameterError(
+            f'host is {host!r}, but no page can be served there: {error}') from None

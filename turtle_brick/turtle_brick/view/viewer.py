@@ -39,8 +39,8 @@ Calls, when that is asked for on the page:
 
 Parameters, read-only:
     host (string, default 127.0.0.1): the interface on which the page is served; 0.0.0.0 for all.
-        Requests have to name this host, localhost or a numeric address, or for 0.0.0.0 the name of
-        this machine. Others are refused, and so are pages of other origins
+        Requests have to name this host, this machine, localhost or a numeric address. Others are
+        refused, and so are pages of other origins
     port (integer, default 8080): the TCP port of the page; 0 for any. If it is taken, the next
         free one
 """
@@ -49,7 +49,6 @@ from collections import deque
 from collections.abc import Callable
 from functools import partial
 from importlib.util import find_spec
-from random import uniform
 import sys
 from time import monotonic_ns
 from typing import Any
@@ -65,11 +64,10 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_ros import Buffer
-from turtle_brick.core.time_steps import NANOSECONDS
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.core.geometry import Vector
 from turtle_brick.ros.node_main import init, spin, Warner
 from turtle_brick.ros.tf import GuardedListener, LATCHED, WORLD
-from turtle_brick.view.page import BRICK_MARKER, CATCHER_MARKER, Page, WALLS
+from turtle_brick.view.page import BRICK_MARKER, CATCHER_MARKER, Page, TIMES, WALLS
 from turtle_brick_interfaces.msg import Tilt
 from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
@@ -77,19 +75,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 VISER = 'viser==1.1.1'
 """What pip has to install for the page, as in scripts/requirements.txt."""
 
-TITLE = 'turtle_brick'
-
 PERIOD = 1.0 / 30.0
 """Time (s) between two pictures."""
-
-ANSWER_TIME = 5 * NANOSECONDS
-"""How long (ns) a service may take to answer."""
-
-RANDOM_HEIGHTS = (3.0, 9.0)
-"""Least and greatest height (m) of a brick that is dropped at random."""
-
-MARGIN = 0.5
-"""Its least distance (m) to the walls."""
 
 LOSSY = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 """For what is only counted: its publishers never wait for the viewer."""
@@ -116,24 +103,21 @@ class Viewer(Node):
             for name, default, description in (
                 ('host', '127.0.0.1', 'The interface on which the page is served'),
                 ('port', 8080, 'The port; if it is taken, the next free one')))
-        self.server = PageServer(host, port, TITLE)
+        self.server = PageServer(host, port, 'turtle_brick')
         self._orders: deque[Callable[[], None]] = deque()
-        self._calls: list[tuple[Future, str, int, Callable[[], None]]] = []
         buffer = Buffer()
-        orders = Orders(
-            place=self._soon(self.place), drop_from=self._soon(self.drop_from),
-            drop=self._soon(self.drop), drop_at_random=self._soon(self.drop_at_random),
-            tilt=self._soon(self.tilt), go=self._soon(self.go), refuse=self._soon(self.refuse))
 
-        def lay_out() -> Page:
+        def lay_out() -> tuple[Panel, Page]:
             scene = Scene(self.server.viser)
-            panel = Panel(self.server.viser, scene, orders)
-            return Page(scene, panel, buffer, Warner(self).warn, self.count_publishers)
+            panel = Panel(self.server.viser, scene, Orders(
+                self._soon(self.place), self._soon(self.drop), self._soon(self.tilt),
+                self._soon(self.go)), TIMES)
+            return panel, Page(scene, panel, buffer, Warner(self).warn, self.count_publishers,
+                               monotonic_ns)
 
-        self.page = self.server.change(lay_out)
-        """What is shown."""
+        self.panel, self.page = self.server.change(lay_out)
         self.tf_listener = GuardedListener(
-            buffer, self, lambda one, _: self.page.hear_transform(one, monotonic_ns()))
+            buffer, self, lambda one, _: self.page.hear_transform(one))
 
         self._goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', 10)
         self._tilt_publisher = self.create_publisher(Tilt, 'tilt', 10)
@@ -142,7 +126,8 @@ class Viewer(Node):
         self._drop_client = self.create_client(Trigger, 'drop')
         self.create_timer(PERIOD, self._on_timer)
         if self.server.port != port != 0:
-            self.get_logger().warning(f'Port {port} is taken: the page is on {self.server.port}')
+            self.get_logger().warning(
+                f'Port {port} is not free: the page is on {self.server.port}')
         # Not on standard output, which `ros2 launch` does not show.
         print(f'Viewer: {self.server.url}', file=sys.stderr, flush=True)
         self._is_shown = False
@@ -150,32 +135,21 @@ class Viewer(Node):
 
     def destroy_node(self) -> None:
         """End the page and the node."""
-        self.server.close()
+        self.server.viser.stop()
         super().destroy_node()
 
-    def place(self, x: float, y: float, z: float,
-              then: Callable[[], None] = lambda: None) -> None:
+    def place(self, place: Vector, then: Callable[[], None] = lambda: None) -> None:
         """Place the brick (m in the world), and do something else if that is possible."""
         request = Place.Request()
-        request.location.x, request.location.y, request.location.z = x, y, z
+        request.location.x, request.location.y, request.location.z = place
         self._call(self._place_client, request, then)
 
-    def drop(self) -> None:
-        """Drop the brick."""
-        self._call(self._drop_client, Trigger.Request(), lambda: None)
-
-    def drop_from(self, x: float, y: float, z: float) -> None:
-        """Place the brick (m in the world), and drop it."""
-        self.place(x, y, z, then=self.drop)
-
-    def refuse(self, reason: str) -> None:
-        """Say why something that was asked for is not done."""
-        self.page.hear_answer(reason, False)
-
-    def drop_at_random(self) -> None:
-        """Place the brick anywhere between the walls, and drop it."""
-        x, y = (uniform(MARGIN, ARENA_SIZE - MARGIN) for _ in range(2))
-        self.drop_from(x, y, uniform(*RANDOM_HEIGHTS))
+    def drop(self, place: Vector | None = None) -> None:
+        """Drop the brick; if there is a place (m in the world), place it there first."""
+        if place is not None:
+            self.place(place, then=self.drop)
+        else:
+            self._call(self._drop_client, Trigger.Request())
 
     def tilt(self, angle: float) -> None:
         """Tilt the platform (rad)."""
@@ -192,31 +166,22 @@ class Viewer(Node):
 
     def _listen(self) -> None:
         """Hear all that is shown, but the transforms."""
-        def on_walls(message: MarkerArray) -> None:
-            for marker in message.markers:
-                self.page.hear_marker(WALLS, marker, monotonic_ns())
-
-        def on_marker(topic: str) -> Callable[[Marker], None]:
-            return lambda message: self.page.hear_marker(topic, message, monotonic_ns())
-
-        def counter(name: str) -> Callable[[bytes], None]:
-            return lambda _: self.page.count(name, monotonic_ns())
-
+        page = self.page
         for kind, topic, hear, qos in (
-                (String, 'robot_description', self.page.hear_description, LATCHED),
-                (MarkerArray, WALLS, on_walls, LATCHED),
-                (Marker, BRICK_MARKER, on_marker(BRICK_MARKER), LATCHED),
-                (Marker, CATCHER_MARKER, on_marker(CATCHER_MARKER), 10),
-                (String, 'catcher_state', self.page.hear_state, LATCHED),
-                (PoseStamped, 'goal_pose', self.page.hear_goal, 10),
-                (Tilt, 'tilt', self.page.hear_tilt, 10)):
+                (String, 'robot_description', page.hear_description, LATCHED),
+                (MarkerArray, WALLS, page.hear_walls, LATCHED),
+                (Marker, BRICK_MARKER, partial(page.hear_marker, BRICK_MARKER), LATCHED),
+                (Marker, CATCHER_MARKER, partial(page.hear_marker, CATCHER_MARKER), 10),
+                (String, 'catcher_state', page.hear_state, LATCHED),
+                (PoseStamped, 'goal_pose', page.hear_goal, 10),
+                (Tilt, 'tilt', page.hear_tilt, 10)):
             self.create_subscription(kind, topic, hear, qos)
         # The launch files remap cmd_vel to turtlesim's name.
         for kind, topic, name in (
                 (Twist, 'cmd_vel', 'cmd_vel'), (Twist, 'turtle1/cmd_vel', 'cmd_vel'),
                 (Odometry, 'odom', 'odom'), (JointState, 'joint_states', 'joint_states')):
             # Only counted, hence not deserialized.
-            self.create_subscription(kind, topic, counter(name), LOSSY, raw=True)
+            self.create_subscription(kind, topic, partial(page.count, name), LOSSY, raw=True)
 
     def _soon(self, order: Callable[..., None]) -> Callable[..., None]:
         """Return a function, for any thread, that has an order carried out in the node's own."""
@@ -226,36 +191,32 @@ class Viewer(Node):
         """Carry out the orders, and draw."""
         while self._orders:
             self._orders.popleft()()
-        self._take_answers()
-        self.server.change(lambda: self.page.draw(monotonic_ns()))
-        if not self._is_shown and self.server.is_shown():
+        self.server.change(self.page.draw)
+        if not self._is_shown and self.server.viser.get_clients():
             self._is_shown = True
             print('Viewer: a browser shows the page', file=sys.stderr, flush=True)
 
-    def _call(self, client: Client, request: Any, then: Callable[[], None]) -> None:
+    def _call(self, client: Client, request: Any, then: Callable[[], None] = lambda: None
+              ) -> None:
         """Call a service, show its answer, and do something else if it agrees."""
         service = self.resolve_service_name(client.srv_name)
         name = service.rpartition('/')[2]
-        if client.service_is_ready():
-            self._calls.append(
-                (client.call_async(request), name, monotonic_ns() + ANSWER_TIME, then))
-        else:
-            self.refuse(f'{name}: nobody offers {service}')
 
-    def _take_answers(self) -> None:
-        """Show the answers that have come, and give up on those that are late."""
-        calls, self._calls = self._calls, []
-        for future, name, deadline, then in calls:
-            if future.done():
-                response = future.result()
-                self.page.hear_answer(f'{name}: {response.message}', response.success)
-                if response.success:
-                    then()
-            elif monotonic_ns() > deadline:
-                future.cancel()
-                self.refuse(f'{name}: no answer')
-            else:
-                self._calls.append((future, name, deadline, then))
+        def on_answer(future: Future) -> None:
+            response = future.result()
+            self._answer(f'{name}: {response.message}', response.success)
+            if response.success:
+                then()
+
+        if client.service_is_ready():
+            self._answer(f'{name}: no answer yet', True)
+            client.call_async(request).add_done_callback(on_answer)
+        else:
+            self._answer(f'{name}: nobody offers {service}', False)
+
+    def _answer(self, text: str, good: bool) -> None:
+        """Show what has become of an order."""
+        self.server.change(lambda: self.panel.show_answer(text, good))
 
 
 def main(args: list[str] | None = None) -> int:
