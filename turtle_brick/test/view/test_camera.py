@@ -23,7 +23,7 @@ from turtle_brick.view.camera import (ABOVE, FIELD_OF_VIEW, FREE, ground_under, 
 COORDINATES = st.floats(-50.0, 50.0)
 POINTS = st.lists(st.tuples(*[st.floats(-20.0, 20.0)] * 3), min_size=1, max_size=5)
 VIEWS = st.sampled_from([NEAR, ABOVE])
-ASPECTS = st.floats(0.3, 3.0)
+ASPECTS = st.one_of(st.floats(0.3, UPRIGHT), st.floats(UPRIGHT, 3.0))
 
 
 def sees(position, target, points, aspect):

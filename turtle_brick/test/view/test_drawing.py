@@ -22,7 +22,6 @@ import numpy
 import pytest
 from turtle_brick.core.geometry import from_yaw, Pose
 from turtle_brick.view.camera import ABOVE, NEAR
-from turtle_brick.view.page import TIMES
 from turtle_brick.view.shapes import ORIGIN, Shape, Thing
 
 # Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
@@ -47,7 +46,7 @@ def page():
     orders = []
     panel = panels.Panel(server.viser, scene, panels.Orders(*(
         lambda *values, name=name: orders.append((name, *values))
-        for name in panels.Orders._fields)), TIMES)
+        for name in panels.Orders._fields)))
     yield SimpleNamespace(scene=scene, panel=panel, orders=orders, viser=server.viser)
     server.viser.stop()
 
@@ -112,14 +111,9 @@ def test_robot_and_brick_are_kept_in_sight_until_somebody_turns_the_view(page, m
 
 
 def test_the_curves_are_plotted_as_they_are(page):
-    nan = numpy.nan
-    for points, top in (([(nan, nan, nan), (3.0, nan, 1.0)], 10.0),
-                        ([(25.0, 2.0, nan), (10.0, 1.0, 0.5)], 30.0)):
-        page.panel.show_curves(points)
-        plot = page.panel._plot
-        assert plot.scales['y']['range'] == (0.0, top)
-        assert plot.data[0] == pytest.approx(TIMES)
-        assert numpy.array(plot.data[1:]) == pytest.approx(numpy.array(points).T, nan_ok=True)
+    page.panel.show_curves([(100.0, 3.0, numpy.nan, 1.0), (100.5, 2.0, 4.0, 0.5)])
+    assert [list(row) for row in page.panel._plot.data] == [
+        [-0.5, 0.0], [3.0, 2.0], pytest.approx([numpy.nan, 4.0], nan_ok=True), [1.0, 0.5]]
 
 
 def test_texts_are_no_html_alarms_are_red_and_parts_those_of_nodes(page):

@@ -78,8 +78,8 @@ PERIOD = NANOSECONDS // 10
 RATE_TIME = 2 * NANOSECONDS
 """Over which time (ns) rates are measured."""
 
-TIMES = [(number - 119) * PERIOD / NANOSECONDS for number in range(120)]
-"""When there is a point of each curve (s, 0 is now)."""
+POINTS = 120
+"""How many points each curve has."""
 
 
 class Page:
@@ -110,7 +110,7 @@ class Page:
         self._goal: tuple[float, float] | None = None
         self._tilt = 0.0
         self._counted: dict[str, deque[int]] = {name: deque(maxlen=1000) for name in COUNTED}
-        self._points: deque[Vector] = deque([(nan, nan, nan)] * len(TIMES), len(TIMES))
+        self._points: deque[tuple[float, ...]] = deque(maxlen=POINTS)
         self._next = 0
         self._fixed_frame = WORLD
         self._instant = 0
@@ -237,7 +237,7 @@ class Page:
         self._panel.show_rates([(name, rate([instant for instant in instants
                                              if now - instant <= RATE_TIME]))
                                 for name, instants in self._counted.items()])
-        self._points.append(self._point())
+        self._points.append((now / NANOSECONDS, *self._point()))
         self._panel.show_curves(self._points)
 
     def _find_fixed_frame(self) -> str:

@@ -16,7 +16,7 @@
 
 from collections.abc import Callable, Sequence
 from html import escape
-from math import ceil, inf, pi
+from math import inf, pi
 from random import uniform
 from time import monotonic
 from typing import Any, NamedTuple
@@ -40,9 +40,6 @@ HANDS_OFF = 1.0
 CURVES = (('height (m)', '#e8590c'), ('distance (m)', '#1971c2'), ('speed (m/s)', '#2f9e44'))
 """What is plotted of brick and robot, and in which color."""
 
-LEAST_TOP = 10.0
-"""The plot reaches from 0 to this, or to the next multiple of it."""
-
 VIEWS = {'Near': NEAR, 'From above': ABOVE}
 
 ANYWHERE = ((0.5, ARENA_SIZE - 0.5), (0.5, ARENA_SIZE - 0.5), (3.0, 9.0))
@@ -65,20 +62,17 @@ class Orders(NamedTuple):
 class Panel:
     """What can be read and done."""
 
-    def __init__(self, server: viser.ViserServer, scene: Scene, orders: Orders,
-                 times: Sequence[float]) -> None:
+    def __init__(self, server: viser.ViserServer, scene: Scene, orders: Orders) -> None:
         """
         Lay it out.
 
         :param server: of the page
         :param scene: of the page, which is clicked on
         :param orders: what is called when something is to be done
-        :param times: when there is a point of each curve (s, 0 is now)
         """
         self._orders = orders
         self._dragged = -inf
         self._suggested: Vector | None = None
-        self._times = numpy.array(times)
         gui = server.gui
         gui.configure_theme(show_logo=False, show_share_button=False, brand_color=GREEN)
         gui.main_panel.dock_right()
@@ -97,13 +91,12 @@ class Panel:
         with gui.add_folder('View'):
             cameras = gui.add_button_group('', tuple(VIEWS))
             self.frames = gui.add_checkbox('frames', False)
-        with gui.add_folder(f'Last {-times[0]:.0f} s') as self._plot_part:
+        with gui.add_folder('Last seconds') as self._plot_part:
             series = (viser.uplot.Series(), *(
                 viser.uplot.Series(label=label, stroke=color, width=2) for label, color in CURVES))
             self._plot = gui.add_uplot(
-                (self._times, *numpy.full((len(CURVES), len(times)), numpy.nan)), series,
-                scales=self._scales(LEAST_TOP), legend={'live': False}, height=140,
-                padding=(8, 16, 0, 0))
+                tuple(numpy.zeros((1 + len(CURVES), 1))), series, scales={'x': {'time': False}},
+                legend={'live': False}, height=140, padding=(8, 16, 0, 0))
         with gui.add_folder('Rates'):
             self._rates = gui.add_html('')
 
@@ -175,20 +168,10 @@ class Panel:
         self._beyond.content = _block(
             'beyond', f'The tilt is {angle:g} rad, beyond the slider')
 
-    def show_curves(self, points: Sequence[Vector]) -> None:
-        """Plot what there was at each of the times: the values of CURVES, NaN if unknown."""
-        curves = numpy.transpose(points)
-        # Viser's chart does not fit its scales to new values.
-        scales = self._scales(
-            LEAST_TOP * max(1, ceil(numpy.nan_to_num(curves).max() / LEAST_TOP)))
-        if scales != self._plot.scales:
-            self._plot.scales = scales
-        self._plot.data = (self._times, *curves)
-
-    def _scales(self, top: float) -> dict[str, viser.uplot.Scale]:
-        """Return the scales of the plot, whose values are from 0 to a top."""
-        return {'x': {'time': False, 'range': (float(self._times[0]), 0.0)},
-                'y': {'range': (0.0, top)}}
+    def show_curves(self, points: Sequence[tuple[float, ...]]) -> None:
+        """Plot what there was: at some times (s) the values of CURVES, NaN if unknown."""
+        times, *curves = numpy.transpose(points)
+        self._plot.data = (times - times[-1], *curves)
 
     def _is_edited(self) -> bool:
         """Tell whether somebody has written another place than the suggested one."""

@@ -67,7 +67,10 @@ from tf2_ros import Buffer
 from turtle_brick.core.geometry import Vector
 from turtle_brick.ros.node_main import init, spin, Warner
 from turtle_brick.ros.tf import GuardedListener, LATCHED, WORLD
-from turtle_brick.view.page import BRICK_MARKER, CATCHER_MARKER, Page, TIMES, WALLS
+from turtle_brick.core.geometry import Vector
+from turtle_brick.ros.node_main import init, spin, Warner
+from turtle_brick.ros.tf import GuardedListener, LATCHED, WORLD
+from turtle_brick.view.page import BRICK_MARKER, CATCHER_MARKER, Page, WALLS
 from turtle_brick_interfaces.msg import Tilt
 from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
@@ -111,7 +114,7 @@ class Viewer(Node):
             scene = Scene(self.server.viser)
             panel = Panel(self.server.viser, scene, Orders(
                 self._soon(self.place), self._soon(self.drop), self._soon(self.tilt),
-                self._soon(self.go)), TIMES)
+                self._soon(self.go)))
             return panel, Page(scene, panel, buffer, Warner(self).warn, self.count_publishers,
                                monotonic_ns)
 
