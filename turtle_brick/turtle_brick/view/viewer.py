@@ -67,9 +67,6 @@ from tf2_ros import Buffer
 from turtle_brick.core.geometry import Vector
 from turtle_brick.ros.node_main import init, spin, Warner
 from turtle_brick.ros.tf import GuardedListener, LATCHED, WORLD
-from turtle_brick.core.geometry import Vector
-from turtle_brick.ros.node_main import init, spin, Warner
-from turtle_brick.ros.tf import GuardedListener, LATCHED, WORLD
 from turtle_brick.view.page import BRICK_MARKER, CATCHER_MARKER, Page, WALLS
 from turtle_brick_interfaces.msg import Tilt
 from turtle_brick_interfaces.srv import Place
