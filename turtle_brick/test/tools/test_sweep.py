@@ -130,9 +130,9 @@ def test_broken_promises_are_found(caught, refused):
     stuck = caught._replace(result=caught.result._replace(finished=False))
     for bad in (missed, near, unseen, stuck):
         assert bad.broken and sweep.most_telling([refused, caught, bad]) is bad
-        assert f'1 promises broken\n  drop {bad.number},' in sweep.summary([caught, bad, refused])
+        assert f'promises broken: 1\n  drop {bad.number},' in sweep.summary([caught, bad, refused])
     assert not caught.broken and not refused.broken
-    assert sweep.summary([caught, refused]).endswith('0 promises broken')
+    assert sweep.summary([caught, refused]).endswith('promises broken: 0')
 
 
 def test_nothing_is_promised_outside_the_arena():

@@ -136,5 +136,5 @@ def test_a_brick_is_seen_placed_and_caught_on_the_page(domain_id):
         page.write_place(place, 'the brick hovers at', button='Place')
         page.push('button', 'Drop')
         page.wait_for_text('answer', 'drop: the brick falls from')
-        page.wait_for_text('account', 'Caught')
         page.wait_for_text('brick', 'floating')
+        page.wait_for_text('account', 'Waiting for a brick to fall')

@@ -33,14 +33,15 @@ failed.
 import argparse
 from collections.abc import Iterator, Sequence
 from concurrent.futures import BrokenExecutor
-from contextlib import suppress
 import csv
 from dataclasses import asdict, dataclass
+from itertools import takewhile
 from math import inf
 from pathlib import Path
 from random import Random
 import signal
 import sys
+from threading import Event
 from time import monotonic, strftime
 from xml.etree import ElementTree
 
@@ -119,7 +120,7 @@ def summary(drops: Sequence[Drop]) -> str:
     broken = [drop for drop in drops if drop.broken]
     return '\n'.join([
         counted(drops), f'where a catch is promised, {counted(promised)}',
-        f'{len(broken):,} promises broken'] + [
+        f'promises broken: {len(broken):,}'] + [
             f'  drop {drop.number}, seed {drop.seed}, {drop.distance:.3f} m away: {drop.broken}'
             for drop in broken[:10]])
 
@@ -132,26 +133,35 @@ def most_telling(drops: Sequence[Drop]) -> Drop:
 
 
 def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list[Drop]:
-    """Make the drops and write the table; return those that were done before a Ctrl-C, or all."""
+    """Make the drops and write the table; return those that were begun before a Ctrl-C, or all."""
     drops: list[Drop] = []
     begin = monotonic()
+    stopped = Event()
+    begun = takewhile(lambda _: not stopped.is_set(), plan.simulations())
+
+    def stop(*_: object) -> None:
+        """Begin no further drop; a second Ctrl-C ends all at once."""
+        stopped.set()
+        signal.signal(signal.SIGINT, on_interrupt)
+
     with open(options.output / TABLE, 'x', encoding='utf-8', newline='') as file:
         file.write(heading(parameters, plan))
         writer = csv.writer(file, lineterminator='\n')
         # The workers begin here and inherit this: a Ctrl-C is for the first process alone.
         on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
         results = Parallel(None if options.dask else options.workers, return_as='generator')(
-            delayed(simulate)(parameters, *one) for one in plan.simulations())
-        signal.signal(signal.SIGINT, on_interrupt)
-        with suppress(KeyboardInterrupt):
-            print(f'{plan.drops:,} drops, into {options.output.resolve()}', flush=True)
-            for drop in tqdm(results, total=plan.drops, unit=' drops', disable=None):
-                row = drop.row()
-                if not drops:
-                    writer.writerow(row)
-                writer.writerow(map(as_text, row.values()))
-                file.flush()
-                drops.append(drop)
+            delayed(simulate)(parameters, *one) for one in begun)
+        signal.signal(signal.SIGINT, stop)
+        # Not before a Ctrl-C keeps the drops: who reads this may send one.
+        print(f'{plan.drops:,} drops, into {options.output.resolve()}', flush=True)
+        for drop in tqdm(results, total=plan.drops, unit=' drops', disable=None):
+            row = drop.row()
+            if not drops:
+                writer.writerow(row)
+            writer.writerow(map(as_text, row.values()))
+            file.flush()
+            drops.append(drop)
+    signal.signal(signal.SIGINT, on_interrupt)
     print(f'{len(drops):,} of {plan.drops:,} drops in {monotonic() - begin:.1f} s\n'
           f'  {options.output / TABLE}', flush=True)
     return drops
@@ -219,6 +229,8 @@ def main(args: Sequence[str] | None = None) -> int:
     except (BrokenExecutor, OSError, ValueError) as error:
         print(f'sweep: {error}', file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        return 128 + signal.SIGINT
     print(f'\n{summary(drops)}')
     return 1 if any(drop.broken for drop in drops) else 0
 
