@@ -150,5 +150,6 @@ def test_a_signal_ends_it_and_all_that_it_has_started(tmp_path):
     process.send_signal(signal.SIGTERM)
     _, said = process.communicate(timeout=60.0)
     assert (process.returncode, said) == (0, 'benchmark: stopped, and nothing written\n')
-    assert not [child for child in started if child.is_running()]
+    # Who has ended is there until somebody takes note of it.
+    assert not psutil.wait_procs(started, timeout=10.0)[1]
     assert not list((tmp_path / 'out').iterdir())
