@@ -21,7 +21,7 @@ from typing import Any
 
 from turtle_referee.arena_rules import ADD, catches, dropped, TEXT
 from turtle_referee.constants import AT_CENTER, CENTER, LIFETIME, NANO, SHOWN, UNREACHABLE
-from turtle_referee.drops import DropWatch, elapsed
+from turtle_referee.drops import DropWatch
 from turtle_referee.names import NUMBERS
 from turtle_referee.record import MarkerHeard, nanoseconds_of, Record
 from turtle_referee.rules import all_but, Broken, Finding, Plot, Rules, Series, some, within
@@ -50,10 +50,10 @@ def verdicts_come_in_time(record: Record) -> Finding:
     # Who has the brick come down on a platform below it need not say anything.
     drops = some([drop for drop in completed(record) if drop.decided is not None
                   or not drop.caught], 'no verdict was needed')
-    left = [elapsed(drop.decided, drop.down) for drop in drops]
+    late = [((drop.decided or inf) - (drop.down or 0)) * NANO for drop in drops]
     return all_but([
-        f'{"no verdict" if isnan(time) else f"{-time:.3f} s late"} on {name_of(drop)}'
-        for drop, time in zip(drops, left) if not time > 0.0], len(drops), 'in time')
+        f'{"no verdict" if time == inf else f"{time:.3f} s late"} on {name_of(drop)}'
+        for drop, time in zip(drops, late) if time >= 0.0], len(drops), 'in time')
 
 
 def reach_plot(record: Record) -> Plot:

@@ -16,14 +16,14 @@
 What becomes of a brick that is dropped, seen from outside: from its transforms and the verdict.
 
 `DropWatch` is fed with what was heard and knows no implementation; the demo and the referee tell
-by it what happens. Instants are integer nanoseconds, lengths in m, times in s.
+by it what happens. Instants are integer nanoseconds, lengths in m.
 """
 
 from collections import deque
 from math import dist, nan
 
 import numpy
-from turtle_referee.constants import NANO, STILL, UNREACHABLE
+from turtle_referee.constants import STILL, UNREACHABLE
 from turtle_referee.geometry import Array, inclination, Pose, Vector
 from turtle_referee.names import NUMBERS
 from turtle_referee.record import Ask, plateau, Record
@@ -36,11 +36,6 @@ TILTED, LEVEL = 0.05, 0.02  # the inclination (rad) from which a platform is, an
 BESIDE = 0.15  # how far (m) outside its radius a brick may be that is on the platform
 HEIGHT = slice(2, 3)  # of a place, the part that tells how high it is
 HISTORY = 400  # the most positions of the brick that are looked back at
-
-
-def elapsed(begin: int | None, end: int | None) -> float:
-    """Return the time (s) from one instant (ns) to another, NaN unless both are known."""
-    return nan if begin is None or end is None else (end - begin) * NANO
 
 
 class DropWatch:
@@ -71,16 +66,6 @@ class DropWatch:
         self.goal: int | None = None  # when a goal was published first after the release
         self.ask: Ask | None = None  # how the service drop answered
         self.should: bool | None = None  # whether it can be caught; None where both may be right
-
-    @property
-    def fall_time(self) -> float:
-        """Return the time from the release to the contact; NaN if there was none."""
-        return elapsed(self.released, self.down)
-
-    @property
-    def slide_time(self) -> float:
-        """Return the time from the first tilt to the brick's leaving; NaN if it did not."""
-        return elapsed(self.tilted, self.floated)
 
     @property
     def decided(self) -> int | None:
