@@ -112,7 +112,7 @@ def seconds_shown(record: Record, shown: list[MarkerHeard]) -> float:
 @rule('text: time', 'a Text marker that lasts for 3 seconds', ['text: kind'])
 def text_lasts(record: Record) -> Finding:
     """Expect {LIFETIME:g} s ± {SHOWN} s for each fall, once."""
-    begins = [*(drop.begin for drop in record.drops), inf]
+    begins = [*(drop.begin for drop in some(record.drops, 'nothing was dropped')), inf]
     falls = [[heard for heard in texts(record)
               if begin <= heard.published < end and heard.marker.action == ADD]
              for begin, end in pairwise(begins)]

@@ -125,18 +125,18 @@ class Hands:
             if place is not None and not fill(request, place):
                 raise LookupError(f'the request of {service} has no fields x, y and z')
             answers = self.observer.listener.ask(client, request)
+            if not self.until(lambda: answers, self.patience):
+                raise LookupError(f'{service} does not answer')
         except LookupError as error:
-            return Ask(begin, time_ns(), place, False, False, str(error))
-        if not self.until(lambda: answers, self.patience):
-            return Ask(begin, time_ns(), place, False, False, f'{service} does not answer')
+            return Ask(begin, time_ns(), place, False, str(error))
         end, response = answers[0]
-        return Ask(begin, end, place, True, bool(getattr(response, 'success', True)),
+        return Ask(begin, end, place, bool(getattr(response, 'success', True)),
                    str(getattr(response, 'message', '')))
 
     def place(self, place: Vector, hovering: float = HOVERING) -> Ask:
         """Place the brick (m), and let it hover for a time (s)."""
         ask = self.ask('place', place)
-        if ask.answered:
+        if ask.accepted:
             self.graph.spin_for(hovering)
         ask = ask._replace(end=time_ns())
         self.record.places.append(ask)
@@ -163,7 +163,7 @@ class Hands:
         try:
             watch.asked = time_ns()
             watch.ask = self.ask('drop')
-            if watch.ask.answered and self.until(lambda: watch.released, self.patience):
+            if watch.ask.accepted and self.until(lambda: watch.released, self.patience):
                 self._see_out(watch)
         finally:
             self.observer.on_news = lambda: None

@@ -25,10 +25,8 @@ import re
 import signal
 import subprocess
 import threading
-from time import monotonic
 
 END_TIME = 15.0  # how long (s) a process may take to end when it is asked to
-GLANCE = 0.05  # how often (s) one looks whether a process has ended that prints nothing
 LAST_LINES = 3  # how many lines of what it said last tell why a process has ended
 
 
@@ -47,6 +45,7 @@ class Process:
         self._listener = listener
         self._printed = threading.Condition()
         self._bytes = b''
+        self._silent = False  # whether it prints no more
         # Without a display, turtlesim draws its window into memory.
         display = {} if os.environ.get('DISPLAY') else {'QT_QPA_PLATFORM': 'offscreen'}
         self._popen = subprocess.Popen(
@@ -78,6 +77,9 @@ class Process:
             if self._listener is not None:
                 for one in lines:
                     self._listener(f'{one.decode(errors="replace")}\n')
+        with self._printed:
+            self._silent = True
+            self._printed.notify_all()
 
     @property
     def output(self) -> str:
@@ -118,17 +120,14 @@ class Process:
 
         :raises TimeoutError: it did not within a time (s), or ended without
         """
-        deadline = monotonic() + timeout
         with self._printed:
-            while True:
-                ended = not self._reader.is_alive()
-                if found := re.search(pattern, self.output):
-                    return found
-                if ended or monotonic() >= deadline:
-                    raise TimeoutError(
-                        f'{self.command} {"ended" if ended else f"ran {timeout:g} s"} without '
-                        f'printing {pattern!r}; it printed:\n{self.output}')
-                self._printed.wait(GLANCE)
+            self._printed.wait_for(
+                lambda: self._silent or re.search(pattern, self.output), timeout)
+            if found := re.search(pattern, self.output):
+                return found
+            raise TimeoutError(
+                f'{self.command} {"ended" if self._silent else f"ran {timeout:g} s"} without '
+                f'printing {pattern!r}; it printed:\n{self.output}')
 
     def wait(self, timeout: float) -> int:
         """Wait until it ends by itself and return its status; TimeoutError after a time (s)."""

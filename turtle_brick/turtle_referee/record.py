@@ -83,14 +83,11 @@ class Ask(NamedTuple):
     begin: int
     end: int
     what: Any
-    answered: bool = True
-    accepted: bool = True  # False where the answer says so in a field named success
+    accepted: bool = True  # False where nobody answers, or a field named success says so
     words: str = ''
 
     def check(self) -> None:
-        """Raise what it says: ValueError if it was refused, TimeoutError if nobody answered."""
-        if not self.answered:
-            raise TimeoutError(self.words)
+        """Raise ValueError, with what it says, if it was refused."""
         if not self.accepted:
             raise ValueError(self.words)
 

@@ -162,7 +162,7 @@ class Trial(Hands):
             try:
                 self.observer.send_tilt(angle)
             except LookupError as error:
-                self.record.tilts.append(Ask(begin, time_ns(), angle, False, False, str(error)))
+                self.record.tilts.append(Ask(begin, time_ns(), angle, False, str(error)))
                 return
             self.graph.spin_for(0.6)
             self.record.tilts.append(Ask(begin, time_ns(), angle))

@@ -490,6 +490,14 @@ def test_what_is_broken_while_the_machine_has_time_is_broken():
         assert ('the machine stood still in' in found.measured) == (due == OPEN)
 
 
+def test_nothing_is_broken_that_was_seen_in_a_stall_alone():
+    record = exercise(rate=10.0, gravity=15.0, slip=2.0, drift=1.0)
+    silence(record, None)
+    record.stalls = [(at(-1.0), at(10.0))]
+    broken = {one.name for one in referee.RULES.judge(record) if one.mark == BROKEN}
+    assert broken == set()
+
+
 # ------------------------------------------------------------------------------- odd records
 
 def test_who_publishes_no_velocity_is_not_judged_by_it():

@@ -11,16 +11,18 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""How judgements are told on the terminal, as JSON, CSV and pages: of one graph, and of many."""
+"""What the referee is told in options and files, and how it tells of one graph and of many."""
 
 import csv
 import json
 from math import inf, nan
+import sys
 from xml.etree import ElementTree
 
 from browser import Chromium, find_chromium
 import pytest
 from turtle_referee import referee, telling
+from turtle_referee.names import Profile, ProfileError
 from turtle_referee.rules import BROKEN, Judgement, KEPT, OPEN, Plot, Series
 
 JUDGEMENTS = [
@@ -133,3 +135,35 @@ def test_what_can_not_be_summed_up_is_said(tmp_path, capsys):
     for options in (['--csv', 'x.csv'], ['--summary', str(tmp_path), '--', 'true']):
         with pytest.raises(SystemExit):
             referee.main(options)
+
+
+# ----------------------------------------------------------------------- what the referee is told
+
+@pytest.mark.parametrize('text, complaint', (
+    ('topics: {tlit: x}', "topics.tlit: 'x' means nothing; there are: cmd_vel, odom"),
+    ('names: {tilt: x}', "names.tilt: 'x' means nothing; there are: topics, services, numbers"),
+    ('topics: {tilt: ""}', "topics.tilt: '' means nothing"),
+    ('numbers: {platform_radius: true}', 'platform_radius: True means nothing'),
+    ('topics: tilt', 'has no attribute'),
+    ('{', 'while parsing')))
+def test_profiles_that_can_not_be_used(tmp_path, text, complaint):
+    path = tmp_path / 'profile.yaml'
+    path.write_text(text)
+    with pytest.raises(ProfileError) as caught:
+        Profile().load(path)
+    assert f'{path}: ' in str(caught.value) and complaint in str(caught.value)
+
+
+def test_what_differs_is_taken_over(tmp_path):
+    path = tmp_path / 'profile.yaml'
+    path.write_text('topics: {tilt: tray}\nservices: {place: put}\nnumbers: {wheel_radius: 1}')
+    profile = Profile()
+    profile.load(path)
+    assert (profile.topics['tilt'], profile.topics['odom']) == ('tray', 'odom')
+    assert (profile.services['place'], profile.numbers) == ('put', {'wheel_radius': 1.0})
+
+
+@pytest.mark.parametrize('dashes', [['--'], []])
+def test_the_command_is_found_behind_dashes_that_ros2_run_may_have_taken(dashes):
+    options, command = referee.parse(['--verbose', *dashes, sys.executable, '-c', 'pass'])
+    assert (options.verbose, command) == (True, [sys.executable, '-c', 'pass'])
