@@ -20,7 +20,7 @@ any implementation will do. It also asks for what a user would, and says nothing
 """
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
 from statistics import fmean
 from time import time_ns
@@ -31,7 +31,6 @@ import psutil
 from rcl_interfaces.srv import GetParameters
 from rclpy.client import Client
 from rclpy.node import Node
-from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
@@ -150,8 +149,11 @@ class Observer(Node):
         self.fetched_at = time_ns()  # when (ns) what has come was fetched last
         self._looked_at = 0
         self._heard_topics: set[str] = set()
-        self._topics_told: dict[str, Publisher] = {}
-        self._services_asked: dict[str, Client] = {}
+        # each made when it is needed first
+        self._publisher: Callable[[str, Any], Any] = cache(
+            lambda name, kind: self.create_publisher(kind, self.record.profile.topics[name], 10))
+        self._client: Callable[[str, Any], Client] = cache(
+            lambda name, kind: self.listener.create_client(kind, name))
         psutil.cpu_percent(percpu=True)  # since when the next one tells
         for topic, static in (('/tf', False), ('/tf_static', True)):
             self.listener.listen(
@@ -244,13 +246,6 @@ class Observer(Node):
                     return
         raise LookupError(f'nobody hears {topic}, or no angle is in it')
 
-    def _publisher(self, name: str, message_type: Any) -> Publisher:
-        """Return the publisher of a topic, made when it is needed first."""
-        if name not in self._topics_told:
-            self._topics_told[name] = self.create_publisher(
-                message_type, self.record.profile.topics[name], 10)
-        return self._topics_told[name]
-
     def client(self, name: str) -> Any:
         """Return the client of 'place' or 'drop', as the graph has it; LookupError without it."""
         full = self.resolve_service_name(self.record.profile.services[name])
@@ -258,12 +253,6 @@ class Observer(Node):
         if not kinds:
             raise LookupError(f'there is no service {full}')
         return self._client(full, load_type(kinds[0]))
-
-    def _client(self, name: str, service_type: Any) -> Client:
-        """Return the client of a service, made when it is needed first."""
-        if name not in self._services_asked:
-            self._services_asked[name] = self.listener.create_client(service_type, name)
-        return self._services_asked[name]
 
     def parameter_clients(self) -> list[Client]:
         """Return a client for the parameters of each other node."""
