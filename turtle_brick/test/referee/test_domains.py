@@ -11,14 +11,11 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Nobody is disturbed: a free domain is free, a reserved one is reserved, and ROS stays here."""
-
-import os
+"""Nobody is disturbed: a free domain is free, and a reserved one is reserved."""
 
 from live_graph import LiveGraph
 import pytest
-from turtle_referee.domains import (DomainError, is_empty, keep_to_this_machine, RANGE_VARIABLES,
-                                    reserved_domain)
+from turtle_referee.domains import DomainError, is_empty, reserved_domain
 
 
 def test_the_first_candidate_that_nobody_has_is_taken():
@@ -40,14 +37,3 @@ def test_a_domain_is_not_empty_while_a_node_is_in_it():
         pass
     second.close()
     assert is_empty(free)
-
-
-@pytest.mark.parametrize('variable', (None, *RANGE_VARIABLES))
-def test_the_user_has_the_last_word_on_how_far_ros_is_heard(monkeypatch, variable):
-    for name in RANGE_VARIABLES:
-        monkeypatch.delenv(name, raising=False)
-    if variable is not None:
-        monkeypatch.setenv(variable, 'as I said')
-    keep_to_this_machine()
-    assert {name: os.environ[name] for name in RANGE_VARIABLES if name in os.environ} == (
-        {variable: 'as I said'} if variable else {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'})
