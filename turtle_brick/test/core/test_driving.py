@@ -31,7 +31,7 @@ from turtle_brick.core.driving import (CommandPath, Driver, PERIOD, STALE, TickC
                                        within_arena)
 from turtle_brick.core.parameters import load
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, TICK, Turtle, TurtlePose
-from turtle_brick.tools.simulation import Delays, Simulation
+from turtle_brick.tools.simulation import Delays, JITTER, Simulation
 
 PARAMETERS = load()
 RADIUS = 0.5
@@ -43,8 +43,8 @@ class Bench(Simulation):
     """Robot and turtlesim of a simulation, watched, without arena and catcher; instants in s."""
 
     def __init__(self, speed, start=(5.5, 5.5, 0.0), seed=0, jitter=True, driver=None):
-        delays = Delays(tick_jitter=0.002, robot_jitter=0.0003) if jitter else Delays()
-        super().__init__(replace(PARAMETERS, max_velocity=speed), seed, delays, start)
+        super().__init__(replace(PARAMETERS, max_velocity=speed), seed,
+                         JITTER if jitter else Delays(), start)
         self._physics_at = self._catcher_at = inf
         self.driver = driver or self.driver
         self.speed = speed

@@ -41,11 +41,11 @@ def refused(mapping, used=Parameters):
 
 
 def written(directory, text):
-    """Write a parameter file, of a text or a section; return its path."""
+    """Write a parameter file, of a text or a section without its Ellipses; return its path."""
     path = directory / 'turtle.yaml'
     if not isinstance(text, str):
         section = {name: list(value) if isinstance(value, tuple) else value
-                   for name, value in text.items()}
+                   for name, value in text.items() if value is not ...}
         text = yaml.safe_dump({'/**': {'ros__parameters': section}})
     path.write_text(text, encoding='utf-8')
     return path

@@ -13,7 +13,6 @@
 # limitations under the License.
 """The robot's description: what it shows, and that it has the rules of core.parameters."""
 
-from dataclasses import asdict
 from math import atan2, copysign, hypot, inf, nan, nextafter, pi, sin
 from random import Random
 
@@ -22,16 +21,14 @@ from hypothesis import strategies as st
 from laws import law
 import numpy as np
 import pytest
+from test_parameters import DEFAULTS, written
 from turtle_brick.core.dimensions import least_height
 from turtle_brick.core.parameters import default_path, load, ParameterError, TABLE
 from turtle_referee.robot_model import RobotModel
 import xacro
-import yaml
 
 XACRO = default_path().parents[1] / 'urdf' / 'turtle.urdf.xacro'
 SHAPE = ('platform_height', 'platform_radius', 'platform_thickness', 'wheel_radius')
-DEFAULTS = {name: list(value) if isinstance(value, tuple) else value
-            for name, value in asdict(load()).items()}
 UP, DOWN = (0, 0, 1), (0, 0, -1)
 
 
@@ -53,15 +50,6 @@ class Robot(RobotModel):
                     (beyond,) = solid.size
             reaches.append(direction @ pose.position + beyond)
         return max(reaches)
-
-
-def written(directory, **changes):
-    """Write a parameter file with changes, Ellipsis for what is left out; return its path."""
-    section = {name: value for name, value in {**DEFAULTS, **changes}.items()
-               if value is not ...}
-    path = directory / 'turtle.yaml'
-    path.write_text(yaml.safe_dump({'/**': {'ros__parameters': section}}), encoding='utf-8')
-    return path
 
 
 def described(path):
@@ -122,8 +110,8 @@ def test_geometry_follows_from_the_parameters(tmp_path_factory, wheel, proportio
     thickness = min(max(flatness * radius, 0.001), 10.0)
     height = least_height(radius, thickness, wheel) + spare
     robot = Robot(described(written(
-        tmp_path_factory.getbasetemp(), platform_height=height, platform_radius=radius,
-        platform_thickness=thickness, wheel_radius=wheel)))
+        tmp_path_factory.getbasetemp(),
+        {**DEFAULTS, **dict(zip(SHAPE, (height, radius, thickness, wheel)))})))
     for turn in (0.0, 0.4, 2.0):
         angles = {'stem_joint': turn, 'wheel_joint': 2.7 * turn}
         assert robot.extent('wheel', DOWN, **angles) == pytest.approx(0, abs=1e-9)
@@ -175,14 +163,14 @@ def telling():
 def test_python_and_xacro_give_the_same_verdicts(tmp_path):
     admitted = 0
     for changes in telling():
-        python, from_xacro = verdicts(written(tmp_path, **changes))
+        python, from_xacro = verdicts(written(tmp_path, {**DEFAULTS, **changes}))
         assert python == from_xacro, changes
         admitted += python is None
     assert admitted == 7
     # What does not shape the robot is left to the nodes.
-    others = {name: ... for name in DEFAULTS if name not in SHAPE}
-    assert verdicts(path := written(tmp_path, **others, mass=3.0))[1] is None
+    shape = {name: DEFAULTS[name] for name in SHAPE}
+    assert verdicts(written(tmp_path, {**shape, 'mass': 3.0}))[1] is None
     for text in ('', '3', '/**: 3', '/**:\n  ros__parameters:', 'arena: {ros__parameters: {}}'):
-        path.write_text(text, encoding='utf-8')
+        path = written(tmp_path, text)
         sentence = f"{path}: there are no parameters under '/**: ros__parameters:'"
         assert verdicts(path) == (sentence, sentence)
