@@ -11,9 +11,16 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""What tests of laws share: how many random cases, and times in ns."""
+"""What tests of laws share: how many random cases, times in ns, and the installed parameters."""
 
 from hypothesis import settings
+from turtle_brick.core.parameters import load
+from turtle_brick.core.reachability import resting_height
+
+PARAMETERS = load()
+GRAVITY = PARAMETERS.gravity_accel
+REST = resting_height(PARAMETERS)
+SECOND = 1_000_000_000
 
 
 def law(examples: int) -> settings:

@@ -26,21 +26,15 @@ from random import Random
 
 from hypothesis import given
 from hypothesis import strategies as st
-from laws import law, seconds
+from laws import GRAVITY, law, PARAMETERS, REST, SECOND, seconds
 import pytest
 from turtle_brick.core.catch_logic import (AT_GOAL, Catcher, CENTER, DriveOrder, LAST_WORD,
                                            PATIENCE, Progress, RAMP, State, TiltOrder)
 from turtle_brick.core.driving import within_arena
 from turtle_brick.core.geometry import from_pitch, Pose
-from turtle_brick.core.parameters import load
-from turtle_brick.core.reachability import Decision, resting_height
+from turtle_brick.core.reachability import Decision
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.physics import Phase, STEP, World
-
-PARAMETERS = load()
-GRAVITY = PARAMETERS.gravity_accel
-REST = resting_height(PARAMETERS)
-SECOND = 1_000_000_000
 
 
 class Stage:

@@ -25,15 +25,13 @@ from random import Random
 
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from laws import law
+from laws import law, PARAMETERS
 import pytest
 from turtle_brick.core.driving import (CommandPath, Driver, PERIOD, STALE, TickClock, travel_time,
                                        within_arena)
-from turtle_brick.core.parameters import load
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, TICK, Turtle, TurtlePose
 from turtle_brick.tools.simulation import Delays, JITTER, Simulation
 
-PARAMETERS = load()
 RADIUS = 0.5
 # The longest time from publishing a command to the tick that takes it.
 QUEUE = 0.077

@@ -19,15 +19,10 @@ from math import cos, isnan, pi, sin, sqrt
 
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from laws import law, seconds
+from laws import GRAVITY, law, SECOND, seconds
 import pytest
 from turtle_brick.core.fall_detection import Fall, FallDetector
-from turtle_brick.core.parameters import load
 from turtle_brick.physics import STEP
-
-PARAMETERS = load()
-GRAVITY = PARAMETERS.gravity_accel
-SECOND = 1_000_000_000
 
 gravities = st.floats(0.5, 30.0)
 heights = st.floats(0.5, 30.0)

@@ -19,17 +19,15 @@ from random import Random
 
 from hypothesis import given
 from hypothesis import strategies as st
-from laws import law, seconds
+from laws import law, PARAMETERS, SECOND, seconds
 import pytest
-from test_catch_logic import COURSE, PARAMETERS, Stage
+from test_catch_logic import COURSE, Stage
 from turtle_brick.core.catch_logic import DriveOrder, State, TiltOrder
 from turtle_brick.core.driving import PERIOD
 from turtle_brick.core.latency import (CLOCK_TOLERANCE, Latency, LOSS_RESERVE, LOSSES, MEMORY,
                                        USUAL_AGE)
 from turtle_brick.core.reachability import COMMAND_LATENCY, Decision, guaranteed_distance
 from turtle_brick.physics import Phase, STEP
-
-SECOND = 1_000_000_000
 
 
 @law(40)

@@ -19,23 +19,17 @@ from math import hypot, inf, sqrt
 
 from hypothesis import given
 from hypothesis import strategies as st
-from laws import law, seconds
+from laws import GRAVITY, law, PARAMETERS, REST, SECOND, seconds
 import pytest
 from turtle_brick.core.driving import travel_time
 from turtle_brick.core.fall_detection import Fall
 from turtle_brick.core.geometry import from_pitch, Pose
 from turtle_brick.core.latency import Latency
-from turtle_brick.core.parameters import load
 from turtle_brick.core.reachability import (CARRY_ON, COMMAND_LATENCY, guaranteed_distance,
                                             LEVEL_LATENCY, reach, resting_height, RobotMotion,
                                             Track)
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-
-PARAMETERS = load()
-GRAVITY = PARAMETERS.gravity_accel
-REST = resting_height(PARAMETERS)
-SECOND = 1_000_000_000
 
 inside = st.floats(0.0, ARENA_SIZE)
 other_robots = st.builds(
