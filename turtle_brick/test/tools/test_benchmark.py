@@ -99,10 +99,14 @@ def test_the_chain_is_found_whatever_was_heard_before_the_release():
 
 def test_what_a_process_uses_is_told():
     """Of this one, which works all the time, as the system books it, and of one that sleeps."""
-    busy, begin, before = psutil.Process(), monotonic(), process_time()
+    begin, before = monotonic(), process_time()
+
+    def work() -> None:
+        while monotonic() < begin + 0.5:
+            pass
+
     with psutil.Popen(['sleep', '60']) as idle:
-        cores = benchmark.cores({'busy': busy, 'idle': idle}, lambda: [
-            None for _ in iter(lambda: monotonic() > begin + 0.5, True)])
+        cores = benchmark.cores({'busy': psutil.Process(), 'idle': idle}, work)
         booked = (process_time() - before) / (monotonic() - begin)
         idle.kill()
     assert cores == {'busy': pytest.approx(booked, abs=0.1), 'idle': pytest.approx(0.0, abs=0.03)}
