@@ -245,6 +245,8 @@ class Scene(Graph):
         self.remove(gun)
         self.spin_for(AHEAD * NANO)  # which a message may be ahead
         self.look()
+        self.until(lambda: self.hands.sees_everything()
+                   and self.observer.count_subscribers('tilt'), 'all are there')
         self.put((*CENTER, EASY_HEIGHT))  # away from wherever it was led
         self.until(is_calm, 'the robot obeys')
         self.recover()
