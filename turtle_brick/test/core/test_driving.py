@@ -231,7 +231,7 @@ class Wanderer(CommandPath):
         return velocity
 
 
-@law(8)
+@law(20)
 @given(seed=seeds, theta=headings, hold=st.integers(1, 30), x=st.sampled_from((0.05, 5.5)))
 def test_predicts_the_pose_at_which_a_command_takes_effect(seed, theta, hold, x):
     """Whatever was commanded before, a while of standing still first; walls included."""
