@@ -326,6 +326,8 @@ def test_test_runs_are_those_recorded(record, runs, files):
         has_ended(re.sub(r'(?m)^(\[.*log files.*below ).*', r'\1$LOGDIR', normal(text, files)))
         for text in (done.text, done.error, record['stdout'], record['stderr']))
     said, expected = (sorted(sum(by_speaker(text).values(), [])) for text in (said, expected))
+    if 'exit code -2' in record['stdout']:  # Python may say so, if it is interrupted as it starts
+        said = [line for line in said if not line.startswith('[wait-1] ')]
     assert said == expected
     # from 3.12 on unittest says so of no tests
     assert error.replace('NO TESTS RAN', 'OK').split('\n')[-8:] == complaint.split('\n')[-8:]
