@@ -50,6 +50,7 @@ from turtle_brick.physics import STEP
 from turtle_brick.ros.tf import BASE_LINK, BRICK
 from turtle_brick.tools import plots
 from turtle_brick.tools.demo import random_brick
+from turtle_brick.tools.simulation import at_least_one
 from turtle_referee.domains import DomainError, reserved_domain
 from turtle_referee.drops import DropWatch
 from turtle_referee.hands import Hands
@@ -225,7 +226,7 @@ def main(args: Sequence[str] | None = None) -> int:
         formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--seconds', type=float, default=60.0, metavar='T',
                         help='length of a window (s, default: 60); there are two, and the drops')
-    parser.add_argument('--drops', type=int, default=20, metavar='N',
+    parser.add_argument('--drops', type=at_least_one, default=20, metavar='N',
                         help='how many bricks are dropped (default: 20)')
     parser.add_argument('--output', type=Path, default=Path('.'), metavar='DIR',
                         help='where latency.png goes (default: here)')

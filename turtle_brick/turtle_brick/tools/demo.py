@@ -44,7 +44,7 @@ from turtle_brick.core.parameters import load, ParameterError, Parameters
 from turtle_brick.core.reachability import COMMAND_LATENCY, guaranteed_distance, resting_height
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.tools.graph import Graph
-from turtle_brick.tools.simulation import promised_distance
+from turtle_brick.tools.simulation import at_least_one, promised_distance
 from turtle_referee.domains import (DomainError, DOMAINS, is_empty, keep_to_this_machine,
                                     LAST_DOMAIN, reserved_domain)
 from turtle_referee.drops import DropWatch
@@ -237,11 +237,12 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument(
         '--place', nargs=3, type=float, action='append', metavar=('X', 'Y', 'Z'), default=[],
         help='drop a brick from here (m, in the world) instead of the usual two; repeatable')
-    parser.add_argument('--drops', type=int, metavar='N', help='drop N random bricks instead')
+    parser.add_argument('--drops', type=at_least_one, metavar='N',
+                        help='drop N random bricks instead')
     parser.add_argument(
         '--seed', type=int, default=1, metavar='N', help='of the random bricks (default: 1)')
     parser.add_argument(
-        '--arenas', type=int, default=1, metavar='N',
+        '--arenas', type=at_least_one, default=1, metavar='N',
         help='N arenas side by side, each in a namespace of its own, arena_1, arena_2, ...; '
         'each takes half a core or more')
     parser.add_argument(

@@ -23,6 +23,7 @@ seed, so that every run can be repeated. `simulate` makes one drop with the robo
 center, for tables and figures, and `trace` repeats it to be drawn.
 """
 
+from argparse import ArgumentTypeError
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -374,3 +375,10 @@ def trace(parameters: Parameters, drop: Drop) -> list[Sample]:
     simulation.rest(0.3)
     release = next(sample.time for sample in samples if sample.phase is Phase.FALLING)
     return [sample._replace(time=sample.time - release) for sample in samples]
+
+
+def at_least_one(text: str) -> int:
+    """Read a whole number that counts something."""
+    if not text.isdecimal() or int(text) < 1:
+        raise ArgumentTypeError(f'{text!r} is no whole number from 1 on')
+    return int(text)

@@ -50,7 +50,7 @@ from tqdm import tqdm
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import default_path, load, Parameters
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.tools.simulation import counted, Drop, simulate, trace
+from turtle_brick.tools.simulation import at_least_one, counted, Drop, simulate, trace
 
 TABLE = 'drops.csv'
 
@@ -175,13 +175,6 @@ def draw(drops: Sequence[Drop], parameters: Parameters, directory: Path) -> None
     plots.one_drop(trace(parameters, chosen), chosen, parameters, directory / 'drop.png')
     for name in ('map.png', 'drop.png'):
         print(f'  {directory / name}')
-
-
-def at_least_one(text: str) -> int:
-    """Read a whole number that counts something."""
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f'{text!r} is no whole number from 1 on')
-    return int(text)
 
 
 def main(args: Sequence[str] | None = None) -> int:
