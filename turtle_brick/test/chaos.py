@@ -39,7 +39,7 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.time import Time
 from turtle_brick.core.latency import MEMORY
-from turtle_brick.ros.tf import AHEAD
+from turtle_brick.ros.tf import MAX_AHEAD_NS
 from turtle_brick.tools.graph import Graph
 from turtle_referee.constants import ARENA_SIZE, CENTER, NANO, NANOSECONDS
 from turtle_referee.domains import reserved_domain
@@ -151,7 +151,7 @@ class Scene(Graph):
         self.look()
         self.until(lambda: self.hands.sees_everything() and self.hands.is_at_rest()
                    and 'are in sight' in self.processes['catcher'].output
-                   and self.phase in ('hovering', 'floating', 'on the ground'),
+                   and self.phase in ('hovering', 'floating', 'grounded'),
                    'all speak, the robot rests, and the brick is off the platform')
 
     def put(self, place: Vector) -> None:
@@ -243,7 +243,7 @@ class Scene(Graph):
             send(filled(kind(), self.random))
             self.spin_for(PAUSE)
         self.remove(gun)
-        self.spin_for(AHEAD * NANO)  # which a message may be ahead
+        self.spin_for(MAX_AHEAD_NS * NANO)  # which a message may be ahead
         self.look()
         self.until(lambda: self.hands.sees_everything()
                    and self.observer.count_subscribers('tilt'), 'all are there')

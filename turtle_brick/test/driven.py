@@ -28,24 +28,24 @@ from tf2_msgs.msg import TFMessage
 from turtle_brick.arena import Arena
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose
 from turtle_brick.core.parameters import load
-from turtle_brick.core.time_steps import NANOSECONDS
-from turtle_brick.physics import Phase, STEP
+from turtle_brick.core.time_steps import NS_PER_SECOND
+from turtle_brick.physics import Phase, STEP_NS
 from turtle_brick.ros.tf import BRICK, PLATFORM, transform_message, WORLD
 from turtle_brick_interfaces.srv import Place
 
 PARAMETERS = load()
 
-TICK = 20_000_000
+TICK_NS = 20_000_000
 """By how much (ns) the time goes on at once: as long as the catcher's period, five steps."""
 
-LONGEST = 30.0
+MAX_DURATION = 30.0
 """How long (s) anything may take in that time."""
 
-PUNCTUAL = SimpleNamespace(timer_period_ns=STEP, time_until_next_call=lambda: STEP)
+PUNCTUAL_TIMER = SimpleNamespace(timer_period_ns=STEP_NS, time_until_next_call=lambda: STEP_NS)
 """A node's timer that is called when it is due."""
 
 
-def sent(publisher: Any) -> list[Any]:
+def record_published(publisher: Any) -> list[Any]:
     """Return a list to which all that a publisher publishes from now on is added, too."""
     messages: list[Any] = []
     publish = publisher.publish
@@ -58,7 +58,7 @@ def sent(publisher: Any) -> list[Any]:
     return messages
 
 
-class Stage:
+class SteppedGraph:
     """
     Nodes that are called instead of spun, and hear of TF and time at once.
 
@@ -68,7 +68,7 @@ class Stage:
     def __init__(self, live: LiveGraph, *node_types: type[Node]) -> None:
         """Bring up the arena, and nodes of these types, with a level platform at (5, 5)."""
         self.live = live
-        self.now = 50 * NANOSECONDS
+        self.now = 50 * NS_PER_SECOND
         self.platform: tuple[float, ...] | None = (5.0, 5.0, 0.0, 0.0)
         """Where the platform is (m), its yaw and its tilt (rad); None: nobody says so."""
         self.bricks: list[Any] = []
@@ -78,7 +78,7 @@ class Stage:
         for node in self.nodes:
             for timer in node.timers:
                 timer.cancel()
-            node.timer = PUNCTUAL
+            node.timer = PUNCTUAL_TIMER
         self.arena = self.nodes[0]
         self.world = self.arena.world
         self.arena.tf_broadcaster.sendTransform = self.hear
@@ -93,10 +93,10 @@ class Stage:
     def move(self, seconds: float) -> None:
         """Move the platform, as the time goes on."""
 
-    def tick(self, by: int = TICK) -> None:
+    def tick(self, by: int = TICK_NS) -> None:
         """Let the time go on (ns), or jump, and every node do what is due."""
         self.now += by
-        self.move(by / NANOSECONDS)
+        self.move(by / NS_PER_SECOND)
         now = Time(nanoseconds=self.now, clock_type=ClockType.ROS_TIME)
         for node in self.nodes:
             node.get_clock().set_ros_time_override(now)
@@ -110,14 +110,14 @@ class Stage:
 
     def run(self, seconds: float) -> None:
         """Let a time (s) go by."""
-        for _ in range(round(seconds * NANOSECONDS / TICK)):
+        for _ in range(round(seconds * NS_PER_SECOND / TICK_NS)):
             self.tick()
 
     def until(self, condition: Callable[[], Any] | Phase, what: str = '') -> None:
         """Let the time go on until something is so, or the brick is in a phase."""
         if isinstance(condition, Phase):
             phase, condition, what = condition, lambda: self.world.phase is phase, condition.value
-        end = self.now + LONGEST * NANOSECONDS
+        end = self.now + MAX_DURATION * NS_PER_SECOND
         while not condition():
             assert self.now < end, what
             self.tick()

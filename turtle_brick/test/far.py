@@ -41,9 +41,9 @@ import sys
 from time import monotonic
 
 from rcl_interfaces.msg import Log
-from turtle_brick.core.driving import within_arena
 from turtle_brick.core.parameters import default_path, load
 from turtle_brick.core.reachability import COMMAND_LATENCY, guaranteed_distance, resting_height
+from turtle_brick.core.turtlesim_kinematics import within_arena
 from turtle_brick.tools.graph import Graph
 from turtle_referee.hands import Hands
 from turtle_referee.observer import how_to_hear, Observer

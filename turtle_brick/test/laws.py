@@ -19,8 +19,8 @@ from turtle_brick.core.reachability import resting_height
 
 PARAMETERS = load()
 GRAVITY = PARAMETERS.gravity_accel
-REST = resting_height(PARAMETERS)
-SECOND = 1_000_000_000
+REST_Z = resting_height(PARAMETERS)
+NS_PER_SECOND = 1_000_000_000
 
 
 def law(examples: int) -> settings:

@@ -42,13 +42,13 @@ from turtle_referee.observer import DEPTH, Listener
 from turtle_referee.processes import Process
 from turtle_referee.record import rate
 
-GLANCE = 0.005
+FETCH_PERIOD = 0.005
 """How often (s) one looks at what has come."""
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """To hear the last messages of a latched topic, however many publish it, or to latch some."""
 
-PATIENCE = 30.0
+TIMEOUT = 30.0
 """How long (s) something may take that comes at once on a quiet machine."""
 
 ENDED = (0, -signal.SIGALRM)
@@ -106,7 +106,7 @@ class LiveGraph(Graph):
         found: list[Any] = []
 
         def look() -> bool:
-            if monotonic() > self._fetched + GLANCE:
+            if monotonic() > self._fetched + FETCH_PERIOD:
                 self.hear()
             found[:] = [predicate()]
             return bool(found[0])
@@ -140,26 +140,26 @@ class LiveGraph(Graph):
 
     def rates(self, recordings: Sequence[Recording], count: int) -> list[float]:
         """Return how often (Hz) the next messages of recordings are published, so many of each."""
-        self.wait_for(lambda: all(recording.messages for recording in recordings), PATIENCE,
+        self.wait_for(lambda: all(recording.messages for recording in recordings), TIMEOUT,
                       'all to be heard')
         for recording in recordings:
             recording.clear()
         self.wait_for(lambda: all(len(recording.times) >= count for recording in recordings),
-                      PATIENCE, f'{count} messages on each topic')
+                      TIMEOUT, f'{count} messages on each topic')
         return [rate(recording.times) for recording in recordings]
 
     def publisher(self, topic: str, message_type: type, qos: QoSProfile | int = 10) -> Publisher:
         """Make a publisher that somebody hears."""
         publisher = self.listener.create_publisher(message_type, topic, qos)
-        self.wait_for(publisher.get_subscription_count, PATIENCE, f'somebody to hear {topic}')
+        self.wait_for(publisher.get_subscription_count, TIMEOUT, f'somebody to hear {topic}')
         return publisher
 
     def call(self, service: str, service_type: type, request: Any = None) -> Any:
         """Return a service's response."""
         client = self.listener.create_client(service_type, service)
-        self.wait_for(client.service_is_ready, PATIENCE, f'the service {service}')
+        self.wait_for(client.service_is_ready, TIMEOUT, f'the service {service}')
         future = client.call_async(service_type.Request() if request is None else request)
-        self.wait_for(future.done, PATIENCE, f'an answer of {service}')
+        self.wait_for(future.done, TIMEOUT, f'an answer of {service}')
         self.listener.destroy_client(client)
         return future.result()
 
@@ -180,7 +180,7 @@ class NodeProcess(Process):
 
 @contextlib.contextmanager
 def process(command: Sequence[str], domain_id: int, *, stop: int | None = signal.SIGINT,
-            timeout: float = PATIENCE) -> Iterator[NodeProcess]:
+            timeout: float = TIMEOUT) -> Iterator[NodeProcess]:
     """
     Run a program with its arguments, and see that it ends as it should.
 

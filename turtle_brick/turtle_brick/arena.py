@@ -24,6 +24,8 @@ Publishes:
     brick_marker (visualization_msgs/Marker, latched): the brick in its own frame, with its phase
         as text and color; once per second and when the phase changes. The page in the browser
         takes the phase from that text, which rviz2 does not show
+    brick_state (std_msgs/String, latched): hovering, falling, riding, floating or grounded;
+        published at the start and when it changes
 
 Services:
     place (turtle_brick_interfaces/Place): let the brick hover at a point of the world (m)
@@ -46,17 +48,18 @@ from typing import Any
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from rclpy.time import Time
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_ros import Buffer, TransformBroadcaster
 from turtle_brick.core.geometry import Color, Pose, Vector
 from turtle_brick.core.parameters import ArenaParameters
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.core.time_steps import due_instant, NANO, StepClock
+from turtle_brick.core.time_steps import due_time, SECONDS_PER_NS, StepClock
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.physics import Phase, STEP, World
+from turtle_brick.physics import Phase, STEP_NS, World
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.node_parameters import declare_parameters
-from turtle_brick.ros.tf import (BRICK, GuardedListener, LATCHED, PLATFORM, recent,
+from turtle_brick.ros.tf import (BRICK, GuardedListener, LATCHED, PLATFORM, recent_pose,
                                  transform_message, WORLD)
 from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
@@ -95,7 +98,7 @@ class Arena(Node):
         self.world = World.from_parameters(parameters)
         self.phase = self.world.phase
         """The brick's phase at the last step."""
-        self.step_clock = StepClock(STEP)
+        self.step_clock = StepClock(STEP_NS)
         self.last_run = monotonic()
         """When the physics ran last, by a clock that nobody sets (s)."""
         self.is_answering = False
@@ -108,7 +111,9 @@ class Arena(Node):
         self.walls_publisher = self.create_publisher(MarkerArray, 'walls', LATCHED)
         self.walls_publisher.publish(walls(ARENA_SIZE, parameters.wall_height))
         self.marker_publisher = self.create_publisher(Marker, 'brick_marker', LATCHED)
+        self.state_publisher = self.create_publisher(String, 'brick_state', LATCHED)
         self.publish_marker()
+        self.publish_state()
 
         place = self.create_service(Place, 'place', self.on_place)
         drop = self.create_service(Trigger, 'drop', self.on_drop)
@@ -117,7 +122,7 @@ class Arena(Node):
             *commands(place.service_name, drop.service_name, parameters.brick_start))))
 
         self.create_timer(MARKER_PERIOD, self.publish_marker)
-        self.timer = self.create_timer(STEP * NANO, self.on_timer)
+        self.timer = self.create_timer(STEP_NS * SECONDS_PER_NS, self.on_timer)
 
     def on_place(self, request: Place.Request, response: Place.Response) -> Place.Response:
         """Place the brick, or say why it can't be there."""
@@ -151,9 +156,9 @@ class Arena(Node):
             return  # Simulated time that has not begun.
         # A brick that rides is a step ahead: its latest transform is then no older than the
         # platform's, and a lookup of the latest sees both at one instant.
-        ahead = STEP if self.world.phase is Phase.RIDING else 0
-        instants = self.step_clock.due(now + ahead, due_instant(self.timer, now))
-        jump = self.step_clock.jump * NANO
+        ahead = STEP_NS if self.world.phase is Phase.RIDING else 0
+        instants = self.step_clock.due(now + ahead, due_time(self.timer, now))
+        jump = self.step_clock.jump * SECONDS_PER_NS
         stood, self.last_run = monotonic() - self.last_run, monotonic()
         if jump:
             what = ('The clock was set back by' if jump < 0.0 else
@@ -172,22 +177,27 @@ class Arena(Node):
             self.get_logger().info('The brick is {} at ({:.2f}, {:.2f}, {:.2f})'.format(
                 self.phase.value, *self.world.brick))
             self.publish_marker()
+            self.publish_state()
 
     def step(self, instant: int, is_held: bool) -> TransformStamped:
         """Take the step that belongs to an instant (ns), or hold; return where the brick is."""
-        pose = recent(self.tf_buffer, PLATFORM, instant)
+        pose = recent_pose(self.tf_buffer, PLATFORM, instant)
         self.world.platform = Platform(pose) if pose else None
         if not is_held:
             self.world.step()
         stamp = Time(nanoseconds=instant).to_msg()
-        if self.world.on_platform is not None:
-            return transform_message(PLATFORM, BRICK, self.world.on_platform, stamp)
+        if self.world.pose_on_platform is not None:
+            return transform_message(PLATFORM, BRICK, self.world.pose_on_platform, stamp)
         return transform_message(
             WORLD, BRICK, Pose(self.world.brick, self.world.orientation), stamp)
 
     def publish_marker(self) -> None:
         """Show the brick and its phase."""
         self.marker_publisher.publish(brick_marker(self.phase, self.world.size))
+
+    def publish_state(self) -> None:
+        """Publish the state of the brick."""
+        self.state_publisher.publish(String(data=self.phase.value))
 
 
 def brick_marker(phase: Phase, size: Vector) -> Marker:

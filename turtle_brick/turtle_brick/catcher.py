@@ -50,11 +50,11 @@ from turtle_brick.core.catch_logic import Catcher, DriveOrder, PERIOD, TiltOrder
 from turtle_brick.core.parameters import CatcherParameters
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.core.time_steps import due_instant, NANO, nanoseconds_of
+from turtle_brick.core.time_steps import due_time, nanoseconds_of, SECONDS_PER_NS
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.node_parameters import declare_parameters
-from turtle_brick.ros.tf import (BASE_LINK, BRICK, GuardedListener, LATCHED, latest, PLATFORM,
-                                 pose_of, recent, WORLD)
+from turtle_brick.ros.tf import (BASE_LINK, BRICK, GuardedListener, LATCHED, latest_transform,
+                                 PLATFORM, pose_of, recent_pose, WORLD)
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
 
@@ -112,7 +112,7 @@ class CatcherNode(Node):
         """Note where the brick is, heard of now (ns); act at once if it has begun to fall."""
         stamp = nanoseconds_of(transform.header.stamp)
         if transform.child_frame_id in MOVING:
-            self.ages[transform.child_frame_id] = (now - stamp) * NANO
+            self.ages[transform.child_frame_id] = (now - stamp) * SECONDS_PER_NS
         if transform.child_frame_id == BASE_LINK:
             self.catcher.latency.see_robot(stamp)
         if transform.child_frame_id != BRICK:
@@ -120,7 +120,7 @@ class CatcherNode(Node):
         position = pose_of(transform.transform).position
         parent = transform.header.frame_id
         if parent != WORLD:
-            above = latest(self.tf_buffer, parent)
+            above = latest_transform(self.tf_buffer, parent)
             if above is None:
                 return
             position = pose_of(above.transform).transform(position)
@@ -131,7 +131,7 @@ class CatcherNode(Node):
         """Note how long messages take, and let the catcher decide."""
         now = self.get_clock().now().nanoseconds
         if not self.get_parameter('use_sim_time').value:  # which passes in steps
-            late = (now - due_instant(self.timer, now)) * NANO > ON_TIME
+            late = (now - due_time(self.timer, now)) * SECONDS_PER_NS > ON_TIME
             self.catcher.latency.hear(now, self.ages.values(), late)
         self.ages.clear()
         ahead = self.catcher.latency.ahead(now)
@@ -147,7 +147,7 @@ class CatcherNode(Node):
         """Let the catcher decide, and publish what it orders."""
         now = self.get_clock().now().nanoseconds
         state = self.catcher.state
-        pose = recent(self.tf_buffer, PLATFORM, now) if self.is_heard() else None
+        pose = recent_pose(self.tf_buffer, PLATFORM, now) if self.is_heard() else None
         platform = Platform(pose) if pose else None
         actions = self.catcher.update(now, platform)
         if self.catcher.state is not state:
@@ -211,7 +211,7 @@ class CatcherNode(Node):
     def log_what_is_missing(self) -> None:
         """Log, once, what is missing of robot and brick; log when both are there."""
         missing = [f'the transform of {frame}' for frame in (PLATFORM, BRICK)
-                   if latest(self.tf_buffer, frame) is None]
+                   if latest_transform(self.tf_buffer, frame) is None]
         if not self.is_heard():
             missing.append('a robot that hears goal_pose and tilt')
         if missing and not self.waiting:

@@ -33,12 +33,12 @@ from typing import TYPE_CHECKING
 from turtle_brick.core.geometry import (distance_to_rectangle, from_yaw, multiply, Pose,
                                         Quaternion, Vector)
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.core.time_steps import NANO
+from turtle_brick.core.time_steps import SECONDS_PER_NS
 if TYPE_CHECKING:
     # No more than the names of the numbers: physics reads no configuration.
     from turtle_brick.core.parameters import ArenaParameters
 
-STEP = 4_000_000
+STEP_NS = 4_000_000
 """Time (ns) of one step in the arena: 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
@@ -53,9 +53,9 @@ class Phase(Enum):
 
     HOVERING = 'hovering'
     FALLING = 'falling'
-    RIDING = 'on the platform'
+    RIDING = 'riding'
     FLOATING = 'floating'
-    GROUNDED = 'on the ground'
+    GROUNDED = 'grounded'
 
 
 class World:
@@ -106,9 +106,9 @@ class World:
 
     @classmethod
     def from_parameters(cls, parameters: ArenaParameters) -> World:
-        """Return the world with these parameters and STEP as its timestep."""
+        """Return the world with these parameters and STEP_NS as its timestep."""
         world = cls(parameters.brick_start, parameters.gravity_accel, parameters.platform_radius,
-                    STEP * NANO)
+                    STEP_NS * SECONDS_PER_NS)
         world.size = parameters.brick_size
         world.thickness = parameters.platform_thickness
         return world
@@ -180,7 +180,7 @@ class World:
         return multiply(platform.pose.orientation, from_yaw(self._yaw - platform.hinge_yaw))
 
     @property
-    def on_platform(self) -> Pose | None:
+    def pose_on_platform(self) -> Pose | None:
         """
         Pose of the brick in the platform's frame while it rides on a platform in sight, else None.
 
@@ -199,9 +199,10 @@ class World:
         """
         if self._phase is Phase.FALLING:
             raise ValueError('the brick is already falling')
-        if self._phase in (Phase.RIDING, Phase.GROUNDED):
-            advice = ': place it first' if self._phase is Phase.GROUNDED else ''
-            raise ValueError(f'the brick is {self._phase.value}{advice}')
+        if self._phase is Phase.RIDING:
+            raise ValueError('the brick is already on the platform')
+        if self._phase is Phase.GROUNDED:
+            raise ValueError('the brick is on the ground: place it first')
         self._phase = Phase.FALLING
         self._release_height = self._brick[2]
         self._steps_fallen = -1
@@ -235,7 +236,7 @@ class World:
 
     def _land(self, platform: Platform, contact: Vector) -> None:
         """Come to rest on the platform: from here on the place on it is what counts."""
-        self._place = platform.place_of(contact)
+        self._place = platform.coordinates_of(contact)
         self._speed = (0.0, 0.0)
         self._relative_yaw = self._yaw - platform.hinge_yaw
         self._phase = Phase.RIDING

@@ -52,16 +52,16 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from tf2_ros import Buffer, StaticTransformBroadcaster, TransformBroadcaster, TransformException
-from turtle_brick.core.driving import Driver, PERIOD, within_arena
+from turtle_brick.core.driving import COMMAND_PERIOD, Driver
 from turtle_brick.core.geometry import from_yaw, Pose, Pose2D, Vector
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.parameters import RobotParameters
-from turtle_brick.core.time_steps import due_instant, NANOSECONDS, StepClock
-from turtle_brick.core.turtlesim_kinematics import TurtlePose
+from turtle_brick.core.time_steps import due_time, NS_PER_SECOND, StepClock
+from turtle_brick.core.turtlesim_kinematics import TurtlePose, within_arena
 from turtle_brick.ros.node_main import init, spin, Warner
 from turtle_brick.ros.node_parameters import declare_parameters
-from turtle_brick.ros.tf import (BASE_LINK, GuardedListener, LATEST, ODOM, pose_of, set_transform,
-                                 STATES, transform_message, WORLD)
+from turtle_brick.ros.tf import (BASE_LINK, BEST_EFFORT, GuardedListener, LATEST_TIME, ODOM,
+                                 pose_of, set_transform, transform_message, WORLD)
 from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage
 
@@ -103,15 +103,15 @@ class TurtleRobot(Node):
         self.cmd_vel_publisher = self.create_publisher(Twist, 'cmd_vel', 10)
         self.odom_publisher = self.create_publisher(Odometry, 'odom', 10)
         self.joint_publisher = self.create_publisher(JointState, 'joint_states', 10)
-        self.create_subscription(TurtlePoseMessage, 'turtle1/pose', self.on_pose, STATES)
+        self.create_subscription(TurtlePoseMessage, 'turtle1/pose', self.on_pose, BEST_EFFORT)
         self.create_subscription(PoseStamped, 'goal_pose', self.on_goal, 10)
         self.create_subscription(Tilt, 'tilt', self.on_tilt, 10)
 
         # turtlesim ticks by the wall clock, whatever /clock says, so what steers it does too.
         # Missed cycles are made up for: turtlesim's queue is then full and predictable again.
-        self.cycles = StepClock(round(PERIOD * NANOSECONDS))
+        self.cycles = StepClock(round(COMMAND_PERIOD * NS_PER_SECOND))
         self.timer = self.create_timer(
-            PERIOD, self.on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
+            COMMAND_PERIOD, self.on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def on_pose(self, message: TurtlePoseMessage) -> None:
         """Note where the turtle is; the first pose places the odom frame."""
@@ -160,7 +160,7 @@ class TurtleRobot(Node):
     def try_pending_goal(self, name: str, point: Vector, deadline: float) -> None:
         """Drive to the goal that waits for its frame; after the deadline (s) give it up."""
         try:
-            transform = self.tf_buffer.lookup_transform(WORLD, name, LATEST).transform
+            transform = self.tf_buffer.lookup_transform(WORLD, name, LATEST_TIME).transform
         except TransformException as error:
             if monotonic() > deadline:
                 self.pending = None
@@ -197,7 +197,7 @@ class TurtleRobot(Node):
         if self.pending is not None:
             self.try_pending_goal(*self.pending)
         now = monotonic_ns()
-        for _ in self.cycles.due(now, due_instant(self.timer, now)):
+        for _ in self.cycles.due(now, due_time(self.timer, now)):
             self.cycle()
 
     def cycle(self) -> None:

@@ -26,15 +26,15 @@ from random import Random
 
 from hypothesis import given
 from hypothesis import strategies as st
-from laws import GRAVITY, law, PARAMETERS, REST, SECOND, seconds
+from laws import GRAVITY, law, NS_PER_SECOND, PARAMETERS, REST_Z, seconds
 import pytest
 from turtle_brick.core.catch_logic import (AT_GOAL, Catcher, CENTER, DriveOrder, LAST_WORD,
                                            PATIENCE, Progress, RAMP, State, TiltOrder)
-from turtle_brick.core.driving import within_arena
 from turtle_brick.core.geometry import from_pitch, Pose
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.physics import Phase, STEP, World
+from turtle_brick.core.turtlesim_kinematics import within_arena
+from turtle_brick.physics import Phase, STEP_NS, World
 
 
 class Stage:
@@ -50,7 +50,7 @@ class Stage:
         self.visible = True
         self.every = every
         self.random = Random(1)
-        self.now = 100 * SECOND
+        self.now = 100 * NS_PER_SECOND
         self.brick_ahead = self.catcher_ahead = 0
         self.steps = 0
         self.actions = []
@@ -67,7 +67,7 @@ class Stage:
         """Let time (s) pass until a condition holds; return whether it came to."""
         end = self.now + seconds(time)
         while self.now < end:
-            self.now += STEP
+            self.now += STEP_NS
             self.steps += 1
             self.move()
             if self.step() or self.steps % 5 == 0:
@@ -95,7 +95,7 @@ class Stage:
     def move(self):
         """Drive towards the goal for one step, at full speed."""
         dx, dy = self.goal[0] - self.robot[0], self.goal[1] - self.robot[1]
-        part = min(self.parameters.max_velocity * STEP * 1e-9 / max(hypot(dx, dy), 1e-9), 1.0)
+        part = min(self.parameters.max_velocity * STEP_NS * 1e-9 / max(hypot(dx, dy), 1e-9), 1.0)
         self.robot = self.robot[0] + part * dx, self.robot[1] + part * dy
 
     def decide(self):
@@ -190,7 +190,7 @@ def test_platform_is_tilted_and_leveled_smoothly():
             assert abs(after - before) <= 1.001 * wanted * pi / 2.0 / RAMP * 0.02
 
 
-@pytest.mark.parametrize('brick', [(10.0, 10.0, 3.0), (*CENTER, REST - 0.1), (11.2, 5.0, 9.0)])
+@pytest.mark.parametrize('brick', [(10.0, 10.0, 3.0), (*CENTER, REST_Z - 0.1), (11.2, 5.0, 9.0)])
 def test_says_unreachable_once_where_the_brick_is(brick):
     stage = Stage()
     for _ in range(2):
@@ -207,7 +207,7 @@ def test_says_unreachable_once_where_the_brick_is(brick):
 def test_brick_that_hovers_at_the_platform_is_tried_once():
     """It does not come along: the robot returns under it and waits until it moves."""
     stage = Stage(robot=(3.0, 4.0))
-    stage.world.brick = (3.1, 4.0, REST)
+    stage.world.brick = (3.1, 4.0, REST_Z)
     stage.run(10.0)
     assert stage.states == [State.CARRYING, State.LEVELING, State.WAITING]
     assert stage.world.phase is Phase.HOVERING
@@ -223,8 +223,8 @@ def test_brick_that_hovers_at_the_platform_is_tried_once():
 def test_brick_that_stalls_on_the_tilted_platform_has_not_left_it():
     """At one place for 0.2 s, as after a stall of the arena, then not broadcast any more."""
     stage = stage_in(State.TILTING, 0.2)
-    for step in range(round(0.9 * PATIENCE / STEP / 1e-9)):
-        stage.now += STEP
+    for step in range(round(0.9 * PATIENCE / STEP_NS / 1e-9)):
+        stage.now += STEP_NS
         if step < 50:
             stage.see()
         stage.decide()
@@ -237,8 +237,8 @@ def test_gives_up_a_brick_that_keeps_moving_on_the_platform():
     stage = stage_in(State.TILTING, 0.0)
     tilted, random = stage.now, Random(1)
     while stage.catcher.state is State.TILTING and stage.now - tilted < seconds(2.0 * PATIENCE):
-        stage.now += STEP
-        stage.catcher.see_brick(stage.now, (*stage.robot, REST + random.uniform(-1e-3, 1e-3)))
+        stage.now += STEP_NS
+        stage.catcher.see_brick(stage.now, (*stage.robot, REST_Z + random.uniform(-1e-3, 1e-3)))
         stage.decide()
     assert (stage.now - tilted) * 1e-9 == pytest.approx(PATIENCE, abs=0.05)
     assert stage.catcher.state is State.LEVELING
@@ -249,9 +249,9 @@ def test_brick_that_comes_far_behind_is_still_carried():
     stage = Stage()
     stage.drop(8.5, 8.0, 14.0)
     stage.reach_state(State.CARRYING)
-    past = deque(maxlen=round(0.45 / STEP / 1e-9))
+    past = deque(maxlen=round(0.45 / STEP_NS / 1e-9))
     while stage.catcher.state is State.CARRYING:
-        stage.now += STEP
+        stage.now += STEP_NS
         stage.move()
         past.append(stage.platform())
         stage.world.platform = past[0]
@@ -266,7 +266,7 @@ def test_brick_that_comes_far_behind_is_still_carried():
 # ---------------------------------------------------------------------------------- at any stage
 
 @any_stage
-@pytest.mark.parametrize('place', [(9.0, 9.0, REST), (6.0, 6.0, REST + 0.1), None])
+@pytest.mark.parametrize('place', [(9.0, 9.0, REST_Z), (6.0, 6.0, REST_Z + 0.1), None])
 def test_brick_that_is_taken_away_or_robot_that_is_lost_at_any_stage(state, place):
     """Wherever the brick is put, the robot levels and waits, and catches the next."""
     stage = stage_in(state)
@@ -303,8 +303,8 @@ def test_verdict_waits_until_both_nodes_know_that_the_clock_was_set_back(late):
     """Arena and catcher learn of it one after the other: the difference tells nothing."""
     stage = Stage()
     stage.drop(7.0, 6.0, 9.0)
-    stage.now -= 5 * SECOND
-    setattr(stage, late, 5 * SECOND)
+    stage.now -= 5 * NS_PER_SECOND
+    setattr(stage, late, 5 * NS_PER_SECOND)
     stage.run(0.02)
     assert stage.catcher.decision is None
     setattr(stage, late, 0)
@@ -333,7 +333,7 @@ def test_robot_that_comes_in_sight_is_not_taken_to_be_at_rest():
     for visible in (False, True):
         stage = Stage(robot=(5.0, 5.0))
         stage.visible = visible
-        stage.drop(7.5, 5.0, REST + 0.5 * GRAVITY * 0.9 ** 2)
+        stage.drop(7.5, 5.0, REST_Z + 0.5 * GRAVITY * 0.9 ** 2)
         stage.visible = True
         stage.run(0.05)
         decisions.append(stage.catcher.decision)
@@ -344,7 +344,7 @@ def test_waits_for_a_robot_that_is_out_of_sight_as_long_as_there_is_time():
     """As a catcher that was asleep does: it may see the brick before the robot."""
     stage = Stage()
     stage.visible = False
-    stage.drop(6.5, 6.0, REST + 0.5 * GRAVITY * 1.3 ** 2)
+    stage.drop(6.5, 6.0, REST_Z + 0.5 * GRAVITY * 1.3 ** 2)
     stage.run(0.9)
     assert stage.actions == []
     stage.visible = True
@@ -352,8 +352,8 @@ def test_waits_for_a_robot_that_is_out_of_sight_as_long_as_there_is_time():
 
 
 @pytest.mark.parametrize(('brick', 'hoped_for'), [
-    ((5.0, 5.0, REST + 0.2), True), ((5.0, 5.0, 9.0), True),
-    ((-0.1, 5.0, 9.0), False), ((*CENTER, REST - 0.1), False)])
+    ((5.0, 5.0, REST_Z + 0.2), True), ((5.0, 5.0, 9.0), True),
+    ((-0.1, 5.0, 9.0), False), ((*CENTER, REST_Z - 0.1), False)])
 def test_says_unreachable_while_the_robot_is_out_of_sight(brick, hoped_for):
     """Once: at once if no robot could help, else when it has the last word."""
     stage = Stage()
@@ -370,7 +370,7 @@ def test_says_unreachable_while_the_robot_is_out_of_sight(brick, hoped_for):
 def test_says_unreachable_of_a_fall_that_was_over_before_it_was_known():
     """Once, as where messages take a second; not where the brick came down on the platform."""
     stage = Stage()
-    stage.brick_ahead = -SECOND
+    stage.brick_ahead = -NS_PER_SECOND
     stage.drop(8.0, 8.0, 5.0)
     stage.run(3.0)
     (_, decision), = stage.actions
@@ -384,7 +384,7 @@ def test_says_unreachable_once_though_the_clock_goes_ahead_within_the_fall():
     stage = Stage()
     stage.drop(0.5, 0.5, 5.0)
     stage.run(0.3)
-    stage.brick_ahead = stage.catcher_ahead = SECOND
+    stage.brick_ahead = stage.catcher_ahead = NS_PER_SECOND
     stage.run(2.0)
     (_, decision), = stage.actions
     assert not decision.reachable
@@ -393,7 +393,7 @@ def test_says_unreachable_once_though_the_clock_goes_ahead_within_the_fall():
 def test_order_that_is_lost_or_that_somebody_overrules_is_given_again():
     """Until the robot is seen to obey; where it was sent elsewhere, once it has arrived there."""
     stage = Stage()
-    stage.drop(6.5, 6.0, REST + 0.5 * GRAVITY * 1.3 ** 2)
+    stage.drop(6.5, 6.0, REST_Z + 0.5 * GRAVITY * 1.3 ** 2)
     for orders in (1, 2, 3):
         stage.run(0.5, lambda: len(stage.told(DriveOrder)) == orders)
         stage.goal = CENTER

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The Driver with turtlesim's kinematics in the loop, at the real rates, and CommandPath alone.
+The Driver with turtlesim's kinematics in the loop, at the real rates, and CommandQueue alone.
 
 turtlesim ticks every 16 ms and takes one command per tick from its queue of seven; commands are
 published every 10 ms; both jitter, and messages take some time.
@@ -27,9 +27,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from laws import law, PARAMETERS
 import pytest
-from turtle_brick.core.driving import (CommandPath, Driver, PERIOD, STALE, TickClock, travel_time,
-                                       within_arena)
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, TICK, Turtle, TurtlePose
+from turtle_brick.core.driving import (COMMAND_PERIOD, CommandQueue, Driver, POSE_TIMEOUT,
+                                       TickClock, travel_time)
+from turtle_brick.core.turtlesim_kinematics import (ARENA_SIZE, TICK, Turtle, TurtlePose,
+                                                    within_arena)
 from turtle_brick.tools.simulation import Delays, JITTER, Simulation
 
 RADIUS = 0.5
@@ -90,7 +91,7 @@ class Bench(Simulation):
     def assert_arrives(self, goal):
         """See that the turtle drives to its goal at once and rests there."""
         # What is in the queue, and the wait for the next cycle, may lead away from it.
-        self.assert_rests(goal, self.distance(goal) / self.speed + 0.6 + QUEUE + PERIOD)
+        self.assert_rests(goal, self.distance(goal) / self.speed + 0.6 + QUEUE + COMMAND_PERIOD)
 
 
 def ways(start, goal, poses):
@@ -160,8 +161,8 @@ def test_stands_still_without_a_goal_and_without_a_recent_pose():
         driver.drive_to(5.0, nan)
     assert (driver.goal, driver.command(1.0)) == (None, (0.0, 0.0))
     driver.drive_to(1.0, 1.0)
-    assert driver.command(1.0 + STALE) != (0.0, 0.0)
-    assert driver.command(1.001 + STALE) == (0.0, 0.0)
+    assert driver.command(1.0 + POSE_TIMEOUT) != (0.0, 0.0)
+    assert driver.command(1.001 + POSE_TIMEOUT) == (0.0, 0.0)
     driver = Driver(3.0)
     driver.drive_to(1.0, 1.0)
     assert (driver.pose, driver.command(0.0), driver.arrived) == (None, (0.0, 0.0), False)
@@ -178,8 +179,8 @@ def test_stands_while_the_pose_is_stale_and_goes_on_with_a_new_turtlesim(
     bench.rest(after)
     last = bench.poses[-1][0]
     bench.restart_turtlesim(away, (*at_most(bench.speed, goal, restart), again))
-    silent = [command for at, command in bench.commands if last + STALE + 0.001 < at]
-    assert len(silent) >= (away - STALE - TICK) / PERIOD - 2
+    silent = [command for at, command in bench.commands if last + POSE_TIMEOUT + 0.001 < at]
+    assert len(silent) >= (away - POSE_TIMEOUT - TICK) / COMMAND_PERIOD - 2
     assert all(command == (0.0, 0.0) for command in silent)
     bench.assert_arrives(goal)
 
@@ -210,7 +211,7 @@ def test_grid_of_ticks_follows_the_poses():
         assert clock.last == pytest.approx(grid * TICK)
 
 
-class Wanderer(CommandPath):
+class Wanderer(CommandQueue):
     """A driver that turns at random; each of its commands has a speed of its own."""
 
     def __init__(self, random, hold):

@@ -19,10 +19,10 @@ from math import cos, isnan, pi, sin, sqrt
 
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from laws import GRAVITY, law, SECOND, seconds
+from laws import GRAVITY, law, NS_PER_SECOND, seconds
 import pytest
 from turtle_brick.core.fall_detection import Fall, FallDetector
-from turtle_brick.physics import STEP
+from turtle_brick.physics import STEP_NS
 
 gravities = st.floats(0.5, 30.0)
 heights = st.floats(0.5, 30.0)
@@ -31,17 +31,17 @@ signs = st.sampled_from((1.0, -1.0))
 
 # The times between samples (ns): at 50 Hz or faster, however irregularly.
 intervals = st.one_of(
-    st.just([STEP]), st.just([20_000_000]),
+    st.just([STEP_NS]), st.just([20_000_000]),
     st.lists(st.integers(1_000_000, 20_000_000), min_size=1, max_size=10))
 
 
 class Watch:
     """A detector that is shown a brick at intervals that repeat."""
 
-    def __init__(self, spacing=(STEP,), gravity=GRAVITY):
+    def __init__(self, spacing=(STEP_NS,), gravity=GRAVITY):
         self.detector = FallDetector(gravity)
         self.spacing = deque(spacing)
-        self.now = 10 * SECOND
+        self.now = 10 * NS_PER_SECOND
         self.recognized = 0
 
     def see(self, x, y, z):
@@ -75,7 +75,7 @@ def test_fall_is_known_by_its_third_sample_with_its_course(
     """Whenever it is released, also up to 2 s before it is seen, and however it is sampled."""
     watch = Watch(spacing, gravity)
     watch.hover(x, y, height, hovering)
-    release = watch.now - round(part * (watch.spacing[-1] if hovering else 2 * SECOND))
+    release = watch.now - round(part * (watch.spacing[-1] if hovering else 2 * NS_PER_SECOND))
     # The first of these may be the release itself; three more are in the fall.
     fall = watch.fall(x, y, height, release, 4)
     assert fall.stamp <= watch.now
@@ -155,8 +155,8 @@ def test_fall_that_is_interrupted_has_ended(spacing, samples, sign, amount, what
 @law(20)
 @given(z=heights, speed=st.floats(0.0, 20.0), gravity=gravities, time=st.floats(0.01, 3.0))
 def test_course_of_a_fall_is_the_closed_form(z, speed, gravity, time):
-    fall = Fall(SECOND, 1.0, 2.0, z, speed)
-    height = fall.height(SECOND + seconds(time), gravity)
+    fall = Fall(NS_PER_SECOND, 1.0, 2.0, z, speed)
+    height = fall.height(NS_PER_SECOND + seconds(time), gravity)
     assert height == pytest.approx(z - speed * time - 0.5 * gravity * time ** 2, abs=1e-6)
     assert fall.time_to(height, gravity) == pytest.approx(time, abs=1e-6)
     # It was released where its speed was zero, and has been at every height below since.

@@ -19,15 +19,15 @@ from random import Random
 
 from hypothesis import given
 from hypothesis import strategies as st
-from laws import law, PARAMETERS, SECOND, seconds
+from laws import law, NS_PER_SECOND, PARAMETERS, seconds
 import pytest
 from test_catch_logic import COURSE, Stage
 from turtle_brick.core.catch_logic import DriveOrder, State, TiltOrder
-from turtle_brick.core.driving import PERIOD
+from turtle_brick.core.driving import COMMAND_PERIOD
 from turtle_brick.core.latency import (CLOCK_TOLERANCE, Latency, LOSS_RESERVE, LOSSES, MEMORY,
                                        USUAL_AGE)
 from turtle_brick.core.reachability import COMMAND_LATENCY, Decision, guaranteed_distance
-from turtle_brick.physics import Phase, STEP
+from turtle_brick.physics import Phase, STEP_NS
 
 
 @law(40)
@@ -35,7 +35,7 @@ from turtle_brick.physics import Phase, STEP
                      max_size=300))
 def test_latency_is_that_of_the_slow_messages_of_the_recent_past(ages):
     """Out and back, each as slow as all but one in a hundred."""
-    latency, now = Latency(), SECOND
+    latency, now = Latency(), NS_PER_SECOND
     heard = []
     for pause, age in ages:
         now += seconds(pause)
@@ -54,19 +54,19 @@ def test_latency_is_that_of_the_slow_messages_of_the_recent_past(ages):
 
 
 def test_lost_messages_cost_a_reserve_and_a_node_that_stood_still_does_not():
-    latency, stamp = Latency(), SECOND
+    latency, stamp = Latency(), NS_PER_SECOND
     for loss in range(LOSSES):
         assert not latency.loses(stamp) and latency.excess(stamp) == 0.0
         for steps in (1,) * 20 + (2 + 5 * loss,):
-            stamp += steps * STEP
+            stamp += steps * STEP_NS
             latency.see_brick(stamp)
     assert latency.loses(stamp) and latency.excess(stamp) == LOSS_RESERVE
     # A brick that isn't broadcast for a while, and comes back on another grid, loses nothing.
     other = Latency()
     for begin in range(2, 6):
         for step in range(50):
-            other.see_brick(begin * 2 * SECOND + begin * 1_234_567 + step * STEP)
-    assert not other.loses(12 * SECOND)
+            other.see_brick(begin * 2 * NS_PER_SECOND + begin * 1_234_567 + step * STEP_NS)
+    assert not other.loses(12 * NS_PER_SECOND)
 
 
 @pytest.mark.parametrize('rest', [2, 3, 4, 6, 10, 50])
@@ -75,8 +75,8 @@ def test_who_is_late_all_the_time_measures_that_and_who_stood_still_for_once_doe
     latency = Latency()
     for call in range(1000):
         late = call % rest == 0
-        latency.hear(SECOND + call * seconds(0.02), [0.1 if late else 0.0], late)
-    assert latency.excess(20 * SECOND) == (2.0 * (0.1 - USUAL_AGE) if rest < 5 else 0.0)
+        latency.hear(NS_PER_SECOND + call * seconds(0.02), [0.1 if late else 0.0], late)
+    assert latency.excess(20 * NS_PER_SECOND) == (2.0 * (0.1 - USUAL_AGE) if rest < 5 else 0.0)
 
 
 @law(20)
@@ -84,19 +84,19 @@ def test_who_is_late_all_the_time_measures_that_and_who_stood_still_for_once_doe
        starved=st.booleans())
 def test_robot_that_stands_still_again_and_again_is_slow(pause, way, time, starved):
     """As slow as in the recent past, and one pause more; not where the listener is on time."""
-    latency, stamp = Latency(), SECOND
+    latency, stamp = Latency(), NS_PER_SECOND
     for _ in range(50):
-        latency.hear(SECOND, [], starved)
-    while stamp < 15 * SECOND:
-        for _ in range(round(way / PERIOD)):
-            stamp += seconds(PERIOD)
+        latency.hear(NS_PER_SECOND, [], starved)
+    while stamp < 15 * NS_PER_SECOND:
+        for _ in range(round(way / COMMAND_PERIOD)):
+            stamp += seconds(COMMAND_PERIOD)
             latency.see_robot(stamp)
         stamp += seconds(pause)
         latency.see_robot(stamp)
     still = latency.standstill(stamp, time)
     if starved:
-        lost = pause - PERIOD
-        part = lost / (round(way / PERIOD) * PERIOD + pause)
+        lost = pause - COMMAND_PERIOD
+        part = lost / (round(way / COMMAND_PERIOD) * COMMAND_PERIOD + pause)
         assert still == pytest.approx(part * time + lost, abs=lost / MEMORY * time + 1e-9)
         assert latency.standstill(stamp + seconds(MEMORY) + 1, time) == 0.0
     else:
@@ -108,14 +108,14 @@ def test_robot_that_stands_still_again_and_again_is_slow(pause, way, time, starv
 def test_clocks_that_disagree_make_it_careful(ahead, link, motion):
     """Whatever hides in the ages: as much as they disagree, and as the motion showed, is added."""
     latency = Latency()
-    latency.hear(SECOND, [-ahead, link - ahead])
-    latency.obey(SECOND, motion)
+    latency.hear(NS_PER_SECOND, [-ahead, link - ahead])
+    latency.obey(NS_PER_SECOND, motion)
     if ahead > CLOCK_TOLERANCE:
-        assert latency.ahead(SECOND) == ahead
-        assert latency.excess(SECOND) >= 2.0 * (link - USUAL_AGE) + ahead + motion - 1e-9
+        assert latency.ahead(NS_PER_SECOND) == ahead
+        assert latency.excess(NS_PER_SECOND) >= 2.0 * (link - USUAL_AGE) + ahead + motion - 1e-9
     else:
-        assert latency.ahead(SECOND) == 0.0
-        assert latency.excess(SECOND) == pytest.approx(
+        assert latency.ahead(NS_PER_SECOND) == 0.0
+        assert latency.excess(NS_PER_SECOND) == pytest.approx(
             max(2.0 * max(link - ahead - USUAL_AGE, -ahead - USUAL_AGE, 0.0), motion))
 
 

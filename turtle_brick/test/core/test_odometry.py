@@ -20,7 +20,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from laws import law
 import pytest
-from turtle_brick.core.odometry import Odometer, RESOLUTION
+from turtle_brick.core.odometry import MIN_MOTION, Odometer
 from turtle_brick.core.turtlesim_kinematics import TICK, Turtle, TurtlePose
 
 RADIUS = 0.2
@@ -55,7 +55,7 @@ def test_wheel_rolls_without_slipping_and_no_farther_than_a_wall_lets_it(directi
     for _ in range(120):
         rolled = ride.drive((speed * cos(direction), speed * sin(direction)), 1)
         way, moved = hypot(*ride.moved), ride.odometer.wheel_velocity != 0.0
-        assert moved == (way > RESOLUTION) and ride.turtle.pose.linear_velocity > 0.0
+        assert moved == (way > MIN_MOTION) and ride.turtle.pose.linear_velocity > 0.0
         assert rolled == pytest.approx(way if moved else 0.0, abs=1e-9)
         assert ride.odometer.wheel_velocity * RADIUS * TICK == pytest.approx(rolled, rel=0.01)
         stem = ride.odometer.stem_angle

@@ -26,8 +26,8 @@ from laws import law
 import pytest
 from turtle_brick.core import parameters
 from turtle_brick.core.parameters import (ArenaParameters, CatcherParameters, default_path, load,
-                                          MissingParameterError, ParameterError, Parameters,
-                                          RobotParameters, TABLE)
+                                          MissingParameterError, PARAMETER_RULES, ParameterError,
+                                          Parameters, RobotParameters)
 import yaml
 
 DEFAULTS = asdict(load())
@@ -63,11 +63,11 @@ def test_the_file_the_table_and_the_users_have_the_same_names():
     names = [{entry.name for entry in fields(used)}
              for used in (RobotParameters, ArenaParameters, CatcherParameters)]
     assert content == {'/**': {'ros__parameters': content['/**']['ros__parameters']}}
-    assert set(content['/**']['ros__parameters']) == set(TABLE) == set.union(*names)
+    assert set(content['/**']['ros__parameters']) == set(PARAMETER_RULES) == set.union(*names)
 
 
 @law(20)
-@given(st.fixed_dictionaries({name: admissible(rule) for name, rule in TABLE.items()}))
+@given(st.fixed_dictionaries({name: admissible(rule) for name, rule in PARAMETER_RULES.items()}))
 def test_values_in_range_are_kept_unless_the_geometry_forbids(mapping):
     height, radius = mapping['platform_height'], mapping['platform_radius']
     thickness, wheel = mapping['platform_thickness'], mapping['wheel_radius']
@@ -90,14 +90,14 @@ def test_values_in_range_are_kept_unless_the_geometry_forbids(mapping):
             assert used.from_mapping(mapping)
     else:
         for name, kept in asdict(Parameters.from_mapping(mapping)).items():
-            vector = TABLE[name].length == 3
+            vector = PARAMETER_RULES[name].length == 3
             assert kept == (tuple(mapping[name]) if vector else mapping[name])
             assert {type(number) for number in (kept if vector else [kept])} == {float}
 
 
-@pytest.mark.parametrize('name', TABLE)
+@pytest.mark.parametrize('name', PARAMETER_RULES)
 def test_a_number_that_cannot_be_is_refused_in_one_sentence(name):
-    rule = TABLE[name]
+    rule = PARAMETER_RULES[name]
     for wrong in (math.nextafter(rule.lower, -math.inf), math.nextafter(rule.upper, math.inf),
                   math.nan, math.inf, 10 ** 400, True, '3', '', None, 1j, {}, (), [1.0]):
         values = [wrong] if rule.length == 1 else [

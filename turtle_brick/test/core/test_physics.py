@@ -191,7 +191,7 @@ def test_brick_rides_on_when_the_platform_is_out_of_sight():
     before = world.brick
     world.platform = None
     world.step()
-    assert (world.brick, world.phase, world.on_platform) == (before, Phase.RIDING, None)
+    assert (world.brick, world.phase, world.pose_on_platform) == (before, Phase.RIDING, None)
     world.platform = platform_at(7.0)
     world.step()
     assert gap(world.brick, on_platform((0.1, 0.0), 7.0, 0.0, 0.0, 0.0)) <= 1e-9
@@ -235,7 +235,7 @@ def test_platform_is_level_within_the_tolerance_and_tells_places_at_any_tilt(yaw
     for over in (pi, 0.01, 1.001 * LEVEL_TOLERANCE):
         assert not platform_at(yaw=yaw, tilt=over).is_level
     leaning = platform_at(1.0, 2.0, yaw, tilt)
-    assert gap(leaning.place_of(leaning.point(0.3, -0.2, 0.5)), (0.3, -0.2)) <= 1e-9
+    assert gap(leaning.coordinates_of(leaning.point(0.3, -0.2, 0.5)), (0.3, -0.2)) <= 1e-9
 
 
 # ----------------------------------------------------------------------------------------- laws
@@ -304,8 +304,8 @@ def test_slide_on_a_platform_that_moves_in_every_way(place, yaw, gravity, dt, pr
             u, speed = u + speed * dt + 0.5 * pull * dt ** 2, speed + pull * dt
             assert gap(world.brick, on_platform((u, v), x, y, heading, tilt)) <= 1e-9
             assert gap(axes_of(world.orientation), turned(heading, tilt, yaw)) <= 1e-9
-            if world.on_platform:
-                seen = world.platform.pose.compose(world.on_platform)
+            if world.pose_on_platform:
+                seen = world.platform.pose.compose(world.pose_on_platform)
                 assert gap(seen.position, world.brick) <= 1e-9
                 assert gap(axes_of(seen.orientation), turned(heading, tilt, yaw)) <= 1e-9
             # The brick had a heading of 0 in the world when it landed.
@@ -313,7 +313,7 @@ def test_slide_on_a_platform_that_moves_in_every_way(place, yaw, gravity, dt, pr
             if abs(distance - RADIUS) > 1e-9:
                 assert world.phase is (Phase.FLOATING if distance > RADIUS else Phase.RIDING)
     world.brick = place = (x, y, 9.0)
-    assert (world.brick, world.phase, world.on_platform) == (place, Phase.HOVERING, None)
+    assert (world.brick, world.phase, world.pose_on_platform) == (place, Phase.HOVERING, None)
     assert gap(axes_of(world.orientation), turned(heading, tilt, heading)) <= 1e-9
 
 

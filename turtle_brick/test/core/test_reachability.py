@@ -19,7 +19,7 @@ from math import hypot, inf, sqrt
 
 from hypothesis import given
 from hypothesis import strategies as st
-from laws import GRAVITY, law, PARAMETERS, REST, SECOND, seconds
+from laws import GRAVITY, law, NS_PER_SECOND, PARAMETERS, REST_Z, seconds
 import pytest
 from turtle_brick.core.driving import travel_time
 from turtle_brick.core.fall_detection import Fall
@@ -50,14 +50,14 @@ def test_reachable_is_what_the_robot_has_the_time_for(
     And the promise: no refusal inside max_velocity * (t_fall - 0.13 s) + platform_radius. What
     commands take longer than on one machine counts in both.
     """
-    fall = Fall(SECOND, x, y, resting_height(parameters) + above, 0.0)
-    decision = reach(fall, SECOND + seconds(late), RobotMotion(
+    fall = Fall(NS_PER_SECOND, x, y, resting_height(parameters) + above, 0.0)
+    decision = reach(fall, NS_PER_SECOND + seconds(late), RobotMotion(
         robot_x, robot_y, reserve=reserve), parameters, excess)
     available = sqrt(2.0 * above / parameters.gravity_accel) - late
     distance = hypot(x - robot_x, y - robot_y)
     assert decision.available == pytest.approx(available, abs=1e-6)
     assert decision.distance == pytest.approx(distance)
-    assert decision.contact == pytest.approx(SECOND + seconds(available + late), abs=1e3)
+    assert decision.contact == pytest.approx(NS_PER_SECOND + seconds(available + late), abs=1e3)
     assert decision.margin == decision.available - decision.needed
     farthest = distance + reserve
     way = farthest - parameters.platform_radius
@@ -75,26 +75,26 @@ def test_reachable_is_what_the_robot_has_the_time_for(
 
 def test_brick_below_the_platform_or_outside_the_arena_is_out_of_reach():
     """However near, and however much time there is; at the very edge it is not."""
-    for x, y, z, word in ((5.0, 5.0, REST - 0.01, 'below'), (-0.01, 5.0, 9.0, 'outside'),
+    for x, y, z, word in ((5.0, 5.0, REST_Z - 0.01, 'below'), (-0.01, 5.0, 9.0, 'outside'),
                           (5.0, ARENA_SIZE + 0.01, 9.0, 'outside')):
-        decision = reach(Fall(SECOND, x, y, z, 0.0), SECOND, RobotMotion(x, y), PARAMETERS)
+        decision = reach(Fall(NS_PER_SECOND, x, y, z, 0.0), NS_PER_SECOND, RobotMotion(x, y), PARAMETERS)
         assert not decision.reachable
         assert word in decision.reason
-    for x, y, z in ((5.0, 5.0, REST), (0.0, 5.0, 9.0), (5.0, ARENA_SIZE, 9.0)):
-        late = SECOND + seconds(0.02)  # as where the brick is on the platform by now
-        assert reach(Fall(SECOND, x, y, z, 0.0), late, RobotMotion(x, y), PARAMETERS).reachable
-    passed = Fall(SECOND, 5.0, 5.0, REST - 0.01, 3.0)
-    assert 'passed' in reach(passed, SECOND, RobotMotion(5.0, 5.0), PARAMETERS).reason
-    assert guaranteed_distance(REST - 0.01, PARAMETERS) == -inf
+    for x, y, z in ((5.0, 5.0, REST_Z), (0.0, 5.0, 9.0), (5.0, ARENA_SIZE, 9.0)):
+        late = NS_PER_SECOND + seconds(0.02)  # as where the brick is on the platform by now
+        assert reach(Fall(NS_PER_SECOND, x, y, z, 0.0), late, RobotMotion(x, y), PARAMETERS).reachable
+    passed = Fall(NS_PER_SECOND, 5.0, 5.0, REST_Z - 0.01, 3.0)
+    assert 'passed' in reach(passed, NS_PER_SECOND, RobotMotion(5.0, 5.0), PARAMETERS).reason
+    assert guaranteed_distance(REST_Z - 0.01, PARAMETERS) == -inf
 
 
 def test_reason_says_what_is_missing():
-    fall = Fall(SECOND, 9.0, 5.0, 2.0, 0.0)
-    decision = reach(fall, SECOND, RobotMotion(5.0, 5.0), PARAMETERS)
+    fall = Fall(NS_PER_SECOND, 9.0, 5.0, 2.0, 0.0)
+    decision = reach(fall, NS_PER_SECOND, RobotMotion(5.0, 5.0), PARAMETERS)
     assert decision.reason == (
         f'down in {decision.available:.3f} s, {-decision.margin:.3f} s too early: the robot, '
         f'4.00 m away, needs {decision.needed:.3f} s (the commands take 0.11 s here)')
-    decision = reach(fall, SECOND, None, PARAMETERS)
+    decision = reach(fall, NS_PER_SECOND, None, PARAMETERS)
     assert (decision.reachable, decision.needed) == (False, inf)
     assert 'no robot' in decision.reason
 
@@ -102,8 +102,8 @@ def test_reason_says_what_is_missing():
 @pytest.mark.parametrize('excess', (0.0, 0.2))
 def test_tilted_platform_must_be_leveled_in_time(excess):
     def decide(time, level):
-        fall = Fall(SECOND, 5.0, 5.0, REST + 0.5 * GRAVITY * (time + excess) ** 2, 0.0)
-        return reach(fall, SECOND, RobotMotion(5.0, 5.0, (), level), PARAMETERS, excess)
+        fall = Fall(NS_PER_SECOND, 5.0, 5.0, REST_Z + 0.5 * GRAVITY * (time + excess) ** 2, 0.0)
+        return reach(fall, NS_PER_SECOND, RobotMotion(5.0, 5.0, (), level), PARAMETERS, excess)
 
     assert decide(LEVEL_LATENCY - 0.001, True).reachable
     assert not decide(LEVEL_LATENCY - 0.001, False).reachable
@@ -120,7 +120,7 @@ on_any_link = pytest.mark.parametrize('excess', (0.0, 0.2))
 def track_with(excess=0.0):
     """Return a track where orders take longer (s), how far they lead (m), and how long (s)."""
     latency = Latency()
-    latency.obey(SECOND, excess)
+    latency.obey(NS_PER_SECOND, excess)
     return (Track(PARAMETERS.max_velocity, latency), PARAMETERS.max_velocity * (CARRY_ON + excess),
             COMMAND_LATENCY + excess)
 

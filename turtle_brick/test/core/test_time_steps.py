@@ -21,7 +21,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from laws import law
 import pytest
-from turtle_brick.core.time_steps import due_instant, nanoseconds_of, StepClock
+from turtle_brick.core.time_steps import due_time, nanoseconds_of, StepClock
 
 PERIOD = 4_000_000
 GAP = 1_000_000_000
@@ -83,5 +83,5 @@ def test_each_call_of_a_timer_has_its_step_on_the_timers_own_grid(first):
 def test_a_timer_was_due_a_period_before_its_next_call(until, due):
     """Never later than now, also where it has just been set back."""
     timer = SimpleNamespace(timer_period_ns=100, time_until_next_call=lambda: until)
-    assert due_instant(timer, 1000) == due
+    assert due_time(timer, 1000) == due
     assert nanoseconds_of(SimpleNamespace(sec=2, nanosec=until)) == 2 * GAP + until

@@ -23,7 +23,7 @@ import numpy as np
 import pytest
 from test_parameters import DEFAULTS, written
 from turtle_brick.core.dimensions import least_height
-from turtle_brick.core.parameters import default_path, load, ParameterError, TABLE
+from turtle_brick.core.parameters import default_path, load, PARAMETER_RULES, ParameterError
 from turtle_referee.robot_model import RobotModel
 import xacro
 
@@ -146,8 +146,8 @@ def telling():
                 {'platform_radius': ..., 'platfrom_radius': 1}, {'wheel_radius': ..., 'wheel': 1})
     for name in SHAPE:
         yield {name: ...}
-        yield {name: nextafter(TABLE[name].lower, -inf)}
-        yield {name: nextafter(TABLE[name].upper, inf)}
+        yield {name: nextafter(PARAMETER_RULES[name].lower, -inf)}
+        yield {name: nextafter(PARAMETER_RULES[name].upper, inf)}
     for value in (1, 10 ** 309, nan, True, None, '3', [1.0]):
         yield {'platform_thickness': value}
     random = Random(1)

@@ -17,16 +17,16 @@
 from itertools import groupby
 from math import nan, sqrt
 
-from driven import PARAMETERS, Stage
-from live_graph import graph, LATCHED, PATIENCE
+from driven import PARAMETERS, SteppedGraph
+from live_graph import graph, LATCHED, TIMEOUT
 import pytest
 from turtle_brick import arena
 from turtle_brick.arena import MARKER_PERIOD
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply
-from turtle_brick.core.time_steps import NANO, NANOSECONDS, nanoseconds_of
+from turtle_brick.core.time_steps import nanoseconds_of, NS_PER_SECOND, SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.physics import Phase, STEP
-from turtle_brick.ros.tf import OLDEST
+from turtle_brick.physics import Phase, STEP_NS
+from turtle_brick.ros.tf import MAX_AGE_NS
 from visualization_msgs.msg import Marker, MarkerArray
 
 HALF_HEIGHT = PARAMETERS.brick_size[2] / 2.0
@@ -36,13 +36,13 @@ HALF_HEIGHT = PARAMETERS.brick_size[2] / 2.0
 def bench(domain_id):
     """Bring up the arena and a platform that stands level in the middle."""
     with graph(domain_id) as live:
-        yield Stage(live)
+        yield SteppedGraph(live)
 
 
 def stamps_of_each_step(transforms):
     """Return the stamps of transforms (ns), which are those of one step after the other."""
     begin, *_ = every = [nanoseconds_of(transform.header.stamp) for transform in transforms]
-    assert every == [begin + number * STEP for number in range(len(every))]
+    assert every == [begin + number * STEP_NS for number in range(len(every))]
     return every
 
 
@@ -53,7 +53,7 @@ def test_250_transforms_per_second(domain_id):
         live.add_arena()
         bricks = live.record_transforms('brick')
         assert live.rates([bricks], 250) == [pytest.approx(250.0, abs=2.0)]
-        live.wait_for(lambda: len(markers.times) > 2, PATIENCE, 'three markers')
+        live.wait_for(lambda: len(markers.times) > 2, TIMEOUT, 'three markers')
         assert markers.times[2] - markers.times[1] == pytest.approx(MARKER_PERIOD, abs=0.4)
 
 
@@ -76,13 +76,13 @@ def test_fall_by_its_stamps(bench):
     samples = list(zip(stamps_of_each_step(bench.bricks), [
         transform.transform.translation for transform in bench.bricks]))
     release = max(stamp for stamp, place in samples if place.z == 9.0)
-    assert abs(release - answered) <= STEP
+    assert abs(release - answered) <= STEP_NS
     for stamp, place in samples:
-        time = max(stamp - release, 0) * NANO
+        time = max(stamp - release, 0) * SECONDS_PER_NS
         assert place.z == pytest.approx(
             max(9.0 - 0.5 * PARAMETERS.gravity_accel * time * time, HALF_HEIGHT), abs=1e-6)
         assert (place.x, place.y) == (3.0, 4.0)
-    took = (min(stamp for stamp, place in samples if place.z == HALF_HEIGHT) - release) * NANO
+    took = (min(stamp for stamp, place in samples if place.z == HALF_HEIGHT) - release) * SECONDS_PER_NS
     assert took == pytest.approx(
         sqrt(2.0 * (9.0 - HALF_HEIGHT) / PARAMETERS.gravity_accel), abs=0.008)
     assert {transform.header.frame_id for transform in bench.bricks} == {'world'}
@@ -125,7 +125,7 @@ def test_rides_with_a_platform_that_drives(bench):
             (0.2, 0.1, PARAMETERS.platform_thickness + HALF_HEIGHT), abs=1e-9)
     bench.platform, last = None, bench.now
     bench.until(lambda: bench.world.platform is None, 'the platform is absent')
-    assert bench.now - last == pytest.approx(OLDEST, abs=50_000_000)
+    assert bench.now - last == pytest.approx(MAX_AGE_NS, abs=50_000_000)
 
 
 def test_markers_and_inclination(bench):
@@ -137,7 +137,7 @@ def test_markers_and_inclination(bench):
         multiply(multiply(from_yaw(2.0), from_pitch(0.5)), from_yaw(-2.0)), abs=1e-12)
     walls = bench.live.record('walls', MarkerArray, LATCHED)
     bricks = bench.live.record('brick_marker', Marker, LATCHED)
-    bench.live.wait_for(lambda: walls.messages and bricks.messages, PATIENCE, 'late joiners')
+    bench.live.wait_for(lambda: walls.messages and bricks.messages, TIMEOUT, 'late joiners')
     inner = set()
     for wall in walls.last.markers:
         assert wall.header.frame_id == 'world'
@@ -156,7 +156,7 @@ def test_markers_and_inclination(bench):
     assert brick.text == 'hovering'
     assert bench.drop().success
     bench.tick()
-    bench.live.wait_for(lambda: bricks.last.text == 'falling', PATIENCE, 'it is shown to fall')
+    bench.live.wait_for(lambda: bricks.last.text == 'falling', TIMEOUT, 'it is shown to fall')
     assert bricks.last.color != brick.color
 
 
@@ -170,7 +170,7 @@ def test_clock_that_jumps(bench, capfd, monkeypatch, jump, machine, words):
     bench.run(0.1)
     z = bench.world.brick[2]
     monkeypatch.setattr(arena, 'monotonic', lambda: machine)
-    bench.tick(round(jump * NANOSECONDS))
+    bench.tick(round(jump * NS_PER_SECOND))
     assert 0.0 < z - bench.world.brick[2] < 5.0
     (warning,) = [line for line in capfd.readouterr().err.splitlines()
                   if 'the physics goes on' in line]

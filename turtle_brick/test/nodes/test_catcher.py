@@ -16,9 +16,9 @@
 
 from math import dist
 
-from driven import PARAMETERS, sent, Stage
+from driven import PARAMETERS, record_published, SteppedGraph
 from geometry_msgs.msg import PoseStamped
-from live_graph import graph, LATCHED, PATIENCE
+from live_graph import graph, LATCHED, TIMEOUT
 import pytest
 from rclpy.duration import Duration
 from rclpy.qos import ReliabilityPolicy
@@ -26,13 +26,13 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from turtle_brick.catcher import CatcherNode
 from turtle_brick.core.catch_logic import CENTER
-from turtle_brick.physics import Phase, STEP
+from turtle_brick.physics import Phase, STEP_NS
 from turtle_brick.ros.tf import BASE_LINK, BRICK, PLATFORM, transform_message, WORLD
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
 
 
-class Bench(Stage):
+class Bench(SteppedGraph):
     """Arena and catcher, and a robot that obeys without delay."""
 
     def __init__(self, live):
@@ -40,8 +40,8 @@ class Bench(Stage):
         self.goals, self.tilts = [], []
         super().__init__(live, CatcherNode)
         self.catcher = self.nodes[1]
-        self.goals = sent(self.catcher.goal_publisher)
-        self.tilts = sent(self.catcher.tilt_publisher)
+        self.goals = record_published(self.catcher.goal_publisher)
+        self.tilts = record_published(self.catcher.tilt_publisher)
 
     def move(self, seconds):
         """Obey the last orders."""
@@ -68,20 +68,20 @@ def test_a_brick_that_no_robot_can_catch_and_one_that_a_robot_catches(domain_id,
         bench = Bench(live)
         markers = live.record('catcher_marker', Marker)
         states = live.record('catcher_state', String, LATCHED)
-        live.wait_for(lambda: states.messages, PATIENCE, 'its first state')
+        live.wait_for(lambda: states.messages, TIMEOUT, 'its first state')
         bench.release(0.5, 1.0, 6.0)
         bench.until(Phase.GROUNDED)
         goals, tilts = live.record('goal_pose', PoseStamped), live.record('tilt', Tilt)
-        live.wait_for(bench.catcher.is_heard, PATIENCE, 'it sees the robot')
+        live.wait_for(bench.catcher.is_heard, TIMEOUT, 'it sees the robot')
         bench.release(6.0, 4.5, 8.0)
         bench.until(Phase.RIDING)
         bench.until(Phase.FLOATING)
         assert dist(bench.platform[:2], CENTER) < 0.05
         bench.until(lambda: bench.platform[3] == 0.0, 'the platform is level')
-        live.wait_for(lambda: len(states.messages) == 7, PATIENCE, 'the last state')
+        live.wait_for(lambda: len(states.messages) == 7, TIMEOUT, 'the last state')
         late = live.record('catcher_state', String, LATCHED)
         live.wait_for(lambda: late.messages and goals.last == bench.goals[-1]
-                      and tilts.last == bench.tilts[-1], PATIENCE, 'state and orders')
+                      and tilts.last == bench.tilts[-1], TIMEOUT, 'state and orders')
         topics = {name for name, _ in live.listener.get_topic_names_and_types()}
         assert {name for name in topics if not name.startswith('/left/')} <= {
             '/clock', '/parameter_events', '/rosout', '/tf', '/tf_static'}
@@ -129,12 +129,12 @@ def test_latency_is_measured_and_clocks_that_disagree_are_seen(domain_id, capfd,
                 transform_message(WORLD, frame, stamp=stamp.to_msg()) for frame in frames]))
             return latency.excess(clock.now().nanoseconds)
 
-        live.wait_for(lambda: excess(0.1, BRICK) > 0.18, PATIENCE, 'it is as slow as the brick')
-        live.wait_for(lambda: excess(0.2, PLATFORM, 'nobody') > 0.38, PATIENCE, 'the platform')
-        live.wait_for(lambda: excess(0.3, BASE_LINK) > 0.58, PATIENCE, 'the robot')
+        live.wait_for(lambda: excess(0.1, BRICK) > 0.18, TIMEOUT, 'it is as slow as the brick')
+        live.wait_for(lambda: excess(0.2, PLATFORM, 'nobody') > 0.38, TIMEOUT, 'the platform')
+        live.wait_for(lambda: excess(0.3, BASE_LINK) > 0.58, TIMEOUT, 'the robot')
         assert seen and 'chrony' not in capfd.readouterr().err
-        live.wait_for(lambda: excess(-0.4, BASE_LINK) > 1.4, PATIENCE, 'stamps are ahead')
-        live.wait_for(lambda: node.warned_of_clocks, PATIENCE, 'a warning')
+        live.wait_for(lambda: excess(-0.4, BASE_LINK) > 1.4, TIMEOUT, 'stamps are ahead')
+        live.wait_for(lambda: node.warned_of_clocks, TIMEOUT, 'a warning')
     assert capfd.readouterr().err.count('chrony') == 1
 
 
@@ -152,5 +152,5 @@ def test_fall_that_comes_in_one_message(domain_id, monkeypatch):
         monkeypatch.setattr(bench.catcher, 'on_timer', lambda: None)
         bench.tick(200_000_000)
         fall = bench.catcher.catcher.decision.fall
-    assert abs(fall.stamp - begin) <= 3 * STEP
+    assert abs(fall.stamp - begin) <= 3 * STEP_NS
     assert (fall.x, fall.y) == (12.0, 6.0)

@@ -30,7 +30,7 @@ from launch.actions import (DeclareLaunchArgument, IncludeLaunchDescription, Log
 from launch.launch_description_sources import AnyLaunchDescriptionSource
 from launch.utilities import normalize_to_list_of_substitutions, perform_substitutions
 from launch_ros.actions import Node
-from live_graph import graph, PATIENCE, process
+from live_graph import graph, process, TIMEOUT
 import pytest
 from std_srvs.srv import Trigger
 from turtle_brick.core.parameters import default_path
@@ -233,7 +233,7 @@ def test_turtle_arena(domain_id):
     path = SHARE / 'launch' / 'turtle_arena.launch.py'
     with process([sys.executable, '-c', LAUNCH, str(path), 'view:=none', 'namespace:=bob'],
                  domain_id, stop=None) as launching:
-        launching.wait_for_output('waiting for a fall', PATIENCE)
+        launching.wait_for_output('waiting for a fall', TIMEOUT)
         with graph(domain_id, namespace='bob') as live:
             commands = live.record('turtle1/cmd_vel', Twist)
             # Long enough for a stall of the machine not to last for a third of it.
@@ -246,8 +246,8 @@ def test_turtle_arena(domain_id):
                                           *live.listener.get_service_names_and_types())}
             assert {name for name in names if not name.startswith('/bob/')} == {
                 '/parameter_events', '/rosout'}
-        launching.wait_for_output('can be caught', PATIENCE)
-        launching.wait_for_output(r'arena-\d\].*on the platform', PATIENCE)
+        launching.wait_for_output('can be caught', TIMEOUT)
+        launching.wait_for_output(r'arena-\d\].*riding', TIMEOUT)
         status = launching.stop(signal.SIGINT)
     assert 'Traceback' not in launching.output
     assert 'escalating' not in launching.output

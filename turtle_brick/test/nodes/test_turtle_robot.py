@@ -17,9 +17,9 @@
 from itertools import cycle
 from math import cos, dist, inf, nan, sin
 
-from driven import sent
+from driven import record_published
 from geometry_msgs.msg import PoseStamped, Twist
-from live_graph import graph, LATCHED, PATIENCE
+from live_graph import graph, LATCHED, TIMEOUT
 from nav_msgs.msg import Odometry
 import pytest
 from sensor_msgs.msg import JointState
@@ -82,7 +82,7 @@ def test_each_output_comes_at_100_hz_idle_and_driving(live):
     tilts.publish(Tilt(angle=-7.0))
     corners = cycle([(1.0, 1.0), (10.0, 1.0), (10.0, 10.0), (1.0, 10.0)])
     timer = live.listener.create_timer(0.8, lambda: goals.publish(goal_at(*next(corners))))
-    live.wait_for(lambda: poses.last.linear_velocity > 0.0, PATIENCE, 'the robot drives')
+    live.wait_for(lambda: poses.last.linear_velocity > 0.0, TIMEOUT, 'the robot drives')
     assert live.rates(outputs, 100) == pytest.approx([100.0] * 4, rel=0.01)
     live.listener.destroy_timer(timer)
     for topic in ('turtle1/cmd_vel', 'odom', 'joint_states'):
@@ -104,20 +104,20 @@ def test_each_output_comes_at_100_hz_idle_and_driving(live):
     assert all(command in twists for command in commands.messages[10:90])
     goals.publish(goal_at(4.0, 3.0))
     live.wait_for(lambda: dist((poses.last.x, poses.last.y), (4.0, 3.0)) < 0.005
-                  and commands.messages[-20:] == 20 * [Twist()], PATIENCE, 'it arrives')
+                  and commands.messages[-20:] == 20 * [Twist()], TIMEOUT, 'it arrives')
 
 
 def test_odom_is_the_first_pose_heading_included(live, robot):
     """World to odom is latched, and outlives teleports, which roll no wheel."""
     statics = live.record_transforms('odom', '/tf_static', LATCHED)
-    live.wait_for(lambda: statics.messages, PATIENCE, 'a late joiner gets world -> odom')
+    live.wait_for(lambda: statics.messages, TIMEOUT, 'a late joiner gets world -> odom')
     (transform,) = statics.messages
     assert transform.header.frame_id == 'world'
     place, turn = transform.transform.translation, transform.transform.rotation
     assert (place.x, place.y, place.z) == pytest.approx((3.0, 4.0, 0.0))
     assert (turn.x, turn.y, turn.z, turn.w) == pytest.approx(from_yaw(1.0))
     # In odom the turtle is where a look from there would find it.
-    odometry = sent(robot.odom_publisher)
+    odometry = record_published(robot.odom_publisher)
     robot.cycle()
     place, turn = odometry[-1].pose.pose.position, odometry[-1].pose.pose.orientation
     assert (place.x, place.y) == pytest.approx(
@@ -129,7 +129,7 @@ def test_odom_is_the_first_pose_heading_included(live, robot):
 def test_goals_in_frames_of_its_own_and_of_others(live, robot, monkeypatch):
     """TF is listened to from the first goal on that needs it, and a frame may come after it."""
     def goes_to(x, y):
-        live.wait_for(lambda: robot.driver.goal == pytest.approx((x, y)), PATIENCE, f'{x}, {y}')
+        live.wait_for(lambda: robot.driver.goal == pytest.approx((x, y)), TIMEOUT, f'{x}, {y}')
         assert robot.pending is None
 
     robot.on_goal(goal_at(1.0, -1.0, 'odom'))
@@ -139,7 +139,7 @@ def test_goals_in_frames_of_its_own_and_of_others(live, robot, monkeypatch):
     robot.on_goal(goal_at(7.0, 6.0, ''))  # As `ros2 topic pub --once goal_pose` sends it.
     goes_to(7.0, 6.0)
     assert robot.tf_listener is None
-    monkeypatch.setattr(turtle_robot, 'FRAME_PATIENCE', PATIENCE)
+    monkeypatch.setattr(turtle_robot, 'FRAME_PATIENCE', TIMEOUT)
     broadcaster = StaticTransformBroadcaster(live.listener)
     broadcaster.sendTransform(transform_message(
         'odom', 'beside', Pose((0.0, 1.0, 0.0), from_yaw(-1.0))))
@@ -193,7 +193,7 @@ def test_what_makes_no_sense_is_refused(robot, warned, monkeypatch):
 
 def test_without_a_turtle_nothing_is_to_move(live):
     robot = live.add_robot()
-    commands, odometry = sent(robot.cmd_vel_publisher), sent(robot.odom_publisher)
+    commands, odometry = record_published(robot.cmd_vel_publisher), record_published(robot.odom_publisher)
     robot.on_goal(goal_at(1.0, 1.0))
     robot.on_goal(goal_at(1.0, 1.0, 'base_link'))
     robot.cycle()

@@ -24,9 +24,10 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from turtle_brick.arena import Arena
 from turtle_brick.catcher import CatcherNode
-from turtle_brick.core.parameters import (ArenaParameters, CatcherParameters, default_path, load,
-                                          MissingParameterError, ParameterError, Parameters,
-                                          RobotParameters, TABLE, Used)
+from turtle_brick.core.parameters import (AnyParameterSet, ArenaParameters, CatcherParameters,
+                                          default_path, load, MissingParameterError,
+                                          PARAMETER_RULES, ParameterError, Parameters,
+                                          RobotParameters)
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.turtle_robot import TurtleRobot
 from turtle_referee.domains import reserved_domain
@@ -50,7 +51,7 @@ def overrides(values: dict) -> list[Parameter]:
     return [Parameter(name, value=value) for name, value in values.items()]
 
 
-def declare(context: Context, used: type[Used], **values: object) -> Used:
+def declare(context: Context, used: type[AnyParameterSet], **values: object) -> AnyParameterSet:
     """Make a node to which these parameters are given, and let it declare those that it uses."""
     node = Node('probe', context=context, parameter_overrides=overrides(values),
                 start_parameter_services=False, enable_rosout=False)
@@ -65,7 +66,7 @@ def declare(context: Context, used: type[Used], **values: object) -> Used:
 def test_a_node_needs_its_own_parameters_and_no_others(context, node_type, used):
     own = {entry.name: DEFAULTS[entry.name] for entry in fields(used)}
     node = node_type(context=context, parameter_overrides=overrides(own))
-    declared = {name for name in TABLE if node.has_parameter(name)}
+    declared = {name for name in PARAMETER_RULES if node.has_parameter(name)}
     assert declared == set(own)
     node.destroy_node()
     for name in own:
@@ -80,7 +81,7 @@ def test_values_arrive_and_are_described_and_read_only(context):
     node = Node('probe', context=context, parameter_overrides=overrides(given))
     assert declare_parameters(node, Parameters) == replace(
         load(), max_velocity=3.0, brick_start=(7.0, 6.0, 5.0))
-    for name, rule in TABLE.items():
+    for name, rule in PARAMETER_RULES.items():
         descriptor, held = node.describe_parameter(name), node.get_parameter(name)
         assert descriptor.description == rule.description
         assert descriptor.additional_constraints == f'{name} must be {rule.expectation()}'

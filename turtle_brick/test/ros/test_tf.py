@@ -24,9 +24,9 @@ import pytest
 from rclpy.time import Time
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
-from turtle_brick.core.geometry import FARTHEST, Pose
-from turtle_brick.ros.tf import (AHEAD, GuardedListener, latest, OLDEST, PAST, pose_of, recent,
-                                 transform_message)
+from turtle_brick.core.geometry import MAX_COORDINATE, Pose
+from turtle_brick.ros.tf import (BUFFER_DURATION_NS, GuardedListener, latest_transform, MAX_AGE_NS,
+                                 MAX_AHEAD_NS, pose_of, recent_pose, transform_message)
 
 NOW = 1_000_000_000_000
 LEVEL = (0.0, 0.0, 0.0, 1.0)
@@ -57,19 +57,19 @@ def listener(*on_transform):
 @pytest.mark.parametrize('bad, static, words', [
     (transform('world', 'brick', position=(nan, 0.0, 0.0)), False, '(nan, 0, 0)'),
     (transform('world', 'brick', position=(0.0, -inf, 0.0)), True, '(0, -inf, 0)'),
-    (transform('world', 'brick', position=(0.0, 0.0, 1.01 * FARTHEST)), False, '(0, 0, 1.01e+'),
+    (transform('world', 'brick', position=(0.0, 0.0, 1.01 * MAX_COORDINATE)), False, '(0, 0, 1.01e+'),
     (transform('world', 'brick', orientation=(0.0, 0.0, 0.0, 0.0)), False, '(0, 0, 0, 0)'),
     (transform('world', 'brick', orientation=(nan, 0.0, 0.0, 1.0)), True, '(nan, 0, 0, 1)'),
     (stamped(-1, 0), True, '-1 s 0 ns'),
     (stamped(1, 1_000_000_000), False, '1 s 1000000000 ns'),
-    (transform('world', 'brick', age=-AHEAD - 1), False, 's ahead'),
-    (transform('world', 'brick', age=PAST + 1), False, 's old'),
+    (transform('world', 'brick', age=-MAX_AHEAD_NS - 1), False, 's ahead'),
+    (transform('world', 'brick', age=BUFFER_DURATION_NS + 1), False, 's old'),
     (transform('elsewhere', '/world'), True, 'the root of all frames'),
 ], ids=lambda value: value if isinstance(value, str) else '')
 def test_harm_is_named_and_said_of_which_frames_a_few_times(bad, static, words):
     guarded, logger = listener()
     for _ in range(10):
-        assert guarded.take_in(TFMessage(transforms=[bad]), static, NOW) == []
+        assert guarded.store(TFMessage(transforms=[bad]), static, NOW) == []
     assert logger.warning.call_count == 5
     (sentence,), _ = logger.warning.call_args
     assert f'"{bad.header.frame_id}" to "{bad.child_frame_id}" ' in sentence
@@ -79,7 +79,7 @@ def test_harm_is_named_and_said_of_which_frames_a_few_times(bad, static, words):
 frames = st.sampled_from(('world', 'base_link', 'platform', 'brick', 'map', ''))
 numbers = st.one_of(st.floats(), st.sampled_from((0.0, 1.0, 1e9, 1e308)))
 anything = st.builds(
-    transform, frames, frames, st.integers(-2 * AHEAD, 2 * PAST), st.tuples(*[numbers] * 3),
+    transform, frames, frames, st.integers(-2 * MAX_AHEAD_NS, 2 * BUFFER_DURATION_NS), st.tuples(*[numbers] * 3),
     st.one_of(st.just(LEVEL), st.tuples(*[numbers] * 4)))
 
 
@@ -97,35 +97,35 @@ def test_all_is_in_sight_again_once_everybody_has_spoken_again(messages, known):
         for parent, child, static in CHAIN:
             # What is said once is as old as who said it.
             message = TFMessage(transforms=[
-                transform(parent, child, 10 * PAST if static else age)])
-            assert guarded.take_in(message, static, NOW), (parent, child)
+                transform(parent, child, 10 * BUFFER_DURATION_NS if static else age)])
+            assert guarded.store(message, static, NOW), (parent, child)
 
     if known:
-        speak(AHEAD)
+        speak(MAX_AHEAD_NS)
     for message, static in messages:
-        guarded.take_in(TFMessage(transforms=[message]), static, NOW)
+        guarded.store(TFMessage(transforms=[message]), static, NOW)
     # Not even what was ahead of its time stays in the way.
-    speak(-AHEAD)
-    brick = latest(guarded.buffer, 'brick')
+    speak(-MAX_AHEAD_NS)
+    brick = latest_transform(guarded.buffer, 'brick')
     assert pose_of(brick.transform).position == pytest.approx((5.0, 10.0, 15.0))
 
 
-@pytest.mark.parametrize('age, known', [(OLDEST, True), (OLDEST + 1, False),
-                                        (-AHEAD, True), (-AHEAD - 1, False)])
+@pytest.mark.parametrize('age, known', [(MAX_AGE_NS, True), (MAX_AGE_NS + 1, False),
+                                        (-MAX_AHEAD_NS, True), (-MAX_AHEAD_NS - 1, False)])
 def test_where_a_moving_frame_is_counts_for_a_while_and_until_the_clock_is_set_back(age, known):
     guarded, _ = listener()
-    assert recent(guarded.buffer, 'brick', NOW) is None
-    guarded.take_in(TFMessage(transforms=[transform('world', 'brick')]), False, NOW)
-    pose = recent(guarded.buffer, 'brick', NOW + age)
+    assert recent_pose(guarded.buffer, 'brick', NOW) is None
+    guarded.store(TFMessage(transforms=[transform('world', 'brick')]), False, NOW)
+    pose = recent_pose(guarded.buffer, 'brick', NOW + age)
     assert pose == (Pose((1.0, 2.0, 3.0), LEVEL) if known else None)
-    guarded.take_in(TFMessage(), False, NOW - 1)
-    assert latest(guarded.buffer, 'brick') is None
+    guarded.store(TFMessage(), False, NOW - 1)
+    assert latest_transform(guarded.buffer, 'brick') is None
 
 
 def test_each_transform_is_heard_in_order_once_its_message_is_in_the_buffer():
     heard = []
     guarded, _ = listener(lambda message, now: heard.append((
-        message.transform.translation.x, latest(guarded.buffer, 'brick').transform.translation.x,
+        message.transform.translation.x, latest_transform(guarded.buffer, 'brick').transform.translation.x,
         now)))
     guarded.static_callback(TFMessage(transforms=[transform('brick', 'label')]))
     for burst in (0, 3):
@@ -133,4 +133,4 @@ def test_each_transform_is_heard_in_order_once_its_message_is_in_the_buffer():
             transform('world', 'brick', -number, (float(number), 0.0, 0.0))
             for number in range(burst, burst + 3)]))
     assert heard == [(0, 2, NOW), (1, 2, NOW), (2, 2, NOW), (3, 5, NOW), (4, 5, NOW), (5, 5, NOW)]
-    assert latest(guarded.buffer, 'label') is not None
+    assert latest_transform(guarded.buffer, 'label') is not None

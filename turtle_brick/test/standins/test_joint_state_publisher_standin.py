@@ -14,7 +14,7 @@
 """The sliders of the stand-in of joint_state_publisher_gui, on its page in a browser."""
 
 from browser import Chromium, find_chromium
-from live_graph import graph, PATIENCE, process
+from live_graph import graph, process, TIMEOUT
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
@@ -39,11 +39,11 @@ def test_sliders(domain_id):
         live.publisher('robot_description', String, QoSProfile(
             depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)).publish(String(data=ROBOT))
         states = live.record('joint_states', JointState)
-        browser.go_to(sliders.wait_for_output(r'Joint State Publisher: (\S+)', PATIENCE)[1])
+        browser.go_to(sliders.wait_for_output(r'Joint State Publisher: (\S+)', TIMEOUT)[1])
         for name, moved in (('Randomize', True), ('Center', False)):
             button = f'[...document.querySelectorAll("button")].find(b => b.innerText == {name!r})'
             browser.wait_for(button)
             browser.evaluate(f'{button}.click()')
             live.wait_for(lambda: states.last and states.last.position and all(
-                (position != 0.0) is moved for position in states.last.position), PATIENCE, name)
+                (position != 0.0) is moved for position in states.last.position), TIMEOUT, name)
         assert states.last.name == ['left_joint', 'right_joint']

@@ -26,7 +26,7 @@ from types import SimpleNamespace
 import numpy as np
 import psutil
 import pytest
-from turtle_brick.physics import STEP
+from turtle_brick.physics import STEP_NS
 from turtle_brick.ros.tf import BASE_LINK, BRICK
 from turtle_brick.tools import benchmark, plots
 from turtle_brick.tools.benchmark import NODES
@@ -63,10 +63,10 @@ class Recorded:
 
 def fall(first=-5, last=40, gravity=9.81):
     """Return when the positions of a brick were published, and each with its stamp."""
-    heights = {step: 8.0 - gravity / 2.0 * (max(step, 0) * STEP * 1e-9) ** 2
+    heights = {step: 8.0 - gravity / 2.0 * (max(step, 0) * STEP_NS * 1e-9) ** 2
                for step in range(first, last)}
-    return [(RELEASE + step * STEP + 300_000, SimpleNamespace(
-        stamp=RELEASE + step * STEP, pose=SimpleNamespace(position=(1.0, 2.0, height))))
+    return [(RELEASE + step * STEP_NS + 300_000, SimpleNamespace(
+        stamp=RELEASE + step * STEP_NS, pose=SimpleNamespace(position=(1.0, 2.0, height))))
         for step, height in heights.items()]
 
 

@@ -25,7 +25,7 @@ from std_msgs.msg import String
 from tf2_ros import Buffer
 from turtle_brick.arena import brick_marker
 from turtle_brick.core.geometry import from_pitch, from_yaw, IDENTITY, Pose, rotate
-from turtle_brick.core.time_steps import NANOSECONDS
+from turtle_brick.core.time_steps import NS_PER_SECOND
 from turtle_brick.physics import Phase
 from turtle_brick.ros.tf import transform_message
 from turtle_brick.view.page import Page
@@ -33,7 +33,7 @@ from turtle_brick.view.shapes import ORIGIN
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker, MarkerArray
 
-START = 1_700_000_000 * NANOSECONDS
+START = 1_700_000_000 * NS_PER_SECOND
 ROBOT = """
 <robot name="small">
   <link name="base_link">
@@ -126,7 +126,7 @@ def test_what_moves_together_is_drawn_at_one_instant(bench):
     bench.brick(Phase.RIDING)
     place = (0.3, -0.2, 0.1)
     for step in range(200):
-        bench.now += NANOSECONDS // 1000
+        bench.now += NS_PER_SECOND // 1000
         if step % 10 == 0:
             bench.transform('odom', 'base_link', (0.003 * step, 0.0, 0.0), from_yaw(0.01 * step))
         if step % 10 == 4:
@@ -145,7 +145,7 @@ def test_what_has_stopped_coming_is_where_it_was_last_and_holds_nothing_up(bench
     bench.brick(Phase.HOVERING)
     bench.transform('world', 'brick', (0.0, 0.0, 3.0))
     for step in range(1, 101):
-        bench.now += NANOSECONDS // 50
+        bench.now += NS_PER_SECOND // 50
         bench.transform('world', 'base_link', (0.1 * step, 0.0, 0.0))
         bench.transform('base_link', 'platform', (0.0, 0.0, 2.0))
         poses = bench.draw()
@@ -167,12 +167,12 @@ def test_the_frames_can_be_switched_on(bench):
 def test_the_curves_are_what_was_heard(bench):
     bench.draw()
     bench.transform('world', 'odom', (5.0, 5.0, 0.0), static=True)
-    bench.now += NANOSECONDS
+    bench.now += NS_PER_SECOND
     for step in range(31):
         bench.transform('odom', 'base_link', (0.03 * step, -0.01 * step, 0.0))
         bench.transform('world', 'brick', (5.0, 7.0, 9.0 - 0.02 * step))
         bench.draw()
-        bench.now += NANOSECONDS // 100
+        bench.now += NS_PER_SECOND // 100
     (*before, last, now), = bench.panel.show_curves.call_args.args
     assert last[1:] == pytest.approx((8.6, hypot(0.6, 2.2), hypot(3.0, 1.0)))
     assert now[1:] == pytest.approx((8.4, hypot(0.9, 2.3), hypot(3.0, 1.0)))
@@ -187,7 +187,7 @@ def test_the_brick_is_told_by_its_marker_and_its_frame(bench):
     for phase in Phase:
         bench.brick(phase)
         bench.transform('world', 'brick', (7.5, 7.0, 8.0))
-        bench.draw(after=NANOSECONDS)
+        bench.draw(after=NS_PER_SECOND)
         assert bench.shown(bench.panel.show_brick) == f'{phase.value}, 8.00 m up'
         assert bench.panel.suggest_place.called == (phase is Phase.HOVERING)
         bench.panel.suggest_place.reset_mock()
@@ -213,10 +213,10 @@ def test_only_the_text_unreachable_calls_a_brick_unreachable(bench):
             ({'text': 'Unreachable', 'action': Marker.DELETE}, ('The brick falls', False)),
             ({'text': 'Unreachable'}, ('Unreachable', True))):
         bench.page.hear_marker('catcher_marker', Marker(type=Marker.TEXT_VIEW_FACING, **fields))
-        bench.draw(after=NANOSECONDS)
+        bench.draw(after=NS_PER_SECOND)
         assert bench.panel.show_account.call_args.args == account
     bench.page.hear_state(String(data='unreachable: it is 0.009 s too early'))
-    bench.draw(after=NANOSECONDS)
+    bench.draw(after=NS_PER_SECOND)
     bench.panel.show_account.assert_called_with('Unreachable: it is 0.009 s too early', True)
 
 
@@ -224,7 +224,7 @@ def test_rates_are_those_of_what_comes_and_parts_those_of_nodes(bench):
     bench.publishers = {'odom': 1}
     bench.draw()
     bench.panel.show_parts.assert_called_with(False, True, False)
-    for period, count in ((NANOSECONDS // 10, 30), (NANOSECONDS // 100, 201)):
+    for period, count in ((NS_PER_SECOND // 10, 30), (NS_PER_SECOND // 100, 201)):
         for _ in range(count):
             bench.page.count('cmd_vel')
             bench.now += period

@@ -20,7 +20,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 from turtle_brick.core.geometry import from_pitch, from_yaw, IDENTITY, multiply, rotate
-from turtle_brick.core.time_steps import NANOSECONDS
+from turtle_brick.core.time_steps import NS_PER_SECOND
 from turtle_brick.view.shapes import from_rpy, GRAY, Markers, ORIGIN, robot_shapes, shape_of
 from visualization_msgs.msg import Marker
 
@@ -87,7 +87,7 @@ def test_a_marker_is_there_until_it_is_deleted_or_its_lifetime_is_over():
     def hear(topic, number, now, **fields):
         message = Marker(id=number, type=Marker.CUBE, **fields)
         message.lifetime.sec = 3 * number
-        markers.hear(topic, message, now * NANOSECONDS)
+        markers.hear(topic, message, now * NS_PER_SECOND)
 
     def shown(now):
         return set(markers.things(now, lambda frame: ORIGIN))
@@ -96,11 +96,11 @@ def test_a_marker_is_there_until_it_is_deleted_or_its_lifetime_is_over():
     hear('a', 0, 1)
     hear('a', 1, 1)
     hear('b', 1, 2)
-    assert shown(4 * NANOSECONDS - 1) == {'a//0', 'a//1', 'b//1'}
+    assert shown(4 * NS_PER_SECOND - 1) == {'a//0', 'a//1', 'b//1'}
     hear('b', 1, 3)
-    assert shown(4 * NANOSECONDS) == {'a//0', 'b//1'}
+    assert shown(4 * NS_PER_SECOND) == {'a//0', 'b//1'}
     hear('b', 1, 4, action=Marker.DELETE)
-    assert shown(4 * NANOSECONDS) == {'a//0'}
+    assert shown(4 * NS_PER_SECOND) == {'a//0'}
     assert markers.things(0, lambda frame: None) == {}, 'its frame is unknown'
 
 

@@ -23,7 +23,7 @@ import socket
 import urllib.request
 
 from geometry_msgs.msg import PoseStamped
-from live_graph import graph, PATIENCE, process
+from live_graph import graph, process, TIMEOUT
 import pytest
 from turtle_brick.core.parameters import ParameterError
 from turtle_brick.physics import Phase
@@ -51,7 +51,7 @@ def answer_to(live, order, *values):
     panel = live.viewer.panel
     panel.show_answer('no answer yet', True)
     live.viewer._soon(order)(*values)
-    live.wait_for(lambda: 'no answer yet' not in panel._answer.content, PATIENCE, 'an answer')
+    live.wait_for(lambda: 'no answer yet' not in panel._answer.content, TIMEOUT, 'an answer')
     return unescape(re.sub('<[^>]*>', '', panel._answer.content))
 
 
@@ -115,8 +115,8 @@ def test_it_serves_on_the_next_free_port_and_ends_quietly(domain_id):
         command = [executable('turtle_brick', 'viewer'), '--ros-args', '-p', f'port:={port}']
         with process(command, domain_id, stop=signal.SIGTERM) as running:
             url, found = running.wait_for_output(
-                r'Viewer: (http://127\.0\.0\.1:(\d+))\n', PATIENCE).groups()
-            with urllib.request.urlopen(url, timeout=PATIENCE) as page:
+                r'Viewer: (http://127\.0\.0\.1:(\d+))\n', TIMEOUT).groups()
+            with urllib.request.urlopen(url, timeout=TIMEOUT) as page:
                 assert page.status == 200 and b'<html' in page.read()
     assert int(found) > port
     warning, said = running.output.splitlines()
@@ -135,18 +135,18 @@ def test_what_is_asked_for_on_the_page_is_done_and_what_becomes_of_it_is_shown(d
         goals, tilts = live.record('goal_pose', PoseStamped), live.record('tilt', Tilt)
         live.wait_for(lambda: all(client.service_is_ready() for client in live.viewer.clients)
                       and all(live.viewer.count_subscribers(topic) == 2
-                              for topic in ('goal_pose', 'tilt')), PATIENCE, 'they meet')
+                              for topic in ('goal_pose', 'tilt')), TIMEOUT, 'they meet')
         assert 'ground' in place((5.0, 5.0, -1.0))
         assert '#c92a2a' in live.viewer.panel._answer.content, 'in red'
         assert place((5.0, 5.0, 3.0)) == 'place: the brick hovers at (5, 5, 3)'
         drop((4.0, 5.0, 3.0))
-        live.wait_for(lambda: world.phase is Phase.GROUNDED, PATIENCE, 'it is down')
+        live.wait_for(lambda: world.phase is Phase.GROUNDED, TIMEOUT, 'it is down')
         assert world.brick[:2] == (4.0, 5.0)
         assert drop() == 'drop: the brick is on the ground: place it first'
 
         live.viewer._soon(live.viewer.go)(3.0, 4.0)
         live.viewer._soon(live.viewer.tilt)(0.25)
-        live.wait_for(lambda: goals.messages and live.viewer.panel._tilt.value == 0.25, PATIENCE,
+        live.wait_for(lambda: goals.messages and live.viewer.panel._tilt.value == 0.25, TIMEOUT,
                       'goal and slider')
         assert goals.last.header.frame_id == 'world'
         assert (goals.last.pose.position.x, goals.last.pose.position.y) == (3.0, 4.0)

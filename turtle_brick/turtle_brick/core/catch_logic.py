@@ -24,16 +24,15 @@ from enum import Enum
 from math import cos, dist, hypot, inf, pi
 from typing import NamedTuple
 
-from turtle_brick.core.driving import within_arena
 from turtle_brick.core.fall_detection import Fall, FallDetector
-from turtle_brick.core.geometry import FARTHEST, Vector
+from turtle_brick.core.geometry import MAX_COORDINATE, Vector
 from turtle_brick.core.latency import Latency
 from turtle_brick.core.parameters import CatcherParameters
 from turtle_brick.core.reachability import (Decision, LEVEL_LATENCY, reach, resting_height,
                                             RobotMotion, ROUNDING, Track)
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.core.time_steps import NANO
-from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER
+from turtle_brick.core.time_steps import SECONDS_PER_NS
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, within_arena
 
 PERIOD = 0.02
 """Time (s) between two updates; a brick that begins to fall brings one more."""
@@ -142,7 +141,7 @@ class Sight(NamedTuple):
     @property
     def blind(self) -> bool:
         """Whether the robot has been out of sight, but for less than OUT_OF_SIGHT."""
-        return self.robot is None and (self.now - self.robot_seen) * NANO < OUT_OF_SIGHT
+        return self.robot is None and (self.now - self.robot_seen) * SECONDS_PER_NS < OUT_OF_SIGHT
 
     @property
     def still_since(self) -> int:
@@ -152,7 +151,7 @@ class Sight(NamedTuple):
     @property
     def still(self) -> float:
         """Time (s) for which it has been seen not to move."""
-        return (self.brick.seen - self.still_since) * NANO
+        return (self.brick.seen - self.still_since) * SECONDS_PER_NS
 
     @property
     def falling(self) -> bool:
@@ -191,8 +190,8 @@ class Sight(NamedTuple):
         """Whether the brick has left the tilted platform: it does not move any more."""
         if self.platform is None:
             return True
-        still = (self.brick.seen - max(self.still_since, self.level_seen)) * NANO
-        beside = (hypot(*self.platform.place_of(self.brick.position))
+        still = (self.brick.seen - max(self.still_since, self.level_seen)) * SECONDS_PER_NS
+        beside = (hypot(*self.platform.coordinates_of(self.brick.position))
                   > self.parameters.platform_radius)
         return still >= (SETTLED if beside else LAG)
 
@@ -221,7 +220,7 @@ class Progress(NamedTuple):
             carrying_since = sight.now
         elif (state is State.LEVELING and self.state in (State.CARRYING, State.TILTING)
                 and sight.robot is not None and sight.still_since <= carrying_since
-                and (sight.brick.seen - carrying_since) * NANO >= SETTLED):
+                and (sight.brick.seen - carrying_since) * SECONDS_PER_NS >= SETTLED):
             left_behind = sight.brick.moved
         return Progress(state, sight.now, carrying_since, left_behind)
 
@@ -248,7 +247,7 @@ def transition(progress: Progress, seen: Sight) -> State:
         if seen.arrived_at(CENTER):
             return State.TILTING
     elif state is State.TILTING:
-        if seen.off_platform or (seen.now - progress.since) * NANO > PATIENCE:
+        if seen.off_platform or (seen.now - progress.since) * SECONDS_PER_NS > PATIENCE:
             return State.LEVELING
     elif state is State.LEVELING:
         if seen.level_ordered:
@@ -302,7 +301,7 @@ class Ramp:
         """
         if self.angle == goal:
             return False
-        part = min((now - self._begun) * NANO / RAMP, 1.0)
+        part = min((now - self._begun) * SECONDS_PER_NS / RAMP, 1.0)
         smooth = 0.5 - 0.5 * cos(pi * part)
         self.angle = goal if part == 1.0 else self._from + smooth * (goal - self._from)
         self._ordered = now
@@ -314,7 +313,7 @@ class Ramp:
 
     def ordered_for(self, now: int) -> float:
         """Return how long (s) before an instant (ns) the angle was ordered."""
-        return (now - self._ordered) * NANO
+        return (now - self._ordered) * SECONDS_PER_NS
 
 
 class Catcher:
@@ -354,12 +353,12 @@ class Catcher:
         Note where the brick is.
 
         :param stamp: instant at which it was there (ns)
-        :param position: of its center in the world (m); ignored beyond FARTHEST
+        :param position: of its center in the world (m); ignored beyond MAX_COORDINATE
         :param parent: the frame in which it is broadcast; a change of it counts as a motion
         :return: Whether it has just begun to fall: then `update` should be called at once.
         """
         x, y, z = position
-        if not abs(x) + abs(y) + abs(z) <= FARTHEST:
+        if not abs(x) + abs(y) + abs(z) <= MAX_COORDINATE:
             return False
         self.latency.see_brick(stamp)
         x_before, y_before, z_before = self._brick.position
@@ -432,7 +431,7 @@ class Catcher:
             return decision._replace(reachable=False, reason=(
                 f'it was down {-decision.available:.3f} s before it was known to fall'))
         if (fall is None or self._is_decided(fall)
-                or abs(now - self._brick.seen) * NANO > CLOCK_DIFFERENCE):
+                or abs(now - self._brick.seen) * SECONDS_PER_NS > CLOCK_DIFFERENCE):
             return None
         excess = self._track.excess
         available = reach(fall, now, robot, parameters, excess).available

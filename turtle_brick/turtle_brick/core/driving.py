@@ -18,7 +18,7 @@ Drive turtlesim's turtle to a goal at full speed, and stop there, through its sl
 turtlesim keeps the last seven commands and takes the oldest of them every 16 ms. Commands at
 100 Hz keep this queue full: each is taken 60 to 70 ms after it was published, and some never are.
 A controller that steers by the last pose therefore overshoots by 0.07 s of motion and hunts about
-the goal. This one mirrors the queue (`CommandPath`), predicts where the turtle will be when the
+the goal. This one mirrors the queue (`CommandQueue`), predicts where the turtle will be when the
 next command takes effect, and steers from there (`Driver`): a Smith predictor.
 
 No clock is read here: times are passed in, in seconds of one steady clock.
@@ -27,18 +27,19 @@ No clock is read here: times are passed in, in seconds of one steady clock.
 from collections import deque
 from math import cos, hypot, inf, isfinite, log, sin
 
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, QUEUE_DEPTH, TICK, TurtlePose
+from turtle_brick.core.turtlesim_kinematics import (ARENA_SIZE, QUEUE_DEPTH, TICK, TurtlePose,
+                                                    within_arena)
 
-PERIOD = 0.010
+COMMAND_PERIOD = 0.010
 """Time (s) between two commands: cmd_vel is published at 100 Hz."""
 
-TRANSPORT = 0.0004
+TRANSPORT_DELAY = 0.0004
 """Time (s) that a message takes from one node to another on one machine (0.2 to 0.6 ms)."""
 
-STALE = 0.25
+POSE_TIMEOUT = 0.25
 """Age (s) at which the last pose no longer tells where the turtle is."""
 
-APPROACH = 0.5
+APPROACH_FRACTION = 0.5
 """Part of the remaining way that a command covers in its one tick. At 1 the turtle would arrive in
 one step, and overshoot by a whole step if a tick took another command than predicted; at 0.5
 neighboring commands differ by little, so that it hardly matters which of them a tick takes."""
@@ -100,7 +101,7 @@ class TickClock:
         self._late = 0
 
 
-class CommandPath:
+class CommandQueue:
     """
     Mirror turtlesim's queue: which commands are on their way, and where they lead.
 
@@ -145,13 +146,13 @@ class CommandPath:
         tick = self._ticks.observe(now)
         self.pose = pose
         self.pose_time = now
-        expected = self._head(self._taken, self._published_by(tick - 2.0 * TRANSPORT))
+        expected = self._head(self._taken, self._published_by(tick - 2.0 * TRANSPORT_DELAY))
         expected = self._recognize(expected, pose.linear_velocity)
         self._taken = max(self._taken, min(expected, self._count - 1))
 
     def is_stale(self, now: float) -> bool:
         """Tell whether there is no pose, or only one that is too old to act on."""
-        return self.pose is None or now - self.pose_time > STALE
+        return self.pose is None or now - self.pose_time > POSE_TIMEOUT
 
     def predict(self, now: float) -> tuple[float, float]:
         """
@@ -173,11 +174,11 @@ class CommandPath:
         linear_x = linear_y = 0.0
         if taken >= first:
             _, linear_x, linear_y = sent[taken - first]
-        tick = self._ticks.last - 2.0 * TRANSPORT
+        tick = self._ticks.last - 2.0 * TRANSPORT_DELAY
         for _ in range(2 * QUEUE_DEPTH):
             tick += TICK
             if tick >= now:
-                latest = self._count + int((tick - now) / PERIOD)
+                latest = self._count + int((tick - now) / COMMAND_PERIOD)
             else:
                 latest = self._published_by(tick)
             if latest > taken:
@@ -230,7 +231,7 @@ class Driver:
         """Where to drive, in the world (m)."""
         self.arrived = False
         """Whether the commands on their way stop the turtle at its goal, or have done so."""
-        self._path = CommandPath()
+        self._path = CommandQueue()
 
     @property
     def pose(self) -> TurtlePose | None:
@@ -275,16 +276,10 @@ class Driver:
         self.arrived = distance < (START_DISTANCE if self.arrived else STOP_DISTANCE)
         if self.arrived:
             return (0.0, 0.0)
-        speed = min(self.max_velocity, APPROACH * distance / TICK)
+        speed = min(self.max_velocity, APPROACH_FRACTION * distance / TICK)
         ex, ey = speed * dx / distance, speed * dy / distance
         c, s = cos(pose.theta), sin(pose.theta)
         return (c * ex + s * ey, c * ey - s * ex)
-
-
-def within_arena(x: float, y: float) -> tuple[float, float]:
-    """Return the point of the arena nearest to (x, y), in the world (m)."""
-    return (0.0 if x < 0.0 else ARENA_SIZE if x > ARENA_SIZE else x,
-            0.0 if y < 0.0 else ARENA_SIZE if y > ARENA_SIZE else y)
 
 
 def travel_time(distance: float, radius: float, max_velocity: float) -> float:
@@ -300,9 +295,9 @@ def travel_time(distance: float, radius: float, max_velocity: float) -> float:
     if distance <= radius:
         return 0.0
     least = (distance - radius) / max_velocity
-    stretch = max_velocity * TICK / APPROACH
+    stretch = max_velocity * TICK / APPROACH_FRACTION
     if radius >= stretch:
         return least
     cruise = max(distance - stretch, 0.0) / max_velocity
-    approach = TICK * log(min(distance, stretch) / radius) / -log(1.0 - APPROACH)
+    approach = TICK * log(min(distance, stretch) / radius) / -log(1.0 - APPROACH_FRACTION)
     return max(least, cruise + approach)

@@ -25,7 +25,7 @@ from math import hypot, nan, sqrt
 from typing import NamedTuple
 
 from turtle_brick.core.geometry import Vector
-from turtle_brick.core.time_steps import NANO
+from turtle_brick.core.time_steps import SECONDS_PER_NS
 
 
 class Fall(NamedTuple):
@@ -47,7 +47,7 @@ class Fall(NamedTuple):
 
     def height(self, stamp: int, gravity: float) -> float:
         """Return how high (m) the brick is at an instant (ns) if nothing stops it."""
-        time = (stamp - self.stamp) * NANO
+        time = (stamp - self.stamp) * SECONDS_PER_NS
         return self.z - self.speed * time - 0.5 * gravity * time * time
 
     def time_to(self, height: float, gravity: float) -> float:
@@ -118,7 +118,7 @@ class FallDetector:
         (t0, x0, y0, z0), (t1, _, _, z1), (t2, x2, y2, z2) = self._samples
         if not z0 > z1 or hypot(x2 - x0, y2 - y0) > self.STRAIGHT * (z0 - z2):
             return None
-        first, second = (t1 - t0) * NANO, (t2 - t1) * NANO
+        first, second = (t1 - t0) * SECONDS_PER_NS, (t2 - t1) * SECONDS_PER_NS
         speed_before, speed_after = (z0 - z1) / first, (z1 - z2) / second
         acceleration = (speed_after - speed_before) / (0.5 * (first + second))
         if not abs(acceleration - self.gravity) <= self.TOLERANCE * self.gravity:

@@ -31,7 +31,7 @@ Color = tuple[float, float, float, float]
 
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
-FARTHEST = 1e9
+MAX_COORDINATE = 1e9
 """Largest coordinate (m) that is accepted: squares and products of such numbers stay finite."""
 
 

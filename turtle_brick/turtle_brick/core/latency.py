@@ -26,8 +26,8 @@ from bisect import bisect_left, insort
 from collections import deque
 from collections.abc import Iterable
 
-from turtle_brick.core.driving import PERIOD
-from turtle_brick.core.time_steps import NANO
+from turtle_brick.core.driving import COMMAND_PERIOD
+from turtle_brick.core.time_steps import SECONDS_PER_NS
 
 MEMORY = 10.0
 """Time (s) for which what was seen counts."""
@@ -75,7 +75,7 @@ class Recent:
     def at(self, now: int, part: float) -> float:
         """Return the value, at an instant (ns), above a part (0 to 1) of them; 0 of none."""
         noted, values = self._noted, self._sorted
-        while noted and (now - noted[0][0]) * NANO > MEMORY:
+        while noted and (now - noted[0][0]) * SECONDS_PER_NS > MEMORY:
             _, value = noted.popleft()
             del values[bisect_left(values, value)]
         return values[round(part * (len(values) - 1))] if values else 0.0
@@ -135,14 +135,14 @@ class Latency:
         if self._robot is None:
             self._since = stamp
         else:
-            gap = (stamp - self._robot) * NANO
-            if self._is_starved and 2.0 * PERIOD < gap < LONGEST:
-                self._pauses.note(stamp, gap - PERIOD)
+            gap = (stamp - self._robot) * SECONDS_PER_NS
+            if self._is_starved and 2.0 * COMMAND_PERIOD < gap < LONGEST:
+                self._pauses.note(stamp, gap - COMMAND_PERIOD)
         self._robot = stamp
 
     def see_brick(self, stamp: int) -> None:
         """Note the stamp (ns) of a position of the brick, and so whether some are missing."""
-        gap = 0.0 if self._stamp is None else (stamp - self._stamp) * NANO
+        gap = 0.0 if self._stamp is None else (stamp - self._stamp) * SECONDS_PER_NS
         self._stamp = stamp
         if not 0.0 < gap < LONGEST:
             return
@@ -156,7 +156,7 @@ class Latency:
 
     def loses(self, now: int) -> bool:
         """Tell whether messages get lost."""
-        return len(self._gaps) == LOSSES and (now - self._gaps[0]) * NANO <= MEMORY
+        return len(self._gaps) == LOSSES and (now - self._gaps[0]) * SECONDS_PER_NS <= MEMORY
 
     def ahead(self, now: int) -> float:
         """Return by how much (s) stamps are ahead of their arrival: 0 where the clocks agree."""
@@ -171,7 +171,7 @@ class Latency:
         :param duration: of its way (s)
         :return: As large a part of it as in the recent past, and one more pause like the longest.
         """
-        known = 0.0 if self._since is None else (now - self._since) * NANO
+        known = 0.0 if self._since is None else (now - self._since) * SECONDS_PER_NS
         part = self._pauses.total(now) / min(max(known, 1.0), MEMORY)
         return part * duration + self._pauses.at(now, 1.0)
 

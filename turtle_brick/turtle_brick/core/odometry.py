@@ -25,7 +25,7 @@ from math import atan2, hypot, pi
 from turtle_brick.core.geometry import Pose2D
 from turtle_brick.core.turtlesim_kinematics import TICK, TurtlePose
 
-RESOLUTION = 1e-5
+MIN_MOTION = 1e-5
 """Motion (m) below which a float32 coordinate does not tell a direction."""
 
 
@@ -74,7 +74,7 @@ class Odometer:
         # A pose comes with the speed that led to it. What is farther than that speed allows, over
         # all ticks since the last pose, is a teleport or another turtlesim.
         ticks = max(1.0, (now - self._last_time) / TICK + 0.5)
-        if path <= RESOLUTION or path > ticks * TICK * pose.linear_velocity + RESOLUTION:
+        if path <= MIN_MOTION or path > ticks * TICK * pose.linear_velocity + MIN_MOTION:
             return
         self.wheel_angle += path / self.wheel_radius
         # Over several ticks the path is longer than TICK tells; at a wall it is shorter.

@@ -14,13 +14,13 @@
 
 
 """
-The configured numbers: what each may be (TABLE), and who uses which.
+The configured numbers: what each may be (PARAMETER_RULES), and who uses which.
 
 `load` reads the ROS parameter file config/turtle.yaml without ROS; a node declares what it uses
 with `turtle_brick.ros.node_parameters.declare_parameters`. Either way a value that is missing or
 inadmissible raises a ParameterError, whose one sentence names it and what is admissible.
 
-A new number takes a line in config/turtle.yaml, a row of TABLE, and a field in the parameters of
+A new number takes a line in config/turtle.yaml, a row of PARAMETER_RULES, and a field in the parameters of
 who uses it.
 """
 
@@ -38,7 +38,7 @@ import yaml
 
 Triple = tuple[float, float, float]
 
-Used = TypeVar('Used', bound='Checked')
+AnyParameterSet = TypeVar('AnyParameterSet', bound='ParameterSet')
 """The parameters of somebody."""
 
 
@@ -50,7 +50,7 @@ class MissingParameterError(ParameterError):
     """A parameter has no value."""
 
 
-class Rule(NamedTuple):
+class ParameterRule(NamedTuple):
     """What a parameter means and which values are admissible."""
 
     description: str
@@ -77,36 +77,36 @@ class Rule(NamedTuple):
                    and self.lower <= number <= self.upper for number in numbers)
 
 
-TABLE = {
-    'platform_height': Rule("Height of the level platform's top above the ground", 'm', 0.01, 100),
-    'platform_radius': Rule('Radius of the platform', 'm', 0.01, 10),
-    'platform_thickness': Rule('Thickness of the platform', 'm', 0.001, 10),
-    'wheel_radius': Rule('Radius of the wheel', 'm', 0.01, 10),
-    'max_velocity': Rule('Greatest translational speed of the robot', 'm/s', 0.01, 10),
-    'tilt_angle': Rule('Tilt of the platform with which a brick is tipped off', 'rad', 0.05, 1.5),
-    'gravity_accel': Rule('Acceleration due to gravity, downward', 'm/s^2', 0.01, 100),
-    'brick_size': Rule('Size of the brick along its own x, y and z', 'm', 0.001, 10, 3),
-    'brick_start': Rule(
+PARAMETER_RULES = {
+    'platform_height': ParameterRule("Height of the level platform's top above the ground", 'm', 0.01, 100),
+    'platform_radius': ParameterRule('Radius of the platform', 'm', 0.01, 10),
+    'platform_thickness': ParameterRule('Thickness of the platform', 'm', 0.001, 10),
+    'wheel_radius': ParameterRule('Radius of the wheel', 'm', 0.01, 10),
+    'max_velocity': ParameterRule('Greatest translational speed of the robot', 'm/s', 0.01, 10),
+    'tilt_angle': ParameterRule('Tilt of the platform with which a brick is tipped off', 'rad', 0.05, 1.5),
+    'gravity_accel': ParameterRule('Acceleration due to gravity, downward', 'm/s^2', 0.01, 100),
+    'brick_size': ParameterRule('Size of the brick along its own x, y and z', 'm', 0.001, 10, 3),
+    'brick_start': ParameterRule(
         'Center of the brick in world before it is placed anywhere else', 'm', -1000, 1000, 3),
-    'wall_height': Rule("Height of the arena's walls", 'm', 0.001, 100),
+    'wall_height': ParameterRule("Height of the arena's walls", 'm', 0.001, 100),
 }
 
 
 @dataclass(frozen=True)
-class Checked:
+class ParameterSet:
     """Values that are always admissible: others raise ParameterError, also in `replace`."""
 
     def __post_init__(self) -> None:
         """Check the values and make floats of them."""
         for name in [entry.name for entry in fields(self)]:
-            rule, value = TABLE[name], getattr(self, name)
+            rule, value = PARAMETER_RULES[name], getattr(self, name)
             if not rule.admits(value):
                 raise ParameterError(f'{name} is {value!r:.80}, but must be {rule.expectation()}')
             value = float(value) if rule.length == 1 else tuple(map(float, value))
             object.__setattr__(self, name, value)
 
     @classmethod
-    def from_mapping(cls: type[Used], mapping: Mapping[Any, Any]) -> Used:
+    def from_mapping(cls: type[AnyParameterSet], mapping: Mapping[Any, Any]) -> AnyParameterSet:
         """
         Take the values from a mapping that may hold more.
 
@@ -115,7 +115,7 @@ class Checked:
         """
         names = [entry.name for entry in fields(cls)]
         missing = [name for name in names if name not in mapping]
-        unknown = [str(name) for name in mapping if name not in TABLE]
+        unknown = [str(name) for name in mapping if name not in PARAMETER_RULES]
         for name in missing:
             slips = get_close_matches(name, unknown, 1, 0.7)
             if slips:
@@ -126,7 +126,7 @@ class Checked:
 
 
 @dataclass(frozen=True)
-class RobotParameters(Checked):
+class RobotParameters(ParameterSet):
     """What turtle_robot uses; SI units, radians."""
 
     max_velocity: float
@@ -134,7 +134,7 @@ class RobotParameters(Checked):
 
 
 @dataclass(frozen=True)
-class ArenaParameters(Checked):
+class ArenaParameters(ParameterSet):
     """What the arena and its physics use; SI units, radians."""
 
     gravity_accel: float
@@ -155,7 +155,7 @@ class ArenaParameters(Checked):
 
 
 @dataclass(frozen=True)
-class CatcherParameters(Checked):
+class CatcherParameters(ParameterSet):
     """What the catcher uses; SI units, radians."""
 
     max_velocity: float
@@ -205,7 +205,7 @@ def load(path: str | Path | None = None) -> Parameters:
     return read(default_path() if path is None else path, Parameters)
 
 
-def read(path: str | Path, used: type[Used]) -> Used:
+def read(path: str | Path, used: type[AnyParameterSet]) -> AnyParameterSet:
     """
     Read from a ROS parameter file what somebody uses.
 

@@ -25,19 +25,19 @@ from collections import deque
 from math import hypot, inf, isnan, sqrt
 from typing import NamedTuple
 
-from turtle_brick.core.driving import PERIOD, TRANSPORT, travel_time
+from turtle_brick.core.driving import COMMAND_PERIOD, TRANSPORT_DELAY, travel_time
 from turtle_brick.core.fall_detection import Fall
 from turtle_brick.core.latency import Latency, LONGEST
 from turtle_brick.core.parameters import CatcherParameters
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.core.time_steps import NANO
+from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, QUEUE_DEPTH, TICK
 
-QUEUE_LATENCY = QUEUE_DEPTH * PERIOD + TICK - PERIOD + TRANSPORT
+QUEUE_LATENCY = QUEUE_DEPTH * COMMAND_PERIOD + TICK - COMMAND_PERIOD + TRANSPORT_DELAY
 """The longest time (s) from publishing a command to the pose that shows it: six newer commands
 must follow it, and if a tick has just passed then, the next one takes it (0.0764 s)."""
 
-COMMAND_LATENCY = 3 * TRANSPORT + PERIOD + QUEUE_LATENCY + PERIOD + 0.010
+COMMAND_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + QUEUE_LATENCY + COMMAND_PERIOD + 0.010
 """The longest time (s) from the decision to the platform's first motion as the arena sees it:
 the goal reaches the robot and waits for its next cycle, the command goes through turtlesim's
 queue, the pose waits for the robot's next cycle and becomes a transform, and that reaches the
@@ -47,10 +47,10 @@ GUARANTEED_LATENCY = 0.13
 """Promised time (s) from the release of a brick to the robot's motion: COMMAND_LATENCY and three
 positions of the brick."""
 
-LEVEL_LATENCY = 3 * TRANSPORT + PERIOD + 0.015
+LEVEL_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + 0.015
 """The longest time (s) from publishing a tilt until the arena sees the platform so."""
 
-CARRY_ON = QUEUE_LATENCY + 2 * PERIOD + TICK
+CARRY_ON = QUEUE_LATENCY + 2 * COMMAND_PERIOD + TICK
 """Time (s) for which a moving robot may go on from where it is seen: the pose is up to a tick and
 a cycle old, and the commands on their way are obeyed in any case."""
 
@@ -171,8 +171,8 @@ def reach(fall: Fall, now: int, robot: RobotMotion | None,
     """
     height = resting_height(parameters)
     time = fall.time_to(height, parameters.gravity_accel)
-    contact = fall.stamp + (0 if isnan(time) else round(time / NANO))
-    available = (contact - now) * NANO
+    contact = fall.stamp + (0 if isnan(time) else round(time / SECONDS_PER_NS))
+    available = (contact - now) * SECONDS_PER_NS
     latency = COMMAND_LATENCY + excess
     if robot is None:
         return Decision(False, fall, contact, available, inf, latency, inf,
@@ -290,13 +290,13 @@ class Track:
         ordered, x_then, y_then = self._sent_from
         if hypot(x - x_then, y - y_then) <= ROUNDING:
             self._still = now
-            if (now - ordered) * NANO > LONGEST:
+            if (now - ordered) * SECONDS_PER_NS > LONGEST:
                 self._sent_from = None
             return
         self._sent_from = None
         # It was seen to stand for longer than that; it moves since some time after it.
-        if (self._still - ordered) * NANO > COMMAND_LATENCY:
-            self._latency.obey(now, (now - ordered) * NANO - COMMAND_LATENCY)
+        if (self._still - ordered) * SECONDS_PER_NS > COMMAND_LATENCY:
+            self._latency.obey(now, (now - ordered) * SECONDS_PER_NS - COMMAND_LATENCY)
 
     def _onward(self) -> list[tuple[float, float]]:
         """Return where the robot gets if it goes on as it was seen to move; nothing at rest."""
@@ -325,14 +325,14 @@ class Track:
 
     def _is_recent(self, now: int, ordered: int) -> bool:
         """Tell whether an order given at an instant (ns) may not be obeyed yet."""
-        return (now - ordered) * NANO < COMMAND_LATENCY + self.excess
+        return (now - ordered) * SECONDS_PER_NS < COMMAND_LATENCY + self.excess
 
     def _is_known(self, now: int) -> bool:
         """Tell whether a robot without motion is at rest: else it may be going anywhere."""
-        return (now - self._places[0][0]) * NANO >= self.MEMORY + self.excess
+        return (now - self._places[0][0]) * SECONDS_PER_NS >= self.MEMORY + self.excess
 
 
 def _forget(entries: deque, now: int, age: float) -> None:
     """Remove the entries older than an age (s) but the last of them: there may be no younger."""
-    while len(entries) > 1 and (now - entries[1][0]) * NANO > age:
+    while len(entries) > 1 and (now - entries[1][0]) * SECONDS_PER_NS > age:
         entries.popleft()

@@ -59,7 +59,7 @@ class Platform:
                 py + u * ex[1] + v * ey[1] + w * ez[1],
                 pz + u * ex[2] + v * ey[2] + w * ez[2])
 
-    def place_of(self, point: Vector) -> tuple[float, float]:
+    def coordinates_of(self, point: Vector) -> tuple[float, float]:
         """Return where a point of the world (m) is along its x and y (m)."""
         ex, ey, _ = self.axes
         dx, dy, dz = (a - b for a, b in zip(point, self.pose.position))

@@ -16,10 +16,10 @@
 
 from typing import Any
 
-NANOSECONDS = 1_000_000_000
+NS_PER_SECOND = 1_000_000_000
 """Nanoseconds in a second."""
 
-NANO = 1e-9
+SECONDS_PER_NS = 1e-9
 """A nanosecond (s)."""
 
 
@@ -32,7 +32,7 @@ class StepClock:
     every one that is due.
     """
 
-    def __init__(self, period: int, longest_gap: int = NANOSECONDS) -> None:
+    def __init__(self, period: int, longest_gap: int = NS_PER_SECOND) -> None:
         """
         Wait for the first call of `due`, which sets t0.
 
@@ -68,7 +68,7 @@ class StepClock:
         return [self.last]
 
 
-def due_instant(timer: Any, now: int) -> int:
+def due_time(timer: Any, now: int) -> int:
     """
     Return when the timer was due whose callback runs now.
 
@@ -85,4 +85,4 @@ def nanoseconds_of(stamp: Any) -> int:
 
     :param stamp: a builtin_interfaces/Time
     """
-    return stamp.sec * NANOSECONDS + stamp.nanosec
+    return stamp.sec * NS_PER_SECOND + stamp.nanosec

@@ -63,6 +63,12 @@ _PI = 3.14159265
 _TWO_PI = 2.0 * _PI
 
 
+def within_arena(x: float, y: float) -> tuple[float, float]:
+    """Return the point of the arena nearest to (x, y), in the world (m)."""
+    return (0.0 if x < 0.0 else ARENA_SIZE if x > ARENA_SIZE else x,
+            0.0 if y < 0.0 else ARENA_SIZE if y > ARENA_SIZE else y)
+
+
 class TurtlePose(NamedTuple):
     """What turtlesim publishes about a turtle; every number is a float32."""
 

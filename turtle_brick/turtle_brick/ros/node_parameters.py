@@ -21,11 +21,11 @@ import sys
 
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
-from turtle_brick.core.parameters import (default_path, MissingParameterError, ParameterError,
-                                          read, TABLE, Used)
+from turtle_brick.core.parameters import (AnyParameterSet, default_path, MissingParameterError,
+                                          PARAMETER_RULES, ParameterError, read)
 
 
-def declare_parameters(node: Node, used: type[Used]) -> Used:
+def declare_parameters(node: Node, used: type[AnyParameterSet]) -> AnyParameterSet:
     """
     Declare the parameters that a node uses, read-only, and return their values.
 
@@ -38,7 +38,7 @@ def declare_parameters(node: Node, used: type[Used]) -> Used:
     """
     given = {}
     for entry in fields(used):
-        rule = TABLE[entry.name]
+        rule = PARAMETER_RULES[entry.name]
         # Of any type: 3 is as good as 3.0, and our rules refuse the rest, in their own words.
         value = node.declare_parameter(entry.name, None, ParameterDescriptor(
             description=rule.description,
@@ -52,7 +52,7 @@ def declare_parameters(node: Node, used: type[Used]) -> Used:
         raise _located(error, used) from None
 
 
-def _located(error: ParameterError, used: type[Used]) -> ParameterError:
+def _located(error: ParameterError, used: type[AnyParameterSet]) -> ParameterError:
     """Return the error as the parameter file of this process has it, if it is in there."""
     missing = isinstance(error, MissingParameterError)
     for option, path in pairwise(sys.argv):

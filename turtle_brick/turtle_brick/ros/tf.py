@@ -24,8 +24,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer, TransformException, TransformListener
-from turtle_brick.core.geometry import FARTHEST, IDENTITY, Pose
-from turtle_brick.core.time_steps import NANOSECONDS, nanoseconds_of
+from turtle_brick.core.geometry import IDENTITY, MAX_COORDINATE, Pose
+from turtle_brick.core.time_steps import nanoseconds_of, NS_PER_SECOND
 from turtle_brick.ros.node_main import Warner
 
 WORLD = 'world'
@@ -37,24 +37,24 @@ BRICK = 'brick'
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """For what seldom changes and late joiners need."""
 
-STATES = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
+BEST_EFFORT = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 """For subscriptions to what only the latest value of counts: a message that got lost does not hold
 back those that follow. Room for the transforms of 0.2 s: three nodes broadcast 450 per second."""
 
-OLDEST = 500_000_000
+MAX_AGE_NS = 500_000_000
 """Age (ns) above which a transform no longer tells where a moving frame is."""
 
-AHEAD = NANOSECONDS
+MAX_AHEAD_NS = NS_PER_SECOND
 """How far (ns) ahead of a node's clock the stamp of a transform may be. tf2 drops what is 10 s
 older than the latest transform of a frame: one from far ahead would shut out all that follow."""
 
-PAST = 10_000_000_000
+BUFFER_DURATION_NS = 10_000_000_000
 """Age (ns) above which tf2 drops a transform, each with a message in the log."""
 
 LENGTH_TOLERANCE = 0.01
 """Largest deviation of the square of a quaternion's length from 1."""
 
-LATEST = Time()
+LATEST_TIME = Time()
 """The time that asks tf2 for the latest transform."""
 
 
@@ -83,31 +83,31 @@ def pose_of(transform: Transform) -> Pose:
                 (rotation.x, rotation.y, rotation.z, rotation.w))
 
 
-def latest(buffer: Buffer, frame: str) -> TransformStamped | None:
+def latest_transform(buffer: Buffer, frame: str) -> TransformStamped | None:
     """Return the latest transform from the world to a frame, None if there is none yet."""
     try:
-        return buffer.lookup_transform(WORLD, frame, LATEST)
+        return buffer.lookup_transform(WORLD, frame, LATEST_TIME)
     except TransformException:
         return None
 
 
-def recent(buffer: Buffer, frame: str, now: int) -> Pose | None:
+def recent_pose(buffer: Buffer, frame: str, now: int) -> Pose | None:
     """
     Return the latest pose of a moving frame in the world.
 
     :param buffer: what is known
     :param frame: the frame
     :param now: the present instant (ns)
-    :return: The pose, None if it is unknown or older than OLDEST.
+    :return: The pose, None if it is unknown or older than MAX_AGE_NS.
     """
-    transform = latest(buffer, frame)
+    transform = latest_transform(buffer, frame)
     if transform is None:
         return None
     age = now - nanoseconds_of(transform.header.stamp)
-    return pose_of(transform.transform) if -AHEAD <= age <= OLDEST else None
+    return pose_of(transform.transform) if -MAX_AHEAD_NS <= age <= MAX_AGE_NS else None
 
 
-def harm_of(transform: TransformStamped, static: bool, now: int) -> str:
+def rejection_reason(transform: TransformStamped, static: bool, now: int) -> str:
     """
     Tell whether a transform would do a buffer, or who reads it, harm that stays.
 
@@ -119,16 +119,16 @@ def harm_of(transform: TransformStamped, static: bool, now: int) -> str:
     :return: What is wrong with it, in words that name the value; empty if it can be used.
     """
     place, turn = transform.transform.translation, transform.transform.rotation
-    if not abs(place.x) + abs(place.y) + abs(place.z) <= FARTHEST:
+    if not abs(place.x) + abs(place.y) + abs(place.z) <= MAX_COORDINATE:
         return f'leads to ({place.x:g}, {place.y:g}, {place.z:g})'
     x, y, z, w = turn.x, turn.y, turn.z, turn.w
     if not abs(x * x + y * y + z * z + w * w - 1.0) <= LENGTH_TOLERANCE:
         return f'has the quaternion ({x:g}, {y:g}, {z:g}, {w:g}), which is no unit quaternion'
     stamp = transform.header.stamp
-    if stamp.sec < 0 or stamp.nanosec >= NANOSECONDS:
+    if stamp.sec < 0 or stamp.nanosec >= NS_PER_SECOND:
         return f'has the stamp {stamp.sec} s {stamp.nanosec} ns, which is no time'
     age = now - nanoseconds_of(stamp)
-    if not static and not -AHEAD <= age <= PAST:
+    if not static and not -MAX_AHEAD_NS <= age <= BUFFER_DURATION_NS:
         return f'has a stamp that is {abs(age) * 1e-9:g} s {"old" if age > 0 else "ahead"}'
     if transform.child_frame_id.removeprefix('/') == WORLD:
         return f'gives "{WORLD}" a parent, but it is the root of all frames'
@@ -152,19 +152,19 @@ class GuardedListener(TransformListener):
         self._warner = Warner(node)
         self._on_transform = on_transform
         self._last = 0
-        super().__init__(buffer, node, qos=STATES)
+        super().__init__(buffer, node, qos=BEST_EFFORT)
 
     def callback(self, data: TFMessage) -> None:
         """Take in a message of /tf."""
         now = self._now()
-        for transform in self.take_in(data, False, now):
+        for transform in self.store(data, False, now):
             self._on_transform(transform, now)
 
     def static_callback(self, data: TFMessage) -> None:
         """Take in a message of /tf_static."""
-        self.take_in(data, True, self._now())
+        self.store(data, True, self._now())
 
-    def take_in(self, message: TFMessage, static: bool, now: int) -> list[TransformStamped]:
+    def store(self, message: TFMessage, static: bool, now: int) -> list[TransformStamped]:
         """Fill the buffer with the transforms that can be used now (ns), and return them."""
         if now < self._last:
             self.buffer.clear()  # Else transforms from before the jump would stay the latest.
@@ -172,7 +172,7 @@ class GuardedListener(TransformListener):
         keep = self.buffer.set_transform_static if static else self.buffer.set_transform
         taken = []
         for transform in message.transforms:
-            harm = harm_of(transform, static, now)
+            harm = rejection_reason(transform, static, now)
             if harm:
                 self._warner.warn('/tf_static' if static else '/tf', (
                     f'Left out: the transform from "{transform.header.frame_id[:40]}" to '

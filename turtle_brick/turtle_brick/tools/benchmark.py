@@ -45,8 +45,8 @@ from typing import Any
 import numpy as np
 import psutil
 from turtle_brick.core.parameters import load
-from turtle_brick.core.time_steps import NANO
-from turtle_brick.physics import STEP
+from turtle_brick.core.time_steps import SECONDS_PER_NS
+from turtle_brick.physics import STEP_NS
 from turtle_brick.ros.tf import BASE_LINK, BRICK
 from turtle_brick.tools import plots
 from turtle_brick.tools.demo import random_brick
@@ -104,7 +104,7 @@ def chain(record: Record, begin: int, end: int) -> dict[str, float] | None:
                               in record.frames[BASE_LINK].heard(release, end))}
     if None in ends.values():
         return None
-    return {link: (instant - release) * NANO for link, instant in ends.items()}
+    return {link: (instant - release) * SECONDS_PER_NS for link, instant in ends.items()}
 
 
 def first_motion(places: Iterable[tuple[int, Any]]) -> int | None:
@@ -185,7 +185,7 @@ def intervals(record: Record, begin: int) -> dict[str, np.ndarray]:
     for label, frame in (('odom -> base_link', BASE_LINK), ('world -> brick', BRICK)):
         # Several steps may come in one message.
         instants[label] = sorted({then for then, _ in record.frames[frame].heard(begin)})
-    return {label: np.diff(published) * NANO for label, published in instants.items()}
+    return {label: np.diff(published) * SECONDS_PER_NS for label, published in instants.items()}
 
 
 # -------------------------------------------------------------------------------- how it reports
@@ -200,7 +200,7 @@ def report(found: dict[str, Any]) -> str:
             for window, width in (('idle', 9), ('catching', 10))))
     lines += ['', 'intervals, ms        nominal     mean      p01      p50      p99      max']
     for topic, times in found['intervals'].items():
-        nominal = STEP * 1e-6 if topic == 'world -> brick' else 10.0
+        nominal = STEP_NS * 1e-6 if topic == 'world -> brick' else 10.0
         p01, p50, p99 = 1e3 * np.percentile(times, (1, 50, 99))
         lines.append(f'  {topic:18}{nominal:8.1f}{1e3 * np.mean(times):9.3f}{p01:9.3f}{p50:9.3f}'
                      f'{p99:9.3f}{1e3 * max(times):9.2f}')

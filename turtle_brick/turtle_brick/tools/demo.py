@@ -38,11 +38,10 @@ import webbrowser
 
 from ament_index_python.packages import PackageNotFoundError
 from rclpy.node import Node
-from turtle_brick.core.driving import within_arena
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import load, ParameterError, Parameters
 from turtle_brick.core.reachability import COMMAND_LATENCY, guaranteed_distance, resting_height
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, within_arena
 from turtle_brick.tools.graph import Graph
 from turtle_brick.tools.simulation import at_least_one, promised_distance
 from turtle_referee.domains import (DomainError, DOMAINS, is_empty, keep_to_this_machine,

@@ -81,8 +81,8 @@ FINE_DASHES = (0, (2, 2))
 
 STATE_COLORS = {'waiting': '#cbd2d9', 'approaching': '#f0a04b', 'carrying': '#4caf6e',
                 'tilting': '#b565c9', 'leveling': '#5b8def'}
-PHASE_COLORS = {'hovering': '#eef2f6', 'falling': '#ffe3c4', 'on the platform': '#d5ecd8',
-                'floating': '#d9e6f8', 'on the ground': '#e6ddd8'}
+PHASE_COLORS = {'hovering': '#eef2f6', 'falling': '#ffe3c4', 'riding': '#d5ecd8',
+                'floating': '#d9e6f8', 'grounded': '#e6ddd8'}
 
 
 @contextmanager

@@ -33,18 +33,19 @@ from typing import Any, NamedTuple
 
 from turtle_brick.core import catch_logic, driving
 from turtle_brick.core.catch_logic import Catcher, DriveOrder, State, TiltOrder
-from turtle_brick.core.driving import Driver, within_arena
+from turtle_brick.core.driving import Driver
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose, Vector
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.reachability import Decision, guaranteed_distance
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.core.time_steps import NANO
-from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, TICK, Turtle, TurtlePose
-from turtle_brick.physics import Phase, STEP, World
+from turtle_brick.core.time_steps import SECONDS_PER_NS
+from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, TICK, Turtle, TurtlePose,
+                                                    within_arena)
+from turtle_brick.physics import Phase, STEP_NS, World
 
-ROBOT_PERIOD = round(driving.PERIOD / NANO)
-TICK_PERIOD = round(TICK / NANO)
-CATCHER_PERIOD = round(catch_logic.PERIOD / NANO)
+ROBOT_PERIOD = round(driving.PERIOD / SECONDS_PER_NS)
+TICK_PERIOD = round(TICK / SECONDS_PER_NS)
+CATCHER_PERIOD = round(catch_logic.PERIOD / SECONDS_PER_NS)
 
 START_UP = 0.3  # how long (s) one runs before its drop, for its parts to exchange data
 
@@ -109,10 +110,10 @@ class Simulation:
         self._to_driver: deque[tuple[int, TurtlePose]] = deque()
         self._orders: deque[tuple[int, DriveOrder | TiltOrder]] = deque()
         self._transforms: deque[tuple[int, Platform]] = deque()
-        self._transport = round(delays.transport / NANO)
-        self._transform_delay = round(delays.transforms / NANO)
+        self._transport = round(delays.transport / SECONDS_PER_NS)
+        self._transform_delay = round(delays.transforms / SECONDS_PER_NS)
         uniform = self.random.randrange
-        self._physics_at = uniform(STEP)
+        self._physics_at = uniform(STEP_NS)
         self._robot_grid = uniform(ROBOT_PERIOD)
         self._robot_at = self._robot_grid
         self._tick_grid = uniform(TICK_PERIOD)
@@ -132,7 +133,7 @@ class Simulation:
         :param limit: the longest time (s) to pass
         :return: Whether the condition holds.
         """
-        end = self.now + limit / NANO
+        end = self.now + limit / SECONDS_PER_NS
         while True:
             self.now = now = min(
                 self._tick_at, self._robot_at, self._physics_at, self._catcher_at)
@@ -169,7 +170,7 @@ class Simulation:
         robot = self.turtle.pose[:2]
         decisions = len(self.decisions)
         self.run(lambda: world.phase is not Phase.FALLING)
-        fall_time = (self.now - released) * NANO
+        fall_time = (self.now - released) * SECONDS_PER_NS
         caught = world.phase is Phase.RIDING
         carried_to, slide_time = None, 0.0
         if caught:
@@ -178,11 +179,11 @@ class Simulation:
                      30.0 + 16.0 / self.parameters.max_velocity)
             carried_to, tilted = self.turtle.pose[:2], self.now
             self.run(lambda: world.phase is Phase.FLOATING, 30.0)
-            slide_time = (self.now - tilted) * NANO
+            slide_time = (self.now - tilted) * SECONDS_PER_NS
         finished = self.run(lambda: catcher.state is State.WAITING, 10.0)
         told: list[tuple[float, Decision | None]] = [*self.decisions[decisions:], (inf, None)]
         decided, decision = told[0]
-        return Result(brick, robot, decision, caught, fall_time, (decided - released) * NANO,
+        return Result(brick, robot, decision, caught, fall_time, (decided - released) * SECONDS_PER_NS,
                       carried_to, slide_time, finished)
 
     def _tick(self, now: int) -> None:
@@ -193,7 +194,7 @@ class Simulation:
         while inbox and inbox[0][0] <= now:
             _, linear_x, linear_y = inbox.popleft()
             self.turtle.command(linear_x, linear_y, 0.0)
-        pose = self.turtle.tick(now * NANO)
+        pose = self.turtle.tick(now * SECONDS_PER_NS)
         self._to_driver.append((now + self._transport, pose))
 
     def _cycle(self, now: int) -> None:
@@ -203,14 +204,14 @@ class Simulation:
         inbox, driver = self._to_driver, self.driver
         while inbox and inbox[0][0] <= now:
             arrival, pose = inbox.popleft()
-            driver.observe(arrival * NANO, pose)
+            driver.observe(arrival * SECONDS_PER_NS, pose)
         while self._orders and self._orders[0][0] <= now:
             _, order = self._orders.popleft()
             if isinstance(order, TiltOrder):
                 self._tilt = order.angle
             else:
                 driver.drive_to(*within_arena(order.x, order.y))
-        self.commanded = driver.command(now * NANO)
+        self.commanded = driver.command(now * SECONDS_PER_NS)
         self._to_turtle.append((now + self._transport, *self.commanded))
         place, tilt = driver.pose, self._tilt
         place_shown, tilt_shown = self._shown
@@ -223,7 +224,7 @@ class Simulation:
 
     def _step(self, now: int) -> None:
         """Do what the arena does 250 times per second, and show the catcher the brick."""
-        self._physics_at += STEP
+        self._physics_at += STEP_NS
         world = self.world
         transforms = self._transforms
         while transforms and transforms[0][0] <= now:
@@ -247,7 +248,7 @@ class Simulation:
     def _jittered(self, instant: int, deviation: float) -> int:
         """Return an instant (ns) with a random deviation (s), but one that is to come."""
         if deviation:
-            instant += round(self.random.gauss(0.0, deviation) / NANO)
+            instant += round(self.random.gauss(0.0, deviation) / SECONDS_PER_NS)
         return max(instant, self.now + 1)
 
 
@@ -366,7 +367,7 @@ def trace(parameters: Parameters, drop: Drop) -> list[Sample]:
         assert platform is not None
         x_axis, _, normal = platform.axes
         samples.append(Sample(
-            simulation.now * NANO, simulation.world.brick, (turtle.x, turtle.y),
+            simulation.now * SECONDS_PER_NS, simulation.world.brick, (turtle.x, turtle.y),
             atan2(-x_axis[2], normal[2]), hypot(*simulation.commanded), turtle.linear_velocity,
             simulation.world.phase, simulation.catcher.state))
 

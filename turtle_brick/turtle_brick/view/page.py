@@ -32,9 +32,9 @@ from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_ros import Buffer, TransformException
 from turtle_brick.core.geometry import Pose, Vector
-from turtle_brick.core.time_steps import NANOSECONDS, nanoseconds_of
+from turtle_brick.core.time_steps import nanoseconds_of, NS_PER_SECOND
 from turtle_brick.physics import Phase
-from turtle_brick.ros.tf import BASE_LINK, BRICK, ODOM, OLDEST, pose_of, WORLD
+from turtle_brick.ros.tf import BASE_LINK, BRICK, MAX_AGE_NS, ODOM, pose_of, WORLD
 from turtle_brick.view.account import Account
 from turtle_brick.view.shapes import (is_drawable, Markers, ORIGIN, robot_shapes, RobotShapes,
                                       Shape, Thing)
@@ -72,10 +72,10 @@ GOAL = Shape('cylinder', (0.24, 0.24, 0.01), (0.10, 0.75, 0.25, 1.0))
 GOAL_REACHED = 0.05
 """How near (m) the robot has to be for the mark to vanish."""
 
-PERIOD = NANOSECONDS // 10
+PERIOD = NS_PER_SECOND // 10
 """Time (ns) between two updates of texts and curves, over which the robot's speed is measured."""
 
-RATE_TIME = 2 * NANOSECONDS
+RATE_TIME = 2 * NS_PER_SECOND
 """Over which time (ns) rates are measured."""
 
 POINTS = 120
@@ -218,7 +218,7 @@ class Page:
         if robot is not None and brick is not None:
             distance = dist(brick.position[:2], robot.position[:2])
         if robot is not None and before is not None:
-            speed = dist(robot.position, before.position) * NANOSECONDS / PERIOD
+            speed = dist(robot.position, before.position) * NS_PER_SECOND / PERIOD
         return height, distance, speed
 
     def _write(self, now: int) -> None:
@@ -237,7 +237,7 @@ class Page:
         self._panel.show_rates([(name, rate([instant for instant in instants
                                              if now - instant <= RATE_TIME]))
                                 for name, instants in self._counted.items()])
-        self._points.append((now / NANOSECONDS, *self._point()))
+        self._points.append((now / NS_PER_SECOND, *self._point()))
         self._panel.show_curves(self._points)
 
     def _find_fixed_frame(self) -> str:
@@ -279,11 +279,11 @@ class Page:
                  for frame in {BASE_LINK, BRICK, *self._robot.links}
                  if (transform := self._lookup(frame, 0)) is not None]
         latest = max(found, default=0)
-        return min((stamp for stamp in found if stamp > latest - OLDEST), default=0)
+        return min((stamp for stamp in found if stamp > latest - MAX_AGE_NS), default=0)
 
 
 def rate(instants: list[int]) -> float | None:
     """Return how often (Hz) comes what came at some instants, None if that is unknown."""
     if not instants or instants[-1] == instants[0]:
         return None
-    return (len(instants) - 1) * NANOSECONDS / (instants[-1] - instants[0])
+    return (len(instants) - 1) * NS_PER_SECOND / (instants[-1] - instants[0])

@@ -25,11 +25,11 @@ from turtle_brick.core.geometry import from_pitch, Pose, Vector
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.reachability import fall_time, resting_height
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.core.time_steps import NANO
-from turtle_brick.physics import Phase, STEP, World
+from turtle_brick.core.time_steps import SECONDS_PER_NS
+from turtle_brick.physics import Phase, STEP_NS, World
 from turtle_brick.tools.plots import CAUGHT, drawn, FAINT, INK, MISSED, REFUSED
 
-DT = STEP * NANO
+DT = STEP_NS * SECONDS_PER_NS
 """Time (s) of a step of the physics."""
 
 
@@ -58,7 +58,7 @@ def slide(parameters: Parameters) -> tuple[list[Vector], np.ndarray]:
     while world.phase is Phase.RIDING:
         world.step()
         bricks.append(world.brick)
-    return bricks, np.array([tilted.place_of(brick)[0] for brick in bricks])
+    return bricks, np.array([tilted.coordinates_of(brick)[0] for brick in bricks])
 
 
 def platform(parameters: Parameters, angle: float,

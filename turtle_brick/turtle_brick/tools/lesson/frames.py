@@ -23,7 +23,7 @@ from matplotlib.patches import Circle, Polygon
 from turtle_brick.core.geometry import Pose2D
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.parameters import Parameters
-from turtle_brick.core.time_steps import NANO
+from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.tools.plots import drawn, FAINT, INK, ROBOT
 from turtle_brick.tools.simulation import Simulation
@@ -48,7 +48,7 @@ def drive(parameters: Parameters) -> tuple[list[Pose2D], list[tuple[Pose2D, Pose
 
     def look() -> None:
         pose = simulation.turtle.pose
-        odometer.observe(simulation.now * NANO, pose)
+        odometer.observe(simulation.now * SECONDS_PER_NS, pose)
         way.append(Pose2D(pose.x, pose.y, pose.theta))
 
     simulation.on_physics = look

@@ -20,9 +20,9 @@ from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
-from turtle_brick.core.driving import Driver, PERIOD, TRANSPORT
+from turtle_brick.core.driving import COMMAND_PERIOD, Driver, TRANSPORT_DELAY
 from turtle_brick.core.parameters import Parameters
-from turtle_brick.core.time_steps import NANO
+from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TICK, Turtle
 from turtle_brick.tools.plots import CAUGHT, drawn, INK, MISSED
 from turtle_brick.tools.simulation import Simulation
@@ -45,19 +45,19 @@ def commands(phase: float) -> list[Sent]:
     :return: The commands that were sent when its queue was full already.
     """
     turtle = Turtle(holonomic=True)
-    first, count = 32, round(0.5 / PERIOD)
+    first, count = 32, round(0.5 / COMMAND_PERIOD)
     arrivals: list[tuple[int, float]] = []
     sent = 0
-    for tick in range(round((first + count + 10) * PERIOD / TICK)):
+    for tick in range(round((first + count + 10) * COMMAND_PERIOD / TICK)):
         now = phase + tick * TICK
-        while sent * PERIOD + TRANSPORT <= now:
+        while sent * COMMAND_PERIOD + TRANSPORT_DELAY <= now:
             sent += 1
             # The speed tells which command it is, the first one at 1 m/s.
             turtle.command(float(sent), 0.0, 0.0)
-        arrivals.append((round(turtle.tick(now).linear_velocity) - 1, now + TRANSPORT))
+        arrivals.append((round(turtle.tick(now).linear_velocity) - 1, now + TRANSPORT_DELAY))
     shown = {number for number, _ in arrivals}
-    return [Sent((number - first) * PERIOD,
-                 next(time for taken, time in arrivals if taken >= number) - number * PERIOD,
+    return [Sent((number - first) * COMMAND_PERIOD,
+                 next(time for taken, time in arrivals if taken >= number) - number * COMMAND_PERIOD,
                  number in shown)
             for number in range(first, first + count)]
 
@@ -106,7 +106,7 @@ def approach(driver: Driver, parameters: Parameters) -> list[tuple[float, float]
     ordered, goal = simulation.now, ARENA_CENTER + WAY
     seen: list[tuple[float, float]] = []
     simulation.on_physics = lambda: seen.append(
-        ((simulation.now - ordered) * NANO, simulation.turtle.pose.x - goal))
+        ((simulation.now - ordered) * SECONDS_PER_NS, simulation.turtle.pose.x - goal))
     simulation.drive_to(goal, ARENA_CENTER)
     simulation.rest(WAY / parameters.max_velocity + 2.0)
     return seen

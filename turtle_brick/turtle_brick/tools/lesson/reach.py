@@ -19,7 +19,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from turtle_brick.core.driving import PERIOD, TRANSPORT
+from turtle_brick.core.driving import COMMAND_PERIOD, TRANSPORT_DELAY
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guaranteed_distance,
                                             GUARANTEED_LATENCY, QUEUE_LATENCY, resting_height)
@@ -39,11 +39,11 @@ SAMPLES = (3.0, 5.0, 8.0, 10.0)
 
 STEPS_OF_LATENCY = (
     ('third sample of the fall', 3 * DT),
-    ('messages on their way', 3 * TRANSPORT),
-    ("the robot's next command", PERIOD),
+    ('messages on their way', 3 * TRANSPORT_DELAY),
+    ("the robot's next command", COMMAND_PERIOD),
     ("turtlesim's queue", QUEUE_LATENCY),
-    ("the robot's next transform", PERIOD),
-    ("the arena's next step, reserve", COMMAND_LATENCY - 3 * TRANSPORT - 2 * PERIOD
+    ("the robot's next transform", COMMAND_PERIOD),
+    ("the arena's next step, reserve", COMMAND_LATENCY - 3 * TRANSPORT_DELAY - 2 * COMMAND_PERIOD
      - QUEUE_LATENCY),
 )
 """What passes (s, at worst) between a release and the platform's first motion."""
