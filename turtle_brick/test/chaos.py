@@ -41,14 +41,14 @@ from rclpy.time import Time
 from turtle_brick.core.latency import MEMORY
 from turtle_brick.ros.tf import MAX_AHEAD_NS
 from turtle_brick.tools.graph import Graph
-from turtle_referee.constants import ARENA_SIZE, CENTER, NANO, NANOSECONDS
-from turtle_referee.domains import reserved_domain
-from turtle_referee.drops import DropWatch
-from turtle_referee.geometry import inclination, Vector
-from turtle_referee.hands import Hands
-from turtle_referee.observer import how_to_hear, load_type, Observer
-from turtle_referee.processes import Process
-from turtle_referee.spinning import note_interrupts
+from turtle_referee.graph_client.client import GraphClient
+from turtle_referee.graph_client.constants import ARENA_SIZE, CENTER, SECONDS_PER_NS, NS_PER_SECOND
+from turtle_referee.graph_client.domains import reserved_domain
+from turtle_referee.graph_client.drops import DropWatch
+from turtle_referee.graph_client.geometry import inclination, Vector
+from turtle_referee.graph_client.observer import subscription_qos, load_type, Observer
+from turtle_referee.graph_client.processes import Process
+from turtle_referee.graph_client.spinning import handle_interrupts
 
 NODES = {
     'turtlesim': ('turtlesim', 'turtlesim_node', '-p', 'holonomic:=true'),
@@ -122,13 +122,13 @@ class Scene(Graph):
             self.remove(node)
         self.observer = self.add(Observer, parameters=False)
         self.record = self.observer.record
-        self.hands = Hands(self, self.observer)
+        self.client = GraphClient(self, self.observer)
 
     def until(self, condition: Callable[[], Any], what: str) -> None:
         """Let time pass until a condition holds, while every node lives."""
         def look() -> Any:
             for process in self.processes.values():
-                assert process.running, process.end_in_words()
+                assert process.running, process.exit_message()
                 assert 'Traceback' not in process.output, process.output[-500:]
             return condition()
 
@@ -149,29 +149,29 @@ class Scene(Graph):
         """Wait until the graph is back, and no brick is under way on or to the platform."""
         self.spin_for(self.known_at - monotonic())  # what happens till then proves nothing
         self.look()
-        self.until(lambda: self.hands.sees_everything() and self.hands.is_at_rest()
+        self.until(lambda: self.client.is_complete() and self.client.is_at_rest()
                    and 'are in sight' in self.processes['catcher'].output
                    and self.phase in ('hovering', 'floating', 'grounded'),
                    'all speak, the robot rests, and the brick is off the platform')
 
     def put(self, place: Vector) -> None:
         """Have the brick hover somewhere (m): asked again where an answer gets lost."""
-        self.until(lambda: self.hands.place(place, hovering=0.3).accepted, 'place')
+        self.until(lambda: self.client.place(place, hovering=0.3).accepted, 'place')
 
     def release(self, place: Vector) -> DropWatch:
         """Put the brick somewhere (m), let it go, and watch it from then on."""
         self.put(place)
         watch = DropWatch(self.record, time_ns(), place, self.record.platform(time_ns()))
         watch.asked = watch.begin
-        self.observer.on_news = watch.look
-        self.until(lambda: self.hands.ask('drop') and watch.released, 'drop')
+        self.observer.after_fetch = watch.look
+        self.until(lambda: self.client.ask('drop') and watch.released, 'drop')
         return watch
 
     def easy_place(self) -> Vector:
         """Return where a brick may be released that is easily caught."""
         while True:
             x, y = (self.random.uniform(0.0, ARENA_SIZE) for _ in range(2))
-            if 0.3 < self.hands.distance_to((x, y)) < EASY_REACH:
+            if 0.3 < self.client.distance_to((x, y)) < EASY_REACH:
                 return x, y, EASY_HEIGHT
 
     def play(self, blow: float | None = None) -> None:
@@ -188,7 +188,7 @@ class Scene(Graph):
             return self.play()
         assert watch.caught and not watch.refusals, 'an easy brick is refused or missed'
         self.until(lambda: watch.floated, 'the brick slides off')
-        assert self.hands.distance_to(CENTER) < 0.05, 'it is tipped off elsewhere'
+        assert self.client.distance_to(CENTER) < 0.05, 'it is tipped off elsewhere'
         self.until(lambda: watch.leveled, 'the platform is level again')
 
     def go_to(self, stage: str) -> None:
@@ -197,7 +197,7 @@ class Scene(Graph):
             self.put(self.easy_place())
         elif stage != 'idle':
             edges = (0.5, ARENA_SIZE - 0.5)
-            far = max(product(edges, edges), key=self.hands.distance_to)
+            far = max(product(edges, edges), key=self.client.distance_to)
             watch = self.release((*far, HOPELESS_HEIGHT) if stage == 'unreachable'
                                  else self.easy_place())
             self.until(lambda: STAGES[stage](self, watch), f'before the blow: {stage}')
@@ -226,12 +226,12 @@ class Scene(Graph):
             self.observer.send_tilt(0.0)
             self.observer.send_goal(*CENTER)
             self.spin_for(0.5)
-            return self.is_level(1e-3) and self.hands.distance_to(CENTER) < 0.05
+            return self.is_level(1e-3) and self.client.distance_to(CENTER) < 0.05
 
         gun = self.add(Node, parameters=False, node_name='gun')
         # Who speaks to late joiners, too, is heard by everybody. A part that begins with _ is
         # hidden: turtlesim's actions.
-        guns = [gun.create_publisher(load_type(kinds[0]), name, how_to_hear(latched=True))
+        guns = [gun.create_publisher(load_type(kinds[0]), name, subscription_qos(latched=True))
                 for name, kinds in gun.get_topic_names_and_types()
                 if name not in SPARED and '/_' not in name]
         clients = [self.observer.client(name) for name in ('place', 'drop')]
@@ -243,9 +243,9 @@ class Scene(Graph):
             send(filled(kind(), self.random))
             self.spin_for(PAUSE)
         self.remove(gun)
-        self.spin_for(MAX_AHEAD_NS * NANO)  # which a message may be ahead
+        self.spin_for(MAX_AHEAD_NS * SECONDS_PER_NS)  # which a message may be ahead
         self.look()
-        self.until(lambda: self.hands.sees_everything()
+        self.until(lambda: self.client.is_complete()
                    and self.observer.count_subscribers('tilt'), 'all are there')
         self.put((*CENTER, EASY_HEIGHT))  # away from wherever it was led
         self.until(is_calm, 'the robot obeys')
@@ -278,7 +278,7 @@ def value_of(kind: str, random: Random) -> Any:
         return [value_of(several[1] or several[2], random) for _ in range(int(count))]
     if kind == 'builtin_interfaces/Time':
         offset = random.choice((0, 0, 0, 0, -1, 1, 5, -3600, 3600, -1_700_000_000))
-        return Time(nanoseconds=time_ns() + offset * NANOSECONDS).to_msg()
+        return Time(nanoseconds=time_ns() + offset * NS_PER_SECOND).to_msg()
     if '/' in kind:
         return filled(load_type(kind.replace('/', '/msg/'))(), random)
     return random.choice(VALUES.get(kind, [*range(12), 127]))
@@ -296,7 +296,7 @@ def main(what: str = '', how: str = '') -> None:
     else:
         sys.exit(__doc__)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    note_interrupts()  # SIGTERM too: the scene ends its processes
+    handle_interrupts()  # SIGTERM too: the scene ends its processes
     with reserved_domain() as domain_id, Scene(domain_id, Random(0)) as scene:
         scene.recover()
         for number, (stand, trial) in enumerate(trials, 1):

@@ -23,7 +23,7 @@ import tempfile
 
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
 import pytest
-from turtle_referee.domains import reserved_domain
+from turtle_referee.graph_client.domains import reserved_domain
 
 _session = contextlib.ExitStack()
 

@@ -45,10 +45,10 @@ from turtle_brick.core.parameters import default_path, load
 from turtle_brick.core.reachability import COMMAND_LATENCY, guaranteed_distance, resting_height
 from turtle_brick.core.turtlesim_kinematics import within_arena
 from turtle_brick.tools.graph import Graph
-from turtle_referee.hands import Hands
-from turtle_referee.observer import how_to_hear, Observer
-from turtle_referee.processes import close_all, Process
-from turtle_referee.spinning import note_interrupts
+from turtle_referee.graph_client.client import GraphClient
+from turtle_referee.graph_client.observer import subscription_qos, Observer
+from turtle_referee.graph_client.processes import close_all, Process
+from turtle_referee.graph_client.spinning import handle_interrupts
 
 HERE = Path(__file__).resolve()
 
@@ -151,27 +151,27 @@ def judge(drops: int) -> int:
     random = Random(1)
     outcomes: Counter[str] = Counter()
     latencies: list[float] = []
-    note_interrupts()
+    handle_interrupts()
     with Graph() as graph:
         graph.add_arena()
         observer = graph.add(Observer, parameters=False)
-        hands = Hands(graph, observer, LONGEST)
-        log = observer.listener.hear(Log, '/rosout', how_to_hear(latched=True))
+        client = GraphClient(graph, observer, LONGEST)
+        log = observer.listener.hear(Log, '/rosout', subscription_qos(latched=True))
 
         def told(words: str) -> str:
             return next((line.message.msg for line in log if words in line.message.msg), '')
 
         # Where frames get lost, the catcher may hear of its robot later than this one does.
-        graph.spin_until(lambda: hands.sees_everything() and told('are in sight'), START_TIME,
+        graph.spin_until(lambda: client.is_complete() and told('are in sight'), START_TIME,
                          'robot, arena and catcher are there')
         for number in range(drops + 1):
-            hands.until(hands.is_at_rest, LONGEST)
-            robot = hands.robot()
+            client.until(client.is_at_rest, LONGEST)
+            robot = client.robot_position()
             assert robot is not None
             place = place_near(robot, latencies[-1] if latencies else None, random)
-            hands.place(place, HOVERING).check()
+            client.place(place, HOVERING).check()
             log.clear()
-            watch = hands.drop(place)
+            watch = client.drop(place)
             assert watch.down, 'the brick does not come down'
             graph.spin_until(lambda: told('commands take'), LONGEST, 'a word of the catcher')
             sentence = told('commands take')
@@ -195,7 +195,7 @@ def judge(drops: int) -> int:
 
 def run_robot() -> None:
     """Run turtlesim, robot_state_publisher and turtle_robot until SIGINT or SIGTERM."""
-    note_interrupts()
+    handle_interrupts()
     with Graph() as graph:
         graph.add_turtlesim()
         graph.add_robot_state_publisher()

@@ -38,9 +38,9 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from tf2_msgs.msg import TFMessage
 from turtle_brick.tools.graph import Graph
-from turtle_referee.observer import DEPTH, Listener
-from turtle_referee.processes import Process
-from turtle_referee.record import rate
+from turtle_referee.graph_client.observer import DEPTH, PollingNode
+from turtle_referee.graph_client.processes import Process
+from turtle_referee.graph_client.record import message_rate
 
 FETCH_PERIOD = 0.005
 """How often (s) one looks at what has come."""
@@ -86,7 +86,7 @@ class LiveGraph(Graph):
         """Start in a ROS domain; see Graph."""
         super().__init__(domain_id, **options)
         self._fetched = 0.0
-        self._ears = Listener('ears', context=self.context, namespace=self.namespace)
+        self._ears = PollingNode('ears', context=self.context, namespace=self.namespace)
         self.listener = self.add(Node, parameters=False, node_name='listener',
                                  start_parameter_services=False)
         """Who publishes and asks."""
@@ -122,7 +122,7 @@ class LiveGraph(Graph):
     def record(self, topic: str, message_type: type, qos: QoSProfile | int = DEPTH) -> Recording:
         """Record a topic from now on, while the nodes work; deep, so that nothing is lost."""
         recording = Recording()
-        self._ears.listen(message_type, topic, recording.keep, qos)
+        self._ears.subscribe(message_type, topic, recording.keep, qos)
         return recording
 
     def record_transforms(self, child: str, topic: str = '/tf',
@@ -135,7 +135,7 @@ class LiveGraph(Graph):
                 if transform.child_frame_id == child:
                     recording.keep(transform, info)
 
-        self._ears.listen(TFMessage, topic, keep, qos)
+        self._ears.subscribe(TFMessage, topic, keep, qos)
         return recording
 
     def rates(self, recordings: Sequence[Recording], count: int) -> list[float]:
@@ -146,7 +146,7 @@ class LiveGraph(Graph):
             recording.clear()
         self.wait_for(lambda: all(len(recording.times) >= count for recording in recordings),
                       TIMEOUT, f'{count} messages on each topic')
-        return [rate(recording.times) for recording in recordings]
+        return [message_rate(recording.times) for recording in recordings]
 
     def publisher(self, topic: str, message_type: type, qos: QoSProfile | int = 10) -> Publisher:
         """Make a publisher that somebody hears."""

@@ -25,7 +25,7 @@ from launch_ros.substitutions import FindPackageShare
 from launch_testing.actions import ReadyToTest
 import pytest
 import rclpy
-from turtle_referee.domains import reserved_domain
+from turtle_referee.graph_client.domains import reserved_domain
 
 DOMAIN = reserved_domain()
 

@@ -18,7 +18,7 @@ import sys
 
 from live_graph import graph, process
 import pytest
-from turtle_referee.record import rate
+from turtle_referee.graph_client.record import message_rate
 
 
 def test_an_error_in_a_node_and_what_does_not_come_are_the_tests(domain_id):
@@ -50,6 +50,7 @@ def test_a_rate_is_that_of_even_steps_however_late_some_are():
     times = [number * 0.01 for number in range(300)]
     for begin in (0.0, 0.4, 1.5, 2.8):
         late = [max(time, begin + 0.2) if time >= begin else time for time in times]
-        assert rate(late) == pytest.approx(100.0, rel=0.001)
-    assert rate([time for number, time in enumerate(times) if number % 50]) == pytest.approx(
+        assert message_rate(late) == pytest.approx(100.0, rel=0.001)
+    kept = [time for number, time in enumerate(times) if number % 50]
+    assert message_rate(kept) == pytest.approx(
         98.0, rel=0.002)

@@ -39,14 +39,15 @@ import sys
 from time import monotonic
 
 from rclpy.utilities import get_rmw_implementation_identifier
-from turtle_referee import arena_rules, catcher_rules, robot_rules, telling
-from turtle_referee.domains import keep_to_this_machine, reserved_domain
-from turtle_referee.names import Profile
-from turtle_referee.observer import Observer
-from turtle_referee.processes import Process
-from turtle_referee.record import Record
-from turtle_referee.rules import BROKEN, Rules
-from turtle_referee.spinning import Spinner
+from turtle_referee import report
+from turtle_referee.graph_client.domains import restrict_to_localhost, reserved_domain
+from turtle_referee.graph_client.observer import Observer
+from turtle_referee.graph_client.processes import Process
+from turtle_referee.graph_client.profile import Profile
+from turtle_referee.graph_client.record import Record
+from turtle_referee.graph_client.spinning import NodeSpinner
+from turtle_referee.rules import arena_rules, catcher_rules, robot_rules
+from turtle_referee.rules.rule import BROKEN, Rules
 from turtle_referee.trial import MEETING, Trial
 
 RULES = Rules((*robot_rules.RULES, *arena_rules.RULES, *catcher_rules.RULES))
@@ -58,7 +59,7 @@ def watch(profile: Profile, options: argparse.Namespace, command: Sequence[str],
           say: Callable[[str], None]) -> Record:
     """Let a graph show what it can, which a command starts if there is one; return the record."""
     with ExitStack() as stack:
-        spinner = stack.enter_context(Spinner(
+        spinner = stack.enter_context(NodeSpinner(
             partial(Observer, profile=profile), namespace=options.namespace))
         process = stack.enter_context(Process(
             command, listener=sys.stderr.write if options.verbose else None)) if command else None
@@ -66,7 +67,7 @@ def watch(profile: Profile, options: argparse.Namespace, command: Sequence[str],
         Trial(spinner, spinner.node, say, STARTING if command else MEETING,
               is_alive=lambda: process is None or process.running).run()
         if process is not None and not process.running:
-            record.notes.append(process.end_in_words())
+            record.notes.append(process.exit_message())
         return record
 
 
@@ -126,11 +127,11 @@ def main(args: Sequence[str] | None = None) -> int:
         if options.profile is not None:
             profile.load(options.profile)
         if options.summary is not None:
-            return telling.summarize(
+            return report.summarize(
                 options.summary, [rule.name for rule in RULES], options.csv, options.page)
         with ExitStack() as reserved:
             if command and not os.environ.get('ROS_DOMAIN_ID'):
-                keep_to_this_machine()
+                restrict_to_localhost()
                 os.environ['ROS_DOMAIN_ID'] = str(reserved.enter_context(reserved_domain()))
             record = watch(profile, options, command, say)
         about = {'date': f'{datetime.now().astimezone():%Y-%m-%d %H:%M %z}',
@@ -139,12 +140,12 @@ def main(args: Sequence[str] | None = None) -> int:
                  'notes': record.notes}
         judgements = [] if record.is_empty() else RULES.judge(record)
         if options.json is not None:
-            options.json.write_text(telling.as_json(judgements, about), encoding='utf-8')
+            options.json.write_text(report.as_json(judgements, about), encoding='utf-8')
         if not judgements:
             raise RuntimeError('; '.join(record.notes))
         if options.page is not None:
-            options.page.write_text(telling.page(judgements, about), encoding='utf-8')
-        telling.print_judgements(judgements, record.notes)
+            options.page.write_text(report.page(judgements, about), encoding='utf-8')
+        report.print_judgements(judgements, record.notes)
     except KeyboardInterrupt:
         print('referee: stopped, and nothing judged', file=sys.stderr)
         return 2

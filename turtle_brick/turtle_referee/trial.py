@@ -27,15 +27,15 @@ from typing import NamedTuple
 
 from rcl_interfaces.srv import GetParameters
 from rclpy.parameter import parameter_value_to_python
-from turtle_referee.constants import ARENA_SIZE, CENTER, REACTION
-from turtle_referee.geometry import Vector
-from turtle_referee.hands import Hands, PATIENCE
-from turtle_referee.names import NUMBERS
-from turtle_referee.observer import Observer
-from turtle_referee.record import Ask
-from turtle_referee.robot_model import model
-from turtle_referee.rules import Broken
-from turtle_referee.spinning import Spins
+from turtle_referee.graph_client.client import GraphClient, PATIENCE
+from turtle_referee.graph_client.constants import ARENA_SIZE, CENTER, REACTION
+from turtle_referee.graph_client.geometry import Vector
+from turtle_referee.graph_client.observer import Observer
+from turtle_referee.graph_client.profile import NUMBERS
+from turtle_referee.graph_client.record import Request
+from turtle_referee.graph_client.spinning import Spinner
+from turtle_referee.rules.robot_model import model
+from turtle_referee.rules.rule import Broken
 
 MEETING = 10.0  # how long (s) it may take to hear of everything in a graph that runs
 LIMIT = 150.0  # time (s) after which nothing new is begun
@@ -76,13 +76,13 @@ class Program(NamedTuple):
         Drop('the brick is in reach', 0.60, 0.7, REACTION + 0.10))
 
 
-class Trial(Hands):
+class Trial(GraphClient):
     """All that is asked of a graph."""
 
-    def __init__(self, graph: Spins, observer: Observer, say: Callable[[str], None],
+    def __init__(self, graph: Spinner, observer: Observer, say: Callable[[str], None],
                  meeting: float = MEETING, is_alive: Callable[[], bool] = lambda: True,
                  program: Program = Program(), patience: float = PATIENCE) -> None:
-        """Ask for nothing yet, of a graph that may take a time (s) to be there while it lives."""
+        """Request for nothing yet, of a graph that may take a time (s) to be there while it lives."""
         super().__init__(graph, observer, patience)
         self.say = say
         self.meeting = meeting
@@ -105,7 +105,7 @@ class Trial(Hands):
     def meet(self) -> bool:
         """Wait until the graph is there; tell whether there is anything."""
         self.say('looking for the graph')
-        self.until(lambda: self.sees_everything() or not self.is_alive(), self.meeting)
+        self.until(lambda: self.is_complete() or not self.is_alive(), self.meeting)
         if self.record.is_empty() and not self.has('place'):
             self.record.notes.append(
                 'nothing of the exercise is heard here: start the graph in this ROS domain, name '
@@ -115,7 +115,7 @@ class Trial(Hands):
         return True
 
     def read_numbers(self) -> None:
-        """Ask the nodes for the numbers that were not given, and the URDF for the radius."""
+        """Request the nodes for the numbers that were not given, and the URDF for the radius."""
         numbers, clients = self.record.profile.numbers, self.observer.parameter_clients()
         # Some may have no such service, or not answer.
         self.until(lambda: all(client.service_is_ready() for client in clients), self.patience)
@@ -148,7 +148,7 @@ class Trial(Hands):
         for number in range(self.program.legs):
             turns = number / self.program.legs
             self.say(f'driving {360.0 * turns:.0f} degrees')
-            drive = self.go(beside(self.robot() or CENTER, turns, leg))
+            drive = self.go(beside(self.robot_position() or CENTER, turns, leg))
             if drive is None or self.distance_to(drive.start) < 0.01:
                 break
         self.record.driving.append((begin, time_ns()))
@@ -162,10 +162,10 @@ class Trial(Hands):
             try:
                 self.observer.send_tilt(angle)
             except LookupError as error:
-                self.record.tilts.append(Ask(begin, time_ns(), angle, False, str(error)))
+                self.record.tilts.append(Request(begin, time_ns(), angle, False, str(error)))
                 return
             self.graph.spin_for(0.6)
-            self.record.tilts.append(Ask(begin, time_ns(), angle))
+            self.record.tilts.append(Request(begin, time_ns(), angle))
 
     def place_of(self, drop: Drop) -> Vector:
         """Return from where a brick is dropped."""

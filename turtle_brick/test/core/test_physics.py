@@ -30,7 +30,8 @@ from turtle_brick.core.geometry import IDENTITY, Pose
 from turtle_brick.core.parameters import load
 from turtle_brick.core.tilting_platform import LEVEL_TOLERANCE, Platform
 from turtle_brick.physics import Phase, World
-from turtle_referee.geometry import distance_to_rectangle, Pose as Frame, pose as frame, turn
+from turtle_referee.graph_client.geometry import (distance_to_rectangle, Pose as Frame,
+                                                  pose as frame, turn)
 
 GRAVITY = 9.81
 RADIUS = 0.5

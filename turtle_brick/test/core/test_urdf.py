@@ -24,7 +24,7 @@ import pytest
 from test_parameters import DEFAULTS, written
 from turtle_brick.core.dimensions import least_height
 from turtle_brick.core.parameters import default_path, load, PARAMETER_RULES, ParameterError
-from turtle_referee.robot_model import RobotModel
+from turtle_referee.rules.robot_model import RobotModel
 import xacro
 
 XACRO = default_path().parents[1] / 'urdf' / 'turtle.urdf.xacro'

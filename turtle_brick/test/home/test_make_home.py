@@ -25,7 +25,7 @@ import sys
 import sysconfig
 
 import pytest
-from turtle_referee.processes import Process
+from turtle_referee.graph_client.processes import Process
 
 SCRIPTS = Path(__file__).resolve().parents[2] / 'scripts'
 

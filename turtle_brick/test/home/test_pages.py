@@ -35,7 +35,7 @@ from time import monotonic
 from live_graph import NodeProcess
 import pytest
 from recorded import Command
-from turtle_referee.domains import reserved_domain
+from turtle_referee.graph_client.domains import reserved_domain
 import yaml
 
 PACKAGE = Path(__file__).resolve().parents[2]

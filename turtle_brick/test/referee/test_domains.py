@@ -15,7 +15,7 @@
 
 from live_graph import LiveGraph
 import pytest
-from turtle_referee.domains import DomainError, is_empty, reserved_domain
+from turtle_referee.graph_client.domains import DomainError, is_empty, reserved_domain
 
 
 def test_the_first_candidate_that_nobody_has_is_taken():

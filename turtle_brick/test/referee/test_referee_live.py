@@ -27,11 +27,11 @@ from std_srvs.srv import Empty, Trigger
 from turtle_brick.core.parameters import load
 from turtle_brick.tools.graph import Graph
 from turtle_referee import referee
-from turtle_referee.constants import CENTER
-from turtle_referee.hands import Hands
-from turtle_referee.names import Profile
-from turtle_referee.observer import fill, Observer
-from turtle_referee.rules import BROKEN, KEPT, OPEN
+from turtle_referee.graph_client.client import GraphClient
+from turtle_referee.graph_client.constants import CENTER
+from turtle_referee.graph_client.observer import fill, Observer
+from turtle_referee.graph_client.profile import Profile
+from turtle_referee.rules.rule import BROKEN, KEPT, OPEN
 from turtle_referee.trial import FAR_OUT, IN_REACH, MEETING, Program, Trial
 
 HASTE = {'program': Program(0.2, 2, (0.5,), (FAR_OUT,)), 'meeting': 0.5, 'patience': 0.3}
@@ -65,7 +65,7 @@ def test_ours_keeps_every_requirement(domain_id):
     assert marks(record, BROKEN) == {}
     # Where the machine stood still, what needs time may be open: a brick may have been missed.
     due = {rule.name for rule in referee.RULES
-           if not record.held_up() or rule.name.startswith('URDF')}
+           if not record.stall_summary() or rule.name.startswith('URDF')}
     assert due <= marks(record, KEPT).keys()
 
 
@@ -148,7 +148,7 @@ def test_faults_are_found(domain_id, monkeypatch):
         record = watch(graph, meeting=60.0, patience=1.5, program=PROGRAM)
     expected = {**{rule: [] for rule, *_ in FAULTS}, **FOLLOWS}
     broken = {one.name: one.follows for one in referee.RULES.judge(record) if one.mark == BROKEN}
-    if record.held_up():
+    if record.stall_summary():
         assert {'frames: world', 'odom: pose', 'walls: size'} <= broken.keys() <= expected.keys()
     else:
         assert broken == expected
@@ -168,7 +168,7 @@ def test_nodes_that_die_are_judged(domain_id):
 
         record = watch(graph, say, **{**HASTE, 'meeting': MEETING})
     assert not dying
-    due = OPEN if record.held_up() else BROKEN
+    due = OPEN if record.stall_summary() else BROKEN
     assert {'drive: goal', 'place'} <= {*marks(record, BROKEN), *marks(record, due)}
     assert {'URDF: base_link', 'walls: size'} <= set(marks(record, KEPT))
 
@@ -197,7 +197,7 @@ def test_services_may_have_other_names_and_types_and_be_answered_twice(domain_id
                 for name in ('odd', 'second')]
         observer = graph.add(Observer, parameters=False, profile=Profile(
             services={'place': 'put', 'drop': 'let_go'}))
-        user = Hands(graph, observer)
+        user = GraphClient(graph, observer)
         graph.spin_until(lambda: all(
             observer.count_services(name) == 2 for name in ('put', 'let_go')), 10.0, 'both')
         asks = [user.place((1.0, 2.0, 3.0), hovering=0.2), user.ask('drop')]

@@ -26,18 +26,19 @@ import numpy
 import pytest
 from sensor_msgs.msg import JointState
 from turtle_brick.core.parameters import default_path, load
-from turtle_referee import referee, robot_rules
-from turtle_referee.constants import CENTER, NANO, NANOSECONDS
-from turtle_referee.drops import DropWatch
-from turtle_referee.geometry import Pose, pose, turn, UPRIGHT
-from turtle_referee.names import Profile
-from turtle_referee.record import Ask, Drive, Frame, Heard, MarkerHeard, Record, Sample
-from turtle_referee.robot_model import model
-from turtle_referee.rules import BROKEN, KEPT, OPEN, Rules
+from turtle_referee import referee
+from turtle_referee.graph_client.constants import CENTER, SECONDS_PER_NS, NS_PER_SECOND
+from turtle_referee.graph_client.drops import DropWatch
+from turtle_referee.graph_client.geometry import Pose, pose, turn, UPRIGHT
+from turtle_referee.graph_client.profile import Profile
+from turtle_referee.graph_client.record import Request, Drive, Frame, Received, ReceivedMarker, Record, Sample
+from turtle_referee.rules import robot_rules
+from turtle_referee.rules.robot_model import model
+from turtle_referee.rules.rule import BROKEN, KEPT, OPEN, Rules
 from visualization_msgs.msg import Marker
 import xacro
 
-BEGIN = 1_800_000_000 * NANOSECONDS
+BEGIN = 1_800_000_000 * NS_PER_SECOND
 """When all of this is said to have happened (ns)."""
 
 PARAMETERS = load()
@@ -72,7 +73,7 @@ LEANING, TILT, LEVEL = 0.5, 6.7, 7.9
 
 def at(seconds):
     """Return the instant (ns) that is some time (s) after the beginning."""
-    return BEGIN + round(seconds * NANOSECONDS)
+    return BEGIN + round(seconds * NS_PER_SECOND)
 
 
 def say_frame(record, child, parent, track, static=False):
@@ -85,13 +86,13 @@ def say_frame(record, child, parent, track, static=False):
 def say(record, topic, message, seconds, late=0.0):
     """Have a message published, some time (s) after its stamp if it has one."""
     if hasattr(message, 'header'):
-        message.header.stamp.sec, message.header.stamp.nanosec = divmod(at(seconds), NANOSECONDS)
-    record.topics[topic].append(Heard(at(seconds + late), message))
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(at(seconds), NS_PER_SECOND)
+    record.topics[topic].append(Received(at(seconds + late), message))
 
 
 def show(record, marker, seconds, topic='/marker'):
     """Have a marker published."""
-    record.markers.append(MarkerHeard(at(seconds), topic, marker))
+    record.markers.append(ReceivedMarker(at(seconds), topic, marker))
 
 
 def pitch(angle):
@@ -161,7 +162,7 @@ def drop(record, asked, place, track):
     """Have a brick dropped that moves along (time in s, Pose) each, and watch it to the end."""
     watch = DropWatch(record, at(asked - 0.1), place, record.platform(at(asked - 0.1)))
     watch.asked = at(asked)
-    watch.ask = Ask(at(asked), at(asked + 0.01), None)
+    watch.ask = Request(at(asked), at(asked + 0.01), None)
     say_frame(record, 'brick', 'world', track)
     if place == FAR:
         text = Marker(type=Marker.TEXT_VIEW_FACING, text='Unreachable')
@@ -177,7 +178,7 @@ def fall(record, off):
     """Have the brick hover until 2.5 s, fall beside the platform and lie on the ground."""
     say_frame(record, 'brick', 'world', (
         (number / 250.0, pose(FAR)) for number in range(-125, 610)))
-    record.places.append(Ask(at(2.0), at(2.44), FAR))
+    record.places.append(Request(at(2.0), at(2.44), FAR))
     track = []
     for now in numpy.arange(2.44, 4.2, off.step):
         time = max(now - 2.5, 0.0)
@@ -207,8 +208,8 @@ def tip(record, off):
             there = hinge.transform((way, 0.0, REST + off.above - HINGE))
             there[0] += off.drift * max(now - gone, 0.0)
         track.append((now, Pose(there, axes @ pitch(off.lean))))
-    record.tilts = [Ask(at(TILT), at(TILT + 0.3), LEANING), Ask(at(LEVEL), at(LEVEL + 0.3), 0.0)]
-    record.places.append(Ask(at(5.0), at(5.44), CLOSE))
+    record.tilts = [Request(at(TILT), at(TILT + 0.3), LEANING), Request(at(LEVEL), at(LEVEL + 0.3), 0.0)]
+    record.places.append(Request(at(5.0), at(5.44), CLOSE))
     drop(record, 5.45, CLOSE, track)
 
 
@@ -231,7 +232,7 @@ PARTS = (drive, fall, tip)
 def exercise(parts=PARTS, **off):
     """Return the record of an exercise that is right, but for what is said to be off."""
     record = Record(Profile(numbers=dict(NUMBERS)))
-    record.namespace, record.speakers = '/judged', {'/judged/odom': {'/judged/turtle_robot'}}
+    record.namespace, record.publishers = '/judged', {'/judged/odom': {'/judged/turtle_robot'}}
     record.latched = {'/brick_marker': True, '/walls': True}
     say(record, 'robot_description', SimpleNamespace(data=URDF), -0.5)
     show_walls(record, [-0.5])
@@ -266,7 +267,7 @@ def shift(record, frame, seconds, way, axis=0):
 
 def change(record, topic, seconds, field, way):
     """Have a number of the first message on a topic be off that comes after some time (s)."""
-    message = record.heard(topic, at(seconds))[0].message
+    message = record.messages(topic, at(seconds))[0].message
     *parts, last = field.split('.')
     for part in parts:
         message = getattr(message, part)
@@ -295,7 +296,7 @@ def spin(record, part):
 
 def answer(record, seconds, unseen=0):
     """Have a drop answered some time (s) after the fall, whose first steps may not be seen."""
-    record.drops[0].ask = Ask(at(2.45), at(2.5 + seconds), None)
+    record.drops[0].ask = Request(at(2.45), at(2.5 + seconds), None)
     samples = record.frames['brick'].samples
     first = next(n for n, sample in enumerate(samples) if sample.stamp > at(2.5))
     del samples[first:first + unseen]
@@ -320,8 +321,8 @@ def write(record, seconds, text='Unreachable', kind=Marker.TEXT_VIEW_FACING, aga
     first = next(heard for heard in record.markers if heard.topic == '/text')
     marker = first.marker
     marker.text, marker.type = text, kind
-    marker.lifetime.sec, marker.lifetime.nanosec = divmod(round(seconds * 1e9), NANOSECONDS)
-    record.markers += [first._replace(published=first.published + round(later * NANOSECONDS))
+    marker.lifetime.sec, marker.lifetime.nanosec = divmod(round(seconds * 1e9), NS_PER_SECOND)
+    record.markers += [first._replace(published=first.published + round(later * NS_PER_SECOND))
                        for later in again]
 
 
@@ -355,7 +356,7 @@ FAULTS = (
         record, 'brick', parent, [(9.0, pose(FAR))]), (), ('sky',)),
     ('frames: broadcasters', lambda record, numbers: setattr(
         record.frames['base_link'], 'numbers', numbers), ([0, 1, 2, 3],), ([7, 0] * 4,)),
-    ('names: relative', lambda record, node: record.speakers.update({'/walls': {node}}),
+    ('names: relative', lambda record, node: record.publishers.update({'/walls': {node}}),
      ('/elsewhere/arena',), ('/judged/arena',)),
     ('odom: twist', lambda record, speed: [change(
         record, 'odom', number / 100.0, 'twist.twist.linear.x', speed) for number in range(50)],
@@ -471,9 +472,9 @@ def test_rates_go_by_stamps(rate, kept):
 def test_times_are_those_of_the_closed_form():
     fall, slide = exercise().drops
     acceleration = NUMBERS['gravity_accel']
-    assert (fall.down - fall.released) * NANO == pytest.approx(
+    assert (fall.down - fall.released) * SECONDS_PER_NS == pytest.approx(
         sqrt(2.0 * (FAR[2] - HEIGHT / 2.0) / acceleration), abs=0.01)
-    assert (slide.floated - slide.tilted) * NANO == pytest.approx(
+    assert (slide.floated - slide.tilted) * SECONDS_PER_NS == pytest.approx(
         sqrt(2.0 * (RIGHT['stop'] - ASIDE) / (acceleration * sin(LEANING))), abs=0.05)
 
 

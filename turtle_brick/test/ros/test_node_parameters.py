@@ -30,7 +30,7 @@ from turtle_brick.core.parameters import (AnyParameterSet, ArenaParameters, Catc
                                           RobotParameters)
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.turtle_robot import TurtleRobot
-from turtle_referee.domains import reserved_domain
+from turtle_referee.graph_client.domains import reserved_domain
 
 DEFAULTS = {name: list(value) if isinstance(value, tuple) else value
             for name, value in asdict(load()).items()}

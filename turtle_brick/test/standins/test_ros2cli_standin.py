@@ -35,7 +35,7 @@ from ros2cli import cli, traffic
 import ros2cli.graph as cli_graph
 from ros2cli.graph import Observer
 from turtle_brick.tools.graph import Graph
-from turtle_referee.domains import reserved_domain
+from turtle_referee.graph_client.domains import reserved_domain
 from turtlesim.action import RotateAbsolute
 from turtlesim.msg import Color
 

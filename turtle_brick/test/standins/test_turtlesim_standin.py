@@ -30,8 +30,8 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from std_srvs.srv import Empty
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TICK
 from turtle_brick.tools.graph import executable
-from turtle_referee.domains import reserved_domain
-from turtle_referee.record import rate
+from turtle_referee.graph_client.domains import reserved_domain
+from turtle_referee.graph_client.record import message_rate
 from turtlesim.msg import Pose
 from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
 
@@ -84,7 +84,7 @@ def test_poses_come_at_62_5_hz(shared, poses):
     live.wait_for(lambda: len(poses.messages) > 100, 20.0, '100 poses')
     intervals = [later - earlier for earlier, later in zip(poses.times, poses.times[1:])]
     assert median(intervals) == pytest.approx(TICK, rel=0.15)
-    assert rate(poses.times) < 63.5
+    assert message_rate(poses.times) < 63.5
     first = poses.messages[0]
     assert (first.x, first.y, first.theta) == (ARENA_CENTER, ARENA_CENTER, 0.0)
     for find in (lambda: live.listener.get_publishers_info_by_topic('turtle1/pose'),

@@ -24,7 +24,7 @@ import pytest
 from rclpy.node import Node
 from turtle_brick.tools import demo
 from turtle_brick.tools.graph import executable, Graph
-from turtle_referee.domains import DomainError, RANGE_VARIABLES
+from turtle_referee.graph_client.domains import DomainError, RANGE_VARIABLES
 from turtlesim.msg import Pose
 
 DEMO = [sys.executable, '-m', 'turtle_brick.tools.demo', '--no-view']
@@ -36,7 +36,7 @@ WAIT = 60.0
     ('233', "ROS_DOMAIN_ID is '233'"), ('', 'the package no_package is not installed here')])
 def test_what_cannot_be_is_refused_with_a_sentence(domain, words, monkeypatch, capsys):
     monkeypatch.setattr(demo, 'Graph', lambda **_: executable('no_package', 'no_program'))
-    monkeypatch.setattr(demo, 'note_interrupts', lambda: None)
+    monkeypatch.setattr(demo, 'handle_interrupts', lambda: None)
     monkeypatch.setenv('ROS_DOMAIN_ID', domain)
     assert demo.main([]) == 1
     sentence, = capsys.readouterr().err.splitlines()

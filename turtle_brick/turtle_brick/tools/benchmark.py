@@ -51,14 +51,14 @@ from turtle_brick.ros.tf import BASE_LINK, BRICK
 from turtle_brick.tools import plots
 from turtle_brick.tools.demo import random_brick
 from turtle_brick.tools.simulation import at_least_one
-from turtle_referee.domains import DomainError, reserved_domain
-from turtle_referee.drops import DropWatch
-from turtle_referee.hands import Hands
-from turtle_referee.names import Profile
-from turtle_referee.observer import Observer
-from turtle_referee.processes import Process
-from turtle_referee.record import Record
-from turtle_referee.spinning import Spinner
+from turtle_referee.graph_client.client import GraphClient
+from turtle_referee.graph_client.domains import DomainError, reserved_domain
+from turtle_referee.graph_client.drops import DropWatch
+from turtle_referee.graph_client.observer import Observer
+from turtle_referee.graph_client.processes import Process
+from turtle_referee.graph_client.profile import Profile
+from turtle_referee.graph_client.record import Record
+from turtle_referee.graph_client.spinning import NodeSpinner
 
 LAUNCH = ('ros2', 'launch', 'turtle_brick', 'turtle_arena.launch.py', 'view:=none')
 
@@ -84,24 +84,24 @@ def chain(record: Record, begin: int, end: int) -> dict[str, float] | None:
         the goal, the first command to move, the first pose that has moved, and the first transform
         (`plots.LINKS`); None where the brick did not fall or the robot did not move.
     """
-    bricks = record.frames[BRICK].heard(begin, end)
+    bricks = record.frames[BRICK].published_between(begin, end)
     heights = [sample.pose.position[2] for _, sample in bricks]
     falls = np.flatnonzero(np.diff(heights) < 0.0)
     if not falls.size or falls[0] + 2 >= len(bricks):
         return None
     # A release falls on a step: the last position before the first that is lower.
     release = bricks[falls[0]][1].stamp
-    goals = (goal.published for goal in record.heard('goal_pose', release, end))
-    moving = (heard.published for heard in record.heard('cmd_vel', release, end)
+    goals = (goal.published for goal in record.messages('goal_pose', release, end))
+    moving = (heard.published for heard in record.messages('cmd_vel', release, end)
               if heard.message.linear.x or heard.message.linear.y)
     ends = {
         'seen': bricks[falls[0] + 2][0],
         'decided': next(goals, None),
         'commanded': next(moving, None),
         'moved': first_motion((heard.published, (heard.message.x, heard.message.y))
-                              for heard in record.heard('pose', release, end)),
+                              for heard in record.messages('pose', release, end)),
         'known': first_motion((published, sample.pose.position[:2]) for published, sample
-                              in record.frames[BASE_LINK].heard(release, end))}
+                              in record.frames[BASE_LINK].published_between(release, end))}
     if None in ends.values():
         return None
     return {link: (instant - release) * SECONDS_PER_NS for link, instant in ends.items()}
@@ -143,35 +143,35 @@ def measure(seconds: float, count: int) -> dict[str, Any]:
     make = partial(Observer, name='benchmark', profile=Profile.from_parameters(parameters))
     drops: list[DropWatch] = []
 
-    def meet(spinner: Spinner) -> Hands:
-        hands = Hands(spinner, spinner.node)
-        spinner.spin_until(hands.sees_everything, START_TIME, 'the graph is there')
-        return hands
+    def meet(spinner: NodeSpinner) -> GraphClient:
+        client = GraphClient(spinner, spinner.node)
+        spinner.spin_until(client.is_complete, START_TIME, 'the graph is there')
+        return client
 
     def throw() -> None:
         for _ in range(count):
             # So that the robot has to move and can make it.
-            place = random_brick(random, hands, parameters, 0.5, 0.9)
-            hands.place(place).check()
-            drops.append(hands.drop(place))
+            place = random_brick(random, client, parameters, 0.5, 0.9)
+            client.place(place).check()
+            drops.append(client.drop(place))
 
     with Process(LAUNCH) as launch:
-        with Spinner(make) as spinner:
+        with NodeSpinner(make) as spinner:
             meet(spinner)
             spinner.spin_for(WARM_UP)
         nodes = programs(psutil.Process(launch.pid))
         print('idle', file=sys.stderr, flush=True)
         found: dict[str, Any] = {'idle': cores(nodes, lambda: sleep(seconds))}
-        with Spinner(make) as spinner:
-            hands = meet(spinner)
+        with NodeSpinner(make) as spinner:
+            client = meet(spinner)
             print('catching', file=sys.stderr, flush=True)
             found['catching'] = cores(nodes, throw)
             print('idle, listening', file=sys.stderr, flush=True)
             begin = time_ns()
             spinner.spin_for(seconds)
-            hands.observer.update()
-            found['intervals'] = intervals(hands.record, begin)
-            chains = [chain(hands.record, drop.begin - LEAD, drop.end) for drop in drops]
+            client.observer.update()
+            found['intervals'] = intervals(client.record, begin)
+            chains = [chain(client.record, drop.begin - LEAD, drop.end) for drop in drops]
     found['latency'] = [links for links in chains if links is not None]
     found['outcomes'] = Counter(
         'caught' if drop.caught else 'refused' if drop.refusals else 'missed' for drop in drops)
@@ -180,11 +180,12 @@ def measure(seconds: float, count: int) -> dict[str, Any]:
 
 def intervals(record: Record, begin: int) -> dict[str, np.ndarray]:
     """Return the time (s) from each message to the next, from an instant (ns) on."""
-    instants = {name: [heard.published for heard in record.heard(name, begin)]
+    instants = {name: [heard.published for heard in record.messages(name, begin)]
                 for name in ('cmd_vel', 'odom', 'joint_states')}
     for label, frame in (('odom -> base_link', BASE_LINK), ('world -> brick', BRICK)):
         # Several steps may come in one message.
-        instants[label] = sorted({then for then, _ in record.frames[frame].heard(begin)})
+        instants[label] = sorted(
+            {then for then, _ in record.frames[frame].published_between(begin)})
     return {label: np.diff(published) * SECONDS_PER_NS for label, published in instants.items()}
 
 

@@ -44,13 +44,13 @@ from turtle_brick.core.reachability import COMMAND_LATENCY, guaranteed_distance,
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, within_arena
 from turtle_brick.tools.graph import Graph
 from turtle_brick.tools.simulation import at_least_one, promised_distance
-from turtle_referee.domains import (DomainError, DOMAINS, is_empty, keep_to_this_machine,
-                                    LAST_DOMAIN, reserved_domain)
-from turtle_referee.drops import DropWatch
-from turtle_referee.hands import Hands
-from turtle_referee.names import Profile
-from turtle_referee.observer import Observer
-from turtle_referee.spinning import INTERRUPTED, LONGEST_WAIT, note_interrupts
+from turtle_referee.graph_client.client import GraphClient
+from turtle_referee.graph_client.domains import (DomainError, DOMAINS, is_empty, LAST_DOMAIN,
+                                                 reserved_domain, restrict_to_localhost)
+from turtle_referee.graph_client.drops import DropWatch
+from turtle_referee.graph_client.observer import Observer
+from turtle_referee.graph_client.profile import Profile
+from turtle_referee.graph_client.spinning import INTERRUPTED, LONGEST_WAIT, handle_interrupts
 
 START_TIME = 30.0  # how long (s) the graph may take to come up
 BROWSER_TIME = 8.0  # how long (s) a browser may take to show the page before the first brick
@@ -74,7 +74,7 @@ def chosen_domain() -> Iterator[bool]:
     :return: Whether somebody else may be in it.
     :raises DomainError: there is none, or the environment names none that can be
     """
-    keep_to_this_machine()
+    restrict_to_localhost()
     local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') == 'LOCALHOST'
     named = os.environ.get('ROS_DOMAIN_ID')
     if named:
@@ -117,10 +117,10 @@ def faults(watch: DropWatch, promised: float) -> list[str]:
         ('caught, but not tipped off', watch.caught and watch.floated is None)) if is_so]
 
 
-def random_brick(random: Random, hands: Hands, parameters: Parameters, nearest: float,
+def random_brick(random: Random, client: GraphClient, parameters: Parameters, nearest: float,
                  farthest: float) -> Vector:
     """Return a place for a brick, between two parts of how far (m) from the robot is promised."""
-    robot = hands.robot()
+    robot = client.robot_position()
     assert robot is not None
     while True:
         z = resting_height(parameters) + random.uniform(3.0, 6.0)
@@ -131,12 +131,13 @@ def random_brick(random: Random, hands: Hands, parameters: Parameters, nearest: 
             return x, y, z
 
 
-def bricks(options: argparse.Namespace, hands: Hands, parameters: Parameters) -> Iterator[Vector]:
+def bricks(options: argparse.Namespace, client: GraphClient,
+           parameters: Parameters) -> Iterator[Vector]:
     """Yield where bricks are to be dropped from."""
     if options.drops:
         random = Random(f'{options.namespace}{options.seed}')
         for _ in range(options.drops):
-            yield random_brick(random, hands, parameters, 0.2, 1.2)
+            yield random_brick(random, client, parameters, 0.2, 1.2)
     elif options.place:
         yield from options.place
     else:
@@ -154,15 +155,15 @@ def play(graph: Graph, options: argparse.Namespace, parameters: Parameters) -> b
     catcher = graph.add_catcher().catcher
     observer = graph.add(Observer, parameters=False, name='demo',
                          profile=Profile.from_parameters(parameters))
-    hands = Hands(graph, observer)
-    graph.spin_until(hands.sees_everything, START_TIME,
+    client = GraphClient(graph, observer)
+    graph.spin_until(client.is_complete, START_TIME,
                      'turtlesim, robot, arena and catcher see each other')
     freeze()  # else the garbage collector goes through every module, for tens of milliseconds
     title = f'{options.namespace}: ' * bool(options.namespace)
     watches, bad = [], 0
-    for brick in bricks(options, hands, parameters):
-        hands.place(brick, HOVERING_TIME).check()
-        watches.append(watch := hands.drop(brick))
+    for brick in bricks(options, client, parameters):
+        client.place(brick, HOVERING_TIME).check()
+        watches.append(watch := client.drop(brick))
         # Where the commands take longer than on an idle machine, less is promised.
         excess = catcher.decision.latency - COMMAND_LATENCY if catcher.decision else 0.0
         found = faults(watch, promised_distance(brick, parameters, excess))
@@ -212,7 +213,7 @@ def run(options: argparse.Namespace) -> int:
 def run_arenas(names: Sequence[str], args: Sequence[str]) -> int:
     """Run the demo in several namespaces at the same time, each in a process of its own."""
     command = [sys.executable, '-m', 'turtle_brick.tools.demo', *args, '--namespace']
-    # What is ignored now is so in the processes until they call note_interrupts: they are ended
+    # What is ignored now is so in the processes until they call handle_interrupts: they are ended
     # from here, and Python says nothing about a Ctrl-C while it starts.
     handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
     arenas = [subprocess.Popen([*command, name]) for name in names]
@@ -248,7 +249,7 @@ def main(args: Sequence[str] | None = None) -> int:
         '--no-view', action='store_true', help='do not show the graph in a browser')
     parser.add_argument('--namespace', default='', help=argparse.SUPPRESS)
     options = parser.parse_args(args)
-    note_interrupts()
+    handle_interrupts()
     try:
         if options.namespace:
             return run(options)

@@ -38,8 +38,8 @@ from turtle_brick.catcher import CatcherNode
 from turtle_brick.core.parameters import default_path
 from turtle_brick.ros.node_main import make_executor
 from turtle_brick.turtle_robot import TurtleRobot
-from turtle_referee.processes import close_all, Process
-from turtle_referee.spinning import Spins
+from turtle_referee.graph_client.processes import close_all, Process
+from turtle_referee.graph_client.spinning import Spinner
 import xacro
 import yaml
 
@@ -61,7 +61,7 @@ def executable(package: str, name: str) -> str:
         raise PackageNotFoundError(f'the package {package} is not installed here') from None
 
 
-class Graph(Spins):
+class Graph(Spinner):
     """Nodes in one process that see each other, and whoever else is in their ROS domain."""
 
     def __init__(self, domain_id: int | None = None, namespace: str = '',

@@ -36,7 +36,7 @@ class DomainError(RuntimeError):
     """A ROS domain cannot be used."""
 
 
-def keep_to_this_machine() -> None:
+def restrict_to_localhost() -> None:
     """Limit discovery to this machine, unless the environment sets a range."""
     if not any(os.environ.get(name) for name in RANGE_VARIABLES):
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'

@@ -102,7 +102,7 @@ class Process:
         """Return whether it has not ended yet."""
         return self.status is None
 
-    def end_in_words(self) -> str:
+    def exit_message(self) -> str:
         """Say how it has ended and what it said last; nothing while it runs."""
         if self.running:
             return ''
@@ -140,7 +140,7 @@ class Process:
         return status
 
     def stop(self, number: int = signal.SIGINT, timeout: float = END_TIME) -> int:
-        """Ask it to end by a signal and return its status; TimeoutError after a time (s)."""
+        """Request it to end by a signal and return its status; TimeoutError after a time (s)."""
         if self.running:
             self.send(number)
         return self.wait(timeout)

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Nodes that keep what a graph says: a `Listener` what it is told to hear, an `Observer` everything.
+Nodes that keep what a graph says: a `PollingNode` what it is told to hear, an `Observer` everything.
 
 An observer knows the graph by the names of a profile and reads every type from the graph, so that
 any implementation will do. It also asks for what a user would, and says nothing until then.
@@ -34,9 +34,9 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
-from turtle_referee.constants import NANOSECONDS
-from turtle_referee.names import Profile
-from turtle_referee.record import Heard, LATE, MarkerHeard, Record
+from turtle_referee.graph_client.constants import NS_PER_SECOND
+from turtle_referee.graph_client.profile import Profile
+from turtle_referee.graph_client.record import Received, LATE, ReceivedMarker, Record
 
 DEPTH = 2000  # how many messages may wait to be heard: a reader that falls behind loses none
 FETCH_PERIOD = 0.02  # time (s) after which what has come is fetched
@@ -66,7 +66,7 @@ def fill(message: Any, place: Sequence[float]) -> bool:
                for part in parts)
 
 
-def how_to_hear(latched: bool, reliable: bool = True) -> QoSProfile:
+def subscription_qos(latched: bool, reliable: bool = True) -> QoSProfile:
     """Return how to subscribe to what is repeated to who comes late, or to what gets lost."""
     return QoSProfile(
         depth=DEPTH,
@@ -78,12 +78,12 @@ Keep = Callable[[Any, Any], None]
 """Called with a message, and with its source_timestamp and so on (rclpy's MessageInfo)."""
 
 
-def keeper(messages: list[Heard]) -> Keep:
+def append_to(messages: list[Received]) -> Keep:
     """Return what adds a message to a list, with when it was published."""
-    return lambda message, info: messages.append(Heard(info['source_timestamp'], message))
+    return lambda message, info: messages.append(Received(info['source_timestamp'], message))
 
 
-class Listener(Node):
+class PollingNode(Node):
     """
     Keep what is heard, each message with when it was published.
 
@@ -97,23 +97,23 @@ class Listener(Node):
         super().__init__(name, **{
             'start_parameter_services': False, 'enable_rosout': False, **node_options})
         self._kept: list[tuple[Subscription, Keep]] = []
-        self._asked: dict[tuple[Any, int], list[Heard]] = {}
+        self._asked: dict[tuple[Any, int], list[Received]] = {}
 
-    def hear(self, message_type: Any, topic: str, qos: QoSProfile | int = DEPTH) -> list[Heard]:
+    def hear(self, message_type: Any, topic: str, qos: QoSProfile | int = DEPTH) -> list[Received]:
         """Hear a topic from now on; return a list to which `fetch` adds what has come."""
-        messages: list[Heard] = []
-        self.listen(message_type, topic, keeper(messages), qos)
+        messages: list[Received] = []
+        self.subscribe(message_type, topic, append_to(messages), qos)
         return messages
 
-    def listen(self, message_type: Any, topic: str, keep: Keep,
+    def subscribe(self, message_type: Any, topic: str, keep: Keep,
                qos: QoSProfile | int = DEPTH) -> None:
         """Have `fetch` call a function with each message of a topic, and what DDS says of it."""
         subscription = self.create_subscription(message_type, topic, lambda message: None, qos)
         self._kept.append((subscription, keep))
 
-    def ask(self, client: Any, request: Any) -> list[Heard]:
+    def ask(self, client: Any, request: Any) -> list[Received]:
         """Call a service; return a list to which `fetch` adds the answer."""
-        answers: list[Heard] = []
+        answers: list[Received] = []
         with client.handle:
             self._asked[client, client.handle.send_request(request)] = answers
         return answers
@@ -126,7 +126,7 @@ class Listener(Node):
                     info, response = taken
                     # Where two nodes serve, both answer: the first counts.
                     self._asked.pop((client, info.request_id.sequence_number), []).append(
-                        Heard(info.source_timestamp, response))
+                        Received(info.source_timestamp, response))
         for subscription, keep in self._kept:
             # As rclpy.wait_for_message does.
             with subscription.handle:
@@ -142,10 +142,10 @@ class Observer(Node):
                  **node_options: Any) -> None:
         """Begin to listen, by the names of a profile; the options are those of a node."""
         super().__init__(name, **{'start_parameter_services': False, **node_options})
-        self.listener = Listener(f'{name}_ears', **node_options)
+        self.listener = PollingNode(f'{name}_ears', **node_options)
         self.record = Record(profile or Profile())
         self.record.namespace = self.get_namespace()
-        self.on_news: Callable[[], None] = lambda: None  # called after each fetch
+        self.after_fetch: Callable[[], None] = lambda: None  # called after each fetch
         self.fetched_at = time_ns()  # when (ns) what has come was fetched last
         self._looked_at = 0
         self._heard_topics: set[str] = set()
@@ -156,8 +156,8 @@ class Observer(Node):
             lambda name, kind: self.listener.create_client(kind, name))
         psutil.cpu_percent(percpu=True)  # since when the next one tells
         for topic, static in (('/tf', False), ('/tf_static', True)):
-            self.listener.listen(
-                TFMessage, topic, partial(self._keep_transforms, static), how_to_hear(static))
+            self.listener.subscribe(
+                TFMessage, topic, partial(self._keep_transforms, static), subscription_qos(static))
         self.create_timer(FETCH_PERIOD, self.update)
 
     def destroy_node(self) -> None:
@@ -170,17 +170,17 @@ class Observer(Node):
     def update(self) -> None:
         """Fetch what has come, and look for new topics now and then."""
         last, self.fetched_at = self.fetched_at, time_ns()
-        if (self.fetched_at - last) > FETCH_PERIOD * NANOSECONDS + LATE:
+        if (self.fetched_at - last) > FETCH_PERIOD * NS_PER_SECOND + LATE:
             self.record.stalls.append((last, self.fetched_at))
-        if self.fetched_at - self._looked_at > LOOK_PERIOD * NANOSECONDS:
+        if self.fetched_at - self._looked_at > LOOK_PERIOD * NS_PER_SECOND:
             if fmean(psutil.cpu_percent(percpu=True)) >= FULL:
                 self.record.stalls.append((self._looked_at, self.fetched_at))
             self._looked_at = self.fetched_at
-            self.look_around()
+            self.subscribe_to_new_topics()
         self.listener.fetch()
-        self.on_news()
+        self.after_fetch()
 
-    def look_around(self) -> None:
+    def subscribe_to_new_topics(self) -> None:
         """Listen to all topics of the graph that matter, but to no neighbor's markers."""
         record, inside = self.record, f'{self.get_namespace().rstrip("/")}/'
         names = {self.resolve_topic_name(topic): name
@@ -190,7 +190,7 @@ class Observer(Node):
                      if info.node_name != self.get_name()]
             if not infos:
                 continue
-            record.speakers.setdefault(topic, set()).update(
+            record.publishers.setdefault(topic, set()).update(
                 f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos)
             qos = [info.qos_profile for info in infos]
             # Who does not repeat what gets lost, or was said before, can't be asked to.
@@ -198,7 +198,7 @@ class Observer(Node):
             latched = all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in qos)
             record.latched.setdefault(topic, latched)
             if topic in names:
-                keep = keeper(record.topics[names[topic]])
+                keep = append_to(record.topics[names[topic]])
             elif MARKER_TYPES.intersection(kinds) and topic.startswith(inside):
                 keep = partial(self._keep_markers, topic)
             else:
@@ -206,14 +206,14 @@ class Observer(Node):
             if topic not in self._heard_topics:
                 self._heard_topics.add(topic)
                 try:
-                    self.listener.listen(
-                        load_type(kinds[0]), topic, keep, how_to_hear(latched, reliable))
+                    self.listener.subscribe(
+                        load_type(kinds[0]), topic, keep, subscription_qos(latched, reliable))
                 except LookupError as error:
                     record.notes.append(str(error))
 
     def _keep_markers(self, topic: str, message: Any, info: Any) -> None:
         for marker in getattr(message, 'markers', [message]):
-            self.record.markers.append(MarkerHeard(info['source_timestamp'], topic, marker))
+            self.record.markers.append(ReceivedMarker(info['source_timestamp'], topic, marker))
 
     def _keep_transforms(self, static: bool, message: TFMessage, info: Any) -> None:
         for transform in message.transforms:
@@ -230,7 +230,7 @@ class Observer(Node):
         goal.pose.position.x, goal.pose.position.y = x, y
         self._publisher('goal_pose', PoseStamped).publish(goal)
 
-    def hears_goals(self) -> bool:
+    def has_goal_subscriber(self) -> bool:
         """Tell whether somebody hears goals."""
         return self._publisher('goal_pose', PoseStamped).get_subscription_count() > 0
 

@@ -23,10 +23,10 @@ from collections import deque
 from math import dist, nan
 
 import numpy
-from turtle_referee.constants import STILL, UNREACHABLE
-from turtle_referee.geometry import Array, inclination, Pose, Vector
-from turtle_referee.names import NUMBERS
-from turtle_referee.record import Ask, plateau, Record
+from turtle_referee.graph_client.constants import STILL, UNREACHABLE
+from turtle_referee.graph_client.geometry import Array, inclination, Pose, Vector
+from turtle_referee.graph_client.profile import NUMBERS
+from turtle_referee.graph_client.record import Request, plateau, Record
 
 MOVED = 1e-5  # how far (m) below its place a brick falls
 STAY = 40_000_000  # time (ns) after which a brick that goes down no more has come down
@@ -64,7 +64,7 @@ class DropWatch:
         self.leveled: int | None = None
         self.refusals: list[int] = []  # when a marker said "Unreachable"
         self.goal: int | None = None  # when a goal was published first after the release
-        self.ask: Ask | None = None  # how the service drop answered
+        self.ask: Request | None = None  # how the service drop answered
         self.should: bool | None = None  # whether it can be caught; None where both may be right
 
     @property
@@ -89,7 +89,7 @@ class DropWatch:
                 self.refusals.append(heard.published)
         self._markers = len(markers)
         if self.asked is not None and self.goal is None and self.down is None:
-            self.goal = next((heard.published for heard in self._record.heard(
+            self.goal = next((heard.published for heard in self._record.messages(
                 'goal_pose', self.asked)), None)
 
     def _follow(self, stamp: int, pose: Pose) -> None:

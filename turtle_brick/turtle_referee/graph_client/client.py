@@ -23,13 +23,13 @@ from math import dist, sqrt
 from time import time_ns
 from typing import Any
 
-from turtle_referee.constants import ARENA_SIZE, NANOSECONDS
-from turtle_referee.drops import DropWatch
-from turtle_referee.geometry import Vector
-from turtle_referee.names import NUMBERS
-from turtle_referee.observer import fill, Observer
-from turtle_referee.record import Ask, Drive, plateau
-from turtle_referee.spinning import Spins
+from turtle_referee.graph_client.constants import ARENA_SIZE, NS_PER_SECOND
+from turtle_referee.graph_client.drops import DropWatch
+from turtle_referee.graph_client.geometry import Vector
+from turtle_referee.graph_client.observer import fill, Observer
+from turtle_referee.graph_client.profile import NUMBERS
+from turtle_referee.graph_client.record import Request, Drive, plateau
+from turtle_referee.graph_client.spinning import Spinner
 
 PATIENCE = 3.0  # how long (s) something may take that should be done at once
 LONGEST = 60.0  # how long (s) anything is waited for, whatever numbers say how long it takes
@@ -38,10 +38,10 @@ HOVERING = 0.5  # how long (s) a brick hovers before it is dropped
 AFTER = 0.6  # how long (s) a brick is watched that has come down beside the platform
 
 
-class Hands:
+class GraphClient:
     """What a user does with a graph."""
 
-    def __init__(self, graph: Spins, observer: Observer, patience: float = PATIENCE) -> None:
+    def __init__(self, graph: Spinner, observer: Observer, patience: float = PATIENCE) -> None:
         """Do nothing yet; the graph spins the observer, the patience (s) is for what is quick."""
         self.patience = patience
         self.graph = graph
@@ -60,15 +60,15 @@ class Hands:
         """Return a number of the robot, a usual one where none is known."""
         return self.record.profile.numbers.get(name, NUMBERS[name])
 
-    def sees_everything(self) -> bool:
+    def is_complete(self) -> bool:
         """Tell whether the whole graph is there: robot, arena and catcher."""
         record = self.record
         topics = ('pose', 'cmd_vel', 'odom', 'joint_states', 'robot_description')
         return bool(all(record.topics[name] for name in topics) and record.markers
                     and {'odom', 'base_link', 'platform', 'brick'} <= set(record.frames)
-                    and self.has('place') and self.has('drop') and self.observer.hears_goals()
+                    and self.has('place') and self.has('drop') and self.observer.has_goal_subscriber()
                     and self.observer.resolve_topic_name(
-                        record.profile.topics['goal_pose']) in record.speakers)
+                        record.profile.topics['goal_pose']) in record.publishers)
 
     def has(self, service: str) -> bool:
         """Tell whether a service is there."""
@@ -79,30 +79,30 @@ class Hands:
 
     # ------------------------------------------------------------------------------- the robot
 
-    def robot(self) -> tuple[float, float] | None:
+    def robot_position(self) -> tuple[float, float] | None:
         """Return where the robot is in the world (m), None where nobody says."""
         said = self.record.topics['pose'][-1:]
         return (said[0].message.x, said[0].message.y) if said else None
 
     def distance_to(self, place: tuple[float, float]) -> float:
         """Return how far the robot is from a point of the world (m); NaN if that is unknown."""
-        return dist(place, self.robot() or (float('nan'), float('nan')))
+        return dist(place, self.robot_position() or (float('nan'), float('nan')))
 
     def is_at_rest(self) -> bool:
         """Tell whether the robot has stood still for a while."""
-        track = [(one.published, (one.message.x, one.message.y)) for one in self.record.heard(
-            'pose', time_ns() - round(REST * NANOSECONDS))]
+        track = [(one.published, (one.message.x, one.message.y)) for one in self.record.messages(
+            'pose', time_ns() - round(REST * NS_PER_SECOND))]
         # On a busy machine some of this time may not have been heard of yet.
-        since = plateau(track, 1e-3, round(0.8 * REST * NANOSECONDS))
+        since = plateau(track, 1e-3, round(0.8 * REST * NS_PER_SECOND))
         return since is not None and since == track[0][0]
 
     def go(self, goal: tuple[float, float]) -> Drive | None:
         """Send the robot somewhere and wait until it rests; return the drive, if it is known."""
-        if not self.robot() or not self.until(self.observer.hears_goals, self.patience):
+        if not self.robot_position() or not self.until(self.observer.has_goal_subscriber, self.patience):
             return None
         # On a busy machine it may still drive, and where it is may not have been heard of yet.
         self.until(self.is_at_rest, self.patience)
-        start = self.robot()
+        start = self.robot_position()
         assert start is not None
         begin, way = time_ns(), self.distance_to(goal)
         self.observer.send_goal(*goal)
@@ -115,7 +115,7 @@ class Hands:
 
     # ------------------------------------------------------------------------------- the brick
 
-    def ask(self, service: str, place: Vector | None = None) -> Ask:
+    def ask(self, service: str, place: Vector | None = None) -> Request:
         """Call 'place', with where to put the brick (m), or 'drop'; return how it answered."""
         begin = time_ns()
         try:
@@ -128,12 +128,12 @@ class Hands:
             if not self.until(lambda: answers, self.patience):
                 raise LookupError(f'{service} does not answer')
         except LookupError as error:
-            return Ask(begin, time_ns(), place, False, str(error))
+            return Request(begin, time_ns(), place, False, str(error))
         end, response = answers[0]
-        return Ask(begin, end, place, bool(getattr(response, 'success', True)),
+        return Request(begin, end, place, bool(getattr(response, 'success', True)),
                    str(getattr(response, 'message', '')))
 
-    def place(self, place: Vector, hovering: float = HOVERING) -> Ask:
+    def place(self, place: Vector, hovering: float = HOVERING) -> Request:
         """Place the brick (m), and let it hover for a time (s)."""
         ask = self.ask('place', place)
         if ask.accepted:
@@ -159,14 +159,14 @@ class Hands:
             watch.look()
             told(watch)
 
-        self.observer.on_news = look
+        self.observer.after_fetch = look
         try:
             watch.asked = time_ns()
             watch.ask = self.ask('drop')
             if watch.ask.accepted and self.until(lambda: watch.released, self.patience):
                 self._see_out(watch)
         finally:
-            self.observer.on_news = lambda: None
+            self.observer.after_fetch = lambda: None
             watch.end = time_ns()
             self.record.drops.append(watch)
         return watch

@@ -30,10 +30,10 @@ LONGEST_WAIT = 0.02
 timeout a SingleThreadedExecutor forgets whose turn it is, and under load the first node would have
 every turn."""
 
-INTERRUPTED = Event()  # set by Ctrl-C and SIGTERM, in a process that has called `note_interrupts`
+INTERRUPTED = Event()  # set by Ctrl-C and SIGTERM, in a process that has called `handle_interrupts`
 
 
-def note_interrupts() -> dict[int, Any]:
+def handle_interrupts() -> dict[int, Any]:
     """
     Have Ctrl-C and SIGTERM wait for the end of a piece of work; return their handlers so far.
 
@@ -44,7 +44,7 @@ def note_interrupts() -> dict[int, Any]:
             for number in (signal.SIGINT, signal.SIGTERM)}
 
 
-class Spins:
+class Spinner:
     """Nodes of an executor that work while somebody waits."""
 
     executor: Executor
@@ -54,7 +54,7 @@ class Spins:
         Let the nodes work until a condition holds, which is asked after each piece of work.
 
         :raises TimeoutError: it did not within a time (s), with what it is in words
-        :raises KeyboardInterrupt: a signal has come that `note_interrupts` takes
+        :raises KeyboardInterrupt: a signal has come that `handle_interrupts` takes
         """
         deadline = monotonic() + timeout
         while not condition():
@@ -75,7 +75,7 @@ class Spins:
             raise KeyboardInterrupt
 
 
-class Spinner(Spins):
+class NodeSpinner(Spinner):
     """One node, spun while somebody waits; Ctrl-C or SIGTERM end that as KeyboardInterrupt."""
 
     def __init__(self, make_node: Callable[..., Node], namespace: str = '') -> None:
@@ -87,9 +87,9 @@ class Spinner(Spins):
                                    use_global_arguments=False)
         self.executor = SingleThreadedExecutor(context=self._context)
         self.executor.add_node(self.node)
-        self._handlers = note_interrupts()
+        self._handlers = handle_interrupts()
 
-    def __enter__(self) -> 'Spinner':
+    def __enter__(self) -> 'NodeSpinner':
         """Return the spinner; on leaving it, the node ends."""
         return self
 

@@ -19,12 +19,12 @@ from itertools import pairwise
 from math import dist, inf, isnan, sqrt
 from typing import Any
 
-from turtle_referee.arena_rules import ADD, catches, dropped, TEXT
-from turtle_referee.constants import AT_CENTER, CENTER, LIFETIME, NANO, SHOWN, UNREACHABLE
-from turtle_referee.drops import DropWatch
-from turtle_referee.names import NUMBERS
-from turtle_referee.record import MarkerHeard, nanoseconds_of, Record
-from turtle_referee.rules import all_but, Broken, Finding, Plot, Rules, Series, some, within
+from turtle_referee.graph_client.constants import AT_CENTER, CENTER, LIFETIME, SECONDS_PER_NS, SHOWN, UNREACHABLE
+from turtle_referee.graph_client.drops import DropWatch
+from turtle_referee.graph_client.profile import NUMBERS
+from turtle_referee.graph_client.record import ReceivedMarker, nanoseconds_of, Record
+from turtle_referee.rules.arena_rules import ADD, catches, dropped, TEXT
+from turtle_referee.rules.rule import from_faults, Broken, Finding, Plot, Rules, Series, require_data, within
 
 RULES = Rules()
 rule = RULES.rule
@@ -34,7 +34,7 @@ REMOVES = (2, 3)  # the actions of a marker that remove it, and all
 
 def completed(record: Record) -> list[DropWatch]:
     """Return the bricks that were let go and have come down; Open if none has."""
-    return some([drop for drop in dropped(record) if drop.down is not None],
+    return require_data([drop for drop in dropped(record) if drop.down is not None],
                 'no brick has come down')
 
 
@@ -48,10 +48,10 @@ def name_of(drop: DropWatch) -> str:
 def verdicts_come_in_time(record: Record) -> Finding:
     """Expect goal or text before the brick is down."""
     # Who has the brick come down on a platform below it need not say anything.
-    drops = some([drop for drop in completed(record) if drop.decided is not None
+    drops = require_data([drop for drop in completed(record) if drop.decided is not None
                   or not drop.caught], 'no verdict was needed')
-    late = [((drop.decided or inf) - (drop.down or 0)) * NANO for drop in drops]
-    return all_but([
+    late = [((drop.decided or inf) - (drop.down or 0)) * SECONDS_PER_NS for drop in drops]
+    return from_faults([
         f'{"no verdict" if time == inf else f"{time:.3f} s late"} on {name_of(drop)}'
         for drop, time in zip(drops, late) if time >= 0.0], len(drops), 'in time')
 
@@ -77,18 +77,18 @@ def reach_plot(record: Record) -> Plot:
 def verdicts_come_true(record: Record) -> Finding:
     """Expect what is called Unreachable not to be caught, and all else."""
     drops = completed(record)
-    return all_but([
+    return from_faults([
         f'{name_of(drop)} {"refused, but caught" if drop.caught else "missed silently"}'
         for drop in drops if bool(drop.refusals) is drop.caught], len(drops),
         plot=reach_plot(record))
 
 
-def texts(record: Record) -> list[MarkerHeard]:
+def texts(record: Record) -> list[ReceivedMarker]:
     """Return the markers that say it; Broken or Open if there are none."""
     found = [heard for heard in record.markers if UNREACHABLE.lower() in heard.marker.text.lower()]
     if not found and any(drop.should is False for drop in completed(record)):
         raise Broken('nobody said Unreachable')
-    return some(found, 'no brick was out of reach')
+    return require_data(found, 'no brick was out of reach')
 
 
 @rule('text: kind', 'the node publishes a Text marker … that says "Unreachable"',
@@ -100,19 +100,19 @@ def text_is_a_text(record: Record) -> Finding:
         f'{text!r} of type {kind}' for text, kind in sorted(said)))
 
 
-def seconds_shown(record: Record, shown: list[MarkerHeard]) -> float:
+def seconds_shown(record: Record, shown: list[ReceivedMarker]) -> float:
     """Return how long (s) a text was to be seen that was said, and perhaps repeated or removed."""
     first, last = shown[0], shown[-1]
     removed = [heard.published for heard in record.markers if heard.topic == last.topic
                and heard.marker.action in REMOVES and heard.published > first.published]
     end = last.published + (nanoseconds_of(last.marker.lifetime) or inf)
-    return (min([end, *removed]) - first.published) * NANO
+    return (min([end, *removed]) - first.published) * SECONDS_PER_NS
 
 
 @rule('text: time', 'a Text marker that lasts for 3 seconds', ['text: kind'])
 def text_lasts(record: Record) -> Finding:
     """Expect {LIFETIME:g} s ± {SHOWN} s for each fall, once."""
-    begins = [*(drop.begin for drop in some(record.drops, 'nothing was dropped')), inf]
+    begins = [*(drop.begin for drop in require_data(record.drops, 'nothing was dropped')), inf]
     falls = [[heard for heard in texts(record)
               if begin <= heard.published < end and heard.marker.action == ADD]
              for begin, end in pairwise(begins)]
@@ -136,8 +136,8 @@ def bricks_are_carried_to_the_center(record: Record) -> Finding:
 def judge_drops(which: Callable[[DropWatch], Any], fault: Callable[[DropWatch], str],
                 record: Record) -> Finding:
     """Judge some of the bricks, by what is wrong with each."""
-    drops = some([drop for drop in completed(record) if which(drop)], 'there was no such brick')
-    return all_but([f'{name_of(drop)} {fault(drop)}' for drop in drops if fault(drop)], len(drops))
+    drops = require_data([drop for drop in completed(record) if which(drop)], 'there was no such brick')
+    return from_faults([f'{name_of(drop)} {fault(drop)}' for drop in drops if fault(drop)], len(drops))
 
 
 for name, words, law, rests_on, which, fault in (

@@ -21,9 +21,9 @@ from xml.etree import ElementTree
 
 from browser import Chromium, find_chromium
 import pytest
-from turtle_referee import referee, telling
-from turtle_referee.names import Profile, ProfileError
-from turtle_referee.rules import BROKEN, Judgement, KEPT, OPEN, Plot, Series
+from turtle_referee import referee, report
+from turtle_referee.graph_client.profile import Profile, ProfileError
+from turtle_referee.rules.rule import BROKEN, Judgement, KEPT, OPEN, Plot, Series
 
 JUDGEMENTS = [
     Judgement('b', 'ж', 'ö', BROKEN, '-' * 300, Plot(
@@ -48,7 +48,7 @@ def parse(page):
 
 
 def test_the_page_is_a_page():
-    root = parse(telling.page(JUDGEMENTS, ABOUT))
+    root = parse(report.page(JUDGEMENTS, ABOUT))
     for words in ('date: 2026-11-23', 'command: ros2 <tag>', 'versions: rclpy 7.1', 'notes: ö'):
         assert words in [one.text for one in root.iter('p')]
     assert len(root.findall('.//table/tr')) == 1 + len(JUDGEMENTS)
@@ -59,8 +59,8 @@ def test_the_page_is_a_page():
 @pytest.mark.skipif(find_chromium() is None, reason='Chromium is not installed')
 def test_the_pages_do_not_overflow(tmp_path, judged):
     """On a phone, long words, wide plots and many columns are as wide as the window."""
-    (tmp_path / 'page.html').write_text(telling.page(JUDGEMENTS, ABOUT))
-    telling.summarize(judged, ['b', 'a'], None, tmp_path / 'class.html')
+    (tmp_path / 'page.html').write_text(report.page(JUDGEMENTS, ABOUT))
+    report.summarize(judged, ['b', 'a'], None, tmp_path / 'class.html')
     with Chromium(400) as browser:
         for name in ('page', 'class'):
             browser.go_to(f'file://{tmp_path}/{name}.html')
@@ -70,7 +70,7 @@ def test_the_pages_do_not_overflow(tmp_path, judged):
 
 
 def test_the_json_has_everything():
-    told = json.loads(telling.as_json(JUDGEMENTS, ABOUT), parse_constant=pytest.fail)
+    told = json.loads(report.as_json(JUDGEMENTS, ABOUT), parse_constant=pytest.fail)
     assert [one['mark'] for one in told['requirements']] == [BROKEN, BROKEN, OPEN, OPEN, KEPT]
     assert told['requirements'][4]['plot']['points'][0]['y'] == [1.0, None, 2.0]
     assert told['requirements'][1]['follows'] == ['b']
@@ -78,7 +78,7 @@ def test_the_json_has_everything():
 
 
 def test_the_terminal_shows_words_as_they_are_and_again_what_is_not_kept(capsys):
-    telling.print_judgements(JUDGEMENTS, ['ö'])
+    report.print_judgements(JUDGEMENTS, ['ö'])
     table, _, again = capsys.readouterr().out.partition('\n\n')
     assert '[bold]3[/bold]' in table and 'x [red]' in table
     assert again.splitlines() == [
@@ -95,7 +95,7 @@ def judged(tmp_path):
     directory = tmp_path / 'judged'
     (directory / 'dora').mkdir(parents=True)
     for name, judgements in (('ann', JUDGEMENTS), ('bob', JUDGEMENTS[4:]), ('dora/late', [])):
-        (directory / f'{name}.json').write_text(telling.as_json(judgements, ABOUT))
+        (directory / f'{name}.json').write_text(report.as_json(judgements, ABOUT))
     (directory / 'bob.html').touch()
     return directory
 

@@ -24,8 +24,8 @@ import re
 from typing import NamedTuple, TypeVar
 
 import numpy
-from turtle_referee import constants
-from turtle_referee.record import Ask, Record
+from turtle_referee.graph_client import constants
+from turtle_referee.graph_client.record import Request, Record
 
 Thing = TypeVar('Thing')
 
@@ -132,11 +132,11 @@ class Rules(list[Rule]):
 
     def judge(self, record: Record) -> list[Judgement]:
         """Judge what was heard: what is broken comes first, and before what may follow from it."""
-        found, held_up = [rule(record) for rule in self], record.held_up()
-        if held_up:
+        found, stall_summary = [rule(record) for rule in self], record.stall_summary()
+        if stall_summary:
             # What is broken also while the machine had time is broken.
-            calm = record.while_calm()
-            found = [one._replace(mark=OPEN, measured=f'{one.measured}; not judged: {held_up}')
+            calm = record.without_stalls()
+            found = [one._replace(mark=OPEN, measured=f'{one.measured}; not judged: {stall_summary}')
                      if one.mark == BROKEN and rule(calm).mark != BROKEN else one
                      for rule, one in zip(self, found)]
         causes = self.causes({one.name: one.measured for one in found if one.mark == BROKEN})
@@ -167,21 +167,21 @@ def number(record: Record, name: str) -> float:
     return record.profile.numbers[name]
 
 
-def some(things: list[Thing], words: str) -> list[Thing]:
+def require_data(things: list[Thing], words: str) -> list[Thing]:
     """Return things; Open, with words, if there are none."""
     if not things:
         raise Open(words)
     return things
 
 
-def needed(thing: Thing | None, words: str) -> Thing:
+def require(thing: Thing | None, words: str) -> Thing:
     """Return what there is; Broken, with words, if it is not there."""
     if thing is None:
         raise Broken(words)
     return thing
 
 
-def obeyed(ask: Ask | None) -> Ask:
+def require_accepted(ask: Request | None) -> Request:
     """Return how something was answered that was asked for; Broken if it was not, or refused."""
     if ask is None or not ask.accepted:
         raise Broken(ask and ask.words or 'refused')
@@ -197,11 +197,11 @@ def worst(values: Iterable[float]) -> float:
 def within(limit: float, values: list[float], none: str,
            words: str = 'at most {:.3f} m off, {} times') -> Finding:
     """Find that none of some values is above a limit; Open, with words, if there are none."""
-    most = worst(some(values, none))
+    most = worst(require_data(values, none))
     return Finding(most <= limit, words.format(most, len(values)))
 
 
-def all_but(faults: Sequence[str], count: int, things: str = '',
+def from_faults(faults: Sequence[str], count: int, things: str = '',
             plot: Plot | None = None) -> Finding:
     """Find that all of so many things are as they should, but those with a fault."""
     words = f'{count - len(faults)} of {count} {things}'.strip()

@@ -13,8 +13,8 @@
 # limitations under the License.
 """Numbers that the assignment and turtlesim set, how strict the referee is, and units of time."""
 
-NANOSECONDS = 1_000_000_000  # in a second
-NANO = 1e-9  # a nanosecond (s)
+NS_PER_SECOND = 1_000_000_000  # in a second
+SECONDS_PER_NS = 1e-9  # a nanosecond (s)
 ARENA_SIZE = 499.0 / 45.0  # its sides (m): turtlesim's window has 500 pixels, 45 of them 1 m
 CENTER = (ARENA_SIZE / 2.0, ARENA_SIZE / 2.0)  # where turtlesim's first turtle starts
 RATE = 100.0  # Hz: "All publishing and broadcasting shall be done at 100 Hz"

@@ -20,14 +20,14 @@ from math import atan2, dist, hypot, sqrt
 from typing import Any, NamedTuple
 
 import numpy
-from turtle_referee.constants import (ALIKE, ARENA_SIZE, COURSE, EARLY, LAG, NANO, NANOSECONDS,
+from turtle_referee.graph_client.constants import (ALIKE, ARENA_SIZE, COURSE, EARLY, LAG, SECONDS_PER_NS, NS_PER_SECOND,
                                       NEAR, OVERDUE, PAUSE, PHYSICS_RATE, RATE_TOLERANCE, SLIDE,
                                       SOON, STILL, WALL_TOLERANCE)
-from turtle_referee.drops import DropWatch
-from turtle_referee.geometry import Array, between, distance_to_rectangle, inclination, Pose, pose
-from turtle_referee.record import MarkerHeard, Record
-from turtle_referee.rules import (all_but, Broken, Finding, needed, number, obeyed, Open, Plot,
-                                  Rules, Series, some, within, worst)
+from turtle_referee.graph_client.drops import DropWatch
+from turtle_referee.graph_client.geometry import Array, between, distance_to_rectangle, inclination, Pose, pose
+from turtle_referee.graph_client.record import ReceivedMarker, Record
+from turtle_referee.rules.rule import (from_faults, Broken, Finding, require, number, require_accepted, Open, Plot,
+                                  Rules, Series, require_data, within, worst)
 
 RULES = Rules()
 rule = RULES.rule
@@ -36,7 +36,7 @@ CUBE, TEXT = 1, 9  # types of visualization_msgs/Marker
 ADD = 0  # the action of a marker that is to be seen
 WALL = 5.0  # length (m) from which a marker may be a wall
 STEP = 1.0 / PHYSICS_RATE  # time (s) between two steps of the physics
-LAGS = range(0, round(LAG * NANOSECONDS) + 1, 5_000_000)  # how much behind (ns) it may be
+LAGS = range(0, round(LAG * NS_PER_SECOND) + 1, 5_000_000)  # how much behind (ns) it may be
 
 BEFORE = 100_000_000  # how long (ns) before the next thing is asked for the brick is looked at
 
@@ -49,18 +49,18 @@ def moved(places: Iterable[Any]) -> float:
 
 # ---------------------------------------------------------------------------- walls and markers
 
-def pose_of_marker(record: Record, heard: MarkerHeard, instant: int) -> Pose:
+def pose_of_marker(record: Record, heard: ReceivedMarker, instant: int) -> Pose:
     """Return where in the world a marker is at an instant (ns)."""
     name = heard.marker.header.frame_id.lstrip('/')
-    parent = needed(record.pose(name, instant), f'the frame {name!r} of a marker is not known')
+    parent = require(record.pose(name, instant), f'the frame {name!r} of a marker is not known')
     p, q = heard.marker.pose.position, heard.marker.pose.orientation
     turned = (q.x, q.y, q.z, q.w) if q.x or q.y or q.z or q.w else (0.0, 0.0, 0.0, 1.0)
     return parent.compose(pose((p.x, p.y, p.z), turned))
 
 
-def walls(record: Record) -> list[MarkerHeard]:
+def walls(record: Record) -> list[ReceivedMarker]:
     """Return the markers that may be walls; Broken if there are none."""
-    return needed([heard for heard in record.markers if heard.marker.type == CUBE and max(
+    return require([heard for heard in record.markers if heard.marker.type == CUBE and max(
         heard.marker.scale.x, heard.marker.scale.y) >= WALL] or None,
         'no box is as long as a wall')
 
@@ -83,11 +83,11 @@ def walls_are_at_the_rim(record: Record) -> Finding:
                    .format(*found))
 
 
-def brick_markers(record: Record) -> list[MarkerHeard]:
+def brick_markers(record: Record) -> list[ReceivedMarker]:
     """Return the markers of the brick; Broken if there are none."""
     solid = [heard for heard in record.markers
              if heard.marker.type != TEXT and heard.marker.action == ADD]
-    return needed([heard for heard in solid if 'brick' in (
+    return require([heard for heard in solid if 'brick' in (
         heard.marker.header.frame_id + heard.topic + heard.marker.ns).lower()] or None,
         'there is no marker of the brick')
 
@@ -95,14 +95,14 @@ def brick_markers(record: Record) -> list[MarkerHeard]:
 def judge_lasting(what: Any, record: Record) -> Finding:
     """Judge whether an rviz2 that starts later sees some markers, too."""
     topics = {heard.topic for heard in what(record)}
-    watched = [instant for span in record.busy_spans() for instant in span]
+    watched = [instant for span in record.trial_spans() for instant in span]
 
     def pause(topic: str) -> float:
         published = sorted([min(watched), max(watched), *(
             heard.published for heard in record.markers if heard.topic == topic)])
-        return max(b - a for a, b in pairwise(published)) * NANO
+        return max(b - a for a, b in pairwise(published)) * SECONDS_PER_NS
 
-    return all_but([f'{topic} is not' for topic in sorted(topics)
+    return from_faults([f'{topic} is not' for topic in sorted(topics)
                     if not record.latched.get(topic) and pause(topic) > PAUSE],
                    len(topics), 'topics')
 
@@ -131,7 +131,7 @@ def brick_marker_is_at_the_brick(record: Record) -> Finding:
 def markers_can_be_drawn(record: Record) -> Finding:
     """Expect known frames, and sizes, orientations and colors that rviz can draw."""
     known, faults = {'world', *record.frames}, set()
-    for marker in [heard.marker for heard in needed(record.markers or None, 'there are no markers')
+    for marker in [heard.marker for heard in require(record.markers or None, 'there are no markers')
                    if heard.marker.action == ADD]:
         q, scale = marker.pose.orientation, marker.scale
         if marker.header.frame_id.lstrip('/') not in known:
@@ -152,11 +152,11 @@ def markers_can_be_drawn(record: Record) -> Finding:
 def bricks_are_placed(record: Record) -> Finding:
     """Expect an answer, and the brick at rest within {NEAR} m of the place."""
     off, drift = [], []
-    for ask in some(record.places, 'nothing was placed'):
-        place = obeyed(ask).what
+    for ask in require_data(record.places, 'nothing was placed'):
+        place = require_accepted(ask).what
         track = [brick.position for _, brick in record.brick_track(
             ask.end - 3 * BEFORE, ask.end - BEFORE)]
-        off.append(dist(needed(track or None, 'the brick is not seen')[-1], place))
+        off.append(dist(require(track or None, 'the brick is not seen')[-1], place))
         drift.append(moved(track))
     return Finding(worst(off) <= NEAR and worst(drift) <= STILL, f'{len(off)} times, at most '
                    f'{worst(off):.4f} m off, moved by {worst(drift):.4f} m')
@@ -164,16 +164,16 @@ def bricks_are_placed(record: Record) -> Finding:
 
 def dropped(record: Record) -> list[DropWatch]:
     """Return the bricks that were let go; Open if there are none."""
-    return some([drop for drop in record.drops if drop.released is not None], 'no brick fell')
+    return require_data([drop for drop in record.drops if drop.released is not None], 'no brick fell')
 
 
 @rule('drop', 'After the service responds, the brick starts falling', ['place'])
 def bricks_are_dropped(record: Record) -> Finding:
     """Expect an answer, and a fall within {SOON} s."""
     waits = []
-    for drop in some(record.drops, 'nothing was dropped'):
-        answered = obeyed(drop.ask).end
-        waits.append((needed(drop.released, 'answered, but no brick fell') - answered) * NANO)
+    for drop in require_data(record.drops, 'nothing was dropped'):
+        answered = require_accepted(drop.ask).end
+        waits.append((require(drop.released, 'answered, but no brick fell') - answered) * SECONDS_PER_NS)
     return within(SOON, waits, '', 'at most {:.3f} s after the answer, {} times')
 
 
@@ -183,10 +183,10 @@ def answers_come_first(record: Record) -> Finding:
     """Expect it to move after the answer, and to rest until a step before it."""
     moving, begins = [], []
     for fall in falls(record):
-        answered, released = obeyed(fall.drop.ask).end, fall.drop.released or 0
+        answered, released = require_accepted(fall.drop.ask).end, fall.drop.released or 0
         stamp, _ = next(record.brick_track(released + 1, fall.drop.end))
-        moving.append((stamp - answered) * NANO)
-        begins.append((released - answered) * NANO + fall.begin)
+        moving.append((stamp - answered) * SECONDS_PER_NS)
+        begins.append((released - answered) * SECONDS_PER_NS + fall.begin)
     return Finding(min(moving) > 0.0 and min(begins) >= -STEP,
                    f'{len(moving)} times, seen to move {min(moving):+.4f} s and a fall from rest '
                    f'{min(begins):+.4f} s from the answer at the earliest')
@@ -199,7 +199,7 @@ def brick_hovers(record: Record) -> Finding:
     """Expect it still until it is dropped."""
     track = [brick.position for begin, end in record.idle
              for _, brick in record.brick_track(begin, end - BEFORE)]
-    some(track, 'the brick was not watched at rest')
+    require_data(track, 'the brick was not watched at rest')
     return Finding(moved(track) <= STILL,
                    f'moved by {moved(track):.4f} m in {len(track)} positions')
 
@@ -227,14 +227,14 @@ def falls(record: Record) -> list[Fall]:
         track = [one for one in track if drop.place[2] - one[1][2] > NEAR]
         if len(track) < 10:
             continue
-        times = numpy.array([(stamp - drop.released) * NANO for stamp, _ in track])
+        times = numpy.array([(stamp - drop.released) * SECONDS_PER_NS for stamp, _ in track])
         depths = numpy.array([drop.place[2] - place[2] for _, place in track])
         # A fall from rest: the root of its depth grows in proportion to time, from any instant.
         slope, offset = numpy.polyfit(times, numpy.sqrt(2.0 * depths), 1)
         begin = -float(offset / slope)
         found.append(Fall(drop, begin, times - begin, depths, float(slope) ** 2,
                           worst(dist(place[:2], hover) for _, place in track)))
-    return some(found, 'no fall was long enough')
+    return require_data(found, 'no fall was long enough')
 
 
 @rule('fall: acceleration', 'falling in gravity (using the specified gravity acceleration)',
@@ -269,7 +269,7 @@ def judge_height(caught: bool, record: Record) -> Finding:
     """Judge how high the center of a brick is that has come down."""
     gravity, kept, heights = number(record, 'gravity_accel'), True, []
     boxes = [heard.marker for heard in brick_markers(record) if heard.marker.type == CUBE]
-    wanted = some(boxes, "the brick's marker is no box: its height is not known")[-1].scale.z / 2.0
+    wanted = require_data(boxes, "the brick's marker is no box: its height is not known")[-1].scale.z / 2.0
     wanted += number(record, 'platform_height') if caught else 0.0
     for drop in dropped(record):
         if drop.landed is not None and drop.caught is caught:
@@ -277,7 +277,7 @@ def judge_height(caught: bool, record: Record) -> Finding:
             step = sqrt(2.0 * gravity * max(drop.place[2] - wanted, 0.0)) * STEP
             kept = kept and abs(drop.landed[2] - wanted) <= step + NEAR
             heights.append(drop.landed[2])
-    some(heights, f'no brick has come down on the {"platform" if caught else "ground"}')
+    require_data(heights, f'no brick has come down on the {"platform" if caught else "ground"}')
     return Finding(kept, f'{len(heights)} times, its center at {min(heights):.3f} to '
                    f'{max(heights):.3f} m')
 
@@ -293,7 +293,7 @@ rule('fall: platform', 'If the brick hits the platform … it stops falling',
 
 def catches(record: Record) -> list[DropWatch]:
     """Return the bricks that came down on the platform; Open if none did."""
-    return some([drop for drop in dropped(record) if drop.caught],
+    return require_data([drop for drop in dropped(record) if drop.caught],
                 'no brick has come down on the platform')
 
 
@@ -321,7 +321,7 @@ def brick_rides(record: Record) -> Finding:
 def brick_has_the_angle(record: Record) -> Finding:
     """Expect the same within {ALIKE} rad, 99 of 100 times that one is inclined."""
     off, level = [], 0
-    for begin, end in record.busy_spans():
+    for begin, end in record.trial_spans():
         for stamp, brick in list(record.brick_track(begin, end - BEFORE))[::5]:
             platform = record.platform(stamp)
             if platform is None:
@@ -354,12 +354,12 @@ def slide(gravity: float, track: list[tuple[int, Pose, Pose]]) -> Slide:
     downhill = -steepest.axes[2, :2] / (hypot(*steepest.axes[2, :2]) or 1.0)
     seen = numpy.array([platform.locate(brick.position)[:2] @ downhill
                         for _, brick, platform in track])
-    times = numpy.array([(stamp - track[0][0]) * NANO for stamp, _, _ in track])
+    times = numpy.array([(stamp - track[0][0]) * SECONDS_PER_NS for stamp, _, _ in track])
     steps = numpy.diff(times, prepend=times[0])
     angles = [inclination(platform) for _, _, platform in track]
     found = []
     for lag in LAGS:
-        pulls = gravity * numpy.sin(numpy.interp(times - lag * NANO, times, angles))
+        pulls = gravity * numpy.sin(numpy.interp(times - lag * SECONDS_PER_NS, times, angles))
         due = numpy.cumsum(numpy.cumsum(pulls * steps) * steps) + seen[0]
         found.append(Slide(float(numpy.max(numpy.abs(due - seen))), times, seen, due))
     return min(found, key=lambda slide: slide.off)
@@ -373,12 +373,12 @@ def slides_are_frictionless(record: Record) -> Finding:
     for drop in catches(record):
         if drop.tilted is not None:
             # A brick that sticks has to slide as well.
-            end = drop.floated or min(drop.end, drop.tilted + NANOSECONDS)
+            end = drop.floated or min(drop.end, drop.tilted + NS_PER_SECOND)
             found.append(slide(gravity, [
                 (stamp, brick, platform)
                 for stamp, brick in record.brick_track(drop.tilted - 2 * BEFORE, end)
                 if (platform := record.platform(stamp)) is not None]))
-    _, times, seen, due = some(found, 'no brick was tilted')[0]
+    _, times, seen, due = require_data(found, 'no brick was tilted')[0]
     off = worst(one.off for one in found)
     return Finding(off <= SLIDE, f'{len(found)} slides, at most {off:.4f} m off', Plot(
         'Slide', 'time (s)', 'way down the slope (m)',
@@ -402,7 +402,7 @@ def slides_end_at_the_rim(record: Record) -> Finding:
         clear.append(distance_to_rectangle(
             platform.locate(brick.position)[:2], atan2(ahead[1], ahead[0]), (scale.x, scale.y))
             - radius)
-    some(clear, 'no brick has slid off')
+    require_data(clear, 'no brick has slid off')
     return Finding(min(clear) >= -EARLY and worst(clear) <= OVERDUE,
                    ', '.join(f'{one:+.3f}' for one in clear) + ' m between platform and brick')
 

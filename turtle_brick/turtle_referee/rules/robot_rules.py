@@ -19,13 +19,13 @@ from itertools import pairwise
 from math import asin, degrees, dist, hypot, isfinite
 from typing import Any
 
-from turtle_referee.constants import (ALIKE, CENTER, CROOKED, EXACT, NANO, NEAR, PHYSICS_RATE,
+from turtle_referee.graph_client.constants import (ALIKE, CENTER, CROOKED, EXACT, SECONDS_PER_NS, NEAR, PHYSICS_RATE,
                                       PRECISION, RATE, RATE_TOLERANCE, ROUGHLY, SLIP)
-from turtle_referee.geometry import Array, inclination
-from turtle_referee.record import Drive, Frame, Heard, rate, Record, Sample, stamp_of
-from turtle_referee.robot_model import model
-from turtle_referee.rules import (all_but, Broken, Finding, needed, number, obeyed, Open, Plot,
-                                  Rules, Series, some, within, worst)
+from turtle_referee.graph_client.geometry import Array, inclination
+from turtle_referee.graph_client.record import Drive, Frame, Received, message_rate, Record, Sample, stamp_of
+from turtle_referee.rules.robot_model import model
+from turtle_referee.rules.rule import (from_faults, Broken, Finding, require, number, require_accepted, Open, Plot,
+                                  Rules, Series, require_data, within, worst)
 
 RULES = Rules()
 rule = RULES.rule
@@ -38,22 +38,22 @@ GLOBAL = ('/tf', '/tf_static', '/rosout', '/parameter_events', '/clock')
 
 def frame(record: Record, name: str, parent: str = '') -> Frame:
     """Return what was broadcast of a frame; Broken if nothing was, or below another parent."""
-    found = needed(record.frames.get(name), f'nobody broadcasts {name}')
+    found = require(record.frames.get(name), f'nobody broadcasts {name}')
     parents = {sample.parent for sample in found.samples}
     if parent and parents != {parent}:
         raise Broken(f'{name} is below {", ".join(sorted(parents))}')
     return found
 
 
-def messages(record: Record, name: str) -> list[Heard]:
+def messages(record: Record, name: str) -> list[Received]:
     """Return what was heard on a topic; Broken if nothing was."""
-    return needed(record.topics[name] or None,
+    return require(record.topics[name] or None,
                   f'nothing was heard on {record.profile.topics[name]}')
 
 
 def drives(record: Record) -> list[Drive]:
     """Return the drives that led somewhere; Open if there are none."""
-    return some([drive for drive in record.drives if drive.length > 0.1],
+    return require_data([drive for drive in record.drives if drive.length > 0.1],
                 'the robot was not driven')
 
 
@@ -62,9 +62,9 @@ def drives(record: Record) -> list[Drive]:
 @rule('frames: world', 'All other frames are descendants of world')
 def all_below_world(record: Record) -> Finding:
     """Expect every frame to be below world, however far."""
-    needed(record.frames or None, 'nobody broadcasts any frame')
-    return all_but([f'{name} is not below world' for name in record.frames
-                    if record.way_up(name)[-1] != 'world'], len(record.frames), 'frames')
+    require(record.frames or None, 'nobody broadcasts any frame')
+    return from_faults([f'{name} is not below world' for name in record.frames
+                    if record.ancestors(name)[-1] != 'world'], len(record.frames), 'frames')
 
 
 @rule('frames: odom', 'odom … a fixed offset from world … the initial location of the turtle')
@@ -85,7 +85,7 @@ def base_link_is_the_turtle(record: Record) -> Finding:
     frame(record, 'base_link', 'odom')
     off = []
     for end in (*(end for _, end in record.idle), *(drive.end for drive in record.drives)):
-        poses = record.heard('pose', end - 200_000_000, end)
+        poses = record.messages('pose', end - 200_000_000, end)
         base = record.pose('base_link', end - 20_000_000)
         if poses and base:
             off.append(dist(base.position[:2], (poses[-1].message.x, poses[-1].message.y)))
@@ -97,23 +97,23 @@ def base_link_is_the_turtle(record: Record) -> Finding:
 def links_are_frames(record: Record) -> Finding:
     """Expect every link of the URDF in TF, below base_link."""
     links = model(record).links
-    return all_but([f'{link} is not in TF' for link in links if link != 'base_link'
-                    and 'base_link' not in record.way_up(link)], len(links), 'links')
+    return from_faults([f'{link} is not in TF' for link in links if link != 'base_link'
+                    and 'base_link' not in record.ancestors(link)], len(links), 'links')
 
 
 @rule('frames: brick', 'brick. This frame is the location of the brick')
 def brick_is_below_world(record: Record) -> Finding:
     """Expect a frame below world."""
     frame(record, 'brick')
-    way = record.way_up('brick')
+    way = record.ancestors('brick')
     return Finding(way[-1] == 'world', ' -> '.join(reversed(way)))
 
 
 @rule('frames: broadcasters', 'Broadcasting the … base_link frame …, the brick frame …')
 def one_broadcaster(record: Record) -> Finding:
     """Expect one broadcaster for each frame."""
-    needed(record.frames or None, 'nobody broadcasts any frame')
-    return all_but([f'{name} by several' for name, one in record.frames.items() if one.both
+    require(record.frames or None, 'nobody broadcasts any frame')
+    return from_faults([f'{name} by several' for name, one in record.frames.items() if one.both
                     or sum(later < earlier for earlier, later in pairwise(one.numbers)) > 2],
                    len(record.frames), 'frames')
 
@@ -124,10 +124,10 @@ def names_are_relative(record: Record) -> Finding:
     if record.namespace == '/':
         raise Open('start the graph in a namespace, and give it with --namespace')
     own = f'{record.namespace}/'
-    topics = needed([topic for topic, speakers in record.speakers.items() if topic not in GLOBAL
+    topics = require([topic for topic, speakers in record.publishers.items() if topic not in GLOBAL
                      and any(speaker.startswith(own) for speaker in speakers)] or None,
                     f'nothing is published below {record.namespace}')
-    return all_but([f'{topic} is outside' for topic in topics if not topic.startswith(own)],
+    return from_faults([f'{topic} is outside' for topic in topics if not topic.startswith(own)],
                    len(topics), 'topics')
 
 
@@ -136,13 +136,13 @@ def names_are_relative(record: Record) -> Finding:
 def judge_rate(name: str, nominal: float, record: Record) -> Finding:
     """Judge the rate of something, by its stamps, at rest and on the move."""
     found = []
-    for begin, end in (*some(record.idle, 'the graph was not watched'), *record.driving):
+    for begin, end in (*require_data(record.idle, 'the graph was not watched'), *record.driving):
         if name in record.topics:
-            messages(record, name)
-            stamps = [stamp_of(heard) for heard in record.heard(name, begin, end)]
+            required_messages(record, name)
+            stamps = [stamp_of(heard) for heard in record.messages(name, begin, end)]
         else:
             stamps = [sample.stamp for sample in frame(record, name).between(begin, end)]
-        found.append(rate([stamp * NANO for stamp in stamps]))
+        found.append(message_rate([stamp * SECONDS_PER_NS for stamp in stamps]))
     return Finding(all(abs(hertz / nominal - 1.0) <= RATE_TOLERANCE for hertz in found), ', '.join(
         f'{hertz:.2f} Hz {label}' for hertz, label in zip(found, ('at rest', 'driving'))))
 
@@ -167,10 +167,10 @@ def velocity(message: Any) -> tuple[float, float, float]:
 @rule('cmd_vel: at rest', 'If the turtle is not moving … a cmd_vel of 0')
 def commands_at_rest(record: Record) -> Finding:
     """Expect 0 at rest."""
-    some(record.idle, 'the graph was not watched')
+    require_data(record.idle, 'the graph was not watched')
     speeds = [hypot(*velocity(one.message)) for begin, end in record.idle
-              for one in record.heard('cmd_vel', begin, end)]
-    needed(speeds or None, 'no commands at rest')
+              for one in record.messages('cmd_vel', begin, end)]
+    require(speeds or None, 'no commands at rest')
     return Finding(worst(speeds) <= 1e-9, f'{len(speeds)} commands, at most {worst(speeds):.3f}')
 
 
@@ -178,7 +178,7 @@ def commands_at_rest(record: Record) -> Finding:
 def odometry_equals_tf(record: Record) -> Finding:
     """Expect the pose of base_link in odom, as TF has it, within a tick's way."""
     off = []
-    for one in messages(record, 'odom'):
+    for one in required_messages(record, 'odom'):
         said = (one.message.header.frame_id, one.message.child_frame_id)
         if said != ('odom', 'base_link'):
             raise Broken(f'odometry of {said[1]!r} in {said[0]!r}')
@@ -186,7 +186,7 @@ def odometry_equals_tf(record: Record) -> Finding:
         if sample is not None:
             place = one.message.pose.pose.position
             off.append(dist((place.x, place.y), sample.pose.position[:2]))
-    needed(off or None, 'no transform at the time of any odometry')
+    require(off or None, 'no transform at the time of any odometry')
     # Between two transforms it is not known where in a tick of turtlesim the robot was.
     return within(number(record, 'max_velocity') * 0.016 + EXACT, off, '')
 
@@ -194,11 +194,11 @@ def odometry_equals_tf(record: Record) -> Finding:
 @rule('odom: twist', 'twist can be a direct copy of the latest cmd_vel')
 def twist_is_command(record: Record) -> Finding:
     """Expect a cmd_vel of that time, 99 of 100 times."""
-    messages(record, 'odom')
+    required_messages(record, 'odom')
     alike = []
     for one in [one for drive in drives(record)
-                for one in record.heard('odom', drive.begin, drive.end)]:
-        recent = record.heard('cmd_vel', one.published - LATELY, one.published + LATELY)
+                for one in record.messages('odom', drive.begin, drive.end)]:
+        recent = record.messages('cmd_vel', one.published - LATELY, one.published + LATELY)
         alike.append(any(dist(velocity(one.message.twist), velocity(command.message)) < 1e-6
                          for command in recent))
     return Finding(sum(alike) >= 0.99 * len(alike), f'{sum(alike)} of {len(alike)} are')
@@ -207,7 +207,7 @@ def twist_is_command(record: Record) -> Finding:
 @rule('joint_states: names', 'Publishing the joint_states of the turtle robot')
 def joints_are_published(record: Record) -> Finding:
     """Expect every movable joint of the URDF and no other, with a finite position."""
-    heard = [one.message for one in messages(record, 'joint_states')]
+    heard = [one.message for one in required_messages(record, 'joint_states')]
     known = {joint.name for joint in model(record).joints if joint.movable}
     published = {name for message in heard for name in message.name}
     finite = all(isfinite(position) for message in heard for position in message.position)
@@ -218,7 +218,7 @@ def joints_are_published(record: Record) -> Finding:
 @rule('joint_states: velocity', 'based on the wheel radius and the forward velocity')
 def joints_have_their_velocity(record: Record) -> Finding:
     """Expect 0 at rest, and what rolls off within {ROUGHLY:.0%}."""
-    if not any(len(one.message.velocity) for one in messages(record, 'joint_states')):
+    if not any(len(one.message.velocity) for one in required_messages(record, 'joint_states')):
         raise Open('no velocity is published, and none is demanded')
     at_rest = worst(abs(value) for begin, end in record.idle for joint in model(record).joints
                     for _, value in record.joint(joint.name, begin, end, 'velocity'))
@@ -227,7 +227,7 @@ def joints_have_their_velocity(record: Record) -> Finding:
         angles = record.joint(wheel, drive.begin, drive.end)
         speeds = record.joint(wheel, drive.begin, drive.end, 'velocity')
         rolled += angles[-1][1] - angles[0][1]
-        summed += sum((v + w) / 2.0 * (b - a) * NANO for (a, v), (b, w) in pairwise(speeds))
+        summed += sum((v + w) / 2.0 * (b - a) * SECONDS_PER_NS for (a, v), (b, w) in pairwise(speeds))
     return Finding(at_rest <= EXACT and abs(summed - rolled) <= ROUGHLY * abs(rolled),
                    f'at most {at_rest:.3f} rad/s at rest, {summed:.1f} of {rolled:.1f} rad')
 
@@ -335,7 +335,7 @@ def goals_are_reached(record: Record) -> Finding:
     """Expect it there within {PRECISION} m, in 8 directions."""
     off = []
     for drive in drives(record):
-        poses = needed(record.heard('pose', drive.begin, drive.end) or None,
+        poses = require(record.messages('pose', drive.begin, drive.end) or None,
                        'the robot is not seen')
         off.append(dist((poses[-1].message.x, poses[-1].message.y), drive.goal))
     return within(PRECISION, off, '')
@@ -346,7 +346,7 @@ def on_the_way(record: Record) -> Iterator[tuple[float, float]]:
     for drive in drives(record):
         (x0, y0), (x1, y1) = drive.start, drive.goal
         ux, uy = (x1 - x0) / drive.length, (y1 - y0) / drive.length
-        for one in record.heard('pose', drive.begin, drive.end):
+        for one in record.messages('pose', drive.begin, drive.end):
             dx, dy = one.message.x - x1, one.message.y - y1
             yield dx * ux + dy * uy, dy * ux - dx * uy
 
@@ -367,7 +367,7 @@ def drives_do_not_overshoot(record: Record) -> Finding:
 def speed_is_limited(record: Record) -> Finding:
     """Expect commands above 0, and none above max_velocity."""
     limit = number(record, 'max_velocity')
-    speeds = [hypot(*velocity(one.message)[:2]) for one in messages(record, 'cmd_vel')]
+    speeds = [hypot(*velocity(one.message)[:2]) for one in required_messages(record, 'cmd_vel')]
     if not any(speeds):
         drives(record)  # Who was not sent anywhere may stand.
     return Finding(0.0 < worst(speeds) <= limit * (1.0 + 1e-6),
@@ -417,8 +417,8 @@ def stem_turns_first(record: Record) -> Finding:
                 if misaligned(record, samples[0], angle, far[0]) > CROOKED:
                     break
                 turned = stamp
-            early.append((sets_off - turned) * NANO)
-    some(early, 'the robot was not seen to drive')
+            early.append((sets_off - turned) * SECONDS_PER_NS)
+    require_data(early, 'the robot was not seen to drive')
     return Finding(min(early) > 0.0, f'at least {min(early):.3f} s before, {len(early)} times')
 
 
@@ -444,8 +444,8 @@ def stem_points_along(record: Record) -> Finding:
 def tilt_is_obeyed(record: Record) -> Finding:
     """Expect joint and TF at each angle that was asked for."""
     joint, words, kept = model(record).joint('platform'), [], True
-    for ask in some(record.tilts, 'the platform was not tilted'):
-        obeyed(ask)
+    for ask in require_data(record.tilts, 'the platform was not tilted'):
+        require_accepted(ask)
         positions = record.joint(joint.name, ask.begin, ask.end)
         platform = record.platform(ask.end - 50_000_000)
         if not positions or platform is None:

@@ -20,9 +20,9 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy
-from turtle_referee.geometry import Array, Pose, pose, turn, UPRIGHT
-from turtle_referee.record import Record
-from turtle_referee.rules import Broken, needed
+from turtle_referee.graph_client.geometry import Array, Pose, pose, turn, UPRIGHT
+from turtle_referee.graph_client.record import Record
+from turtle_referee.rules.rule import Broken, require
 
 SIZES = {'box': ('size',), 'cylinder': ('radius', 'length'), 'sphere': ('radius',)}
 
@@ -90,7 +90,7 @@ class RobotModel:
 
     def solid(self, link: str, kind: str) -> Solid:
         """Return the first visual of a link of a kind ('box', 'cylinder'); Broken without one."""
-        return needed(next((solid for solid in self.links.get(link, ()) if solid.kind == kind),
+        return require(next((solid for solid in self.links.get(link, ()) if solid.kind == kind),
                            None), f'{link} has no {kind}')
 
     def middle(self, link: str, solid: Solid) -> Array:
@@ -99,7 +99,7 @@ class RobotModel:
 
     def joint(self, link: str) -> Joint:
         """Return the joint that turns a link: the last movable one above it; Broken without."""
-        return needed(next((joint for joint in reversed(self.way(link)) if joint.movable), None),
+        return require(next((joint for joint in reversed(self.way(link)) if joint.movable), None),
                       f'no joint turns {link}')
 
     def platform_span(self) -> tuple[float, float]:
@@ -112,7 +112,7 @@ class RobotModel:
 
 def model(record: Record) -> RobotModel:
     """Return the robot's description that was heard last; Broken if there is none to be read."""
-    heard = needed(record.topics['robot_description'] or None, 'there is no robot_description')
+    heard = require(record.topics['robot_description'] or None, 'there is no robot_description')
     return _read(heard[-1].message.data)
 
 

@@ -28,8 +28,8 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
-from turtle_referee.record import STOOD_STILL
-from turtle_referee.rules import BROKEN, Judgement, KEPT, OPEN, Plot
+from turtle_referee.graph_client.record import STOOD_STILL
+from turtle_referee.rules.rule import BROKEN, Judgement, KEPT, OPEN, Plot
 
 COLORS = {KEPT: 'green', BROKEN: 'red', OPEN: 'yellow'}
 

@@ -25,14 +25,14 @@ from math import dist
 from operator import attrgetter
 from typing import Any, NamedTuple
 
-from turtle_referee.constants import NANOSECONDS
-from turtle_referee.geometry import Array, blend, Pose, pose
-from turtle_referee.names import Profile
+from turtle_referee.graph_client.constants import NS_PER_SECOND
+from turtle_referee.graph_client.geometry import Array, blend, Pose, pose
+from turtle_referee.graph_client.profile import Profile
 
 GAP = 120_000_000  # how far apart (ns) two transforms may be for the pose in between to be known
 AFTER = 50_000_000  # how long (ns) before its first and after its last one a pose is known
 LATE = 15_000_000  # how late (ns) the referee may be: in it a robot of 3 m/s drives 5 cm
-AFTERMATH = NANOSECONDS  # how long (ns) after a stall its consequences may be seen
+AFTERMATH = NS_PER_SECOND  # how long (ns) after a stall its consequences may be seen
 AHEAD = 5_000_000_000  # how far ahead (ns) of its publication a transform's stamp may be
 DEPTH = 30  # the most frames between a frame and the world
 
@@ -40,14 +40,14 @@ STOOD_STILL = 'the machine stood still'
 """Why something can't be judged that may be kept on a quieter machine."""
 
 
-class Heard(NamedTuple):
+class Received(NamedTuple):
     """A message, and when it was published."""
 
     published: int
     message: Any
 
 
-class MarkerHeard(NamedTuple):
+class ReceivedMarker(NamedTuple):
     """A marker, and how and when (ns) it came."""
 
     published: int
@@ -77,7 +77,7 @@ class Drive(NamedTuple):
         return dist(self.start, self.goal)
 
 
-class Ask(NamedTuple):
+class Request(NamedTuple):
     """A service was called, or a topic published to."""
 
     begin: int
@@ -118,7 +118,7 @@ class Frame:
         self.numbers.append(number)
         insort(self.samples, sample, key=stamp_of_sample)
 
-    def heard(self, begin: int, end: int | None = None) -> list[tuple[int, Sample]]:
+    def published_between(self, begin: int, end: int | None = None) -> list[tuple[int, Sample]]:
         """Return what was published in a span of time (ns), each with when it was."""
         return during(self.published, begin, end, lambda one: one[0])
 
@@ -149,17 +149,17 @@ class Record:
     def __init__(self, profile: Profile) -> None:
         """Begin with nothing, of a graph with the names of a profile."""
         self.profile = profile
-        self.topics: dict[str, list[Heard]] = {name: [] for name in profile.topics}
+        self.topics: dict[str, list[Received]] = {name: [] for name in profile.topics}
         self.frames: dict[str, Frame] = {}
-        self.markers: list[MarkerHeard] = []
+        self.markers: list[ReceivedMarker] = []
         self.namespace = '/'  # of the referee, and of the graph that it judges
-        self.speakers: dict[str, set[str]] = {}  # the full names of a topic's nodes
+        self.publishers: dict[str, set[str]] = {}  # the full names of a topic's nodes
         self.latched: dict[str, bool] = {}  # whether who comes late hears a marker topic
         self.idle: list[tuple[int, int]] = []  # when the robot rested
         self.driving: list[tuple[int, int]] = []  # when it went from one goal to another
         self.drives: list[Drive] = []
-        self.tilts: list[Ask] = []
-        self.places: list[Ask] = []
+        self.tilts: list[Request] = []
+        self.places: list[Request] = []
         self.drops: list[Any] = []
         self.stalls: list[tuple[int, int]] = []
         """From when to when (ns) the machine was late to listen, or had no processor to spare."""
@@ -184,7 +184,7 @@ class Record:
             stamp, transform.header.frame_id.removeprefix('/'),
             pose((place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w))))
 
-    def way_up(self, frame: str) -> list[str]:
+    def ancestors(self, frame: str) -> list[str]:
         """Return a frame and all above it, by the latest parents; a loop ends."""
         way = [frame]
         while way[-1] in self.frames and len(way) < DEPTH:
@@ -219,20 +219,20 @@ class Record:
             if brick is not None:
                 yield sample.stamp, brick
 
-    def heard(self, topic: str, begin: int = 0, end: int | None = None) -> list[Heard]:
+    def messages(self, topic: str, begin: int = 0, end: int | None = None) -> list[Received]:
         """Return the messages of a topic that were published in a span of time (ns)."""
         return during(self.topics[topic], begin, end, attrgetter('published'))
 
     def joint(self, name: str, begin: int, end: int,
               what: str = 'position') -> list[tuple[int, float]]:
         """Return the positions (rad) or velocities of a joint, each with its stamp (ns)."""
-        return [(stamp_of(heard), value) for heard in self.heard('joint_states', begin, end)
+        return [(stamp_of(heard), value) for heard in self.messages('joint_states', begin, end)
                 for joint, value in zip(heard.message.name, getattr(heard.message, what))
                 if joint == name]
 
     # --------------------------------------------------------------- whether the machine had time
 
-    def busy_spans(self) -> list[tuple[int, int]]:
+    def trial_spans(self) -> list[tuple[int, int]]:
         """Return the spans of time (ns) in which something was asked for."""
         return [*self.idle, *((one.begin, one.end)
                               for one in (*self.drives, *self.tilts, *self.drops))]
@@ -241,13 +241,13 @@ class Record:
         """Tell whether the machine had time from one instant (ns) to another."""
         return not any(first < end and begin < last + AFTERMATH for first, last in self.stalls)
 
-    def held_up(self) -> str:
+    def stall_summary(self) -> str:
         """Say in how many of the spans the machine had no time for the graph; '' in none."""
-        spans = self.busy_spans()
+        spans = self.trial_spans()
         held = [span for span in spans if not self.is_calm(*span)]
         return f'{STOOD_STILL} in {len(held)} of {len(spans)} trials' if held else ''
 
-    def while_calm(self) -> 'Record':
+    def without_stalls(self) -> 'Record':
         """Return a record of what was done while the machine had time."""
         calm = copy(self)
         for name in ('idle', 'driving'):
@@ -260,17 +260,17 @@ class Record:
 
 def nanoseconds_of(stamp: Any) -> int:
     """Return the instant (ns) of a builtin_interfaces/Time."""
-    return stamp.sec * NANOSECONDS + stamp.nanosec
+    return stamp.sec * NS_PER_SECOND + stamp.nanosec
 
 
-def stamp_of(heard: Heard) -> int:
+def stamp_of(heard: Received) -> int:
     """Return the stamp (ns) of a message; when it was published, if it has none that can be."""
     header = getattr(heard.message, 'header', None)
     value = nanoseconds_of(header.stamp) if header else 0
     return value if abs(value - heard.published) < AHEAD else heard.published
 
 
-def rate(times: Sequence[float]) -> float:
+def message_rate(times: Sequence[float]) -> float:
     """
     Return how often (Hz) comes what comes in even steps, from its first third to its last.
 
