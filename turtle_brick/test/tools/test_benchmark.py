@@ -50,13 +50,13 @@ class Recorded:
             'cmd_vel': [(RELEASE - 1, speed(1.0)), (RELEASE + COMMANDED - 1_000_000, speed(0.0)),
                         (RELEASE + COMMANDED, speed(3.0)), (RELEASE + MOVED, speed(3.0))],
             **tracks}
-        self.frames = {name: SimpleNamespace(heard=partial(self.during, name))
+        self.frames = {name: SimpleNamespace(published_between=partial(self.during, name))
                        for name in (BRICK, BASE_LINK)}
 
     def during(self, name, begin, end):
         return [one for one in self.tracks[name] if begin <= one[0] <= end]
 
-    def heard(self, topic, begin, end):
+    def messages(self, topic, begin, end):
         return [SimpleNamespace(published=then, message=message)
                 for then, message in self.during(topic, begin, end)]
 
