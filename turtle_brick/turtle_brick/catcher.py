@@ -20,8 +20,10 @@ Publishes:
     tilt (turtle_brick_interfaces/Tilt): angle of the platform (rad)
     catcher_marker (visualization_msgs/Marker): the text "Unreachable" above a brick that can't be
         caught, for 3 s, once per fall
-    catcher_state (std_msgs/String, latched): what it does: waiting, approaching, carrying, tilting
-        or leveling; "unreachable: " and the reason when a brick can't be caught
+    catcher_state (std_msgs/String, latched): the current state: waiting, approaching, carrying,
+        tilting or leveling
+    catcher_decision (std_msgs/String, latched): "reachable: " or "unreachable: " and the reason,
+        once per fall
 
 Subscribes:
     /tf, /tf_static: the frames brick and platform; it knows nothing else of brick and robot
@@ -105,6 +107,7 @@ class CatcherNode(Node):
         self.tilt_publisher = self.create_publisher(Tilt, 'tilt', ORDERS)
         self.marker_publisher = self.create_publisher(Marker, 'catcher_marker', 10)
         self.state_publisher = self.create_publisher(String, 'catcher_state', LATCHED)
+        self.decision_publisher = self.create_publisher(String, 'catcher_decision', LATCHED)
         self.publish_state()
         self.timer = self.create_timer(PERIOD, self.on_timer)
 
@@ -159,9 +162,7 @@ class CatcherNode(Node):
             elif isinstance(action, TiltOrder):
                 self.tilt_publisher.publish(Tilt(angle=action.angle))
             else:
-                self.explain(action)
-                if not action.reachable:
-                    self.say_unreachable(action)
+                self.publish_decision(action)
         if not self.complete:
             self.log_what_is_missing()
 
@@ -182,9 +183,16 @@ class CatcherNode(Node):
         """Tell what the catcher does."""
         self.state_publisher.publish(String(data=self.catcher.state.name.lower()))
 
-    def say_unreachable(self, decision: Decision) -> None:
-        """Show "Unreachable" above the brick, and publish why."""
-        self.state_publisher.publish(String(data=f'unreachable: {decision.reason}'))
+    def publish_decision(self, decision: Decision) -> None:
+        """Publish and log whether the brick is reachable, and show "Unreachable" if it is not."""
+        self.decision_publisher.publish(String(data=decision.summary))
+        self.get_logger().info(f'The brick at ({decision.fall.x:.4g}, {decision.fall.y:.4g}) is '
+                               f'{decision.summary}')
+        if not decision.reachable:
+            self.publish_marker(decision)
+
+    def publish_marker(self, decision: Decision) -> None:
+        """Show "Unreachable" above the brick."""
         marker = Marker(ns='catcher', type=Marker.TEXT_VIEW_FACING, action=Marker.ADD,
                         text='Unreachable')
         marker.header.frame_id = WORLD
@@ -197,29 +205,18 @@ class CatcherNode(Node):
         marker.lifetime.sec = TEXT_LIFETIME
         self.marker_publisher.publish(marker)
 
-    def explain(self, decision: Decision) -> None:
-        """Log why, and by how much, a brick can be caught or not."""
-        place = f'The brick falls at ({decision.fall.x:.4g}, {decision.fall.y:.4g})'
-        if decision.reachable:
-            self.get_logger().info(
-                f'{place} and can be caught: down in {decision.available:.3f} s, the robot, '
-                f'{decision.distance:.2f} m away, needs {decision.needed:.3f} s (the commands '
-                f'take {decision.latency:.2f} s here)')
-        else:
-            self.get_logger().info(f'{place}: unreachable, {decision.reason}')
-
     def log_what_is_missing(self) -> None:
         """Log, once, what is missing of robot and brick; log when both are there."""
         missing = [f'the transform of {frame}' for frame in (PLATFORM, BRICK)
                    if latest_transform(self.tf_buffer, frame) is None]
         if not self.is_heard():
-            missing.append('a robot that hears goal_pose and tilt')
+            missing.append('a subscriber of goal_pose and tilt')
         if missing and not self.waiting:
             self.waiting = True
             self.get_logger().info(f'Waiting for {" and ".join(missing)}')
         if not missing:
             self.complete = True
-            self.get_logger().info('Robot and brick are in sight: waiting for a fall')
+            self.get_logger().info('Found the robot and the brick, waiting for a fall')
 
 
 def main(args: list[str] | None = None) -> None:

@@ -92,8 +92,8 @@ def test_reason_says_what_is_missing():
     fall = Fall(NS_PER_SECOND, 9.0, 5.0, 2.0, 0.0)
     decision = reach(fall, NS_PER_SECOND, RobotMotion(5.0, 5.0), PARAMETERS)
     assert decision.reason == (
-        f'down in {decision.available:.3f} s, {-decision.margin:.3f} s too early: the robot, '
-        f'4.00 m away, needs {decision.needed:.3f} s (the commands take 0.11 s here)')
+        f'the robot, 4.00 m away, needs {decision.needed:.3f} s, but the brick lands in '
+        f'{decision.available:.3f} s, {-decision.margin:.3f} s too early (command latency 0.11 s)')
     decision = reach(fall, NS_PER_SECOND, None, PARAMETERS)
     assert (decision.reachable, decision.needed) == (False, inf)
     assert 'no robot' in decision.reason

@@ -429,7 +429,7 @@ class Catcher:
             overlooked, self._overlooked = self._overlooked, None
             decision = reach(overlooked, now, robot, parameters, self._track.excess)
             return decision._replace(reachable=False, reason=(
-                f'it was down {-decision.available:.3f} s before it was known to fall'))
+                f'the fall was detected {-decision.available:.3f} s after the brick had landed'))
         if (fall is None or self._is_decided(fall)
                 or abs(now - self._brick.seen) * SECONDS_PER_NS > CLOCK_DIFFERENCE):
             return None

@@ -83,6 +83,14 @@ class Decision(NamedTuple):
         """Time (s) to spare."""
         return self.available - self.needed
 
+    @property
+    def summary(self) -> str:
+        """The decision with its reason: "reachable: ..." or "unreachable: ..."."""
+        if not self.reachable:
+            return f'unreachable: {self.reason}'
+        return (f'reachable: the robot, {self.distance:.2f} m away, needs {self.needed:.3f} s, and '
+                f'the brick lands in {self.available:.3f} s (command latency {self.latency:.2f} s)')
+
 
 class RobotMotion(NamedTuple):
     """Where the robot is, and where the commands on their way may take it, in the world (m)."""
@@ -176,7 +184,7 @@ def reach(fall: Fall, now: int, robot: RobotMotion | None,
     latency = COMMAND_LATENCY + excess
     if robot is None:
         return Decision(False, fall, contact, available, inf, latency, inf,
-                        'no robot is known that could come')
+                        'no robot is available')
     distance = robot.distance_to(fall.position)
     farthest = robot.reserve + max(
         [distance] + [hypot(fall.x - x, fall.y - y) for x, y in robot.bound_for])
@@ -185,16 +193,16 @@ def reach(fall: Fall, now: int, robot: RobotMotion | None,
         needed = max(needed, LEVEL_LATENCY + excess)
     reason = ''
     if isnan(time):
-        reason = (f'it falls from {fall.z:.4g} m, below the {height:.4g} m at which it would '
-                  'lie on the platform')
+        reason = (f'the brick falls from {fall.z:.4g} m, below its height of {height:.4g} m on the '
+                  'platform')
     elif not (0.0 <= fall.x <= ARENA_SIZE and 0.0 <= fall.y <= ARENA_SIZE):
-        reason = f'({fall.x:.4g}, {fall.y:.4g}) is outside the arena'
+        reason = f'the landing point ({fall.x:.4g}, {fall.y:.4g}) is outside the arena'
     elif time < 0.0:
-        reason = f'at {fall.z:.4g} m it has passed the platform already'
+        reason = f'the brick, at {fall.z:.4g} m, has already passed the platform'
     elif needed > max(available, 0.0):
-        reason = (f'down in {max(available, 0.0):.3f} s, {needed - available:.3f} s too early: '
-                  f'the robot, {distance:.2f} m away, needs {needed:.3f} s (the commands take '
-                  f'{latency:.2f} s here)')
+        reason = (f'the robot, {distance:.2f} m away, needs {needed:.3f} s, but the brick lands in '
+                  f'{max(available, 0.0):.3f} s, {needed - available:.3f} s too early (command '
+                  f'latency {latency:.2f} s)')
     return Decision(not reason, fall, contact, available, needed, latency, distance, reason)
 
 
