@@ -13,10 +13,9 @@
 # limitations under the License.
 
 """
-A headless Chromium, to look at pages and to click on them. No ROS.
+A headless Chromium that tests control through the DevTools protocol. No ROS.
 
-It is controlled through its DevTools protocol. It needs Chromium, from the system, and websockets,
-which comes with viser.
+It requires the program Chromium and the Python package websockets, a dependency of viser.
 """
 
 from base64 import b64decode
@@ -31,22 +30,22 @@ from typing import Any
 from turtle_referee.graph_client.processes import Process
 
 NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable')
-"""Possible names of the program."""
+"""Possible names of the executable."""
 
 TIMEOUT = 120.0
-"""Longest time (s) for any action; without a graphics card it draws slowly."""
+"""Timeout (s) of each action. Without a graphics card, Chromium draws slowly."""
 
 OPTIONS = (
     '--headless=new', '--no-first-run', '--disable-background-networking', '--hide-scrollbars',
     '--remote-debugging-port=0',
-    # Draw in software: no graphics card is needed.
+    # Draw in software, without a graphics card.
     '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader')
 
 FEW_FRAMES = """
 window.requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 250);
 window.cancelAnimationFrame = clearTimeout;
 """
-"""Draws a page four times a second: sixty frames would keep two processors busy."""
+"""Limits drawing to four frames per second, because sixty would occupy two processors."""
 
 
 def find_chromium() -> str | None:
@@ -55,14 +54,14 @@ def find_chromium() -> str | None:
 
 
 class Chromium:
-    """A browser with one page, as long as its context."""
+    """A browser with one page. It runs while its context is active."""
 
     def __init__(self, width: int = 1280, height: int = 720) -> None:
         """
-        Start nothing yet.
+        Store the size of the page; the context starts the browser.
 
-        :param width: of the page (pixels)
-        :param height: of the page (pixels)
+        :param width: width of the page (pixels)
+        :param height: height of the page (pixels)
         """
         self._size = width, height
         self._stack = ExitStack()
@@ -71,7 +70,7 @@ class Chromium:
         self._calls = 0
 
     def __enter__(self) -> 'Chromium':
-        """Start it, and attach to its page."""
+        """Start the browser and attach to its page."""
         from websockets.sync.client import connect
         program = find_chromium()
         assert program is not None
@@ -80,7 +79,7 @@ class Chromium:
             profile = stack.enter_context(TemporaryDirectory(ignore_cleanup_errors=True))
             options = [*OPTIONS, f'--window-size={width},{height}', f'--user-data-dir={profile}']
             if os.geteuid() == 0:
-                options.append('--no-sandbox')  # it does not work for root
+                options.append('--no-sandbox')  # root cannot use the sandbox
             process = stack.enter_context(Process([program, *options, 'about:blank']))
             address = process.wait_for_output(r'DevTools listening on (ws://\S+)\s', TIMEOUT)[1]
             self._connection = stack.enter_context(
@@ -97,11 +96,11 @@ class Chromium:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End it."""
+        """End the browser."""
         self._stack.close()
 
     def go_to(self, url: str) -> None:
-        """Go to a page."""
+        """Load a page."""
         answer = self._call('Page.navigate', url=url)
         assert not answer.get('errorText'), f'{url}: {answer["errorText"]}'
 
@@ -113,10 +112,11 @@ class Chromium:
 
     def wait_for(self, expression: str) -> None:
         """Wait until a JavaScript expression is true."""
-        assert self.comes(expression, TIMEOUT), f'{expression}: not true within {TIMEOUT:g} s'
+        assert self.becomes_true(expression, TIMEOUT), (
+            f'{expression} was not true within {TIMEOUT:g} s')
 
-    def comes(self, expression: str, timeout: float = 1.0) -> bool:
-        """Tell whether a JavaScript expression, evaluated again and again, becomes true (s)."""
+    def becomes_true(self, expression: str, timeout: float = 1.0) -> bool:
+        """Return whether a JavaScript expression becomes true within a timeout (s)."""
         deadline = monotonic() + timeout
         while not self.evaluate(f'Boolean({expression})'):
             if monotonic() > deadline:
@@ -124,24 +124,24 @@ class Chromium:
             sleep(0.02)
         return True
 
-    def push(self, kind: str, text: str) -> None:
-        """Click on the element of a kind that has a text, or that it labels, once there is one."""
-        element = (f'[...document.querySelectorAll({kind!r})]'
-                   f'.find(one => one.innerText === {text!r})')
+    def click_element(self, tag: str, text: str) -> None:
+        """Wait for an element with a tag and a text; click it, or the control that it labels."""
+        element = (f'[...document.querySelectorAll({tag!r})]'
+                   f'.find(candidate => candidate.innerText === {text!r})')
         self.wait_for(element)
         self.click(*self.center_of(
             f'document.getElementById({element}.htmlFor) || {element}'))
 
     def click(self, x: float, y: float, times: int = 1) -> None:
-        """Click at a point of the page (pixels); three times in a text selects it."""
+        """Click a point on the page (pixels); three clicks select a text."""
         self._call('Input.dispatchMouseEvent', type='mouseMoved', x=x, y=y)
         for count in range(1, times + 1):
             for kind in ('mousePressed', 'mouseReleased'):
                 self._call('Input.dispatchMouseEvent', type=kind, x=x, y=y, button='left',
                            clickCount=count)
 
-    def write(self, text: str) -> None:
-        """Write at the cursor, in place of the selection."""
+    def insert_text(self, text: str) -> None:
+        """Insert a text at the cursor, replacing the selection."""
         self._call('Input.insertText', text=text)
 
     def press_enter(self) -> None:
@@ -151,25 +151,25 @@ class Chromium:
         self._call('Input.dispatchKeyEvent', type='keyUp', key='Enter', code='Enter')
 
     def box_of(self, expression: str) -> list[float]:
-        """Return left, top, width and height (pixels) of the element of an expression, in view."""
+        """Scroll to an element and return its left, top, width and height (pixels)."""
         return self.evaluate(
             '(element => { element.scrollIntoView({block: "nearest"});'
             ' const box = element.getBoundingClientRect();'
             f' return [box.x, box.y, box.width, box.height]; }})({expression})')
 
     def center_of(self, expression: str) -> tuple[float, float]:
-        """Return the center (pixels) of the element of an expression, in view."""
+        """Scroll to an element and return its center (pixels)."""
         x, y, width, height = self.box_of(expression)
         return x + width / 2.0, y + height / 2.0
 
-    def picture(self, expression: str) -> bytes:
-        """Return a picture of the element of a JavaScript expression, as a PNG file."""
+    def screenshot(self, expression: str) -> bytes:
+        """Return a screenshot of an element as a PNG file; the expression is in JavaScript."""
         x, y, width, height = self.box_of(expression)
         return b64decode(self._call('Page.captureScreenshot', clip={
             'x': x, 'y': y, 'width': width, 'height': height, 'scale': 1})['data'])
 
     def _call(self, method: str, **parameters: Any) -> Any:
-        """Call a method of the DevTools protocol."""
+        """Call a method of the DevTools protocol and return its result."""
         self._calls += 1
         message = {'id': self._calls, 'method': method, 'params': parameters}
         if self._session:

@@ -47,11 +47,11 @@ ROBOT = """
 """
 
 
-class Bench:
-    """A page without a browser, and the messages for it."""
+class PageBench:
+    """A page with a mock scene and a mock panel, and the messages for it."""
 
     def __init__(self):
-        """Begin with an empty page."""
+        """Start with an empty page."""
         self.now = START
         self.scene, self.panel, self.warn = Mock(), Mock(**{'frames.value': False}), Mock()
         self.buffer = Buffer()
@@ -59,192 +59,208 @@ class Bench:
         self.page = Page(self.scene, self.panel, self.buffer, self.warn,
                          lambda topic: self.publishers.get(topic, 0), lambda: self.now)
 
-    def transform(self, parent, child, place=(0.0, 0.0, 0.0), turn=IDENTITY, static=False):
+    def send_transform(self, parent, child, position=(0.0, 0.0, 0.0), rotation=IDENTITY,
+                       static=False):
         """Send a transform."""
         message = transform_message(
-            parent, child, Pose(place, turn), Time(nanoseconds=self.now).to_msg())
+            parent, child, Pose(position, rotation), Time(nanoseconds=self.now).to_msg())
         if static:
             self.buffer.set_transform_static(message, 'test')
         else:
             self.buffer.set_transform(message, 'test')
-            self.page.hear_transform(message)
+            self.page.on_transform(message)
 
-    def brick(self, phase):
-        """Send the brick's marker."""
-        self.page.hear_marker('brick_marker', brick_marker(phase, (0.4, 0.2, 0.12)))
+    def send_brick(self, phase):
+        """Send the marker and the state of the brick."""
+        self.page.on_marker('brick_marker', brick_marker(phase, (0.4, 0.2, 0.12)))
+        self.page.on_brick_state(String(data=phase.value))
 
-    def goal(self, x, y=0.0, frame='world'):
+    def send_goal(self, x, y=0.0, frame='world'):
         """Send a goal."""
         goal = PoseStamped()
         goal.header.frame_id = frame
         goal.pose.position.x, goal.pose.position.y = x, y
-        self.page.hear_goal(goal)
+        self.page.on_goal(goal)
 
     def draw(self, after=0):
-        """Draw, some time (ns) later; return the poses of all things."""
+        """Draw after a delay (ns); return the poses of all objects."""
         self.now += after
         self.page.draw()
-        return {name: thing.pose for name, thing in self.shown(self.scene.show).items()}
+        objects = self.last_argument(self.scene.show)
+        return {name: scene_object.pose for name, scene_object in objects.items()}
 
-    def shown(self, how):
-        """Return what was shown last in one of the ways of scene and panel."""
-        return how.call_args.args[0]
+    def last_argument(self, method):
+        """Return the argument of the last call of a method of the scene or the panel."""
+        return method.call_args.args[0]
 
 
 @pytest.fixture
 def bench():
     """Return a page with a robot."""
-    bench = Bench()
-    bench.page.hear_description(String(data=ROBOT))
+    bench = PageBench()
+    bench.page.on_description(String(data=ROBOT))
     return bench
 
 
-@law(20)
-@given(st.tuples(*[st.floats(-9.0, 9.0)] * 3), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
-def test_every_link_is_where_tf_says(place, yaw, pitch):
-    bench = Bench()
-    bench.page.hear_description(String(data=ROBOT))
-    assert bench.draw() == {'robot/base_link': ORIGIN}, 'alone it is where its root is'
-    bench.transform('world', 'brick', (7.0, 8.0, 9.0))
-    assert bench.draw() == {}, 'beside a brick it is not known where it is'
-    bench.transform('base_link', 'platform', (0.0, 0.0, 2.0), from_pitch(pitch))
-    bench.transform('world', 'odom', (1.0, 1.0, 0.0), static=True)
-    bench.transform('odom', 'base_link', place, from_yaw(yaw))
-    poses = bench.draw()
-    x, y, z = place
-    assert poses['robot/base_link'].position == pytest.approx((x + 1.0, y + 1.0, z))
-    assert poses['robot/platform'].position == pytest.approx((x + 1.0, y + 1.0, z + 2.0))
-    assert rotate(poses['robot/platform'].orientation, (1.0, 0.0, 0.0)) == pytest.approx(
-        (cos(yaw) * cos(pitch), sin(yaw) * cos(pitch), -sin(pitch)), abs=1e-9)
-    assert bench.shown(bench.scene.keep_in_sight) == [
-        *(pose.position for pose in poses.values()), (7.0, 8.0, 9.0), (7.0, 8.0, 0.0)]
-
-
-def test_what_moves_together_is_drawn_at_one_instant(bench):
-    """Robot (100 Hz), platform (100 Hz) and brick (250 Hz) have different delays."""
-    bench.transform('world', 'odom', (1.0, 1.0, 0.0), static=True)
-    bench.brick(Phase.RIDING)
-    place = (0.3, -0.2, 0.1)
-    for step in range(200):
-        bench.now += NS_PER_SECOND // 1000
-        if step % 10 == 0:
-            bench.transform('odom', 'base_link', (0.003 * step, 0.0, 0.0), from_yaw(0.01 * step))
-        if step % 10 == 4:
-            bench.transform('base_link', 'platform', (0.0, 0.0, 1.5), from_pitch(0.002 * step))
-        if step % 4 == 3:
-            bench.transform('platform', 'brick', place)
-        if step > 50:
-            poses = bench.draw()
-            platform = poses['robot/platform']
-            assert dist(platform.transform(place), poses['brick_marker/brick/0'].position) < 1e-9
-            assert dist(poses['robot/base_link'].position, platform.position) == (
-                pytest.approx(1.5))
-
-
-def test_what_has_stopped_coming_is_where_it_was_last_and_holds_nothing_up(bench):
-    bench.brick(Phase.HOVERING)
-    bench.transform('world', 'brick', (0.0, 0.0, 3.0))
-    for step in range(1, 101):
-        bench.now += NS_PER_SECOND // 50
-        bench.transform('world', 'base_link', (0.1 * step, 0.0, 0.0))
-        bench.transform('base_link', 'platform', (0.0, 0.0, 2.0))
-        poses = bench.draw()
-    assert poses['brick_marker/brick/0'].position == (0.0, 0.0, 3.0)
-    assert poses['robot/base_link'].position[0] == pytest.approx(10.0)
-    assert poses['robot/platform'].position[0] == pytest.approx(10.0)
-    assert dict(bench.shown(bench.panel.show_rates))['brick (TF)'] is None
-
-
-def test_the_frames_can_be_switched_on(bench):
-    bench.transform('world', 'odom', (1.0, 2.0, 0.0), static=True)
-    bench.transform('world', 'brick', (7.0, 7.0, 7.0))
+def test_frames_can_be_shown(bench):
+    bench.send_transform('world', 'odom', (1.0, 2.0, 0.0), static=True)
+    bench.send_transform('world', 'brick', (7.0, 7.0, 7.0))
     bench.panel.frames.value = True
     assert {name: pose.position for name, pose in bench.draw().items()} == {
         'frames/world': (0.0, 0.0, 0.0), 'frames/odom': (1.0, 2.0, 0.0),
         'frames/brick': (7.0, 7.0, 7.0)}
 
 
-def test_the_curves_are_what_was_heard(bench):
+def test_curves_show_height_distance_and_speed(bench):
     bench.draw()
-    bench.transform('world', 'odom', (5.0, 5.0, 0.0), static=True)
+    bench.send_transform('world', 'odom', (5.0, 5.0, 0.0), static=True)
     bench.now += NS_PER_SECOND
     for step in range(31):
-        bench.transform('odom', 'base_link', (0.03 * step, -0.01 * step, 0.0))
-        bench.transform('world', 'brick', (5.0, 7.0, 9.0 - 0.02 * step))
+        bench.send_transform('odom', 'base_link', (0.03 * step, -0.01 * step, 0.0))
+        bench.send_transform('world', 'brick', (5.0, 7.0, 9.0 - 0.02 * step))
         bench.draw()
         bench.now += NS_PER_SECOND // 100
     (*before, last, now), = bench.panel.show_curves.call_args.args
     assert last[1:] == pytest.approx((8.6, hypot(0.6, 2.2), hypot(3.0, 1.0)))
     assert now[1:] == pytest.approx((8.4, hypot(0.9, 2.3), hypot(3.0, 1.0)))
     assert now[0] - last[0] == pytest.approx(0.1)
-    assert all(map(isnan, before[0][1:3])), 'before anything was in sight'
-    assert dict(bench.shown(bench.panel.show_rates))['brick (TF)'] == pytest.approx(100.0)
+    assert all(map(isnan, before[0][1:3])), 'the values before the first transform are unknown'
+    rates = dict(bench.last_argument(bench.panel.show_rates))
+    assert rates['brick (TF)'] == pytest.approx(100.0)
 
 
-def test_the_brick_is_told_by_its_marker_and_its_frame(bench):
+def test_panel_shows_state_and_height_of_the_brick(bench):
     bench.draw()
-    assert bench.shown(bench.panel.show_brick) == 'no brick in sight'
-    for phase in Phase:
-        bench.brick(phase)
-        bench.transform('world', 'brick', (7.5, 7.0, 8.0))
-        bench.draw(after=NS_PER_SECOND)
-        assert bench.shown(bench.panel.show_brick) == f'{phase.value}, 8.00 m up'
-        assert bench.panel.suggest_place.called == (phase is Phase.HOVERING)
-        bench.panel.suggest_place.reset_mock()
-
-
-def test_a_goal_in_any_frame_is_marked_until_the_robot_is_there(bench):
-    bench.transform('world', 'odom', (5.0, 5.0, 0.0), from_yaw(pi / 2.0), static=True)
-    bench.transform('odom', 'base_link')
-    bench.goal(2.0, frame='odom')
-    assert bench.draw()['goal'].position == pytest.approx((5.0, 7.0, 0.0))
-    bench.transform('odom', 'base_link', (1.94, 0.0, 0.0))
-    assert 'goal' in bench.draw()
-    bench.transform('odom', 'base_link', (1.96, 0.0, 0.0))
-    assert 'goal' not in bench.draw()
-    bench.goal(3.0, frame='')
-    assert bench.draw()['goal'].position == (3.0, 0.0, 0.0), 'without a frame it is in the world'
-
-
-def test_only_the_text_unreachable_calls_a_brick_unreachable(bench):
-    bench.brick(Phase.FALLING)
-    for fields, account in (
-            ({'text': 'unreachable'}, ('The brick falls', False)),
-            ({'text': 'Unreachable', 'action': Marker.DELETE}, ('The brick falls', False)),
-            ({'text': 'Unreachable'}, ('Unreachable', True))):
-        bench.page.hear_marker('catcher_marker', Marker(type=Marker.TEXT_VIEW_FACING, **fields))
-        bench.draw(after=NS_PER_SECOND)
-        assert bench.panel.show_account.call_args.args == account
-    bench.page.hear_state(String(data='unreachable: it is 0.009 s too early'))
+    assert bench.last_argument(bench.panel.show_brick) == 'position unknown'
+    bench.send_transform('world', 'brick', (7.5, 7.0, 8.0))
     bench.draw(after=NS_PER_SECOND)
-    bench.panel.show_account.assert_called_with('Unreachable: it is 0.009 s too early', True)
+    assert bench.last_argument(bench.panel.show_brick) == 'state unknown, height 8.00 m'
+    for phase in Phase:
+        bench.send_brick(phase)
+        bench.send_transform('world', 'brick', (7.5, 7.0, 8.0))
+        bench.draw(after=NS_PER_SECOND)
+        assert bench.last_argument(bench.panel.show_brick) == f'{phase.value}, height 8.00 m'
+        assert bench.panel.suggest_position.called == (phase is Phase.HOVERING)
+        bench.panel.suggest_position.reset_mock()
 
 
-def test_rates_are_those_of_what_comes_and_parts_those_of_nodes(bench):
+def test_panel_shows_decision_and_state_of_the_catcher(bench):
+    for topic, text, status in (
+            (bench.page.on_brick_state, 'falling', ('The brick is falling', False)),
+            (bench.page.on_catcher_decision, 'unreachable: 0.009 s too late',
+             ('Unreachable: 0.009 s too late', True)),
+            (bench.page.on_catcher_state, 'carrying', ('Unreachable: 0.009 s too late', True)),
+            (bench.page.on_brick_state, 'riding', ('Caught: carrying', False))):
+        topic(String(data=text))
+        bench.draw(after=NS_PER_SECOND)
+        assert bench.panel.show_status.call_args.args == status
+
+
+def test_goal_in_any_frame_is_marked_until_the_robot_arrives(bench):
+    bench.send_transform('world', 'odom', (5.0, 5.0, 0.0), from_yaw(pi / 2.0), static=True)
+    bench.send_transform('odom', 'base_link')
+    bench.send_goal(2.0, frame='odom')
+    assert bench.draw()['goal'].position == pytest.approx((5.0, 7.0, 0.0))
+    bench.send_transform('odom', 'base_link', (1.94, 0.0, 0.0))
+    assert 'goal' in bench.draw()
+    bench.send_transform('odom', 'base_link', (1.96, 0.0, 0.0))
+    assert 'goal' not in bench.draw()
+    bench.send_goal(3.0, frame='')
+    assert bench.draw()['goal'].position == (3.0, 0.0, 0.0), 'an empty frame means the world'
+
+
+def test_panel_shows_message_rates_and_sections_of_running_nodes(bench):
     bench.publishers = {'odom': 1}
     bench.draw()
-    bench.panel.show_parts.assert_called_with(False, True, False)
+    bench.panel.show_sections.assert_called_with(False, True, False)
     for period, count in ((NS_PER_SECOND // 10, 30), (NS_PER_SECOND // 100, 201)):
         for _ in range(count):
-            bench.page.count('cmd_vel')
+            bench.page.record_arrival('cmd_vel')
             bench.now += period
-    bench.page.count('odom')
+    bench.page.record_arrival('odom')
     bench.draw()
-    assert bench.shown(bench.panel.show_rates) == [
+    assert bench.last_argument(bench.panel.show_rates) == [
         ('cmd_vel', pytest.approx(100.0, abs=0.1)), ('odom', None), ('joint_states', None),
         ('brick (TF)', None)]
 
 
-def test_nonsense_changes_nothing_and_is_told(bench):
-    bench.page.hear_description(String(data='no robot'))
-    bench.transform('world', 'base_link')
-    bench.page.hear_tilt(Tilt(angle=0.5))
-    bench.page.hear_tilt(Tilt(angle=nan))
-    bench.goal(1.0, frame='nowhere')
-    bench.goal(nan)
-    bench.page.hear_walls(MarkerArray(markers=[Marker(type=-1)]))
-    (_, robot), wall = (call.args for call in bench.warn.call_args_list)
+def test_invalid_messages_are_ignored_with_one_warning_each(bench):
+    bench.send_transform('world', 'base_link')
+    bench.page.on_tilt(Tilt(angle=0.5))
+    bench.page.on_tilt(Tilt(angle=nan))
+    bench.send_goal(1.0, frame='nowhere')
+    bench.send_goal(nan)
+    for _ in range(2):
+        bench.page.on_description(String(data='no robot'))
+        bench.page.on_walls(MarkerArray(markers=[Marker(type=-1), Marker(type=Marker.POINTS)]))
+    robot, *walls = (call.args[0] for call in bench.warn.call_args_list)
     assert robot.startswith('The robot is not shown: robot_description is not XML')
-    assert wall == ('walls', 'A marker on walls is left out: its type is -1')
+    assert walls == ['A marker on walls is not shown: the page cannot draw the type unknown',
+                     'A marker on walls is not shown: the page cannot draw the type POINTS']
     assert set(bench.draw()) == {'robot/base_link'}
     bench.panel.show_tilt.assert_called_with(0.5)
+
+
+def test_meshes_of_the_robot_are_skipped_with_a_warning(bench):
+    bench.page.on_description(String(data=ROBOT.replace('<box size="1 1 1"/>', '<mesh/>')))
+    bench.warn.assert_called_once_with(
+        'The page cannot draw the kind <mesh> in robot_description')
+
+
+def test_objects_that_move_together_are_drawn_at_the_same_time(bench):
+    """Robot (100 Hz), platform (100 Hz) and brick (250 Hz) have different delays."""
+    bench.send_transform('world', 'odom', (1.0, 1.0, 0.0), static=True)
+    bench.send_brick(Phase.RIDING)
+    position = (0.3, -0.2, 0.1)
+    for step in range(200):
+        bench.now += NS_PER_SECOND // 1000
+        if step % 10 == 0:
+            bench.send_transform(
+                'odom', 'base_link', (0.003 * step, 0.0, 0.0), from_yaw(0.01 * step))
+        if step % 10 == 4:
+            bench.send_transform(
+                'base_link', 'platform', (0.0, 0.0, 1.5), from_pitch(0.002 * step))
+        if step % 4 == 3:
+            bench.send_transform('platform', 'brick', position)
+        if step > 50:
+            poses = bench.draw()
+            platform = poses['robot/platform']
+            brick = poses['brick_marker/brick/0']
+            assert dist(platform.transform(position), brick.position) < 1e-9
+            assert dist(poses['robot/base_link'].position, platform.position) == (
+                pytest.approx(1.5))
+
+
+def test_object_without_new_transforms_stays_and_does_not_delay_others(bench):
+    bench.send_brick(Phase.HOVERING)
+    bench.send_transform('world', 'brick', (0.0, 0.0, 3.0))
+    for step in range(1, 101):
+        bench.now += NS_PER_SECOND // 50
+        bench.send_transform('world', 'base_link', (0.1 * step, 0.0, 0.0))
+        bench.send_transform('base_link', 'platform', (0.0, 0.0, 2.0))
+        poses = bench.draw()
+    assert poses['brick_marker/brick/0'].position == (0.0, 0.0, 3.0)
+    assert poses['robot/base_link'].position[0] == pytest.approx(10.0)
+    assert poses['robot/platform'].position[0] == pytest.approx(10.0)
+    assert dict(bench.last_argument(bench.panel.show_rates))['brick (TF)'] is None
+
+
+@law(20)
+@given(st.tuples(*[st.floats(-9.0, 9.0)] * 3), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
+def test_every_link_is_drawn_at_its_transform(position, yaw, pitch):
+    bench = PageBench()
+    bench.page.on_description(String(data=ROBOT))
+    assert bench.draw() == {'robot/base_link': ORIGIN}, 'a robot alone is drawn in its root frame'
+    bench.send_transform('world', 'brick', (7.0, 8.0, 9.0))
+    assert bench.draw() == {}, 'the pose of the robot in the world is unknown'
+    bench.send_transform('base_link', 'platform', (0.0, 0.0, 2.0), from_pitch(pitch))
+    bench.send_transform('world', 'odom', (1.0, 1.0, 0.0), static=True)
+    bench.send_transform('odom', 'base_link', position, from_yaw(yaw))
+    poses = bench.draw()
+    x, y, z = position
+    assert poses['robot/base_link'].position == pytest.approx((x + 1.0, y + 1.0, z))
+    assert poses['robot/platform'].position == pytest.approx((x + 1.0, y + 1.0, z + 2.0))
+    assert rotate(poses['robot/platform'].orientation, (1.0, 0.0, 0.0)) == pytest.approx(
+        (cos(yaw) * cos(pitch), sin(yaw) * cos(pitch), -sin(pitch)), abs=1e-9)
+    assert bench.last_argument(bench.scene.keep_in_view) == [
+        *(pose.position for pose in poses.values()), (7.0, 8.0, 9.0), (7.0, 8.0, 0.0)]

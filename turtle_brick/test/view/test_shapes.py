@@ -52,18 +52,9 @@ SMALL = """<?xml version="1.0"?>
 """
 
 
-@given(ANGLES, ANGLES, ANGLES, st.tuples(*[st.floats(-5.0, 5.0)] * 3))
-def test_roll_pitch_and_yaw_are_turns_about_the_fixed_axes_in_this_order(roll, pitch, yaw, point):
-    x, y, z = point
-    y, z = cos(roll) * y - sin(roll) * z, sin(roll) * y + cos(roll) * z
-    x, z = cos(pitch) * x + sin(pitch) * z, -sin(pitch) * x + cos(pitch) * z
-    x, y = cos(yaw) * x - sin(yaw) * y, sin(yaw) * x + cos(yaw) * y
-    assert rotate(from_rpy(roll, pitch, yaw), point) == pytest.approx((x, y, z), abs=1e-12)
-
-
-def test_what_is_drawn_is_what_the_description_says():
+def test_shapes_are_read_from_the_robot_description():
     robot = robot_shapes(SMALL)
-    assert robot.root == 'root'
+    assert robot.root == 'root' and robot.skipped == {'mesh'}
     (box, sphere), (cylinder,), () = (robot.links[name] for name in ('root', 'tip', 'bare'))
     assert (box.kind, box.size, box.color) == ('box', (0.5, 0.25, 2.0), (0.1, 0.2, 0.3, 0.4))
     assert box.pose.position == (1.0, 2.0, 3.0)
@@ -73,58 +64,81 @@ def test_what_is_drawn_is_what_the_description_says():
     assert (cylinder.kind, cylinder.size, cylinder.color) == ('cylinder', (0.2, 0.2, 3.0), GRAY)
 
 
-def test_what_cannot_be_understood_is_refused():
-    for before, after, said in (
+def test_invalid_robot_description_is_rejected():
+    for before, after, reason in (
             ('</robot>', '', 'is not XML'), ('radius="0.5"', 'radius="wide"', 'wide'),
             ('rgba="1 0 0 1"', 'rgba="1 0 0"', "rgba of <color> is '1 0 0'"),
             ('length="3"', 'length="nan"', "length of <cylinder> is 'nan'"),
-            ('<child link="bare"/>', '<child link="other"/>', 'no single root link')):
-        with pytest.raises(ValueError, match=said):
+            ('<child link="bare"/>', '<child link="other"/>', 'must have one root link')):
+        with pytest.raises(ValueError, match=reason):
             robot_shapes(SMALL.replace(before, after, 1))
 
 
-def test_a_marker_is_there_until_it_is_deleted_or_its_lifetime_is_over():
-    def hear(topic, number, now, **fields):
+def test_marker_is_shown_until_it_is_deleted_or_expires():
+    def update(topic, number, now, **fields):
         message = Marker(id=number, type=Marker.CUBE, **fields)
         message.lifetime.sec = 3 * number
-        markers.hear(topic, message, now * NS_PER_SECOND)
+        markers.update(topic, message, now * NS_PER_SECOND)
 
     def shown(now):
-        return set(markers.things(now, lambda frame: ORIGIN))
+        return set(markers.objects(now, lambda frame: ORIGIN))
 
     markers = Markers()
-    hear('a', 0, 1)
-    hear('a', 1, 1)
-    hear('b', 1, 2)
+    update('a', 0, 1)
+    update('a', 1, 1)
+    update('b', 1, 2)
     assert shown(4 * NS_PER_SECOND - 1) == {'a//0', 'a//1', 'b//1'}
-    hear('b', 1, 3)
+    update('b', 1, 3)
     assert shown(4 * NS_PER_SECOND) == {'a//0', 'b//1'}
-    hear('b', 1, 4, action=Marker.DELETE)
+    update('b', 1, 4, action=Marker.DELETE)
     assert shown(4 * NS_PER_SECOND) == {'a//0'}
-    assert markers.things(0, lambda frame: None) == {}, 'its frame is unknown'
+    assert markers.objects(0, lambda frame: None) == {}, 'the frame is unknown'
 
 
-def test_shapes_are_those_of_the_markers():
+def test_shape_has_kind_size_color_pose_and_text_of_the_marker():
     quaternion = multiply(from_yaw(0.3), from_pitch(0.4))
     message = Marker(scale=Vector3(x=1.0, y=2.0, z=3.0), text='Hi')
     message.color.r, message.color.a, message.pose.position.y = 0.5, 0.25, 6.0
-    x, y, z, w = (2.0 * part for part in quaternion)
+    x, y, z, w = (2.0 * component for component in quaternion)
     message.pose.orientation = Quaternion(x=x, y=y, z=z, w=w)
     for message.type, kind in ((Marker.CUBE, 'box'), (Marker.TEXT_VIEW_FACING, 'text')):
         shape = shape_of(message)
         assert shape._replace(pose=ORIGIN) == (
-            kind, (1.0, 2.0, 3.0), (0.5, 0.0, 0.0, 0.25), ORIGIN, 'Hi')
+            kind, (1.0, 2.0, 3.0), (0.5, 0.0, 0.0, 0.25), ORIGIN, 'Hi', ())
         assert shape.pose.position == (0.0, 6.0, 0.0)
         assert shape.pose.orientation == pytest.approx(quaternion)
     message.pose.orientation = Quaternion(w=0.0)
-    assert shape_of(message).pose.orientation == IDENTITY, 'as in rviz2'
-    message.type = Marker.MESH_RESOURCE
-    with pytest.raises(ValueError, match='its type is 10'):
+    assert shape_of(message).pose.orientation == IDENTITY, 'rviz2 draws such a marker too'
+
+
+def test_line_strip_becomes_a_line():
+    message = Marker(type=Marker.LINE_STRIP, points=[Point(x=1.0), Point(y=2.0)])
+    message.scale.x = 0.05
+    shape = shape_of(message)
+    assert (shape.kind, shape.size[0]) == ('line', 0.05)
+    assert shape.points == ((1.0, 0.0, 0.0), (0.0, 2.0, 0.0))
+    message.points.append(Point(z=nan))
+    with pytest.raises(ValueError, match='a number in it is not finite'):
         shape_of(message)
-    for place, scale, alpha in (
+
+
+def test_marker_that_cannot_be_drawn_is_rejected():
+    for marker_type, name in ((Marker.MESH_RESOURCE, 'MESH_RESOURCE'), (99, 'unknown')):
+        with pytest.raises(ValueError, match=f'cannot draw the type {name}'):
+            shape_of(Marker(type=marker_type))
+    for position, scale, alpha in (
             (Point(y=nan), Vector3(), 1.0), (Point(), Vector3(x=-1e308), 1.0),
             (Point(), Vector3(), inf)):
         message = Marker(type=Marker.CUBE, scale=scale)
-        message.pose.position, message.color.a = place, alpha
-        with pytest.raises(ValueError, match='one of its numbers is not finite'):
+        message.pose.position, message.color.a = position, alpha
+        with pytest.raises(ValueError, match='a number in it is not finite'):
             shape_of(message)
+
+
+@given(ANGLES, ANGLES, ANGLES, st.tuples(*[st.floats(-5.0, 5.0)] * 3))
+def test_from_rpy_rotates_about_the_fixed_axes_x_y_and_z(roll, pitch, yaw, point):
+    x, y, z = point
+    y, z = cos(roll) * y - sin(roll) * z, sin(roll) * y + cos(roll) * z
+    x, z = cos(pitch) * x + sin(pitch) * z, -sin(pitch) * x + cos(pitch) * z
+    x, y = cos(yaw) * x - sin(yaw) * y, sin(yaw) * x + cos(yaw) * y
+    assert rotate(from_rpy(roll, pitch, yaw), point) == pytest.approx((x, y, z), abs=1e-12)

@@ -29,64 +29,63 @@ import numpy
 import pytest
 from turtle_brick.core.parameters import load
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
-from turtle_brick.view.camera import ROOM
+from turtle_brick.view.camera import MARGIN
 
 pytestmark = [
     pytest.mark.skipif(find_chromium() is None,
                        reason='Chromium is not installed here: apt-get install chromium'),
-    pytest.mark.skipif(find_spec('viser') is None,
-                       reason='viser, which draws the page, is not installed here')]
+    pytest.mark.skipif(find_spec('viser') is None, reason='viser is not installed')]
 
 CANVAS = 'document.querySelector("canvas[data-engine]")'
-"""A JavaScript expression for the part of the page with the scene."""
+"""JavaScript expression for the element that contains the scene."""
 
 
 class Page(Chromium):
     """The page in a browser."""
 
     def open_page(self, url):
-        """Go to the page, and wait until it is complete."""
+        """Go to the page and wait until it is complete."""
         self.go_to(f'{url}/?fixedDpr=1')
         self.wait_for(CANVAS)
         # The panel is docked beside the scene.
         self.wait_for(f'{CANVAS}.getBoundingClientRect().width < innerWidth')
 
-    def says(self, name, text):
-        """Return the JavaScript expression that an element of the panel has a text."""
+    def has_text(self, name, text):
+        """Return a JavaScript expression that is true if an element of the panel has a text."""
         return (f'(document.querySelector(\'[data-turtle-brick="{name}"]\') || '
                 f'{{textContent: ""}}).textContent.includes({text!r})')
 
     def wait_for_text(self, name, text):
         """Wait until an element of the panel has a text."""
-        self.wait_for(self.says(name, text))
+        self.wait_for(self.has_text(name, text))
 
-    def write_place(self, text, answer, button=None):
-        """Write a place (m) and push Enter or a button until the answer comes."""
+    def enter_position(self, text, response, button=None):
+        """Enter a position (m), then press Enter or a button, until the response appears."""
         deadline = monotonic() + TIMEOUT
         while True:
             self.click(*self.center_of('document.querySelector("form input")'), times=3)
-            self.write(text)
-            self.push('button', button) if button else self.press_enter()
-            # The page may send what was written later than that, or not at all.
-            if self.comes(self.says('answer', answer)):
+            self.insert_text(text)
+            self.click_element('button', button) if button else self.press_enter()
+            # The page sometimes sends the input late or not at all.
+            if self.becomes_true(self.has_text('response', response)):
                 return
-            assert monotonic() < deadline, answer
+            assert monotonic() < deadline, response
 
-    def colors(self):
-        """Return the things whose colors are in the picture."""
+    def visible_colors(self):
+        """Return the names of the objects whose colors are in the picture."""
         from PIL import Image
-        pixels = numpy.asarray(Image.open(BytesIO(self.picture(CANVAS))).convert('RGB'), float)
+        pixels = numpy.asarray(Image.open(BytesIO(self.screenshot(CANVAS))).convert('RGB'), float)
         red, green, blue = numpy.moveaxis(pixels / (pixels.sum(axis=2)[..., None] + 1.0), 2, 0)
-        looks = {'hovering brick': red > 0.5, 'robot': green > 0.4, 'platform': blue > 0.4}
-        return {name for name, here in looks.items() if here.sum() > 20}
+        masks = {'hovering brick': red > 0.5, 'robot': green > 0.4, 'platform': blue > 0.4}
+        return {name for name, mask in masks.items() if mask.sum() > 20}
 
     def click_ground(self, x, y, goals):
-        """Look from above, and click at a point (m) until it is the goal."""
+        """Switch to the view from above and click a point (m) until it is the goal."""
         deadline = monotonic() + TIMEOUT
         left, top, width, height = self.box_of(CANVAS)
-        scale = height / (ARENA_SIZE + 2.0 * ROOM)
+        scale = height / (ARENA_SIZE + 2.0 * MARGIN)
         while True:
-            self.push('button', 'From above')
+            self.click_element('button', 'From above')
             self.click(left + width / 2.0 + scale * (x - ARENA_CENTER),
                        top + height / 2.0 - scale * (y - ARENA_CENTER))
             point = goals.get(timeout=TIMEOUT).pose.position
@@ -96,8 +95,8 @@ class Page(Chromium):
 
 
 @contextmanager
-def shown(domain_id):
-    """Run the graph in a thread, and its page; yield the page's address, and the goals to come."""
+def running_graph(domain_id):
+    """Run the graph in a thread and the viewer; yield the page's address and a queue of goals."""
     goals, end = Queue(), Event()
     with graph(domain_id, quiet=True) as live, ThreadPoolExecutor() as pool:
         live.add_turtlesim()
@@ -107,7 +106,7 @@ def shown(domain_id):
         live.add_catcher()
         live.listener.create_subscription(PoseStamped, 'goal_pose', goals.put, 10)
         viewer = live.add_process('turtle_brick', 'viewer', '--ros-args', '-p', 'port:=0')
-        spinning = pool.submit(live.spin_until, end.is_set, inf, 'the end')
+        spinning = pool.submit(live.spin_until, end.is_set, inf, 'the end of the test')
         try:
             yield viewer.wait_for_output(r'Viewer: (http\S+)', TIMEOUT)[1], goals
         finally:
@@ -115,26 +114,26 @@ def shown(domain_id):
             spinning.result()
 
 
-def test_a_brick_is_seen_placed_and_caught_on_the_page(domain_id):
+def test_brick_is_shown_placed_and_caught_on_the_page(domain_id):
     x, y, z = load().brick_start
-    with Page(960, 480) as page, shown(domain_id) as (url, goals):
+    with Page(960, 480) as page, running_graph(domain_id) as (url, goals):
         page.open_page(url)
-        page.wait_for_text('brick', f'hovering, {z:.2f} m up')
+        page.wait_for_text('brick', f'hovering, height {z:.2f} m')
         page.wait_for('[...document.querySelectorAll(\'[data-turtle-brick="rate"]\')]'
                       '.filter(rate => rate.textContent.endsWith(" Hz")).length === 4')
-        assert page.colors() == {'hovering brick', 'robot', 'platform'}
+        assert page.visible_colors() == {'hovering brick', 'robot', 'platform'}
 
-        page.write_place(f'{x}, {y}, -1', 'under the ground')
-        page.write_place('', "place: '' is no place")
-        page.wait_for_text('brick', f'hovering, {z:.2f} m up')
+        page.enter_position(f'{x}, {y}, -1', 'under the ground')
+        page.enter_position('', "'' is not a position")
+        page.wait_for_text('brick', f'hovering, height {z:.2f} m')
 
         goal = (ARENA_CENTER + 2.0, ARENA_CENTER)
         page.click_ground(*goal, goals)
 
-        # Above the robot, and so high that a machine that stands still for a while catches it.
-        place = f'{goal[0]:.2f}, {goal[1]:.2f}, 30'
-        page.write_place(place, 'the brick hovers at', button='Place')
-        page.push('button', 'Drop')
-        page.wait_for_text('answer', 'drop: the brick falls from')
+        # Above the robot, and high enough to be caught although the machine may stall.
+        position = f'{goal[0]:.2f}, {goal[1]:.2f}, 30'
+        page.enter_position(position, 'the brick hovers at', button='Place')
+        page.click_element('button', 'Drop')
+        page.wait_for_text('response', 'drop: the brick falls from')
         page.wait_for_text('brick', 'floating')
-        page.wait_for_text('account', 'Waiting for a brick to fall')
+        page.wait_for_text('status', 'Waiting for a brick to fall')

@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-Where the scene is seen from, so that what matters is in the picture. Pure.
+Camera positions from which given points are visible. Pure.
 
-A camera keeps the direction of its view. Of all places from which it has some points in the
-picture it takes the nearest; while it needs no other place it stays where it is.
+A view has a fixed direction. Its camera takes the nearest position from which all points are in
+the picture, and does not move while they stay there.
 """
 
 from collections.abc import Sequence
@@ -28,82 +28,89 @@ from turtle_brick.core.geometry import Vector
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 
 FIELD_OF_VIEW = 0.75
-"""Vertical angle (rad) of all cameras."""
+"""Vertical field of view (rad) of all cameras."""
 
-ROOM = 0.7
-"""What is to be seen around each point (m)."""
+MARGIN = 0.7
+"""Distance (m) around each point that is in the picture too."""
 
-UPRIGHT = 0.8
-"""In a picture narrower than this, in its heights, the panel may cover the lower part."""
+NARROW_ASPECT = 0.8
+"""Aspect ratio (width / height) below which the panel covers the lower part of the picture."""
 
-FREE = 0.4
-"""The share of its height that is free then: viser's panel takes up to 60 % of a narrow page."""
+FREE_FRACTION = 0.4
+"""Fraction of the height that a narrow picture keeps free: viser's panel covers up to 60 %."""
 
-STEEPER = (0.0, 0.0, 0.8)
-"""What is taken then from the direction of a view, so that one looks down on what is up there."""
+NARROW_CORRECTION = (0.0, 0.0, -0.8)
+"""Vector added to the view direction in a narrow picture, to look down more steeply."""
 
-NEARER = 1.0 / 60.0
-"""How much of the way to where it could be the camera goes nearer from one picture to the next; it
-goes back at once."""
+ZOOM_FRACTION = 1.0 / 60.0
+"""Fraction of the remaining way that a camera approaches per picture. It retreats at once."""
 
 
 class View(NamedTuple):
-    """From which side one looks."""
+    """A direction to look in, and optionally the points to look at."""
 
     direction: Vector
-    """Of the view; not straight down, where no side of the picture is up."""
-    sights: Sequence[Vector] = ()
-    """What it has in its picture (m), whatever else there is; if nothing, it is told what."""
+    """Direction of the view in the world frame. It must not be vertical."""
+    fixed_points: Sequence[Vector] = ()
+    """Points (m) to keep in the picture; if empty, the moving objects are kept there."""
 
-    def camera(self, points: Sequence[Vector], aspect: float, before: Vector | None = None
-               ) -> tuple[Vector, Vector]:
+    def camera_pose(self, points: Sequence[Vector], aspect: float,
+                    previous: Vector | None = None) -> tuple[Vector, Vector]:
         """
-        Return where the camera is (m) that has points in its picture, and what it looks at.
+        Return the position (m) of the camera and the point (m) at which it looks.
 
-        :param points: in the world (m), at least one
-        :param aspect: the picture's width in its heights
-        :param before: where the camera was (m), None if it may be anywhere
+        :param points: the points (m) in the world frame to keep in the picture, at least one
+        :param aspect: width of the picture divided by its height
+        :param previous: previous position of the camera (m), None to ignore it
         """
-        is_upright = aspect < UPRIGHT
-        forward = numpy.subtract(self.direction, STEEPER if is_upright else 0.0)
-        forward /= numpy.linalg.norm(forward)
-        right = numpy.cross(forward, (0.0, 0.0, 1.0))
-        right /= numpy.linalg.norm(right)
-        axes = numpy.array((right, numpy.cross(right, forward), forward))
-        places = axes @ numpy.transpose(points)
-        depths = places[2]
-        high = tan(FIELD_OF_VIEW / 2.0)
-        low = high * (1.0 - 2.0 * FREE) if is_upright else -high
-        slopes = ((-aspect * high, aspect * high), (low, high))
-        # Seen from depth f, a point at depth d is in the picture if place - c, of an axis across,
-        # is from low * (d - f) to high * (d - f). So c, of the camera, has these bounds at f = 0:
-        bounds = [((across - high * depths).max() + ROOM, (across - low * depths).min() - ROOM)
-                  for across, (low, high) in zip(places, slopes)]
-        depth = min((most - least) / (high - low)
-                    for (least, most), (low, high) in zip(bounds, slopes))
-        past = None if before is None else axes @ before
-        if past is not None and past[2] < depth:
-            depth = past[2] + NEARER * (depth - past[2])
-        bounds = [(least + high * depth, most + low * depth)
-                  for (least, most), (low, high) in zip(bounds, slopes)]
-        centers = numpy.mean(bounds, axis=1) if past is None else [
-            min(max(place, least), most) for place, (least, most) in zip(past, bounds)]
-        position = axes.T @ (*centers, depth)
+        is_narrow = aspect < NARROW_ASPECT
+        axes = _camera_axes(
+            numpy.add(self.direction, NARROW_CORRECTION) if is_narrow else self.direction)
+        coordinates = axes @ numpy.transpose(points)
+        depths = coordinates[2]
+        top = tan(FIELD_OF_VIEW / 2.0)
+        bottom = top * (1.0 - 2.0 * FREE_FRACTION) if is_narrow else -top
+        slopes = ((-aspect * top, aspect * top), (bottom, top))
+        # A camera at c and depth f shows a point at p and depth d if p - c lies between
+        # low * (d - f) and high * (d - f), on both axes of the picture. For f = 0, c lies between:
+        bounds = [(max(across - high * depths) + MARGIN, min(across - low * depths) - MARGIN)
+                  for across, (low, high) in zip(coordinates, slopes)]
+        depth = min((upper - lower) / (high - low)
+                    for (lower, upper), (low, high) in zip(bounds, slopes))
+        before = None if previous is None else axes @ previous
+        if before is not None and before[2] < depth:
+            depth = before[2] + ZOOM_FRACTION * (depth - before[2])
+        bounds = [(lower + high * depth, upper + low * depth)
+                  for (lower, upper), (low, high) in zip(bounds, slopes)]
+        if before is None:
+            across = [(lower + upper) / 2.0 for lower, upper in bounds]
+        else:
+            across = [min(max(coordinate, lower), upper)
+                      for coordinate, (lower, upper) in zip(before, bounds)]
+        position = axes.T @ (*across, depth)
         target = position + (depths.mean() - depth) * axes[2]
         return tuple(position), tuple(target)
 
 
-NEAR = View((1.0, 2.0, -0.5))
-"""From aside, a little from above."""
+NEAR_VIEW = View((1.0, 2.0, -0.5))
+"""The robot and the brick from the side, slightly from above."""
 
-ABOVE = View((0.0, 1e-3, -1.0), [
+TOP_VIEW = View((0.0, 1e-3, -1.0), [
     (x, y, 0.0) for x in (0.0, ARENA_SIZE) for y in (0.0, ARENA_SIZE)])
-"""Like turtlesim's window."""
+"""The whole arena from above, as in the window of turtlesim."""
 
 
-def ground_under(origin: Vector, direction: Vector) -> tuple[float, float] | None:
-    """Return where a ray (m) meets the plane z = 0, None where it does not."""
+def ground_point(origin: Vector, direction: Vector) -> tuple[float, float] | None:
+    """Return the x and y (m) at which a ray meets the ground, None if it does not."""
     if direction[2] * origin[2] >= 0.0:
         return None
     length = -origin[2] / direction[2]
     return origin[0] + length * direction[0], origin[1] + length * direction[1]
+
+
+def _camera_axes(direction: Vector | numpy.ndarray) -> numpy.ndarray:
+    """Return the unit vectors right, up and forward of a camera with a direction, as rows."""
+    forward = numpy.divide(direction, numpy.linalg.norm(direction))
+    right = numpy.cross(forward, (0.0, 0.0, 1.0))
+    right /= numpy.linalg.norm(right)
+    return numpy.array((right, numpy.cross(right, forward), forward))

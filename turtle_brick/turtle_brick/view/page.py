@@ -13,13 +13,13 @@
 # limitations under the License.
 
 """
-What is on the page: it keeps what the messages say, and draws it.
+The content of the page: it stores data from messages and draws them.
 
-    what comes ─→ hear_…() ─→ what is known ─→ draw() ─┬─→ scene: the shapes, by name
-                                                       └─→ panel: texts and curves
+    messages ─→ on_…() ─→ stored data ─→ draw() ─┬─→ scene: the objects, by name
+                                                 └─→ panel: texts and curves
 
-It belongs to no node and knows no server. Instants are in ns: stamps and the instant that is drawn
-are ROS time; the page's own clock only goes on.
+This module does not depend on a node or a server. Times are in nanoseconds. Stamps and the drawn
+time are ROS time; all other times are from a monotonic clock.
 """
 
 from collections import deque
@@ -35,255 +35,269 @@ from turtle_brick.core.geometry import Pose, Vector
 from turtle_brick.core.time_steps import nanoseconds_of, NS_PER_SECOND
 from turtle_brick.physics import Phase
 from turtle_brick.ros.tf import BASE_LINK, BRICK, MAX_AGE_NS, ODOM, pose_of, WORLD
-from turtle_brick.view.account import Account
+from turtle_brick.view.catch_status import CatchStatus
 from turtle_brick.view.shapes import (is_drawable, Markers, ORIGIN, robot_shapes, RobotShapes,
-                                      Shape, Thing)
+                                      SceneObject, Shape)
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker, MarkerArray
 
-if TYPE_CHECKING:  # They need viser, without which the viewer has to say what is missing.
+if TYPE_CHECKING:  # These import viser, which may not be installed.
     from turtle_brick.view.panel import Panel
     from turtle_brick.view.scene import Scene
 
-WALLS = 'walls'
-BRICK_MARKER = 'brick_marker'
-CATCHER_MARKER = 'catcher_marker'
-"""The topics of markers. All markers on them are drawn."""
-
 BRICK_TF = 'brick (TF)'
-COUNTED = ('cmd_vel', 'odom', 'joint_states', BRICK_TF)
-"""What is counted, to show its rate."""
+"""The name of the brick's transforms in the list of rates."""
+
+RATE_NAMES = ('cmd_vel', 'odom', 'joint_states', BRICK_TF)
+"""The names in the list of rates."""
 
 FRAMES = (WORLD, ODOM, BASE_LINK, BRICK)
 """The frames that can be shown."""
 
 PHASES = {phase.value: phase for phase in Phase}
-"""What the brick does, by the text of its marker."""
+"""The phases of the brick, by their text on brick_state."""
 
-PARTS = (BRICK_MARKER, 'odom', CATCHER_MARKER)
-"""Topics that arena, robot and catcher publish: without them their parts of the panel are gone."""
-
-UNREACHABLE = 'Unreachable'
-"""The text on catcher_marker for a brick that can't be caught."""
+SECTION_TOPICS = ('brick_marker', 'odom', 'catcher_marker')
+"""Topics of arena, robot and catcher. The panel shows a node's section if its topic is published."""
 
 GOAL = Shape('cylinder', (0.24, 0.24, 0.01), (0.10, 0.75, 0.25, 1.0))
-"""The mark of the robot's goal on the ground."""
+"""The mark on the ground at the goal of the robot."""
 
-GOAL_REACHED = 0.05
-"""How near (m) the robot has to be for the mark to vanish."""
+GOAL_TOLERANCE = 0.05
+"""Distance (m) between robot and goal below which the mark is hidden."""
 
-PERIOD = NS_PER_SECOND // 10
-"""Time (ns) between two updates of texts and curves, over which the robot's speed is measured."""
+PANEL_PERIOD_NS = NS_PER_SECOND // 10
+"""Time (ns) between two updates of the panel, over which the robot's speed is computed."""
 
-RATE_TIME = 2 * NS_PER_SECOND
-"""Over which time (ns) rates are measured."""
+RATE_WINDOW_NS = 2 * NS_PER_SECOND
+"""Duration (ns) over which message rates are computed."""
 
-POINTS = 120
-"""How many points each curve has."""
+CURVE_LENGTH = 120
+"""Number of points in each curve."""
 
 
 class Page:
-    """Keep what the messages say, and draw it."""
+    """The content of the page: stored data, and the functions that draw them."""
 
     def __init__(self, scene: 'Scene', panel: 'Panel', buffer: Buffer,
-                 warn: Callable[[str, str], Any], publishers: Callable[[str], int],
+                 warn: Callable[[str], Any], count_publishers: Callable[[str], int],
                  clock: Callable[[], int]) -> None:
         """
-        Begin with nothing known.
+        Start without data.
 
-        :param scene: where shapes are drawn
-        :param panel: where texts and curves are shown
+        :param scene: the scene in which objects are drawn
+        :param panel: the panel that shows texts and curves
         :param buffer: the transforms
-        :param warn: called with a topic and a sentence about a message that can't be shown
-        :param publishers: returns how many there are of a topic
-        :param clock: returns the present instant
+        :param warn: logs a warning
+        :param count_publishers: returns the number of publishers on a topic
+        :param clock: returns the present time (ns) of a monotonic clock
         """
         self._scene = scene
         self._panel = panel
         self._buffer = buffer
         self._warn = warn
-        self._publishers = publishers
+        self._count_publishers = count_publishers
         self._clock = clock
+        self._warnings: set[str] = set()
         self._robot = RobotShapes('', {})
         self._markers = Markers()
-        self._account = Account()
+        self._status = CatchStatus()
         self._goal: tuple[float, float] | None = None
         self._tilt = 0.0
-        self._counted: dict[str, deque[int]] = {name: deque(maxlen=1000) for name in COUNTED}
-        self._points: deque[tuple[float, ...]] = deque(maxlen=POINTS)
-        self._next = 0
+        self._arrivals: dict[str, deque[int]] = {name: deque(maxlen=1000) for name in RATE_NAMES}
+        self._points: deque[tuple[float, ...]] = deque(maxlen=CURVE_LENGTH)
+        self._next_panel_update = 0
         self._fixed_frame = WORLD
-        self._instant = 0
+        self._drawn_time = 0
         self._poses: dict[str, Pose | None] = {}
-        self._things: dict[str, Thing] = {}
 
-    def hear_description(self, message: String) -> None:
-        """Hear which robot there is, as URDF."""
+    def on_description(self, message: String) -> None:
+        """Read the robot description."""
         try:
             self._robot = robot_shapes(message.data)
         except ValueError as error:
-            self._warn('robot_description', f'The robot is not shown: {error}')
+            self._warn_once(f'The robot is not shown: {error}')
+        for kind in self._robot.skipped:
+            self._warn_once(f'The page cannot draw the kind <{kind}> in robot_description')
 
-    def hear_transform(self, transform: TransformStamped) -> None:
-        """Hear of a moving transform, which is in the buffer already."""
+    def on_transform(self, transform: TransformStamped) -> None:
+        """Record the arrival of a transform, which is already in the buffer."""
         if transform.child_frame_id == BRICK:
-            self.count(BRICK_TF)
+            self.record_arrival(BRICK_TF)
 
-    def hear_walls(self, message: MarkerArray) -> None:
-        """Hear of the walls."""
+    def on_walls(self, message: MarkerArray) -> None:
+        """Store the markers of the walls."""
         for marker in message.markers:
-            self.hear_marker(WALLS, marker)
+            self.on_marker('walls', marker)
 
-    def hear_marker(self, topic: str, message: Marker) -> None:
-        """Hear a marker of a topic."""
+    def on_marker(self, topic: str, message: Marker) -> None:
+        """Store or remove a marker on a topic."""
         try:
-            self._markers.hear(topic, message, self._clock())
+            self._markers.update(topic, message, self._clock())
         except ValueError as error:
-            self._warn(topic, f'A marker on {topic} is left out: {error}')
-            return
-        if message.action != Marker.ADD:
-            return
-        if topic == BRICK_MARKER:
-            self._account.see_phase(PHASES.get(message.text))
-        elif topic == CATCHER_MARKER and message.text == UNREACHABLE:
-            self._account.see_unreachable()
+            self._warn_once(f'A marker on {topic} is not shown: {error}')
 
-    def hear_state(self, message: String) -> None:
-        """Hear what the catcher does."""
-        self._account.see_state(message.data)
+    def on_brick_state(self, message: String) -> None:
+        """Store the state of the brick."""
+        self._status.on_phase(PHASES.get(message.data))
 
-    def hear_goal(self, message: PoseStamped) -> None:
-        """Hear where the robot is sent."""
+    def on_catcher_state(self, message: String) -> None:
+        """Store the state of the catcher."""
+        self._status.on_catcher_state(message.data)
+
+    def on_catcher_decision(self, message: String) -> None:
+        """Store the decision of the catcher."""
+        self._status.on_decision(message.data)
+
+    def on_goal(self, message: PoseStamped) -> None:
+        """Store the goal of the robot."""
         point = message.pose.position
         frame = self._pose(message.header.frame_id or WORLD)
         if frame is not None and is_drawable(point.x, point.y, point.z):
             x, y, _ = frame.transform((point.x, point.y, point.z))
             self._goal = (x, y)
 
-    def hear_tilt(self, message: Tilt) -> None:
-        """Hear how the platform is to be tilted."""
+    def on_tilt(self, message: Tilt) -> None:
+        """Store the tilt of the platform."""
         if is_drawable(message.angle):
             self._tilt = message.angle
 
-    def count(self, name: str, _: object = None) -> None:
-        """Count something that has come."""
-        self._counted[name].append(self._clock())
+    def record_arrival(self, name: str, _: object = None) -> None:
+        """Record the arrival of a message, for a name in RATE_NAMES."""
+        self._arrivals[name].append(self._clock())
 
     def draw(self) -> None:
-        """Draw the page as it is now."""
+        """Draw the present state of the page."""
         now = self._clock()
         self._fixed_frame = self._find_fixed_frame()
-        self._instant = self._latest_instant()
+        self._drawn_time = self._find_drawn_time()
         self._poses.clear()
-        self._things = {**self._robot_things(), **self._goal_things(), **self._frame_things(),
-                        **self._markers.things(now, self._pose_drawn)}
-        self._scene.show(self._things)
-        self._scene.keep_in_sight(self._near())
-        if now >= self._next:
-            self._next = max(self._next + PERIOD, now)
-            self._write(now)
+        robot = self._robot_objects()
+        self._scene.show({**robot, **self._goal_objects(), **self._frame_objects(),
+                          **self._markers.objects(now, self._drawn_pose)})
+        self._scene.keep_in_view([link.pose.position for link in robot.values()]
+                                 + self._brick_points())
+        if now >= self._next_panel_update:
+            self._next_panel_update = max(self._next_panel_update + PANEL_PERIOD_NS, now)
+            self._update_panel(now)
 
-    def _robot_things(self) -> dict[str, Thing]:
-        return {f'robot/{link}': Thing(shapes, pose)
+    def _robot_objects(self) -> dict[str, SceneObject]:
+        """Return the links of the robot."""
+        return {f'robot/{link}': SceneObject(shapes, pose)
                 for link, shapes in self._robot.links.items()
-                if (pose := self._pose_drawn(link)) is not None}
+                if (pose := self._drawn_pose(link)) is not None}
 
-    def _goal_things(self) -> dict[str, Thing]:
-        robot = self._pose_drawn(BASE_LINK)
-        if self._goal is None or robot is None or dist(
-                robot.position[:2], self._goal) < GOAL_REACHED:
+    def _goal_objects(self) -> dict[str, SceneObject]:
+        """Return the mark at the goal, while the robot is not there."""
+        robot = self._drawn_pose(BASE_LINK)
+        if self._goal is None or robot is None:
             return {}
-        return {'goal': Thing((GOAL,), Pose((*self._goal, 0.0), ORIGIN.orientation))}
+        if dist(robot.position[:2], self._goal) < GOAL_TOLERANCE:
+            return {}
+        return {'goal': SceneObject((GOAL,), Pose((*self._goal, 0.0), ORIGIN.orientation))}
 
-    def _frame_things(self) -> dict[str, Thing]:
-        return {f'frames/{frame}': Thing((), pose, frame) for frame in FRAMES
-                if self._panel.frames.value and (pose := self._pose_drawn(frame)) is not None}
+    def _frame_objects(self) -> dict[str, SceneObject]:
+        """Return the axes of the frames, if they are to be shown."""
+        if not self._panel.frames.value:
+            return {}
+        return {f'frames/{frame}': SceneObject((), pose, frame) for frame in FRAMES
+                if (pose := self._drawn_pose(frame)) is not None}
 
-    def _near(self) -> list[Vector]:
-        """Return points (m) of the robot and the brick, and the point of the ground below it."""
-        points = [thing.pose.position for name, thing in self._things.items()
-                  if name.startswith('robot/')]
-        brick = self._pose_drawn(BRICK)
+    def _brick_points(self) -> list[Vector]:
+        """Return the position (m) of the brick and the point on the ground below it."""
+        brick = self._drawn_pose(BRICK)
+        if brick is None:
+            return []
+        x, y, _ = brick.position
+        return [brick.position, (x, y, 0.0)]
+
+    def _update_panel(self, now: int) -> None:
+        """Update the texts and curves."""
+        self._panel.show_sections(*(self._count_publishers(topic) > 0 for topic in SECTION_TOPICS))
+        self._update_brick()
+        self._panel.show_status(self._status.text, self._status.is_unreachable)
+        self._panel.show_tilt(self._tilt)
+        self._panel.show_rates([
+            (name, message_rate([time for time in times if now - time <= RATE_WINDOW_NS]))
+            for name, times in self._arrivals.items()])
+        self._points.append((now / NS_PER_SECOND, *self._curve_values()))
+        self._panel.show_curves(self._points)
+
+    def _update_brick(self) -> None:
+        """Update the state of the brick and its suggested position."""
+        brick, phase = self._drawn_pose(BRICK), self._status.phase
+        if brick is None:
+            self._panel.show_brick('position unknown')
+            return
+        if phase is Phase.HOVERING:
+            self._panel.suggest_position(brick.position)
+        state = 'state unknown' if phase is None else phase.value
+        self._panel.show_brick(f'{state}, height {brick.position[2]:.2f} m')
+
+    def _curve_values(self) -> tuple[float, float, float]:
+        """Return the height of the brick (m), its distance (m) to the robot, and the speed (m/s)."""
+        brick, robot = self._drawn_pose(BRICK), self._drawn_pose(BASE_LINK)
+        before = self._pose(BASE_LINK, max(self._drawn_time - PANEL_PERIOD_NS, 1))
+        height = distance = speed = nan
         if brick is not None:
-            x, y, _ = brick.position
-            points += [brick.position, (x, y, 0.0)]
-        return points
-
-    def _point(self) -> Vector:
-        """Return height of the brick (m), its distance (m) to the robot, and its speed (m/s)."""
-        brick, robot = self._pose_drawn(BRICK), self._pose_drawn(BASE_LINK)
-        before = self._pose(BASE_LINK, max(self._instant - PERIOD, 1))
-        height = brick.position[2] if brick is not None else nan
-        distance = speed = nan
+            height = brick.position[2]
         if robot is not None and brick is not None:
             distance = dist(brick.position[:2], robot.position[:2])
         if robot is not None and before is not None:
-            speed = dist(robot.position, before.position) * NS_PER_SECOND / PERIOD
+            speed = dist(robot.position, before.position) * NS_PER_SECOND / PANEL_PERIOD_NS
         return height, distance, speed
 
-    def _write(self, now: int) -> None:
-        """Update texts and curves."""
-        self._panel.show_parts(*(self._publishers(topic) > 0 for topic in PARTS))
-        brick, phase = self._pose_drawn(BRICK), self._account.phase
-        if brick is None:
-            self._panel.show_brick('no brick in sight')
-        else:
-            if phase is Phase.HOVERING:
-                self._panel.suggest_place(brick.position)
-            self._panel.show_brick(
-                f'{phase.value if phase else "brick"}, {brick.position[2]:.2f} m up')
-        self._panel.show_account(self._account.sentence(), self._account.alarm)
-        self._panel.show_tilt(self._tilt)
-        self._panel.show_rates([(name, rate([instant for instant in instants
-                                             if now - instant <= RATE_TIME]))
-                                for name, instants in self._counted.items()])
-        self._points.append((now / NS_PER_SECOND, *self._point()))
-        self._panel.show_curves(self._points)
-
     def _find_fixed_frame(self) -> str:
-        """Return the frame in which all is drawn: the world, or the root of a robot alone."""
+        """Return the frame to draw in: the world, or the root of a robot that is not in it."""
         root = self._robot.root
-        alone = root and not any(
+        is_in_world = any(
             self._buffer.can_transform(WORLD, frame, Time()) for frame in (root, BRICK))
-        return root if alone else WORLD
+        return WORLD if is_in_world or not root else root
+
+    def _find_drawn_time(self) -> int:
+        """
+        Return the latest time (ns) for which robot and brick are both known, 0 if none moves.
+
+        If each object were drawn at its own latest time, objects that move together would be
+        drawn apart. An object whose transforms have stopped does not hold back the others.
+        """
+        times = [nanoseconds_of(transform.header.stamp)
+                 for frame in {BASE_LINK, BRICK, *self._robot.links}
+                 if (transform := self._lookup(frame, 0)) is not None]
+        latest = max(times, default=0)
+        return min((time for time in times if time > latest - MAX_AGE_NS), default=0)
+
+    def _drawn_pose(self, frame: str) -> Pose | None:
+        """Return the pose of a frame at the drawn time, None if it is unknown."""
+        if frame not in self._poses:
+            # The latest pose replaces the pose at the drawn time if the transforms have stopped.
+            self._poses[frame] = self._pose(frame, self._drawn_time) or self._pose(frame)
+        return self._poses[frame]
+
+    def _pose(self, frame: str, stamp: int = 0) -> Pose | None:
+        """Return the pose of a frame at a time (ns; 0: the latest), None if it is unknown."""
+        if frame == self._fixed_frame:
+            return ORIGIN
+        transform = self._lookup(frame, stamp)
+        return None if transform is None else pose_of(transform.transform)
 
     def _lookup(self, frame: str, stamp: int) -> TransformStamped | None:
+        """Return the transform of a frame at a time (ns; 0: the latest), None if unknown."""
         try:
             return self._buffer.lookup_transform(
                 self._fixed_frame, frame, Time(nanoseconds=stamp))
         except TransformException:
             return None
 
-    def _pose(self, frame: str, stamp: int = 0) -> Pose | None:
-        """Return the pose of a frame at an instant (0 for the latest), None if unknown."""
-        if frame == self._fixed_frame:
-            return ORIGIN
-        transform = self._lookup(frame, stamp)
-        return pose_of(transform.transform) if transform is not None else None
-
-    def _pose_drawn(self, frame: str) -> Pose | None:
-        """Return the pose of a frame at the instant that is drawn, None if unknown."""
-        if frame not in self._poses:
-            # What has stopped coming is unknown at this instant: it is where it was last.
-            self._poses[frame] = self._pose(frame, self._instant) or self._pose(frame)
-        return self._poses[frame]
-
-    def _latest_instant(self) -> int:
-        """
-        Return the latest instant at which robot and brick are known, 0 if none moves.
-
-        Things that move together, each drawn at its own latest instant, would be drawn apart. What
-        has stopped coming is not waited for.
-        """
-        found = [nanoseconds_of(transform.header.stamp)
-                 for frame in {BASE_LINK, BRICK, *self._robot.links}
-                 if (transform := self._lookup(frame, 0)) is not None]
-        latest = max(found, default=0)
-        return min((stamp for stamp in found if stamp > latest - MAX_AGE_NS), default=0)
+    def _warn_once(self, sentence: str) -> None:
+        """Log a warning, unless the same one has been logged before."""
+        if sentence not in self._warnings:
+            self._warnings.add(sentence)
+            self._warn(sentence)
 
 
-def rate(instants: list[int]) -> float | None:
-    """Return how often (Hz) comes what came at some instants, None if that is unknown."""
-    if not instants or instants[-1] == instants[0]:
+def message_rate(times: list[int]) -> float | None:
+    """Return the rate (Hz) of messages that arrived at some times (ns), None if unknown."""
+    if not times or times[-1] == times[0]:
         return None
-    return (len(instants) - 1) * NS_PER_SECOND / (instants[-1] - instants[0])
+    return (len(times) - 1) * NS_PER_SECOND / (times[-1] - times[0])

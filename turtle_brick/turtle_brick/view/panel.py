@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The panel of the page: what can be read and done beside the scene."""
+"""The panel beside the scene: texts, curves, buttons and a slider."""
 
 from collections.abc import Callable, Sequence
 from html import escape
@@ -24,197 +24,222 @@ from typing import Any, NamedTuple
 import numpy
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.view.camera import ABOVE, ground_under, NEAR
+from turtle_brick.view.camera import ground_point, NEAR_VIEW, TOP_VIEW
 from turtle_brick.view.scene import Scene
 import viser
 
 GREEN = (46, 125, 70)
 """Color (0 to 255) of the controls."""
 
-STEEPEST = round(pi / 2.0, 2)
-"""The end of the slider (rad)."""
+SLIDER_LIMIT = round(pi / 2.0, 2)
+"""Largest angle (rad) of the slider, in both directions."""
 
-HANDS_OFF = 1.0
-"""How long (s) the slider is left alone after somebody has moved it."""
+SLIDER_PAUSE = 1.0
+"""Time (s) after a user moved the slider during which it does not follow the platform."""
 
 CURVES = (('height (m)', '#e8590c'), ('distance (m)', '#1971c2'), ('speed (m/s)', '#2f9e44'))
-"""What is plotted of brick and robot, and in which color."""
+"""Label and color of each curve."""
 
-VIEWS = {'Near': NEAR, 'From above': ABOVE}
+VIEWS = {'Near': NEAR_VIEW, 'From above': TOP_VIEW}
+"""The view for each camera button."""
 
-ANYWHERE = ((0.5, ARENA_SIZE - 0.5), (0.5, ARENA_SIZE - 0.5), (3.0, 9.0))
-"""The least and the greatest x, y and z (m) of a brick that is dropped at random."""
+RANDOM_RANGES = ((0.5, ARENA_SIZE - 0.5), (0.5, ARENA_SIZE - 0.5), (3.0, 9.0))
+"""Ranges of x, y and z (m) of a brick that is dropped at random."""
 
 
-class Orders(NamedTuple):
-    """What the buttons do. viser calls it in a thread of its own."""
+class PanelCallbacks(NamedTuple):
+    """The functions that the panel calls, in viser's thread or in a thread of its pool."""
 
     place: Callable[[Vector], None]
-    """Place the brick at a point of the world (m)."""
+    """Place the brick at a position (m) in the world frame."""
     drop: Callable[[Vector | None], None]
-    """Drop the brick; if there is a point (m), place it there first."""
+    """Drop the brick, after placing it at a position (m) if there is one."""
     tilt: Callable[[float], None]
-    """Tilt the platform by an angle (rad)."""
-    go: Callable[[float, float], None]
-    """Send the robot to a point of the ground (m in the world)."""
+    """Tilt the platform to an angle (rad)."""
+    drive: Callable[[float, float], None]
+    """Send the robot to x and y (m) in the world frame."""
 
 
 class Panel:
-    """What can be read and done."""
+    """The panel of the page. Its attributes are viser's handles of the controls."""
 
-    def __init__(self, server: viser.ViserServer, scene: Scene, orders: Orders) -> None:
+    def __init__(self, server: viser.ViserServer, scene: Scene, callbacks: PanelCallbacks) -> None:
         """
-        Lay it out.
+        Create the controls.
 
-        :param server: of the page
-        :param scene: of the page, which is clicked on
-        :param orders: what is called when something is to be done
+        :param server: the server of the page
+        :param scene: the scene of the page
+        :param callbacks: the functions to call when somebody uses a control
         """
-        self._orders = orders
-        self._dragged = -inf
-        self._suggested: Vector | None = None
+        self._scene = scene
+        self._callbacks = callbacks
+        self._slider_time = -inf
+        self._suggestion: Vector | None = None
         gui = server.gui
         gui.configure_theme(show_logo=False, show_share_button=False, brand_color=GREEN)
         gui.main_panel.dock_right()
-        with gui.add_folder('Brick') as self._arena_part:
-            self._brick = gui.add_html('')
-            with gui.add_form(None) as form:
-                # Any: mypy takes the value of an input for read-only.
-                self._place: Any = gui.add_text('x, y, z (m)', '')
-            buttons = gui.add_button_group('', ('Place', 'Drop', 'Drop at random'))
-        self._answer = gui.add_html('')
-        with gui.add_folder('Robot') as self._robot_part:
-            self._account = gui.add_html('')
-            self._tilt: Any = gui.add_slider('tilt (rad)', -STEEPEST, STEEPEST, 0.01, 0.0)
-            self._beyond = gui.add_html('', visible=False)
-            self._goes = gui.add_checkbox('click the ground to drive', True)
-        with gui.add_folder('View'):
-            cameras = gui.add_button_group('', tuple(VIEWS))
-            self.frames = gui.add_checkbox('frames', False)
-        with gui.add_folder('Last seconds') as self._plot_part:
-            series = (viser.uplot.Series(), *(
-                viser.uplot.Series(label=label, stroke=color, width=2) for label, color in CURVES))
-            self._plot = gui.add_uplot(
-                tuple(numpy.zeros((1 + len(CURVES), 1))), series, scales={'x': {'time': False}},
-                legend={'live': False}, height=140, padding=(8, 16, 0, 0))
+        self._add_brick_controls(gui)
+        self.response = gui.add_html('')
+        self._add_robot_controls(gui)
+        self._add_view_controls(gui)
+        self._add_plot(gui)
         with gui.add_folder('Rates'):
-            self._rates = gui.add_html('')
+            self.rates = gui.add_html('')
+        server.scene.on_click()(self._on_scene_click)
 
-        @form.on_submit
-        async def _(_: viser.GuiEvent) -> None:
-            self._on_button('Place')
+    def _add_brick_controls(self, gui: viser.GuiApi) -> None:
+        """Add the folder with the state of the brick and the buttons that move it."""
+        with gui.add_folder('Brick') as self.brick_folder:
+            self.brick = gui.add_html('')
+            with gui.add_form(None) as form:
+                # Any, because mypy regards the value of a control as read-only.
+                self.position: Any = gui.add_text('x, y, z (m)', '')
+            buttons = gui.add_button_group('', ('Place', 'Drop', 'Drop at random'))
+        form.on_submit(self._on_submit)
+        buttons.on_click(self._on_button)
 
-        @buttons.on_click
-        async def _(event: viser.GuiEvent) -> None:
-            self._on_button(event.target.value)
+    def _add_robot_controls(self, gui: viser.GuiApi) -> None:
+        """Add the folder with the status of the catch and the controls of the robot."""
+        with gui.add_folder('Robot') as self.robot_folder:
+            self.status = gui.add_html('')
+            self.tilt: Any = gui.add_slider('tilt (rad)', -SLIDER_LIMIT, SLIDER_LIMIT, 0.01, 0.0)
+            self.tilt_warning = gui.add_html('', visible=False)
+            self.drive = gui.add_checkbox('click the ground to drive', True)
+        self.tilt.on_update(self._on_tilt)
 
-        @self._tilt.on_update
-        def _(event: viser.GuiEvent) -> None:
-            if event.client is not None:  # else it was moved from here
-                self._dragged = monotonic()
-                orders.tilt(self._tilt.value)
+    def _add_view_controls(self, gui: viser.GuiApi) -> None:
+        """Add the folder with the camera buttons."""
+        with gui.add_folder('View'):
+            buttons = gui.add_button_group('', tuple(VIEWS))
+            self.frames = gui.add_checkbox('show frames', False)
+        buttons.on_click(self._on_view)
 
-        @cameras.on_click
-        async def _(event: viser.GuiEvent) -> None:
-            if event.client is not None:
-                scene.look(event.client, VIEWS[event.target.value])
+    def _add_plot(self, gui: viser.GuiApi) -> None:
+        """Add the folder with the curves."""
+        series = [viser.uplot.Series()]
+        for label, color in CURVES:
+            series.append(viser.uplot.Series(label=label, stroke=color, width=2))
+        with gui.add_folder('Last 12 seconds') as self.plot_folder:
+            self.plot = gui.add_uplot(
+                tuple(numpy.zeros((1 + len(CURVES), 1))), tuple(series),
+                scales={'x': {'time': False}}, legend={'live': False}, height=140,
+                padding=(8, 16, 0, 0))
 
-        @server.scene.on_click()
-        def _(event: viser.SceneClickEvent) -> None:
-            point = ground_under(event.ray_origin, event.ray_direction)
-            if self._goes.visible and self._goes.value and point is not None:
-                orders.go(*point)
-
-    def suggest_place(self, position: Vector) -> None:
-        """Fill in a place for the brick (m), unless somebody has written another one."""
+    def suggest_position(self, position: Vector) -> None:
+        """Write a position (m) into the input field, unless a user entered another one."""
         x, y, z = (round(coordinate, 3) for coordinate in position)
-        if (x, y, z) != self._suggested:
+        if (x, y, z) != self._suggestion:
             if not self._is_edited():
-                self._place.value = f'{x:.10g}, {y:.10g}, {z:.10g}'
-            self._suggested = (x, y, z)
+                self.position.value = f'{x:.10g}, {y:.10g}, {z:.10g}'
+            self._suggestion = (x, y, z)
 
-    def show_parts(self, arena: bool, robot: bool, catcher: bool) -> None:
-        """Show the parts of those nodes that are there."""
-        self._arena_part.visible = arena
-        self._robot_part.visible = robot or catcher
-        self._account.visible = catcher
-        self._tilt.visible = self._goes.visible = robot
-        self._plot_part.visible = arena or robot
+    def show_sections(self, arena: bool, robot: bool, catcher: bool) -> None:
+        """Show the sections of the nodes that are running."""
+        self.brick_folder.visible = arena
+        self.robot_folder.visible = robot or catcher
+        self.status.visible = catcher
+        self.tilt.visible = self.drive.visible = robot
+        self.plot_folder.visible = arena or robot
 
     def show_brick(self, text: str) -> None:
-        """Show what the brick does."""
-        self._brick.content = _block('brick', text)
+        """Show the state of the brick."""
+        self.brick.content = _html('brick', text)
 
-    def show_account(self, text: str, alarm: bool) -> None:
-        """Show what the robot does about the brick."""
-        self._account.content = _block('account', text, alarm)
+    def show_status(self, text: str, is_alarm: bool) -> None:
+        """Show the status of the catch, in red if it is an alarm."""
+        self.status.content = _html('status', text, is_alarm)
 
-    def show_answer(self, text: str, good: bool) -> None:
-        """Show what has become of the last order."""
-        self._answer.content = _block('answer', text, not good)
+    def show_response(self, text: str, is_success: bool) -> None:
+        """Show the response to the last request, in red if the request failed."""
+        self.response.content = _html('response', text, not is_success)
 
     def show_rates(self, rates: Sequence[tuple[str, float | None]]) -> None:
-        """Show how often (Hz) each of some things comes, None for one that does not."""
-        self._rates.content = ''.join(
-            _block('rate', f'{name}: {"no messages" if rate is None else f"{rate:.1f} Hz"}')
+        """Show the message rate (Hz) of each topic, None if no messages arrive."""
+        self.rates.content = ''.join(
+            _html('rate', f'{name}: no messages' if rate is None else f'{name}: {rate:.1f} Hz')
             for name, rate in rates)
 
     def show_tilt(self, angle: float) -> None:
-        """Move the slider to the angle (rad) of the platform, unless somebody is at it."""
-        shown = round(min(max(angle, -STEEPEST), STEEPEST), 2)
-        if monotonic() - self._dragged >= HANDS_OFF and shown != self._tilt.value:
-            self._tilt.value = shown
-        self._beyond.visible = abs(angle) > STEEPEST
-        self._beyond.content = _block(
-            'beyond', f'The tilt is {angle:g} rad, beyond the slider')
+        """Move the slider to the angle (rad) of the platform, unless a user just moved it."""
+        shown = round(min(max(angle, -SLIDER_LIMIT), SLIDER_LIMIT), 2)
+        if monotonic() - self._slider_time >= SLIDER_PAUSE and shown != self.tilt.value:
+            self.tilt.value = shown
+        self.tilt_warning.visible = abs(angle) > SLIDER_LIMIT
+        self.tilt_warning.content = _html(
+            'tilt_warning', f'The tilt is {angle:g} rad, outside the range of the slider.')
 
     def show_curves(self, points: Sequence[tuple[float, ...]]) -> None:
-        """Plot what there was: at some times (s) the values of CURVES, NaN if unknown."""
+        """Plot points that consist of a time (s) and the values of CURVES, NaN if unknown."""
         times, *curves = numpy.transpose(points)
-        self._plot.data = (times - times[-1], *curves)
+        self.plot.data = (times - times[-1], *curves)
+
+    def press(self, button: str) -> None:
+        """Carry out the function of a button in the folder of the brick."""
+        if button == 'Drop at random':
+            x, y, z = (uniform(*limits) for limits in RANDOM_RANGES)
+            self._callbacks.drop((x, y, z))
+            return
+        if button == 'Drop' and not self._is_edited():
+            self._callbacks.drop(None)
+            return
+        text = self.position.value
+        # Send the text back, because viser can lose input in the last 50 ms before Enter.
+        self.position.value = ''
+        self.position.value = text
+        try:
+            position = parse_position(text)
+        except ValueError as error:
+            self.show_response(str(error), False)
+            return
+        if button == 'Place':
+            self._callbacks.place(position)
+        else:
+            self._callbacks.drop(position)
+
+    async def _on_submit(self, _: viser.GuiEvent) -> None:
+        self.press('Place')
+
+    async def _on_button(self, event: viser.GuiEvent) -> None:
+        self.press(event.target.value)
+
+    def _on_tilt(self, event: viser.GuiEvent) -> None:
+        if event.client is not None:  # Without a client, the slider was moved by show_tilt.
+            self._slider_time = monotonic()
+            self._callbacks.tilt(self.tilt.value)
+
+    async def _on_view(self, event: viser.GuiEvent) -> None:
+        if event.client is not None:
+            self._scene.set_view(event.client, VIEWS[event.target.value])
+
+    def _on_scene_click(self, event: viser.SceneClickEvent) -> None:
+        point = ground_point(event.ray_origin, event.ray_direction)
+        if self.drive.visible and self.drive.value and point is not None:
+            self._callbacks.drive(*point)
 
     def _is_edited(self) -> bool:
-        """Tell whether somebody has written another place than the suggested one."""
+        """Return whether a user entered another position than the suggested one."""
         try:
-            return place_of(self._place.value) != self._suggested
+            return parse_position(self.position.value) != self._suggestion
         except ValueError:
-            return self._suggested is not None
-
-    def _on_button(self, name: str) -> None:
-        """Do what a button says; "Drop" places the brick first where is written, if new."""
-        if name == 'Drop at random':
-            x, y, z = (uniform(*span) for span in ANYWHERE)
-            self._orders.drop((x, y, z))
-        elif name == 'Drop' and not self._is_edited():
-            self._orders.drop(None)
-        else:
-            text = self._place.value
-            # Sent back, because viser may lose what is written in the last 50 ms before Enter.
-            self._place.value = ''
-            self._place.value = text
-            try:
-                place = place_of(text)
-            except ValueError as error:
-                self.show_answer(str(error), False)
-            else:
-                (self._orders.place if name == 'Place' else self._orders.drop)(place)
+            return self._suggestion is not None
 
 
-def place_of(text: str) -> Vector:
+def parse_position(text: str) -> Vector:
     """
-    Return the place (m) that is written.
+    Return the position (m) in a text.
 
-    :raises ValueError: there is none; the text says why
+    :raises ValueError: the text is not a position
     """
     try:
         x, y, z = map(float, text.strip(' ()').split(','))
     except ValueError:
-        raise ValueError(f'place: {text!r} is no place: write x, y and z in meters, '
-                         'as in 7.5, 7, 1.66') from None
+        raise ValueError(f'{text!r} is not a position. Enter x, y and z in meters, for example '
+                         '7.5, 7, 1.66.') from None
     return (x, y, z)
 
 
-def _block(name: str, text: str, alarm: bool = False) -> str:
-    """Return a text as HTML, in red if it is an alarm, with a name by which it is found."""
-    style = 'color:#c92a2a;font-weight:600;' * alarm + 'padding:0.2em 1em;font-size:0.9em'
-    return f'<div data-turtle-brick="{name}" style="{style}">{escape(text)}</div>'
+def _html(name: str, text: str, is_alarm: bool = False) -> str:
+    """Return a text as an HTML element with a name for tests, in red if it is an alarm."""
+    color = 'color:#c92a2a;font-weight:600;' if is_alarm else ''
+    return (f'<div data-turtle-brick="{name}" style="{color}padding:0.2em 1em;font-size:0.9em">'
+            f'{escape(text)}</div>')

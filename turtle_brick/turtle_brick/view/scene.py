@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The scene of the page: things in the world, the ground, and where it is seen from. No ROS."""
+"""The 3D scene of the page: objects, the ground and the cameras. No ROS."""
 
 from collections import deque
 from collections.abc import Mapping, Sequence
@@ -23,122 +23,137 @@ from urllib.parse import quote
 import numpy
 from turtle_brick.core.geometry import Pose, Vector
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER
-from turtle_brick.view.camera import FIELD_OF_VIEW, NEAR, View
-from turtle_brick.view.shapes import Shape, Thing
+from turtle_brick.view.camera import FIELD_OF_VIEW, NEAR_VIEW, View
+from turtle_brick.view.shapes import SceneObject, Shape
 import viser
 
-GROUND = (229, 232, 226)
-LINES = (196, 201, 194)
-SKY = (214, 228, 242)
-"""Colors (0 to 255) of the ground, the lines on it (one per meter) and the sky."""
+GROUND_COLOR = (229, 232, 226)
+GRID_COLOR = (196, 201, 194)
+SKY_COLOR = (214, 228, 242)
+"""Colors (0 to 255) of the ground, of its grid (one line per meter) and of the sky."""
 
-TOUCHED = 1e-3
-"""How far (m) from where it was set a camera has to be to have been moved in its browser."""
+POSITION_TOLERANCE = 1e-3
+"""Distance (m) above which two camera positions are different."""
 
-LABELS: dict[str, Any] = {
+LABEL_ANCHORS: dict[str, Any] = {
     'world': 'bottom-right', 'odom': 'top-right', 'base_link': 'bottom-left', 'brick': 'top-left'}
-"""Which corner of a frame's name is at its origin, so that names at one place do not overlap."""
+"""The corner of each frame's label that is at the origin, so that labels do not overlap."""
 
 
-class Eye:
-    """The camera of a browser: it has a view until somebody turns it there."""
+class BrowserCamera:
+    """The camera of one browser. It follows a view until somebody turns it in the browser."""
 
     def __init__(self, client: viser.ClientHandle) -> None:
-        """Begin near."""
+        """Start with the near view."""
         self._camera = client.camera
         self._camera.on_update(self._on_update)
-        self.look(NEAR)
+        self.set_view(NEAR_VIEW)
 
-    def look(self, view: View) -> None:
-        """Take a view."""
+    def set_view(self, view: View) -> None:
+        """Start to follow a view."""
         self._view: View | None = view
-        self._set: deque[Vector] = deque(maxlen=300)
-        self._is_obeyed = False
+        self._requested: deque[Vector] = deque(maxlen=300)
+        self._is_following = False
 
-    def keep_in_sight(self, points: Sequence[Vector]) -> None:
-        """Have points (m) in the picture, if the view is not of something else."""
-        if self._view is None or not (points := self._view.sights or points):
+    def keep_in_view(self, points: Sequence[Vector]) -> None:
+        """Move the camera so that its picture contains some points (m)."""
+        if self._view is None:
             return
-        last = self._set[-1] if self._set else None
+        points = self._view.fixed_points or points
+        if not points:
+            return
+        previous = self._requested[-1] if self._requested else None
         aspect = self._camera.image_width / max(self._camera.image_height, 1)
-        position, target = self._view.camera(points, aspect, last)
-        if last is None or dist(last, position) > TOUCHED:
+        position, target = self._view.camera_pose(points, aspect, previous)
+        if previous is None or dist(previous, position) > POSITION_TOLERANCE:
             self._camera.position, self._camera.look_at = position, target
-            self._set.append(position)
+            self._requested.append(position)
 
     async def _on_update(self, camera: viser.CameraHandle) -> None:
-        """Learn where the camera is in the browser: if obeyed, where it was set some time ago."""
-        is_obeyed = any(dist(camera.position, place) < TOUCHED for place in self._set)
-        if self._is_obeyed and not is_obeyed:
+        """Stop following the view if the browser reports a position that was not requested."""
+        is_following = any(dist(camera.position, position) < POSITION_TOLERANCE
+                           for position in self._requested)
+        # The first reports can still be about the positions before the view was set.
+        if self._is_following and not is_following:
             self._view = None
-        self._is_obeyed = is_obeyed
+        self._is_following = is_following
 
 
 class Scene:
-    """Things with names, each somewhere in the world."""
+    """The named objects in the scene, and one camera for each browser."""
 
     def __init__(self, server: viser.ViserServer) -> None:
-        """Begin with the empty ground."""
+        """Draw the ground, the sky and the light."""
         self._scene = server.scene
-        self._clients = server.get_clients
-        self._eyes: dict[int, Eye] = {}
-        self._shown: dict[str, tuple[Any, Thing]] = {}
+        self._get_clients = server.get_clients
+        self._cameras: dict[int, BrowserCamera] = {}
+        self._shown: dict[str, tuple[Any, SceneObject]] = {}
         initial = server.initial_camera
         initial.fov = FIELD_OF_VIEW
-        initial.position, initial.look_at = NEAR.camera(
+        initial.position, initial.look_at = NEAR_VIEW.camera_pose(
             [(ARENA_CENTER, ARENA_CENTER, height) for height in (0.0, 8.0)], 1.0)
         self._scene.add_grid(
-            '/ground', infinite_grid=True, cell_size=1.0, section_size=1.0,
-            cell_color=LINES, section_color=LINES, plane_color=GROUND, plane_opacity=1.0,
+            '/ground', infinite_grid=True, cell_size=1.0, section_size=1.0, cell_color=GRID_COLOR,
+            section_color=GRID_COLOR, plane_color=GROUND_COLOR, plane_opacity=1.0,
             shadow_opacity=0.45, fade_distance=60.0, position=(0.0, 0.0, -1e-3))
-        self._scene.set_background_image(numpy.full((1, 1, 3), SKY, numpy.uint8))
-        # Without a graphics card, viser's own surroundings take ten seconds of a processor.
+        self._scene.set_background_image(numpy.full((1, 1, 3), SKY_COLOR, numpy.uint8))
+        # Without a graphics card, viser's environment map costs ten seconds of processor time.
         self._scene.configure_environment_map(None)
-        self._scene.add_light_hemisphere('/daylight', ground_color=GROUND, intensity=2.0)
+        self._scene.add_light_hemisphere('/daylight', ground_color=GROUND_COLOR, intensity=2.0)
 
-    def show(self, things: Mapping[str, Thing]) -> None:
-        """Show these things and no others; only what has changed is sent to the browsers."""
-        for name, (node, before) in list(self._shown.items()):
-            if name not in things or things[name]._replace(pose=before.pose) != before:
+    def show(self, objects: Mapping[str, SceneObject]) -> None:
+        """Show these objects and no others; only changes are sent to the browsers."""
+        for name, (node, shown) in list(self._shown.items()):
+            if name not in objects or objects[name]._replace(pose=shown.pose) != shown:
                 node.remove()
                 del self._shown[name]
-        for name, thing in things.items():
-            node, before = self._shown.get(name) or (self._add(name, thing), thing)
-            if before.pose != thing.pose:
-                node.position, node.wxyz = thing.pose.position, _wxyz(thing.pose)
-            self._shown[name] = (node, thing)
+        for name, scene_object in objects.items():
+            if name not in self._shown:
+                node = self._add(name, scene_object)
+            else:
+                node, shown = self._shown[name]
+                if shown.pose != scene_object.pose:
+                    node.position = scene_object.pose.position
+                    node.wxyz = _wxyz(scene_object.pose)
+            self._shown[name] = (node, scene_object)
 
-    def look(self, client: viser.ClientHandle, view: View) -> None:
-        """Have a browser look from some side."""
-        self._eyes[client.client_id].look(view)
+    def set_view(self, client: viser.ClientHandle, view: View) -> None:
+        """Set the view of one browser."""
+        self._cameras[client.client_id].set_view(view)
 
-    def keep_in_sight(self, points: Sequence[Vector]) -> None:
-        """Have points (m) in the picture of each browser that looks from near."""
-        self._eyes = {number: self._eyes.get(number) or Eye(client)
-                      for number, client in self._clients().items()}
-        for eye in self._eyes.values():
-            eye.keep_in_sight(points)
+    def keep_in_view(self, points: Sequence[Vector]) -> None:
+        """Keep some points (m) in the picture of each browser that has the near view."""
+        self._cameras = {number: self._cameras.get(number) or BrowserCamera(client)
+                         for number, client in self._get_clients().items()}
+        for camera in self._cameras.values():
+            camera.keep_in_view(points)
 
-    def _add(self, name: str, thing: Thing) -> Any:
-        """Add a thing, and return its node."""
-        # One step in viser's tree, whatever characters the name has: no thing is part of another.
-        path = f'/things/{quote(name, safe="")}'
+    def _add(self, name: str, scene_object: SceneObject) -> Any:
+        """Add an object and return its node in viser's tree."""
+        # A slash in the name would make the object a child of another one.
+        path = f'/objects/{quote(name, safe="")}'
+        pose, label = scene_object.pose, scene_object.label
         node = self._scene.add_frame(
-            path, show_axes=bool(thing.label), axes_length=0.6, axes_radius=0.018,
-            position=thing.pose.position, wxyz=_wxyz(thing.pose))
-        if thing.label:
-            self._scene.add_label(f'{path}/name', thing.label, font_screen_scale=1.2,
-                                  anchor=LABELS[thing.label])
-        for number, shape in enumerate(thing.shapes):
+            path, show_axes=bool(label), axes_length=0.6, axes_radius=0.018,
+            position=pose.position, wxyz=_wxyz(pose))
+        if label:
+            self._scene.add_label(f'{path}/name', label, font_screen_scale=1.2,
+                                  anchor=LABEL_ANCHORS[label])
+        for number, shape in enumerate(scene_object.shapes):
             self._add_shape(f'{path}/{number}', shape)
         return node
 
     def _add_shape(self, path: str, shape: Shape) -> None:
-        """Add a shape to a thing."""
-        where: dict[str, Any] = {'position': shape.pose.position, 'wxyz': _wxyz(shape.pose)}
-        red, green, blue = (round(255 * min(max(part, 0.0), 1.0)) for part in shape.color[:3])
-        opacity = max(shape.color[3], 0.0) if shape.color[3] < 1.0 else None
-        solid = {**where, 'color': (red, green, blue), 'opacity': opacity, 'scale': shape.size}
+        """
+        Add a shape to an object.
+
+        :raises ValueError: the kind of the shape is unknown
+        """
+        pose: dict[str, Any] = {'position': shape.pose.position, 'wxyz': _wxyz(shape.pose)}
+        red, green, blue, alpha = (min(max(value, 0.0), 1.0) for value in shape.color)
+        color = (round(255 * red), round(255 * green), round(255 * blue))
+        opacity = alpha if alpha < 1.0 else None
+        solid = {**pose, 'color': color, 'opacity': opacity, 'scale': shape.size}
         match shape.kind:
             case 'box':
                 self._scene.add_box(path, **solid)
@@ -150,10 +165,16 @@ class Scene:
             case 'text':
                 self._scene.add_label(
                     path, shape.text, font_size_mode='scene', anchor='center-center',
-                    font_scene_height=shape.size[2], **where)
+                    font_scene_height=shape.size[2], **pose)
+            case 'line':
+                segments = numpy.array(list(zip(shape.points, shape.points[1:])))
+                self._scene.add_line_segments(
+                    path, segments.reshape(-1, 2, 3), color, thickness=shape.size[0], **pose)
+            case _:
+                raise ValueError(f'The page cannot draw a shape of the kind {shape.kind!r}')
 
 
 def _wxyz(pose: Pose) -> tuple[float, float, float, float]:
-    """Return an orientation as viser has it."""
+    """Return the orientation of a pose in viser's order."""
     x, y, z, w = pose.orientation
     return w, x, y, z

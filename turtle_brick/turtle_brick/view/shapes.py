@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-What can be drawn: the shapes of a robot's URDF, and of markers for as long as these are shown.
+The shapes that the page can draw, read from the robot's URDF and from markers.
 
-Of a URDF this reads what a viewer needs: the links with their visuals (box, cylinder, sphere; not
-meshes), their materials, and which link is the root. Lengths are in meters.
+From a URDF, this module reads the links with their visuals (box, cylinder and sphere), their
+materials, and the root link. Lengths are in meters.
 """
 
 from collections.abc import Callable
@@ -34,60 +34,73 @@ GRAY: Color = (0.7, 0.7, 0.7, 1.0)
 """Color of a visual without a material."""
 
 ORIGIN = Pose((0.0, 0.0, 0.0), IDENTITY)
+"""The pose at the origin of a frame."""
 
-LARGEST = 1e6
-"""The largest number with which anything can be drawn."""
+MAX_NUMBER = 1e6
+"""Largest absolute value in anything that is drawn."""
 
-KINDS = {Marker.CUBE: 'box', Marker.SPHERE: 'sphere', Marker.CYLINDER: 'cylinder',
-         Marker.TEXT_VIEW_FACING: 'text'}
-"""The kind of shape of each type of marker that is drawn."""
+SOLIDS = ('box', 'cylinder', 'sphere')
+"""The kinds of URDF geometry that can be drawn."""
+
+MARKER_KINDS = {Marker.CUBE: 'box', Marker.SPHERE: 'sphere', Marker.CYLINDER: 'cylinder',
+                Marker.LINE_STRIP: 'line', Marker.TEXT_VIEW_FACING: 'text'}
+"""The kind of shape for each type of marker that can be drawn."""
+
+MARKER_TYPES = ('ARROW', 'CUBE', 'SPHERE', 'CYLINDER', 'LINE_STRIP', 'LINE_LIST', 'CUBE_LIST',
+                'SPHERE_LIST', 'POINTS', 'TEXT_VIEW_FACING', 'MESH_RESOURCE', 'TRIANGLE_LIST',
+                'ARROW_STRIP')
+"""The names of the marker types, in the order of their numbers."""
 
 
 class Shape(NamedTuple):
-    """A colored solid or text in some frame."""
+    """A colored solid, line or text in a frame."""
 
     kind: str
-    """'box', 'cylinder' (its axis is z), 'sphere' or 'text' (upright)."""
+    """'box', 'cylinder' (about z), 'sphere', 'line' or 'text' (facing the camera)."""
     size: Vector
-    """Extents (m) along its own x, y and z; of a text only the last one counts."""
+    """Size (m) along x, y and z; x is the width of a line, z the height of a text."""
     color: Color
     pose: Pose = ORIGIN
     """Pose of its center in its frame."""
     text: str = ''
+    points: tuple[Vector, ...] = ()
+    """The points (m) that a line connects."""
 
 
-class Thing(NamedTuple):
+class SceneObject(NamedTuple):
     """Shapes that move together."""
 
     shapes: tuple[Shape, ...]
     pose: Pose
     """Pose of their frame in the world."""
     label: str = ''
-    """If there is one, the axes of their frame are drawn, with this name."""
+    """Name to show at the axes of their frame; without a name, the axes are hidden."""
 
 
 class RobotShapes(NamedTuple):
     """The visible parts of a robot."""
 
     root: str
-    """The link that is no joint's child."""
+    """The link that is not the child of a joint."""
     links: dict[str, tuple[Shape, ...]]
-    """The shapes of each link, in its frame."""
+    """The shapes of each link, in the frame of the link."""
+    skipped: frozenset[str] = frozenset()
+    """The kinds of geometry in the description that cannot be drawn."""
 
 
 class Markers:
-    """The markers that are shown. `now` is an instant (ns) of a clock that only goes on."""
+    """The markers that are shown. Times are in nanoseconds of a monotonic clock."""
 
     def __init__(self) -> None:
-        """Begin with none."""
+        """Start without markers."""
         self._shown: dict[tuple[str, str, int], tuple[str, Shape, float]] = {}
-        """Frame, shape and end of the lifetime, by what identifies a marker: topic, ns and id."""
+        """Frame, shape and end of the lifetime, by topic, namespace and ID of the marker."""
 
-    def hear(self, topic: str, message: Marker, now: int) -> None:
+    def update(self, topic: str, message: Marker, now: int) -> None:
         """
-        Add, change or remove a marker of a topic.
+        Add, change or remove a marker on a topic.
 
-        :raises ValueError: it can't be drawn; the text says why
+        :raises ValueError: the marker cannot be drawn; the message contains the reason
         """
         key = (topic, message.ns, message.id)
         self._shown.pop(key, None)
@@ -95,51 +108,59 @@ class Markers:
             end = now + (nanoseconds_of(message.lifetime) or inf)
             self._shown[key] = (message.header.frame_id, shape_of(message), end)
 
-    def things(self, now: int, pose_of: Callable[[str], Pose | None]) -> dict[str, Thing]:
+    def objects(self, now: int, pose_of: Callable[[str], Pose | None]) -> dict[str, SceneObject]:
         """
-        Return the markers whose lifetime is not over and whose frames are known, by name.
+        Return the markers that have not expired and whose frames are known, by name.
 
-        :param now: the present instant
+        :param now: the present time (ns)
         :param pose_of: returns the pose of a frame, None if it is unknown
         """
-        self._shown = {key: mark for key, mark in self._shown.items() if now < mark[2]}
-        return {f'{topic}/{namespace}/{number}': Thing((shape,), pose)
-                for (topic, namespace, number), (frame, shape, _) in self._shown.items()
-                if (pose := pose_of(frame)) is not None}
+        self._shown = {key: shown for key, shown in self._shown.items() if now < shown[2]}
+        objects = {}
+        for (topic, namespace, number), (frame, shape, _) in self._shown.items():
+            pose = pose_of(frame)
+            if pose is not None:
+                objects[f'{topic}/{namespace}/{number}'] = SceneObject((shape,), pose)
+        return objects
 
 
 def is_drawable(*numbers: float) -> bool:
-    """Return whether numbers are finite and not too large to draw."""
-    return all(abs(number) <= LARGEST for number in numbers)
+    """Return whether all numbers are finite and small enough to draw."""
+    return all(abs(number) <= MAX_NUMBER for number in numbers)
 
 
 def shape_of(message: Marker) -> Shape:
     """
     Return the shape of a marker.
 
-    :raises ValueError: it can't be drawn; the text says why
+    :raises ValueError: the marker cannot be drawn; the message contains the reason
     """
+    if message.type not in MARKER_KINDS:
+        is_known = 0 <= message.type < len(MARKER_TYPES)
+        name = MARKER_TYPES[message.type] if is_known else 'unknown'
+        raise ValueError(f'the page cannot draw the type {name}')
     position, orientation = message.pose.position, message.pose.orientation
     quaternion = (orientation.x, orientation.y, orientation.z, orientation.w)
     length = hypot(*quaternion)
-    pose = Pose((position.x, position.y, position.z), IDENTITY if length == 0.0 else
-                tuple(part / length for part in quaternion))  # 0: as in rviz2
+    if length == 0.0:  # an unset orientation, which rviz2 draws too
+        unit_quaternion = IDENTITY
+    else:
+        unit_quaternion = tuple(component / length for component in quaternion)
+    pose = Pose((position.x, position.y, position.z), unit_quaternion)
     size = (message.scale.x, message.scale.y, message.scale.z)
     color = (message.color.r, message.color.g, message.color.b, message.color.a)
-    if not is_drawable(*size, *color, *chain(*pose)):
-        raise ValueError('one of its numbers is not finite, or far too large')
-    if message.type not in KINDS:
-        raise ValueError(f'its type is {message.type}')
-    return Shape(KINDS[message.type], size, color, pose, message.text)
+    points = tuple((point.x, point.y, point.z) for point in message.points)
+    if not is_drawable(*size, *color, *chain(*pose), *chain(*points)):
+        raise ValueError('a number in it is not finite or is too large')
+    return Shape(MARKER_KINDS[message.type], size, color, pose, message.text, points)
 
 
 def robot_shapes(description: str) -> RobotShapes:
     """
-    Read a robot description.
+    Return the shapes in a robot description.
 
-    :param description: URDF, as in the topic robot_description
-    :return: What is to be drawn of it.
-    :raises ValueError: it is not XML, or no robot's; the text says why
+    :param description: URDF, as published on robot_description
+    :raises ValueError: the description is not a valid URDF; the message contains the reason
     """
     try:
         robot = ElementTree.fromstring(description)
@@ -148,15 +169,13 @@ def robot_shapes(description: str) -> RobotShapes:
     colors = {material.get('name'): _numbers(color, 'rgba', 4)
               for material in robot.iter('material')
               if (color := material.find('color')) is not None}
-    links = {link.get('name', ''): tuple(
-        Shape(solid.tag, _size(solid), _color(visual, colors), _origin(visual))
-        for visual in link.findall('visual') for solid in visual.findall('geometry/*')
-        if solid.tag in ('box', 'cylinder', 'sphere')) for link in robot.findall('link')}
+    links = {link.get('name', ''): _link_shapes(link, colors) for link in robot.findall('link')}
     children = {child.get('link') for child in robot.findall('joint/child')}
     roots = [name for name in links if name not in children]
     if len(roots) != 1:
-        raise ValueError(f'robot_description has no single root link, but {roots}')
-    return RobotShapes(roots[0], links)
+        raise ValueError(f'robot_description must have one root link, but has {roots}')
+    kinds = {solid.tag for solid in robot.findall('link/visual/geometry/*')}
+    return RobotShapes(roots[0], links, frozenset(kinds.difference(SOLIDS)))
 
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
@@ -165,12 +184,24 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
     return multiply(from_yaw(yaw), multiply(from_pitch(pitch), about_x))
 
 
+def _link_shapes(link: ElementTree.Element, colors: dict[str | None, Color]
+                 ) -> tuple[Shape, ...]:
+    """Return the shapes of a link that can be drawn."""
+    shapes = []
+    for visual in link.findall('visual'):
+        for solid in visual.findall('geometry/*'):
+            if solid.tag in SOLIDS:
+                shapes.append(Shape(
+                    solid.tag, _size(solid), _color(visual, colors), _origin(visual)))
+    return tuple(shapes)
+
+
 def _numbers(element: ElementTree.Element, attribute: str, count: int, default: str = ''
              ) -> tuple[Any, ...]:
     """
-    Return the numbers of an attribute.
+    Return the numbers in an attribute.
 
-    :raises ValueError: they are not so many, or cannot be drawn
+    :raises ValueError: the count is wrong or a number cannot be drawn
     """
     text = element.get(attribute, default)
     numbers = tuple(map(float, text.split()))
@@ -180,7 +211,7 @@ def _numbers(element: ElementTree.Element, attribute: str, count: int, default: 
 
 
 def _size(solid: ElementTree.Element) -> Vector:
-    """Return the extents of a box, a cylinder or a sphere."""
+    """Return the size (m) of a box, a cylinder or a sphere along x, y and z."""
     if solid.tag == 'box':
         return _numbers(solid, 'size', 3)
     radius, = _numbers(solid, 'radius', 1)
@@ -189,7 +220,7 @@ def _size(solid: ElementTree.Element) -> Vector:
 
 
 def _origin(visual: ElementTree.Element) -> Pose:
-    """Return where a visual is in its link."""
+    """Return the pose of a visual in the frame of its link."""
     origin = visual.find('origin')
     if origin is None:
         return ORIGIN
@@ -198,6 +229,6 @@ def _origin(visual: ElementTree.Element) -> Pose:
 
 
 def _color(visual: ElementTree.Element, colors: dict[str | None, Color]) -> Color:
-    """Return the color of a visual, which is that of the material of this name."""
+    """Return the color of a visual, which is defined by its material."""
     material = visual.find('material')
     return GRAY if material is None else colors.get(material.get('name'), GRAY)

@@ -13,36 +13,37 @@
 # limitations under the License.
 
 """
-viewer: shows the live graph in a browser, for machines without rviz2.
+viewer: shows the running graph in a browser, for machines without rviz2.
 
-It draws what the topics say, 30 times per second, and does not know which nodes publish them: it
-shows a graph on another machine as well. What it shows stands in page.py.
+It draws the data on the topics 30 times per second, whichever nodes publish them, also those on
+other machines. The content of the page is defined in page.py.
 
 Subscribes:
-    robot_description (std_msgs/String, latched): the robot; TF places its links
+    robot_description (std_msgs/String, latched): the shapes of the robot
     /tf, /tf_static: the poses of all frames
     walls (visualization_msgs/MarkerArray, latched): the walls of the arena
-    brick_marker (visualization_msgs/Marker, latched): the brick; its text tells what it does
-    catcher_marker (visualization_msgs/Marker): the text "Unreachable"
-    catcher_state (std_msgs/String, latched): why it is; the page can do without
-    goal_pose (geometry_msgs/PoseStamped): where the robot is sent
+    brick_marker (visualization_msgs/Marker, latched): the brick
+    brick_state (std_msgs/String, latched): the state of the brick
+    catcher_marker (visualization_msgs/Marker): the text "Unreachable" in the scene
+    catcher_state (std_msgs/String, latched): the state of the catcher
+    catcher_decision (std_msgs/String, latched): "reachable: …" or "unreachable: …"
+    goal_pose (geometry_msgs/PoseStamped): the goal of the robot
     tilt (turtle_brick_interfaces/Tilt): the angle of the platform (rad)
-    cmd_vel or turtle1/cmd_vel (geometry_msgs/Twist), odom (nav_msgs/Odometry),
-        joint_states (sensor_msgs/JointState): counted, to show their rates
+    cmd_vel, turtle1/cmd_vel (geometry_msgs/Twist), odom (nav_msgs/Odometry),
+        joint_states (sensor_msgs/JointState): only their message rates are shown
 
-Publishes, when that is asked for on the page:
-    goal_pose (geometry_msgs/PoseStamped): the point of the ground that was clicked
+Publishes, when somebody uses the controls of the page:
+    goal_pose (geometry_msgs/PoseStamped): the point on the ground that was clicked
     tilt (turtle_brick_interfaces/Tilt): the angle of the slider (rad)
 
-Calls, when that is asked for on the page:
+Calls, when somebody uses the controls of the page:
     place (turtle_brick_interfaces/Place), drop (std_srvs/Trigger)
 
 Parameters, read-only:
-    host (string, default 127.0.0.1): the interface on which the page is served; 0.0.0.0 for all.
-        Requests have to name this host, this machine, localhost or a numeric address. Others are
-        refused, and so are pages of other origins
-    port (integer, default 8080): the TCP port of the page; 0 for any. If it is taken, the next
-        free one
+    host (string, default 127.0.0.1): the network interface on which the page is served; 0.0.0.0
+        for all interfaces
+    port (integer, default 8080): the TCP port of the page, 0 for any free port; if the port is in
+        use, the next free one is taken
 """
 
 from collections import deque
@@ -65,98 +66,123 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_ros import Buffer
 from turtle_brick.core.geometry import Vector
-from turtle_brick.ros.node_main import init, spin, Warner
+from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.tf import GuardedListener, LATCHED, WORLD
-from turtle_brick.view.page import BRICK_MARKER, CATCHER_MARKER, Page, WALLS
+from turtle_brick.view.page import Page
 from turtle_brick_interfaces.msg import Tilt
 from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
 VISER = 'viser==1.1.1'
-"""What pip has to install for the page, as in scripts/requirements.txt."""
+"""The requirement to install for the page, as in scripts/requirements.txt."""
 
-PERIOD = 1.0 / 30.0
-"""Time (s) between two pictures."""
+DRAW_PERIOD = 1.0 / 30.0
+"""Time (s) between two updates of the scene."""
 
-LOSSY = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""For what is only counted: its publishers never wait for the viewer."""
+RATE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+"""For topics of which only the rate is shown: their publishers never wait for the viewer."""
 
 
 class Viewer(Node):
-    """Show the live graph in a browser, and carry out what is asked for there."""
+    """Shows the running graph in a browser and executes the commands that are given there."""
 
     def __init__(self, **node_options: Any) -> None:
         """
-        Serve the page, and begin to listen.
+        Serve the page and subscribe to all topics.
 
         :param node_options: passed on to rclpy.node.Node
-        :raises ParameterError: the page cannot be served where the parameters say
+        :raises ParameterError: the page cannot be served at the configured host and port
         """
-        # Here, since they need viser, without which main has to work.
-        from turtle_brick.view.panel import Orders, Panel
-        from turtle_brick.view.scene import Scene
+        # Imported here, because main() has to work without viser.
         from turtle_brick.view.server import PageServer
         super().__init__('viewer', **node_options)
-        host, port = (
-            self.declare_parameter(name, default, ParameterDescriptor(
-                description=description, read_only=True)).value
-            for name, default, description in (
-                ('host', '127.0.0.1', 'The interface on which the page is served'),
-                ('port', 8080, 'The port; if it is taken, the next free one')))
+        host = self._read_only_parameter(
+            'host', '127.0.0.1', 'Network interface on which the page is served')
+        port = self._read_only_parameter(
+            'port', 8080, 'Port; if it is in use, the next free one is taken')
         self.server = PageServer(host, port, 'turtle_brick')
-        self._orders: deque[Callable[[], None]] = deque()
+        self._scheduled: deque[Callable[[], None]] = deque()
+        self._has_browser = False
         buffer = Buffer()
-
-        def lay_out() -> tuple[Panel, Page]:
-            scene = Scene(self.server.viser)
-            panel = Panel(self.server.viser, scene, Orders(
-                self._soon(self.place), self._soon(self.drop), self._soon(self.tilt),
-                self._soon(self.go)))
-            return panel, Page(scene, panel, buffer, Warner(self).warn, self.count_publishers,
-                               monotonic_ns)
-
-        self.panel, self.page = self.server.change(lay_out)
+        self.panel, self.page = self.server.update(lambda: self._create_page(buffer))
         self.tf_listener = GuardedListener(
-            buffer, self, lambda one, _: self.page.hear_transform(one))
-
+            buffer, self, lambda transform, _: self.page.on_transform(transform))
         self._goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', 10)
         self._tilt_publisher = self.create_publisher(Tilt, 'tilt', 10)
-        self._listen()
+        self._create_subscriptions()
         self._place_client = self.create_client(Place, 'place')
         self._drop_client = self.create_client(Trigger, 'drop')
-        self.create_timer(PERIOD, self._on_timer)
-        if self.server.port != port != 0:
+        self.create_timer(DRAW_PERIOD, self._on_timer)
+        if port not in (0, self.server.port):
             self.get_logger().warning(
-                f'Port {port} is not free: the page is on {self.server.port}')
-        # Not on standard output, which `ros2 launch` does not show.
+                f'Port {port} is in use, so the page is served on port {self.server.port}')
+        # On standard error, because `ros2 launch` does not show standard output.
         print(f'Viewer: {self.server.url}', file=sys.stderr, flush=True)
-        self._is_shown = False
-        """Whether a browser has come to show the page, which is said once."""
+
+    def _read_only_parameter(self, name: str, default: Any, description: str) -> Any:
+        """Declare a read-only parameter and return its value."""
+        descriptor = ParameterDescriptor(description=description, read_only=True)
+        return self.declare_parameter(name, default, descriptor).value
+
+    def _create_page(self, buffer: Buffer) -> tuple[Any, Page]:
+        """Return the panel and the page."""
+        from turtle_brick.view.panel import Panel, PanelCallbacks
+        from turtle_brick.view.scene import Scene
+        scene = Scene(self.server.viser)
+        panel = Panel(self.server.viser, scene, PanelCallbacks(
+            place=partial(self.schedule, self.place),
+            drop=partial(self.schedule, self.drop),
+            tilt=partial(self.schedule, self.tilt),
+            drive=partial(self.schedule, self.drive)))
+        return panel, Page(scene, panel, buffer, self.get_logger().warning,
+                           self.count_publishers, monotonic_ns)
+
+    def _create_subscriptions(self) -> None:
+        """Subscribe to all topics except TF."""
+        page = self.page
+        for message_type, topic, callback, qos in (
+                (String, 'robot_description', page.on_description, LATCHED),
+                (MarkerArray, 'walls', page.on_walls, LATCHED),
+                (Marker, 'brick_marker', partial(page.on_marker, 'brick_marker'), LATCHED),
+                (String, 'brick_state', page.on_brick_state, LATCHED),
+                (Marker, 'catcher_marker', partial(page.on_marker, 'catcher_marker'), 10),
+                (String, 'catcher_state', page.on_catcher_state, LATCHED),
+                (String, 'catcher_decision', page.on_catcher_decision, LATCHED),
+                (PoseStamped, 'goal_pose', page.on_goal, 10),
+                (Tilt, 'tilt', page.on_tilt, 10)):
+            self.create_subscription(message_type, topic, callback, qos)
+        # The launch files remap cmd_vel to turtle1/cmd_vel.
+        for message_type, topic, name in (
+                (Twist, 'cmd_vel', 'cmd_vel'), (Twist, 'turtle1/cmd_vel', 'cmd_vel'),
+                (Odometry, 'odom', 'odom'), (JointState, 'joint_states', 'joint_states')):
+            # raw: these messages need not be deserialized.
+            self.create_subscription(
+                message_type, topic, partial(page.record_arrival, name), RATE_QOS, raw=True)
 
     def destroy_node(self) -> None:
-        """End the page and the node."""
+        """Stop the server and destroy the node."""
         self.server.viser.stop()
         super().destroy_node()
 
-    def place(self, place: Vector, then: Callable[[], None] = lambda: None) -> None:
-        """Place the brick (m in the world), and do something else if that is possible."""
+    def place(self, position: Vector, on_success: Callable[[], None] = lambda: None) -> None:
+        """Place the brick at a position (m) in the world frame, then call a function."""
         request = Place.Request()
-        request.location.x, request.location.y, request.location.z = place
-        self._call(self._place_client, request, then)
+        request.location.x, request.location.y, request.location.z = position
+        self._call(self._place_client, request, on_success)
 
-    def drop(self, place: Vector | None = None) -> None:
-        """Drop the brick; if there is a place (m in the world), place it there first."""
-        if place is not None:
-            self.place(place, then=self.drop)
+    def drop(self, position: Vector | None = None) -> None:
+        """Drop the brick, after placing it at a position (m) in the world frame if given."""
+        if position is not None:
+            self.place(position, on_success=self.drop)
         else:
             self._call(self._drop_client, Trigger.Request())
 
     def tilt(self, angle: float) -> None:
-        """Tilt the platform (rad)."""
+        """Tilt the platform to an angle (rad)."""
         self._tilt_publisher.publish(Tilt(angle=angle))
 
-    def go(self, x: float, y: float) -> None:
-        """Send the robot to a point of the ground (m in the world)."""
+    def drive(self, x: float, y: float) -> None:
+        """Send the robot to a point on the ground (m, in the world frame)."""
         goal = PoseStamped()
         goal.header.frame_id = WORLD
         goal.header.stamp = self.get_clock().now().to_msg()
@@ -164,65 +190,46 @@ class Viewer(Node):
         goal.pose.orientation.w = 1.0
         self._goal_publisher.publish(goal)
 
-    def _listen(self) -> None:
-        """Hear all that is shown, but the transforms."""
-        page = self.page
-        for kind, topic, hear, qos in (
-                (String, 'robot_description', page.hear_description, LATCHED),
-                (MarkerArray, WALLS, page.hear_walls, LATCHED),
-                (Marker, BRICK_MARKER, partial(page.hear_marker, BRICK_MARKER), LATCHED),
-                (Marker, CATCHER_MARKER, partial(page.hear_marker, CATCHER_MARKER), 10),
-                (String, 'catcher_state', page.hear_state, LATCHED),
-                (PoseStamped, 'goal_pose', page.hear_goal, 10),
-                (Tilt, 'tilt', page.hear_tilt, 10)):
-            self.create_subscription(kind, topic, hear, qos)
-        # The launch files remap cmd_vel to turtlesim's name.
-        for kind, topic, name in (
-                (Twist, 'cmd_vel', 'cmd_vel'), (Twist, 'turtle1/cmd_vel', 'cmd_vel'),
-                (Odometry, 'odom', 'odom'), (JointState, 'joint_states', 'joint_states')):
-            # Only counted, hence not deserialized.
-            self.create_subscription(kind, topic, partial(page.count, name), LOSSY, raw=True)
-
-    def _soon(self, order: Callable[..., None]) -> Callable[..., None]:
-        """Return a function, for any thread, that has an order carried out in the node's own."""
-        return lambda *values: self._orders.append(partial(order, *values))
+    def schedule(self, function: Callable[..., None], *arguments: Any) -> None:
+        """Call a function in the node's thread at its next timer callback, from any thread."""
+        self._scheduled.append(partial(function, *arguments))
 
     def _on_timer(self) -> None:
-        """Carry out the orders, and draw."""
-        while self._orders:
-            self._orders.popleft()()
-        self.server.change(self.page.draw)
-        if not self._is_shown and self.server.viser.get_clients():
-            self._is_shown = True
-            print('Viewer: a browser shows the page', file=sys.stderr, flush=True)
+        """Call the scheduled functions and draw the page."""
+        while self._scheduled:
+            self._scheduled.popleft()()
+        self.server.update(self.page.draw)
+        if not self._has_browser and self.server.viser.get_clients():
+            self._has_browser = True
+            print('Viewer: a browser has opened the page', file=sys.stderr, flush=True)
 
-    def _call(self, client: Client, request: Any, then: Callable[[], None] = lambda: None
-              ) -> None:
-        """Call a service, show its answer, and do something else if it agrees."""
+    def _call(self, client: Client, request: Any,
+              on_success: Callable[[], None] = lambda: None) -> None:
+        """Call a service, show its response, and call a function if the service succeeded."""
         service = self.resolve_service_name(client.srv_name)
         name = service.rpartition('/')[2]
 
-        def on_answer(future: Future) -> None:
+        def on_response(future: Future) -> None:
             response = future.result()
-            self._answer(f'{name}: {response.message}', response.success)
+            self._show_response(f'{name}: {response.message}', response.success)
             if response.success:
-                then()
+                on_success()
 
         if client.service_is_ready():
-            self._answer(f'{name}: no answer yet', True)
-            client.call_async(request).add_done_callback(on_answer)
+            self._show_response(f'{name}: waiting for the response', True)
+            client.call_async(request).add_done_callback(on_response)
         else:
-            self._answer(f'{name}: nobody offers {service}', False)
+            self._show_response(f'{name}: the service {service} is not available', False)
 
-    def _answer(self, text: str, good: bool) -> None:
-        """Show what has become of an order."""
-        self.server.change(lambda: self.panel.show_answer(text, good))
+    def _show_response(self, text: str, is_success: bool) -> None:
+        """Show the response to a request on the page."""
+        self.server.update(lambda: self.panel.show_response(text, is_success))
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until it is told to stop."""
+    """Run the node until Ctrl-C or SIGTERM."""
     if find_spec('viser') is None:
-        print('viewer: the page in the browser is drawn by viser, which is not installed here: '
+        print('viewer: the page requires viser, which is not installed. Install it with: '
               f'pip install {VISER}', file=sys.stderr)
         return 1
     with init(args):
