@@ -13,32 +13,31 @@
 # limitations under the License.
 
 """
-catcher: has the robot catch the brick, carry it to the center of the arena and tip it off.
+catcher: make the robot catch the brick, carry it to the center of the arena and tip it off.
 
 Publishes:
-    goal_pose (geometry_msgs/PoseStamped): where the robot is to drive, in the world
+    goal_pose (geometry_msgs/PoseStamped): goal of the robot in the world frame
     tilt (turtle_brick_interfaces/Tilt): angle of the platform (rad)
-    catcher_marker (visualization_msgs/Marker): the text "Unreachable" above a brick that can't be
-        caught, for 3 s, once per fall
-    catcher_state (std_msgs/String, latched): the current state: waiting, approaching, carrying,
+    catcher_marker (visualization_msgs/Marker): the text "Unreachable" above an unreachable brick,
+        for 3 s, once per fall
+    catcher_state (std_msgs/String, latched): current state: waiting, approaching, carrying,
         tilting or leveling
     catcher_decision (std_msgs/String, latched): "reachable: " or "unreachable: " and the reason,
         once per fall
 
 Subscribes:
-    /tf, /tf_static: the frames brick and platform; it knows nothing else of brick and robot
+    /tf, /tf_static: poses of the brick and the platform, the only input
 
-How long messages and orders take it measures, so that the nodes may be on several hosts: see
-`turtle_brick.core.latency`. Their clocks have to agree, as chrony or another NTP client keeps
-them.
+The node measures the latency of messages (`turtle_brick.core.latency`), so the nodes can run on
+several machines. The clocks of these machines must be synchronized, for example by chrony.
 
 Parameters, read-only:
-    max_velocity (double, m/s): greatest speed of the robot
+    max_velocity (double, m/s): maximum speed of the robot
     platform_height (double, m): height of the platform's top
     platform_radius (double, m): radius of the platform
     gravity_accel (double, m/s^2): acceleration due to gravity
     brick_size (double[3], m): size of the brick along its own x, y and z
-    tilt_angle (double, rad): tilt with which the brick is tipped off
+    tilt_angle (double, rad): angle of the platform for tipping off the brick
 """
 
 from typing import Any
@@ -48,7 +47,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import String
 from tf2_ros import Buffer
-from turtle_brick.core.catch_logic import Catcher, DriveOrder, PERIOD, TiltOrder
+from turtle_brick.core.catch_logic import Action, Catcher, DriveGoal, TiltCommand, UPDATE_PERIOD
 from turtle_brick.core.parameters import CatcherParameters
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.tilting_platform import Platform
@@ -60,119 +59,123 @@ from turtle_brick.ros.tf import (BASE_LINK, BRICK, GuardedListener, LATCHED, lat
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
 
-ORDERS = QoSProfile(depth=1)
-"""Only the latest order counts. With a depth of 1 each one tells the subscriber that those before
-it are void: one that got lost does not hold them back."""
+COMMANDS = QoSProfile(depth=1)
+"""QoS of goals and tilt commands. With a depth of 1, a lost command does not delay newer ones."""
 
-MOVING = (BRICK, PLATFORM, BASE_LINK)
-"""The frames whose transforms show how long messages take."""
+MOVING_FRAMES = (BRICK, PLATFORM, BASE_LINK)
+"""Frames whose transforms show the latency of messages."""
 
-ON_TIME = 0.005
-"""Longest delay (s) of a call of the timer that is not late."""
+MAX_TIMER_DELAY = 0.005
+"""Longest delay (s) of a timer callback that is not late."""
 
 TEXT_HEIGHT = 0.6
-"""Height of the letters (m)."""
+"""Height (m) of the letters in the marker."""
 
 TEXT_COLOR = (1.0, 0.15, 0.1, 1.0)
+"""Color of the marker (red, green, blue, alpha)."""
 
 TEXT_LIFETIME = 3
-"""Time (s) for which "Unreachable" is shown."""
+"""Lifetime (s) of the marker."""
 
 
 class CatcherNode(Node):
-    """Have the robot catch falling bricks."""
+    """Control the robot so that it catches falling bricks."""
 
     def __init__(self, **node_options: Any) -> None:
         """
         Wait for a brick to fall.
 
-        :param node_options: passed on to rclpy.node.Node
-        :raises ParameterError: a parameter is missing or inadmissible
+        :param node_options: options of rclpy.node.Node
+        :raises ParameterError: a parameter is missing or invalid
         """
         super().__init__('catcher', **node_options)
         self.catcher = Catcher(declare_parameters(self, CatcherParameters))
-        self.waiting = False
-        """Whether it was logged what is missing."""
-        self.complete = False
-        """Whether robot and brick have been in sight."""
-        self.warned_of_clocks = False
-        """Whether it was logged that the clocks of the hosts disagree."""
+        self.has_logged_missing = False
+        """Whether the node has logged what it waits for."""
+        self.is_complete = False
+        """Whether the robot and the brick have been found."""
+        self.has_warned_of_clocks = False
+        """Whether the node has warned that the clocks disagree."""
         self.ages: dict[str, float] = {}
-        """How old (s) the last transform of each moving frame was when it arrived."""
+        """Age (s) on arrival of the latest transform of each moving frame."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self, self.on_transform)
 
-        self.goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', ORDERS)
-        self.tilt_publisher = self.create_publisher(Tilt, 'tilt', ORDERS)
+        self.goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', COMMANDS)
+        self.tilt_publisher = self.create_publisher(Tilt, 'tilt', COMMANDS)
         self.marker_publisher = self.create_publisher(Marker, 'catcher_marker', 10)
         self.state_publisher = self.create_publisher(String, 'catcher_state', LATCHED)
         self.decision_publisher = self.create_publisher(String, 'catcher_decision', LATCHED)
         self.publish_state()
-        self.timer = self.create_timer(PERIOD, self.on_timer)
+        self.timer = self.create_timer(UPDATE_PERIOD, self.on_timer)
 
     def on_transform(self, transform: TransformStamped, now: int) -> None:
-        """Note where the brick is, heard of now (ns); act at once if it has begun to fall."""
+        """Record a transform received at a time (ns), and update the catcher on a new fall."""
         stamp = nanoseconds_of(transform.header.stamp)
-        if transform.child_frame_id in MOVING:
+        if transform.child_frame_id in MOVING_FRAMES:
             self.ages[transform.child_frame_id] = (now - stamp) * SECONDS_PER_NS
         if transform.child_frame_id == BASE_LINK:
-            self.catcher.latency.see_robot(stamp)
+            self.catcher.latency.record_robot_stamp(stamp)
         if transform.child_frame_id != BRICK:
             return
         position = pose_of(transform.transform).position
         parent = transform.header.frame_id
         if parent != WORLD:
-            above = latest_transform(self.tf_buffer, parent)
-            if above is None:
+            world_to_parent = latest_transform(self.tf_buffer, parent)
+            if world_to_parent is None:
                 return
-            position = pose_of(above.transform).transform(position)
-        if self.catcher.see_brick(stamp, position, parent):
+            position = pose_of(world_to_parent.transform).transform(position)
+        if self.catcher.observe_brick(stamp, position, parent):
             self.update()
 
     def on_timer(self) -> None:
-        """Note how long messages take, and let the catcher decide."""
+        """Record the ages of the transforms, and update the catcher."""
         now = self.get_clock().now().nanoseconds
-        if not self.get_parameter('use_sim_time').value:  # which passes in steps
-            late = (now - due_time(self.timer, now)) * SECONDS_PER_NS > ON_TIME
-            self.catcher.latency.hear(now, self.ages.values(), late)
+        # Simulated time advances in steps, so it cannot measure ages.
+        if not self.get_parameter('use_sim_time').value:
+            late = (now - due_time(self.timer, now)) * SECONDS_PER_NS > MAX_TIMER_DELAY
+            self.catcher.latency.record_ages(now, self.ages.values(), late)
         self.ages.clear()
-        ahead = self.catcher.latency.ahead(now)
-        if ahead and not self.warned_of_clocks:
-            self.warned_of_clocks = True
+        clock_error = self.catcher.latency.clock_error(now)
+        if clock_error > 0.0 and not self.has_warned_of_clocks:
+            self.has_warned_of_clocks = True
             self.get_logger().warning(
-                f'Stamps are up to {ahead:.3f} s ahead of this clock: the clocks of the hosts '
-                'disagree, and bricks are refused that could be caught. chrony, or another NTP '
-                'client, on each host keeps their clocks together')
+                f'Timestamps are up to {clock_error:.3f} s in the future because the clocks of '
+                'the machines disagree. The catcher may refuse reachable bricks. Synchronize the '
+                'clocks, for example with chrony.')
         self.update()
 
     def update(self) -> None:
-        """Let the catcher decide, and publish what it orders."""
+        """Update the catcher, and publish its state and its commands."""
         now = self.get_clock().now().nanoseconds
         state = self.catcher.state
-        pose = recent_pose(self.tf_buffer, PLATFORM, now) if self.is_heard() else None
-        platform = Platform(pose) if pose else None
-        actions = self.catcher.update(now, platform)
+        pose = recent_pose(self.tf_buffer, PLATFORM, now) if self.has_subscribers() else None
+        actions = self.catcher.update(now, Platform(pose) if pose else None)
         if self.catcher.state is not state:
             self.publish_state()
-            self.get_logger().info(f'Now {self.catcher.state.value}')
+            self.get_logger().info(f'The state is now {self.catcher.state.value}')
         for action in actions:
-            if isinstance(action, DriveOrder):
-                self.drive_to(action.x, action.y)
-            elif isinstance(action, TiltOrder):
-                self.tilt_publisher.publish(Tilt(angle=action.angle))
-            else:
-                self.publish_decision(action)
-        if not self.complete:
-            self.log_what_is_missing()
+            self.publish_action(action)
+        if not self.is_complete:
+            self.log_missing()
 
-    def is_heard(self) -> bool:
-        """Tell whether a robot subscribes to the orders; else no brick is called reachable."""
-        return all(publisher.get_subscription_count() > 0
-                   for publisher in (self.goal_publisher, self.tilt_publisher))
+    def has_subscribers(self) -> bool:
+        """Return whether a robot subscribes to goal_pose and tilt."""
+        return (self.goal_publisher.get_subscription_count() > 0
+                and self.tilt_publisher.get_subscription_count() > 0)
 
-    def drive_to(self, x: float, y: float) -> None:
-        """Send the robot to a point of the world (m)."""
+    def publish_action(self, action: Action) -> None:
+        """Publish a goal, a tilt command or a decision."""
+        if isinstance(action, DriveGoal):
+            self.publish_goal(action.x, action.y)
+        elif isinstance(action, TiltCommand):
+            self.tilt_publisher.publish(Tilt(angle=action.angle))
+        else:
+            self.publish_decision(action)
+
+    def publish_goal(self, x: float, y: float) -> None:
+        """Publish a goal (m) in the world frame."""
         goal = PoseStamped()
         goal.header.frame_id = WORLD
         goal.header.stamp = self.get_clock().now().to_msg()
@@ -180,11 +183,11 @@ class CatcherNode(Node):
         self.goal_publisher.publish(goal)
 
     def publish_state(self) -> None:
-        """Tell what the catcher does."""
-        self.state_publisher.publish(String(data=self.catcher.state.name.lower()))
+        """Publish the current state."""
+        self.state_publisher.publish(String(data=self.catcher.state.value))
 
     def publish_decision(self, decision: Decision) -> None:
-        """Publish and log whether the brick is reachable, and show "Unreachable" if it is not."""
+        """Publish and log a decision, and show "Unreachable" if the brick is unreachable."""
         self.decision_publisher.publish(String(data=decision.summary))
         self.get_logger().info(f'The brick at ({decision.fall.x:.4g}, {decision.fall.y:.4g}) is '
                                f'{decision.summary}')
@@ -192,7 +195,7 @@ class CatcherNode(Node):
             self.publish_marker(decision)
 
     def publish_marker(self, decision: Decision) -> None:
-        """Show "Unreachable" above the brick."""
+        """Show the text "Unreachable" above the brick."""
         marker = Marker(ns='catcher', type=Marker.TEXT_VIEW_FACING, action=Marker.ADD,
                         text='Unreachable')
         marker.header.frame_id = WORLD
@@ -205,17 +208,17 @@ class CatcherNode(Node):
         marker.lifetime.sec = TEXT_LIFETIME
         self.marker_publisher.publish(marker)
 
-    def log_what_is_missing(self) -> None:
-        """Log, once, what is missing of robot and brick; log when both are there."""
+    def log_missing(self) -> None:
+        """Log once which parts of the graph are missing, and once that all of them are found."""
         missing = [f'the transform of {frame}' for frame in (PLATFORM, BRICK)
                    if latest_transform(self.tf_buffer, frame) is None]
-        if not self.is_heard():
+        if not self.has_subscribers():
             missing.append('a subscriber of goal_pose and tilt')
-        if missing and not self.waiting:
-            self.waiting = True
+        if missing and not self.has_logged_missing:
+            self.has_logged_missing = True
             self.get_logger().info(f'Waiting for {" and ".join(missing)}')
         if not missing:
-            self.complete = True
+            self.is_complete = True
             self.get_logger().info('Found the robot and the brick, waiting for a fall')
 
 

@@ -28,8 +28,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from laws import GRAVITY, law, NS_PER_SECOND, PARAMETERS, REST_Z, seconds
 import pytest
-from turtle_brick.core.catch_logic import (AT_GOAL, Catcher, CENTER, DriveOrder, LAST_WORD,
-                                           PATIENCE, Progress, RAMP, State, TiltOrder)
+from turtle_brick.core.catch_logic import (GOAL_TOLERANCE, Catcher, CENTER, DriveGoal, DECISION_DEADLINE,
+                                           TILTING_TIMEOUT, CatchStatus, RAMP_TIME, State, TiltCommand)
 from turtle_brick.core.geometry import from_pitch, Pose
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.tilting_platform import Platform
@@ -89,7 +89,7 @@ class Stage:
     def see(self):
         """Have the catcher see the brick; return whether it began to fall."""
         x, y, z = self.world.brick
-        return self.catcher.see_brick(
+        return self.catcher.observe_brick(
             self.now + self.brick_ahead, (x, y, z + self.random.uniform(-1e-12, 1e-12)))
 
     def move(self):
@@ -109,9 +109,9 @@ class Stage:
 
     def obey(self, action):
         """Have the robot do what it is told."""
-        if isinstance(action, DriveOrder):
+        if isinstance(action, DriveGoal):
             self.goal = (action.x, action.y)
-        elif isinstance(action, TiltOrder):
+        elif isinstance(action, TiltCommand):
             self.angle = action.angle
 
     def drop(self, x, y, z):
@@ -166,28 +166,28 @@ def test_catches_carries_and_tips_off_any_number_of_bricks(every):
         stage.reach_state(State.CARRYING)
         assert stage.world.phase is Phase.RIDING
         stage.reach_state(State.TILTING)
-        assert dist(stage.robot, CENTER) <= AT_GOAL
+        assert dist(stage.robot, CENTER) <= GOAL_TOLERANCE
         assert stage.world.phase is Phase.RIDING
         stage.assert_tipped_off()
-        assert stage.told(DriveOrder) == [DriveOrder(x, y), DriveOrder(*CENTER)]
+        assert stage.told(DriveGoal) == [DriveGoal(x, y), DriveGoal(*CENTER)]
 
 
 def test_platform_is_tilted_and_leveled_smoothly():
     stage = stage_in(State.TILTING, 0.0)
     stage.actions.clear()
-    stage.catcher_ahead = 3_000_000  # no instant is just RAMP after the beginning
+    stage.catcher_ahead = 3_000_000  # no instant is just RAMP_TIME after the beginning
     stage.reach_state(State.WAITING)
     wanted = PARAMETERS.tilt_angle
     angles = [(time, action.angle) for time, action in stage.actions]
     top = next(index for index, (_, angle) in enumerate(angles) if angle == wanted)
     for part, turned in ((angles[:top + 1], 1.0), (angles[top + 1:], -1.0)):
         assert part == sorted(part, key=lambda entry: turned * entry[1])
-        assert (part[-1][0] - part[0][0]) * 1e-9 == pytest.approx(RAMP, abs=0.05)
+        assert (part[-1][0] - part[0][0]) * 1e-9 == pytest.approx(RAMP_TIME, abs=0.05)
     assert angles[-1][1] == 0.0
     # A half wave is at most pi / 2 times as steep as a straight line.
     for (begin, before), (end, after) in zip(angles, angles[1:]):
         if end - begin <= 20_000_000:
-            assert abs(after - before) <= 1.001 * wanted * pi / 2.0 / RAMP * 0.02
+            assert abs(after - before) <= 1.001 * wanted * pi / 2.0 / RAMP_TIME * 0.02
 
 
 @pytest.mark.parametrize('brick', [(10.0, 10.0, 3.0), (*CENTER, REST_Z - 0.1), (11.2, 5.0, 9.0)])
@@ -216,14 +216,14 @@ def test_brick_that_hovers_at_the_platform_is_tried_once():
     # Dropped, it does not move either; but if its frame becomes the platform's, that is news.
     stage.world.release()
     stage.run(0.1)
-    stage.catcher.see_brick(stage.now, stage.world.brick, 'platform')
+    stage.catcher.observe_brick(stage.now, stage.world.brick, 'platform')
     stage.assert_tipped_off()
 
 
 def test_brick_that_stalls_on_the_tilted_platform_has_not_left_it():
     """At one place for 0.2 s, as after a stall of the arena, then not broadcast any more."""
     stage = stage_in(State.TILTING, 0.2)
-    for step in range(round(0.9 * PATIENCE / STEP_NS / 1e-9)):
+    for step in range(round(0.9 * TILTING_TIMEOUT / STEP_NS / 1e-9)):
         stage.now += STEP_NS
         if step < 50:
             stage.see()
@@ -236,11 +236,11 @@ def test_gives_up_a_brick_that_keeps_moving_on_the_platform():
     """As one would that somebody else holds there."""
     stage = stage_in(State.TILTING, 0.0)
     tilted, random = stage.now, Random(1)
-    while stage.catcher.state is State.TILTING and stage.now - tilted < seconds(2.0 * PATIENCE):
+    while stage.catcher.state is State.TILTING and stage.now - tilted < seconds(2.0 * TILTING_TIMEOUT):
         stage.now += STEP_NS
-        stage.catcher.see_brick(stage.now, (*stage.robot, REST_Z + random.uniform(-1e-3, 1e-3)))
+        stage.catcher.observe_brick(stage.now, (*stage.robot, REST_Z + random.uniform(-1e-3, 1e-3)))
         stage.decide()
-    assert (stage.now - tilted) * 1e-9 == pytest.approx(PATIENCE, abs=0.05)
+    assert (stage.now - tilted) * 1e-9 == pytest.approx(TILTING_TIMEOUT, abs=0.05)
     assert stage.catcher.state is State.LEVELING
 
 
@@ -259,7 +259,7 @@ def test_brick_that_comes_far_behind_is_still_carried():
         stage.see()
         stage.decide()
     assert stage.states[-1] is State.TILTING
-    assert dist(stage.robot, CENTER) <= AT_GOAL
+    assert dist(stage.robot, CENTER) <= GOAL_TOLERANCE
     stage.assert_tipped_off()
 
 
@@ -288,8 +288,8 @@ def test_clock_that_is_set_back_at_any_stage(state):
     stage = stage_in(state)
     stage.now -= seconds(0.02 if state is State.CARRYING else 50.0)
     stage.decide()
-    assert (stage.catcher.progress, stage.catcher.decision) == (Progress(), None)
-    assert stage.actions[-1] == (stage.now, TiltOrder(0.0))
+    assert (stage.catcher.status, stage.catcher.decision) == (CatchStatus(), None)
+    assert stage.actions[-1] == (stage.now, TiltCommand(0.0))
     stage.run(5.0)
     assert stage.catcher.state is State.WAITING
     # Without friction, what has begun to slide goes on, however slowly.
@@ -364,7 +364,7 @@ def test_says_unreachable_while_the_robot_is_out_of_sight(brick, hoped_for):
     assert not decision.reachable
     assert 'no robot' in decision.reason
     if hoped_for:
-        assert 0.8 * LAST_WORD - 1e-6 <= (decision.contact - told) * 1e-9 <= LAST_WORD
+        assert 0.8 * DECISION_DEADLINE - 1e-6 <= (decision.contact - told) * 1e-9 <= DECISION_DEADLINE
 
 
 def test_says_unreachable_of_a_fall_that_was_over_before_it_was_known():
@@ -395,13 +395,13 @@ def test_order_that_is_lost_or_that_somebody_overrules_is_given_again():
     stage = Stage()
     stage.drop(6.5, 6.0, REST_Z + 0.5 * GRAVITY * 1.3 ** 2)
     for orders in (1, 2, 3):
-        stage.run(0.5, lambda: len(stage.told(DriveOrder)) == orders)
+        stage.run(0.5, lambda: len(stage.told(DriveGoal)) == orders)
         stage.goal = CENTER
     stage.reach_state(State.CARRYING)
     stage.actions.clear()
     stage.goal = (9.0, 9.0)
     stage.assert_tipped_off()
-    assert stage.told(DriveOrder) == [DriveOrder(*CENTER)]
+    assert stage.told(DriveGoal) == [DriveGoal(*CENTER)]
 
 
 @law(8)
@@ -414,6 +414,6 @@ def test_never_orders_the_robot_out_of_the_arena(angle, time, speed):
     assert stage.catcher.state is State.APPROACHING
     stage.world.brick = (5.0, 5.0, 1.0)
     stage.reach_state(State.WAITING, 3.0)
-    _, stop = stage.told(DriveOrder)
+    _, stop = stage.told(DriveGoal)
     assert stop == within_arena(*stop)
     assert dist(stop, stage.robot) <= 0.15 * speed

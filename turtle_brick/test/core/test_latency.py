@@ -22,9 +22,9 @@ from hypothesis import strategies as st
 from laws import law, NS_PER_SECOND, PARAMETERS, seconds
 import pytest
 from test_catch_logic import COURSE, Stage
-from turtle_brick.core.catch_logic import DriveOrder, State, TiltOrder
+from turtle_brick.core.catch_logic import DriveGoal, State, TiltCommand
 from turtle_brick.core.driving import COMMAND_PERIOD
-from turtle_brick.core.latency import (CLOCK_TOLERANCE, Latency, LOSS_RESERVE, LOSSES, MEMORY,
+from turtle_brick.core.latency import (CLOCK_TOLERANCE, LatencyMonitor, LOSS_RESERVE, MIN_GAPS, WINDOW,
                                        USUAL_AGE)
 from turtle_brick.core.reachability import COMMAND_LATENCY, Decision, guaranteed_distance
 from turtle_brick.physics import Phase, STEP_NS
@@ -35,47 +35,47 @@ from turtle_brick.physics import Phase, STEP_NS
                      max_size=300))
 def test_latency_is_that_of_the_slow_messages_of_the_recent_past(ages):
     """Out and back, each as slow as all but one in a hundred."""
-    latency, now = Latency(), NS_PER_SECOND
+    latency, now = LatencyMonitor(), NS_PER_SECOND
     heard = []
     for pause, age in ages:
         now += seconds(pause)
-        latency.hear(now, [age])
+        latency.record_ages(now, [age])
         heard.append((now, age))
         link = latency.excess(now) / 2.0 + USUAL_AGE
-        recent = [age for then, age in heard if (now - then) * 1e-9 <= MEMORY]
+        recent = [age for then, age in heard if (now - then) * 1e-9 <= WINDOW]
         assert sum(age > link + 1e-9 for age in recent) <= 0.01 * len(recent) + 0.5
         assert link == USUAL_AGE or sum(age >= link - 1e-9 for age in recent) >= (
             0.01 * len(recent) - 0.5)
     # Not a delay but nonsense, which anybody may publish.
     before = latency.excess(now)
-    latency.hear(now, [1.1, -1.1])
-    assert latency.excess(now) == before and latency.ahead(now) == 0.0
-    assert latency.excess(now + seconds(MEMORY) + 1) == 0.0
+    latency.record_ages(now, [1.1, -1.1])
+    assert latency.excess(now) == before and latency.clock_error(now) == 0.0
+    assert latency.excess(now + seconds(WINDOW) + 1) == 0.0
 
 
 def test_lost_messages_cost_a_reserve_and_a_node_that_stood_still_does_not():
-    latency, stamp = Latency(), NS_PER_SECOND
-    for loss in range(LOSSES):
-        assert not latency.loses(stamp) and latency.excess(stamp) == 0.0
+    latency, stamp = LatencyMonitor(), NS_PER_SECOND
+    for loss in range(MIN_GAPS):
+        assert not latency.loses_messages(stamp) and latency.excess(stamp) == 0.0
         for steps in (1,) * 20 + (2 + 5 * loss,):
             stamp += steps * STEP_NS
-            latency.see_brick(stamp)
-    assert latency.loses(stamp) and latency.excess(stamp) == LOSS_RESERVE
+            latency.record_brick_stamp(stamp)
+    assert latency.loses_messages(stamp) and latency.excess(stamp) == LOSS_RESERVE
     # A brick that isn't broadcast for a while, and comes back on another grid, loses nothing.
-    other = Latency()
+    other = LatencyMonitor()
     for begin in range(2, 6):
         for step in range(50):
-            other.see_brick(begin * 2 * NS_PER_SECOND + begin * 1_234_567 + step * STEP_NS)
-    assert not other.loses(12 * NS_PER_SECOND)
+            other.record_brick_stamp(begin * 2 * NS_PER_SECOND + begin * 1_234_567 + step * STEP_NS)
+    assert not other.loses_messages(12 * NS_PER_SECOND)
 
 
 @pytest.mark.parametrize('rest', [2, 3, 4, 6, 10, 50])
 def test_who_is_late_all_the_time_measures_that_and_who_stood_still_for_once_does_not(rest):
     """One call out of so many is late, and with it what it hears of."""
-    latency = Latency()
+    latency = LatencyMonitor()
     for call in range(1000):
         late = call % rest == 0
-        latency.hear(NS_PER_SECOND + call * seconds(0.02), [0.1 if late else 0.0], late)
+        latency.record_ages(NS_PER_SECOND + call * seconds(0.02), [0.1 if late else 0.0], late)
     assert latency.excess(20 * NS_PER_SECOND) == (2.0 * (0.1 - USUAL_AGE) if rest < 5 else 0.0)
 
 
@@ -84,21 +84,21 @@ def test_who_is_late_all_the_time_measures_that_and_who_stood_still_for_once_doe
        starved=st.booleans())
 def test_robot_that_stands_still_again_and_again_is_slow(pause, way, time, starved):
     """As slow as in the recent past, and one pause more; not where the listener is on time."""
-    latency, stamp = Latency(), NS_PER_SECOND
+    latency, stamp = LatencyMonitor(), NS_PER_SECOND
     for _ in range(50):
-        latency.hear(NS_PER_SECOND, [], starved)
+        latency.record_ages(NS_PER_SECOND, [], starved)
     while stamp < 15 * NS_PER_SECOND:
         for _ in range(round(way / COMMAND_PERIOD)):
             stamp += seconds(COMMAND_PERIOD)
-            latency.see_robot(stamp)
+            latency.record_robot_stamp(stamp)
         stamp += seconds(pause)
-        latency.see_robot(stamp)
-    still = latency.standstill(stamp, time)
+        latency.record_robot_stamp(stamp)
+    still = latency.expected_standstill(stamp, time)
     if starved:
         lost = pause - COMMAND_PERIOD
         part = lost / (round(way / COMMAND_PERIOD) * COMMAND_PERIOD + pause)
-        assert still == pytest.approx(part * time + lost, abs=lost / MEMORY * time + 1e-9)
-        assert latency.standstill(stamp + seconds(MEMORY) + 1, time) == 0.0
+        assert still == pytest.approx(part * time + lost, abs=lost / WINDOW * time + 1e-9)
+        assert latency.expected_standstill(stamp + seconds(WINDOW) + 1, time) == 0.0
     else:
         assert still == 0.0
 
@@ -107,14 +107,14 @@ def test_robot_that_stands_still_again_and_again_is_slow(pause, way, time, starv
 @given(ahead=st.floats(0.0, 1.0), link=st.floats(0.0, 0.2), motion=st.floats(0.0, 0.5))
 def test_clocks_that_disagree_make_it_careful(ahead, link, motion):
     """Whatever hides in the ages: as much as they disagree, and as the motion showed, is added."""
-    latency = Latency()
-    latency.hear(NS_PER_SECOND, [-ahead, link - ahead])
-    latency.obey(NS_PER_SECOND, motion)
+    latency = LatencyMonitor()
+    latency.record_ages(NS_PER_SECOND, [-ahead, link - ahead])
+    latency.record_response_delay(NS_PER_SECOND, motion)
     if ahead > CLOCK_TOLERANCE:
-        assert latency.ahead(NS_PER_SECOND) == ahead
+        assert latency.clock_error(NS_PER_SECOND) == ahead
         assert latency.excess(NS_PER_SECOND) >= 2.0 * (link - USUAL_AGE) + ahead + motion - 1e-9
     else:
-        assert latency.ahead(NS_PER_SECOND) == 0.0
+        assert latency.clock_error(NS_PER_SECOND) == 0.0
         assert latency.excess(NS_PER_SECOND) == pytest.approx(
             max(2.0 * max(link - ahead - USUAL_AGE, -ahead - USUAL_AGE, 0.0), motion))
 
@@ -167,7 +167,7 @@ class FarStage(Stage):
             else:
                 self.ages.append((arrival - sent) * 1e-9)
                 if kind == 'brick':
-                    fell |= self.catcher.see_brick(sent, content)
+                    fell |= self.catcher.observe_brick(sent, content)
                 else:
                     self.seen = content
         return fell
@@ -184,15 +184,15 @@ class FarStage(Stage):
 
     def decide(self):
         """Have the catcher decide by what has arrived by now."""
-        self.catcher.latency.hear(self.now, self.ages)
+        self.catcher.latency.record_ages(self.now, self.ages)
         self.ages.clear()
         super().decide()
 
     def obey(self, action):
         """Send the robot what it is told."""
-        if isinstance(action, DriveOrder):
+        if isinstance(action, DriveGoal):
             self.send('goal', (action.x, action.y))
-        elif isinstance(action, TiltOrder):
+        elif isinstance(action, TiltCommand):
             self.send('tilt', action.angle)
 
 
@@ -203,11 +203,11 @@ def test_orders_that_may_be_lost_are_given_again():
         stage.drop(7.0, 6.0, 9.0)
         stage.reach_state(State.APPROACHING)
         stage.run(0.08)
-        for kind, order in ((DriveOrder, DriveOrder(7.0, 6.0)), (TiltOrder, TiltOrder(0.0))):
+        for kind, order in ((DriveGoal, DriveGoal(7.0, 6.0)), (TiltCommand, TiltCommand(0.0))):
             told = stage.told(kind)
             assert set(told) == {order}
             assert len(told) == 1 if times == 1 else len(told) >= (
-                times if kind is DriveOrder else 3)
+                times if kind is DriveGoal else 3)
         stage.reach_state(State.WAITING)
 
 

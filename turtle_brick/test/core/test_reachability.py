@@ -24,10 +24,11 @@ import pytest
 from turtle_brick.core.driving import travel_time
 from turtle_brick.core.fall_detection import Fall
 from turtle_brick.core.geometry import from_pitch, Pose
-from turtle_brick.core.latency import Latency
-from turtle_brick.core.reachability import (CARRY_ON, COMMAND_LATENCY, guaranteed_distance,
-                                            LEVEL_LATENCY, reach, resting_height, RobotMotion,
-                                            Track)
+from turtle_brick.core.latency import LatencyMonitor
+from turtle_brick.core.reachability import (COMMAND_LATENCY, decide_reachability,
+                                            guaranteed_distance, LEVEL_LATENCY, resting_height,
+                                            RobotMotion)
+from turtle_brick.core.robot_tracking import COMMITTED_TIME, RobotTracker
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 
@@ -51,8 +52,8 @@ def test_reachable_is_what_the_robot_has_the_time_for(
     commands take longer than on one machine counts in both.
     """
     fall = Fall(NS_PER_SECOND, x, y, resting_height(parameters) + above, 0.0)
-    decision = reach(fall, NS_PER_SECOND + seconds(late), RobotMotion(
-        robot_x, robot_y, reserve=reserve), parameters, excess)
+    decision = decide_reachability(fall, NS_PER_SECOND + seconds(late), RobotMotion(
+        robot_x, robot_y, uncertainty=reserve), parameters, excess)
     available = sqrt(2.0 * above / parameters.gravity_accel) - late
     distance = hypot(x - robot_x, y - robot_y)
     assert decision.available == pytest.approx(available, abs=1e-6)
@@ -77,24 +78,24 @@ def test_brick_below_the_platform_or_outside_the_arena_is_out_of_reach():
     """However near, and however much time there is; at the very edge it is not."""
     for x, y, z, word in ((5.0, 5.0, REST_Z - 0.01, 'below'), (-0.01, 5.0, 9.0, 'outside'),
                           (5.0, ARENA_SIZE + 0.01, 9.0, 'outside')):
-        decision = reach(Fall(NS_PER_SECOND, x, y, z, 0.0), NS_PER_SECOND, RobotMotion(x, y), PARAMETERS)
+        decision = decide_reachability(Fall(NS_PER_SECOND, x, y, z, 0.0), NS_PER_SECOND, RobotMotion(x, y), PARAMETERS)
         assert not decision.reachable
         assert word in decision.reason
     for x, y, z in ((5.0, 5.0, REST_Z), (0.0, 5.0, 9.0), (5.0, ARENA_SIZE, 9.0)):
         late = NS_PER_SECOND + seconds(0.02)  # as where the brick is on the platform by now
-        assert reach(Fall(NS_PER_SECOND, x, y, z, 0.0), late, RobotMotion(x, y), PARAMETERS).reachable
+        assert decide_reachability(Fall(NS_PER_SECOND, x, y, z, 0.0), late, RobotMotion(x, y), PARAMETERS).reachable
     passed = Fall(NS_PER_SECOND, 5.0, 5.0, REST_Z - 0.01, 3.0)
-    assert 'passed' in reach(passed, NS_PER_SECOND, RobotMotion(5.0, 5.0), PARAMETERS).reason
+    assert 'passed' in decide_reachability(passed, NS_PER_SECOND, RobotMotion(5.0, 5.0), PARAMETERS).reason
     assert guaranteed_distance(REST_Z - 0.01, PARAMETERS) == -inf
 
 
 def test_reason_says_what_is_missing():
     fall = Fall(NS_PER_SECOND, 9.0, 5.0, 2.0, 0.0)
-    decision = reach(fall, NS_PER_SECOND, RobotMotion(5.0, 5.0), PARAMETERS)
+    decision = decide_reachability(fall, NS_PER_SECOND, RobotMotion(5.0, 5.0), PARAMETERS)
     assert decision.reason == (
         f'the robot, 4.00 m away, needs {decision.needed:.3f} s, but the brick lands in '
         f'{decision.available:.3f} s, {-decision.margin:.3f} s too early (command latency 0.11 s)')
-    decision = reach(fall, NS_PER_SECOND, None, PARAMETERS)
+    decision = decide_reachability(fall, NS_PER_SECOND, None, PARAMETERS)
     assert (decision.reachable, decision.needed) == (False, inf)
     assert 'no robot' in decision.reason
 
@@ -103,7 +104,7 @@ def test_reason_says_what_is_missing():
 def test_tilted_platform_must_be_leveled_in_time(excess):
     def decide(time, level):
         fall = Fall(NS_PER_SECOND, 5.0, 5.0, REST_Z + 0.5 * GRAVITY * (time + excess) ** 2, 0.0)
-        return reach(fall, NS_PER_SECOND, RobotMotion(5.0, 5.0, (), level), PARAMETERS, excess)
+        return decide_reachability(fall, NS_PER_SECOND, RobotMotion(5.0, 5.0, (), level), PARAMETERS, excess)
 
     assert decide(LEVEL_LATENCY - 0.001, True).reachable
     assert not decide(LEVEL_LATENCY - 0.001, False).reachable
@@ -119,9 +120,9 @@ on_any_link = pytest.mark.parametrize('excess', (0.0, 0.2))
 
 def track_with(excess=0.0):
     """Return a track where orders take longer (s), how far they lead (m), and how long (s)."""
-    latency = Latency()
-    latency.obey(NS_PER_SECOND, excess)
-    return (Track(PARAMETERS.max_velocity, latency), PARAMETERS.max_velocity * (CARRY_ON + excess),
+    latency = LatencyMonitor()
+    latency.record_response_delay(NS_PER_SECOND, excess)
+    return (RobotTracker(PARAMETERS.max_velocity, latency), PARAMETERS.max_velocity * (COMMITTED_TIME + excess),
             COMMAND_LATENCY + excess)
 
 
@@ -136,29 +137,29 @@ def test_robot_that_is_seen_moving_goes_on_at_full_speed_until_it_has_stood_for_
     track, way, _ = track_with(excess)
     seen_at(track, 1.0, 5.0)
     robot = seen_at(track, 1.01, 5.003, 5.004)
-    assert robot.bound_for == (pytest.approx((5.003 + 0.6 * way, 5.004 + 0.8 * way)),)
-    assert not robot.at_rest and robot.reserve == 0.0
-    assert seen_at(track, 1.075 + excess, 5.003, 5.004).bound_for == robot.bound_for
+    assert robot.destinations == (pytest.approx((5.003 + 0.6 * way, 5.004 + 0.8 * way)),)
+    assert not robot.at_rest and robot.uncertainty == 0.0
+    assert seen_at(track, 1.075 + excess, 5.003, 5.004).destinations == robot.destinations
     assert seen_at(track, 1.09 + excess, 5.003, 5.004).at_rest
     assert seen_at(track, 1.1 + excess, 5.003 + 1e-10, 5.004).at_rest
 
 
 @on_any_link
-def test_robot_that_was_sent_somewhere_is_bound_for_it(excess):
+def test_robot_that_was_sent_somewhere_is_destinations_it(excess):
     """Also if it isn't seen to move yet, and meanwhile for where it was sent before."""
     track, way, latency = track_with(excess)
     seen_at(track, 1.0, 5.0)
-    track.order(seconds(1.5), (9.0, 5.0))
-    assert seen_at(track, 1.5 + latency - 0.001, 5.0).bound_for == ((5.0 + way, 5.0),)
+    track.record_goal(seconds(1.5), (9.0, 5.0))
+    assert seen_at(track, 1.5 + latency - 0.001, 5.0).destinations == ((5.0 + way, 5.0),)
     assert seen_at(track, 1.5 + latency + 0.001, 5.0).at_rest
     # On its way, it may pass its goal as far as it is seen to go, but is bound for it as well.
     track, way, latency = track_with(excess)
-    track.order(seconds(1.2), (9.0, 5.0))
+    track.record_goal(seconds(1.2), (9.0, 5.0))
     seen_at(track, 1.34, 8.87)
     robot = seen_at(track, 1.35, 8.9)
-    assert robot.bound_for == (pytest.approx((8.9 + way, 5.0)), pytest.approx((9.0, 5.0)))
-    track.order(seconds(1.4), (8.9, 1.0))
-    before, after = seen_at(track, 1.4 + latency - 0.001, 8.9).bound_for[-2:]
+    assert robot.destinations == (pytest.approx((8.9 + way, 5.0)), pytest.approx((9.0, 5.0)))
+    track.record_goal(seconds(1.4), (8.9, 1.0))
+    before, after = seen_at(track, 1.4 + latency - 0.001, 8.9).destinations[-2:]
     assert before == pytest.approx((9.0, 5.0))
     assert after == pytest.approx((8.9, 5.0 - way))
     assert seen_at(track, 1.4 + latency + 0.3, 8.9).at_rest
@@ -168,11 +169,11 @@ def test_robot_that_was_sent_somewhere_is_bound_for_it(excess):
 def test_robot_that_was_seen_for_too_short_a_time_may_be_going_anywhere(excess):
     track, way, _ = track_with(excess)
     for begin in (1.0, 2.0):
-        assert seen_at(track, begin, 5.0).reserve == way
-        assert seen_at(track, begin + 0.069 + excess, 5.0).reserve == way
+        assert seen_at(track, begin, 5.0).uncertainty == way
+        assert seen_at(track, begin + 0.069 + excess, 5.0).uncertainty == way
         assert seen_at(track, begin + 0.071 + excess, 5.0).at_rest
         assert track.observe(seconds(begin + 0.3), None, inf) is None
-        assert (track.seen, track.unseen) == (seconds(begin + 0.071 + excess),
+        assert (track.last_seen, track.last_unseen) == (seconds(begin + 0.071 + excess),
                                               seconds(begin + 0.3))
 
 
@@ -187,7 +188,7 @@ def test_robot_at_rest_tells_how_long_an_order_takes(still, moved, goal, longer)
     track, *_ = track_with()
     for time in (1.9, 2.0):
         seen_at(track, time, 5.0)
-    track.order(seconds(2.0), (goal, 5.0))
+    track.record_goal(seconds(2.0), (goal, 5.0))
     seen_at(track, 2.0 + still, 5.0)
     seen_at(track, 2.0 + moved, 5.02)
     seen_at(track, 2.1 + moved, 5.3)
@@ -201,4 +202,4 @@ def test_platform_is_level_if_it_is_seen_so_and_all_others_see_it_so(excess):
     assert not seen_at(track, 1.1, 5.0, level_for=LEVEL_LATENCY + excess - 1e-6).level
     assert seen_at(track, 1.2, 5.0, level_for=LEVEL_LATENCY + excess + 1e-6).level
     assert not seen_at(track, 1.3, 5.0, tilt=0.01).level
-    assert track.level_seen == seconds(1.2)
+    assert track.last_level == seconds(1.2)

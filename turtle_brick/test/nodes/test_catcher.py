@@ -73,7 +73,7 @@ def test_a_brick_that_no_robot_can_catch_and_one_that_a_robot_catches(domain_id,
         bench.release(0.5, 1.0, 6.0)
         bench.until(Phase.GROUNDED)
         goals, tilts = live.record('goal_pose', PoseStamped), live.record('tilt', Tilt)
-        live.wait_for(bench.catcher.is_heard, TIMEOUT, 'it sees the robot')
+        live.wait_for(bench.catcher.has_subscribers, TIMEOUT, 'it sees the robot')
         bench.release(6.0, 4.5, 8.0)
         bench.until(Phase.RIDING)
         bench.until(Phase.FLOATING)
@@ -119,7 +119,7 @@ def test_latency_is_measured_and_clocks_that_disagree_are_seen(domain_id, capfd,
         node = live.add(CatcherNode)
         latency, clock = node.catcher.latency, node.get_clock()
         seen = []
-        monkeypatch.setattr(latency, 'see_robot', seen.append)
+        monkeypatch.setattr(latency, 'record_robot_stamp', seen.append)
         publisher = live.publisher('/tf', TFMessage)
         (heard,) = node.get_subscriptions_info_by_topic('/tf')
         assert heard.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT
@@ -135,7 +135,7 @@ def test_latency_is_measured_and_clocks_that_disagree_are_seen(domain_id, capfd,
         live.wait_for(lambda: excess(0.3, BASE_LINK) > 0.58, TIMEOUT, 'the robot')
         assert seen and 'chrony' not in capfd.readouterr().err
         live.wait_for(lambda: excess(-0.4, BASE_LINK) > 1.4, TIMEOUT, 'stamps are ahead')
-        live.wait_for(lambda: node.warned_of_clocks, TIMEOUT, 'a warning')
+        live.wait_for(lambda: node.has_warned_of_clocks, TIMEOUT, 'a warning')
     assert capfd.readouterr().err.count('chrony') == 1
 
 

@@ -13,11 +13,12 @@
 # limitations under the License.
 
 """
-Decide what to do about a brick, from where it is and where the robot is.
+Decide how to catch a brick, from the positions of the brick and the robot.
 
-`Sight` is what is seen at one instant, `transition` the state machine, `Progress` its state with
-what is kept in mind: all three are values. `Catcher` has the present ones and returns what to
-publish. No clock is read here: instants are passed in, in integer nanoseconds of one clock.
+`Catcher` records positions, decides and returns the goals and tilt commands to publish. An
+`Observation` holds the input of the state machine, `transition` is the state machine, and
+`CatchStatus` holds its state. No function reads a clock: all times are arguments, in nanoseconds
+of one clock.
 """
 
 from enum import Enum
@@ -26,446 +27,495 @@ from typing import NamedTuple
 
 from turtle_brick.core.fall_detection import Fall, FallDetector
 from turtle_brick.core.geometry import MAX_COORDINATE, Vector
-from turtle_brick.core.latency import Latency
+from turtle_brick.core.latency import LatencyMonitor
 from turtle_brick.core.parameters import CatcherParameters
-from turtle_brick.core.reachability import (Decision, LEVEL_LATENCY, reach, resting_height,
-                                            RobotMotion, ROUNDING, Track)
+from turtle_brick.core.reachability import (decide_reachability, Decision, LEVEL_LATENCY,
+                                            resting_height, RobotMotion)
+from turtle_brick.core.robot_tracking import POSITION_TOLERANCE, RobotTracker
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, within_arena
 
-PERIOD = 0.02
-"""Time (s) between two updates; a brick that begins to fall brings one more."""
+UPDATE_PERIOD = 0.02
+"""Time (s) between two updates of the catcher. A new fall causes an additional update."""
 
 CENTER = (ARENA_CENTER, ARENA_CENTER)
-"""Center of the arena in the world (m), where bricks are carried."""
+"""Center (m) of the arena in the world frame, where the robot carries the bricks."""
 
-RAMP = 0.5
-"""Time (s) in which the platform is tilted or leveled."""
+RAMP_TIME = 0.5
+"""Time (s) for tilting or leveling the platform."""
 
-PATIENCE = 10.0
-"""Time (s) after which the robot gives up tipping off a brick that does not slide."""
+TILTING_TIMEOUT = 10.0
+"""Time (s) after which the robot levels the platform even if the brick has not left it."""
 
-SETTLED = 0.05
-"""Time (s) without motion after which a brick beside the tilted platform counts as floating, and
-one that did not follow the robot as hovering."""
+SETTLING_TIME = 0.05
+"""Time (s) without motion after which a brick beside the tilted platform is floating, and a brick
+that did not follow the robot is hovering."""
 
-LAG = 0.5
-"""Longest time (s) for which a brick on the moving or tilted platform may seem to stand still: on
-a busy machine the arena learns late where the platform is."""
+BRICK_LAG = 0.5
+"""Longest time (s) for which a brick on the moving or tilted platform may appear to be at rest: on
+a busy machine the arena receives the platform's transforms late."""
 
-LYING = 1.0
-"""Time (s) for which a brick lies on the level platform of a robot at rest before it is carried
-off."""
+LYING_TIME = 1.0
+"""Time (s) for which a brick must lie on a level platform at rest before the robot carries it."""
 
 CLOCK_DIFFERENCE = 0.5
-"""Largest difference (s) between a falling brick's stamp and the present for a decision: more
-means that only one of two nodes knows yet that the clock was set."""
+"""Largest difference (s) between the brick's timestamp and the current time for a decision. It is
+larger while only one of the two nodes has detected that the clock was set."""
 
-LAST_WORD = 0.1
-"""Time (s) before the contact at which a decision no longer waits for the robot to be seen."""
+DECISION_DEADLINE = 0.1
+"""Time (s) before the contact at which a decision no longer waits for the robot."""
 
-OUT_OF_SIGHT = 1.0
-"""Time (s) for which the robot may be out of sight, as on a busy machine, before a catch is given
-up."""
+ROBOT_TIMEOUT = 1.0
+"""Time (s) without a platform transform after which the catcher gives up the brick."""
 
-AT_GOAL = 0.02
-"""Distance (m) from its goal at which a robot at rest has arrived."""
+GOAL_TOLERANCE = 0.02
+"""Distance (m) to the goal within which a robot at rest has arrived."""
 
-ON_PLATFORM = 0.01
-"""How far (m) from its resting height a brick may be and still count as on the platform."""
+HEIGHT_TOLERANCE = 0.01
+"""Largest distance (m) of a brick on the platform from its resting height."""
 
-APART = 0.1
-"""Longest time (s) between the transforms of brick and robot that are seen together: so long the
-robot may have driven on, at full speed, from where it was under the brick."""
+TRANSFORM_SKEW = 0.1
+"""Longest time (s) between the latest transforms of the brick and the robot."""
 
 
 class State(Enum):
-    """What the catcher is doing."""
+    """State of the catcher."""
 
-    WAITING = 'waiting for a brick to fall'
-    APPROACHING = 'driving under the brick'
-    CARRYING = 'carrying the brick to the center'
-    TILTING = 'tilting the brick off'
-    LEVELING = 'leveling the platform'
+    WAITING = 'waiting'
+    APPROACHING = 'approaching'
+    CARRYING = 'carrying'
+    TILTING = 'tilting'
+    LEVELING = 'leveling'
 
 
-UNDER_WAY = (State.APPROACHING, State.CARRYING)
-"""The states in which the robot drives to a goal."""
+DRIVING_STATES = (State.APPROACHING, State.CARRYING)
+"""States in which the robot drives to a goal."""
 
 
 class Brick(NamedTuple):
-    """Where the brick was seen last."""
+    """Last observed position of the brick."""
 
     position: Vector = (inf, inf, inf)
-    """Position of its center in the world (m); infinity until it is seen."""
-    seen: int = 0
-    """When it was seen last (ns)."""
-    moved: int = 0
-    """When it moved last (ns)."""
+    """Position (m) of the center in the world frame, infinite before the first observation."""
+    stamp: int = 0
+    """Time (ns) of the last observation."""
+    last_motion: int = 0
+    """Time (ns) of the last motion."""
     parent: str = ''
-    """The frame in which it is broadcast; a change of it counts as a motion."""
+    """Parent frame. A change of the parent frame counts as a motion."""
 
     def observe(self, stamp: int, position: Vector, parent: str) -> 'Brick':
-        """Return the brick once it has been seen at an instant (ns)."""
-        if (stamp < self.seen or parent != self.parent
-                or dist(position, self.position) > ROUNDING):
+        """Return the brick after an observation at a time (ns)."""
+        if (stamp < self.stamp or parent != self.parent
+                or dist(position, self.position) > POSITION_TOLERANCE):
             return Brick(position, stamp, stamp, parent)
-        return Brick(self.position, stamp, self.moved, parent)
+        return Brick(self.position, stamp, self.last_motion, parent)
 
 
-class Sight(NamedTuple):
-    """What is seen at one instant, and what that says about the brick."""
+class Observation(NamedTuple):
+    """Brick and robot at the time of an update."""
 
     parameters: CatcherParameters
     now: int
-    """The instant (ns)."""
+    """Current time (ns)."""
     brick: Brick
-    in_free_fall: bool
-    """Whether the brick moves as in a free fall."""
-    decision: bool | None
-    """Whether a brick that has just begun to fall can be caught; None if none has."""
+    is_in_free_fall: bool
+    has_reachable_fall: bool
+    """Whether the current update decided that a new fall is reachable."""
     robot: RobotMotion | None
-    """The robot, None if it is out of sight."""
+    """Motion of the robot, None if it is not available."""
     platform: Platform | None
-    """The platform, None if it is out of sight."""
-    robot_seen: float
-    """When the robot was in sight last (ns)."""
-    robot_unseen: int
-    """When it was out of sight last (ns)."""
-    level_seen: int
-    """When the platform was seen level last (ns)."""
-    level_ordered: bool
-    """Whether the platform was ordered to be level."""
+    robot_last_seen: float
+    """Last time (ns) at which the robot was available."""
+    robot_last_unseen: int
+    """Last time (ns) at which the robot was not available."""
+    last_level: int
+    """Last time (ns) at which the platform was level."""
+    is_level_commanded: bool
+    """Whether the last tilt command is 0."""
 
     @property
-    def blind(self) -> bool:
-        """Whether the robot has been out of sight, but for less than OUT_OF_SIGHT."""
-        return self.robot is None and (self.now - self.robot_seen) * SECONDS_PER_NS < OUT_OF_SIGHT
+    def is_robot_briefly_lost(self) -> bool:
+        """Whether the robot has been unavailable for less than ROBOT_TIMEOUT."""
+        return (self.robot is None
+                and (self.now - self.robot_last_seen) * SECONDS_PER_NS < ROBOT_TIMEOUT)
 
     @property
     def still_since(self) -> int:
-        """Since when the brick is known not to move (ns): it may, with a robot out of sight."""
-        return max(self.brick.moved, self.robot_unseen)
+        """Time (ns) since which the brick is at rest and the robot is available."""
+        return max(self.brick.last_motion, self.robot_last_unseen)
 
     @property
-    def still(self) -> float:
-        """Time (s) for which it has been seen not to move."""
-        return (self.brick.seen - self.still_since) * SECONDS_PER_NS
+    def still_time(self) -> float:
+        """Time (s) for which the brick has been at rest."""
+        return (self.brick.stamp - self.still_since) * SECONDS_PER_NS
 
     @property
-    def falling(self) -> bool:
-        """Whether the brick falls and is still above the platform."""
+    def is_falling(self) -> bool:
+        """Whether the brick is falling and still above the platform."""
         height = resting_height(self.parameters)
-        return self.in_free_fall and self.brick.position[2] > height - ON_PLATFORM
+        return self.is_in_free_fall and self.brick.position[2] > height - HEIGHT_TOLERANCE
 
     @property
-    def at_resting_height(self) -> bool:
-        """Whether the brick is as high as on the level platform, and does not fall."""
+    def is_at_resting_height(self) -> bool:
+        """Whether the brick is at its resting height and is not falling."""
         height = resting_height(self.parameters)
-        return not self.in_free_fall and abs(self.brick.position[2] - height) <= ON_PLATFORM
+        return (not self.is_in_free_fall
+                and abs(self.brick.position[2] - height) <= HEIGHT_TOLERANCE)
 
     @property
-    def on_platform(self) -> bool:
-        """Whether the brick is where it would be on the level platform."""
-        near = self.parameters.platform_radius + self.parameters.max_velocity * APART
-        return (self.at_resting_height and self.robot is not None
-                and self.robot.distance_to(self.brick.position) <= near)
+    def is_on_platform(self) -> bool:
+        """Whether the brick is on the level platform, within the accuracy for a moving robot."""
+        limit = (self.parameters.platform_radius
+                 + self.parameters.max_velocity * TRANSFORM_SKEW)
+        return (self.is_at_resting_height and self.robot is not None
+                and self.robot.distance_to(self.brick.position) <= limit)
 
     @property
-    def following(self) -> bool:
-        """Whether the brick is at that height and has moved within LAG."""
-        return self.at_resting_height and self.robot is not None and self.still < LAG
+    def is_following(self) -> bool:
+        """Whether the brick is at its resting height and has moved within BRICK_LAG."""
+        return (self.is_at_resting_height and self.robot is not None
+                and self.still_time < BRICK_LAG)
 
     @property
-    def lying(self) -> bool:
-        """Whether the brick has lain on the level platform of the robot at rest for LYING."""
-        near = self.parameters.platform_radius + ON_PLATFORM
-        return (self.at_resting_height and self.still >= LYING
+    def is_lying(self) -> bool:
+        """Whether the brick has been on the level platform of a robot at rest for LYING_TIME."""
+        limit = self.parameters.platform_radius + HEIGHT_TOLERANCE
+        return (self.is_at_resting_height and self.still_time >= LYING_TIME
                 and self.robot is not None and self.robot.at_rest and self.robot.level
-                and self.robot.distance_to(self.brick.position) <= near)
+                and self.robot.distance_to(self.brick.position) <= limit)
 
     @property
-    def off_platform(self) -> bool:
-        """Whether the brick has left the tilted platform: it does not move any more."""
+    def has_left_platform(self) -> bool:
+        """Whether the brick has stopped after it left the tilted platform."""
         if self.platform is None:
             return True
-        still = (self.brick.seen - max(self.still_since, self.level_seen)) * SECONDS_PER_NS
-        beside = (hypot(*self.platform.coordinates_of(self.brick.position))
-                  > self.parameters.platform_radius)
-        return still >= (SETTLED if beside else LAG)
+        still = (self.brick.stamp - max(self.still_since, self.last_level)) * SECONDS_PER_NS
+        distance = hypot(*self.platform.coordinates_of(self.brick.position))
+        if distance > self.parameters.platform_radius:
+            return still >= SETTLING_TIME
+        return still >= BRICK_LAG
 
-    def arrived_at(self, goal: tuple[float, float]) -> bool:
-        """Tell whether the robot is at rest at a point of the world (m)."""
+    def has_arrived_at(self, goal: tuple[float, float]) -> bool:
+        """Return whether the robot is at rest at a point (m) in the world frame."""
         return (self.robot is not None and self.robot.at_rest
-                and self.robot.distance_to(goal) <= AT_GOAL)
+                and self.robot.distance_to(goal) <= GOAL_TOLERANCE)
 
 
-class Progress(NamedTuple):
-    """The state, and what is kept in mind from one instant to the next."""
+class CatchStatus(NamedTuple):
+    """State of the catcher, and data that outlives an update."""
 
     state: State = State.WAITING
     since: int = 0
-    """When the state began (ns)."""
+    """Time (ns) at which the state began."""
     carrying_since: int = 0
-    """When CARRYING began last (ns)."""
-    left_behind: int | None = None
-    """When a brick had moved last (ns) that stayed behind when it was to be carried or tipped
-    off."""
+    """Time (ns) at which the last CARRYING state began."""
+    hovering_since: int | None = None
+    """Last motion (ns) of a brick that did not follow the robot."""
 
-    def enter(self, state: State, sight: Sight) -> 'Progress':
-        """Return the progress once a state has been entered."""
-        carrying_since, left_behind = self.carrying_since, self.left_behind
+    def enter(self, state: State, observation: Observation) -> 'CatchStatus':
+        """Return the status after a state is entered."""
+        carrying_since, hovering_since = self.carrying_since, self.hovering_since
+        brick = observation.brick
         if state is State.CARRYING:
-            carrying_since = sight.now
+            carrying_since = observation.now
         elif (state is State.LEVELING and self.state in (State.CARRYING, State.TILTING)
-                and sight.robot is not None and sight.still_since <= carrying_since
-                and (sight.brick.seen - carrying_since) * SECONDS_PER_NS >= SETTLED):
-            left_behind = sight.brick.moved
-        return Progress(state, sight.now, carrying_since, left_behind)
+                and observation.robot is not None
+                and observation.still_since <= carrying_since
+                and (brick.stamp - carrying_since) * SECONDS_PER_NS >= SETTLING_TIME):
+            hovering_since = brick.last_motion
+        return CatchStatus(state, observation.now, carrying_since, hovering_since)
 
-    def hovers(self, brick: Brick) -> bool:
-        """Tell whether the brick stayed behind, and has not moved since."""
-        return brick.moved == self.left_behind
+    def is_hovering(self, brick: Brick) -> bool:
+        """Return whether the brick did not follow the robot and has not moved since."""
+        return brick.last_motion == self.hovering_since
 
 
-def transition(progress: Progress, seen: Sight) -> State:
-    """Return the next state, often the same."""
-    state = progress.state
-    if seen.decision:
+def transition(status: CatchStatus, observation: Observation) -> State:
+    """Return the next state, which may be the current one."""
+    state = status.state
+    if observation.has_reachable_fall:
         return State.APPROACHING
-    if seen.blind and state is not State.LEVELING:
+    if observation.is_robot_briefly_lost and state is not State.LEVELING:
         return state
     if state is State.APPROACHING:
-        if seen.on_platform:
+        if observation.is_on_platform:
             return State.CARRYING
-        if not seen.falling:
+        if not observation.is_falling:
             return State.LEVELING
     elif state is State.CARRYING:
-        if not (seen.on_platform or seen.following):
+        if not (observation.is_on_platform or observation.is_following):
             return State.LEVELING
-        if seen.arrived_at(CENTER):
+        if observation.has_arrived_at(CENTER):
             return State.TILTING
     elif state is State.TILTING:
-        if seen.off_platform or (seen.now - progress.since) * SECONDS_PER_NS > PATIENCE:
+        time = (observation.now - status.since) * SECONDS_PER_NS
+        if observation.has_left_platform or time > TILTING_TIMEOUT:
             return State.LEVELING
     elif state is State.LEVELING:
-        if seen.level_ordered:
+        if observation.is_level_commanded:
             return State.WAITING
-    elif seen.lying and not progress.hovers(seen.brick):
-        # Placed there, caught although it was called unreachable, or left there by a catcher that
-        # was interrupted.
+    elif observation.is_lying and not status.is_hovering(observation.brick):
+        # The brick was placed on the platform, was caught although it was unreachable, or remains
+        # from an interrupted catcher.
         return State.CARRYING
     return state
 
 
-class DriveOrder(NamedTuple):
-    """Drive to a point of the world (m)."""
+class DriveGoal(NamedTuple):
+    """Goal (m) of the robot in the world frame."""
 
     x: float
     y: float
 
 
-class TiltOrder(NamedTuple):
-    """Set the platform's angle (rad)."""
+class TiltCommand(NamedTuple):
+    """Angle (rad) of the platform."""
 
     angle: float
 
 
-Action = Decision | DriveOrder | TiltOrder
-"""What the node is to publish or log."""
+Action = Decision | DriveGoal | TiltCommand
+"""A result for the node to publish."""
 
 
-class Ramp:
-    """The platform's angle, which changes smoothly."""
+class TiltRamp:
+    """Angle of the platform, which changes smoothly."""
 
-    def __init__(self) -> None:
-        """Begin level."""
+    def __init__(self, now: int) -> None:
+        """Start level at a time (ns)."""
         self.angle = 0.0
-        """The angle ordered last (rad)."""
-        self._from = 0.0
-        self._begun = 0
-        self._ordered = 0
+        """Last commanded angle (rad)."""
+        self._start_angle = 0.0
+        self._start_time = 0
+        self._command_time = now
 
-    def begin(self, now: int) -> None:
-        """Begin a change at an instant (ns)."""
-        self._from, self._begun = self.angle, now
+    def start(self, now: int) -> None:
+        """Start a change at a time (ns)."""
+        self._start_angle, self._start_time = self.angle, now
 
-    def move(self, now: int, goal: float) -> bool:
+    def advance(self, now: int, goal: float) -> bool:
         """
-        Set the angle for an instant.
+        Compute the angle for the current time.
 
-        :param now: the instant (ns)
-        :param goal: the angle (rad) RAMP after the beginning of the change
+        :param now: current time (ns)
+        :param goal: angle (rad) at the end of the ramp, RAMP_TIME after its start
         :return: Whether the angle has changed.
         """
         if self.angle == goal:
             return False
-        part = min((now - self._begun) * SECONDS_PER_NS / RAMP, 1.0)
-        smooth = 0.5 - 0.5 * cos(pi * part)
-        self.angle = goal if part == 1.0 else self._from + smooth * (goal - self._from)
-        self._ordered = now
+        fraction = min((now - self._start_time) * SECONDS_PER_NS / RAMP_TIME, 1.0)
+        if fraction == 1.0:
+            self.angle = goal
+        else:
+            smooth = 0.5 - 0.5 * cos(pi * fraction)
+            self.angle = self._start_angle + smooth * (goal - self._start_angle)
+        self._command_time = now
         return True
 
     def level(self, now: int) -> None:
-        """Set the angle to zero at once."""
-        self.angle, self._ordered = 0.0, now
+        """Set the angle to 0 without a ramp."""
+        self.angle, self._command_time = 0.0, now
 
-    def ordered_for(self, now: int) -> float:
-        """Return how long (s) before an instant (ns) the angle was ordered."""
-        return (now - self._ordered) * SECONDS_PER_NS
+    def command_age(self, now: int) -> float:
+        """Return the age (s) of the last command at a time (ns)."""
+        return (now - self._command_time) * SECONDS_PER_NS
 
 
 class Catcher:
-    """Catch every brick that can be caught, carry it to the center and tip it off."""
+    """Catch each reachable brick, carry it to the center and tip it off."""
 
     def __init__(self, parameters: CatcherParameters) -> None:
         """Wait for a brick to fall."""
         self.parameters = parameters
-        self._start_afresh(0)
+        self._reset(0)
 
-    def _start_afresh(self, now: int) -> None:
-        """Know nothing at an instant (ns) but that the platform is ordered to be level."""
-        self.progress = Progress()
+    def _reset(self, now: int) -> None:
+        """Forget all observations at a time (ns)."""
+        self.status = CatchStatus()
         self.decision: Decision | None = None
-        """The last one."""
+        """Last decision."""
+        self.latency = LatencyMonitor()
         self._now = now
-        """The last instant (ns)."""
+        """Time (ns) of the last update."""
         self._brick = Brick()
         self._detector = FallDetector(self.parameters.gravity_accel)
         self._is_refused = False
-        """Whether the brick was called unreachable, and has only gone straight down since."""
-        self._overlooked: Fall | None = None
-        """A fall past the platform that was over before anything could be decided."""
-        self.latency = Latency()
-        """How long messages and orders take here."""
-        self._track = Track(self.parameters.max_velocity, self.latency)
-        self._ramp = Ramp()
-        self._ramp.level(now)
+        """Whether the brick was unreachable and has only moved straight down since."""
+        self._finished_fall: Fall | None = None
+        """A fall that passed the platform before a decision."""
+        self._tracker = RobotTracker(self.parameters.max_velocity, self.latency)
+        self._ramp = TiltRamp(now)
 
     @property
     def state(self) -> State:
-        """Return what it is doing."""
-        return self.progress.state
+        """Current state."""
+        return self.status.state
 
-    def see_brick(self, stamp: int, position: Vector, parent: str = 'world') -> bool:
+    def observe_brick(self, stamp: int, position: Vector, parent: str = 'world') -> bool:
         """
-        Note where the brick is.
+        Record the position of the brick.
 
-        :param stamp: instant at which it was there (ns)
-        :param position: of its center in the world (m); ignored beyond MAX_COORDINATE
-        :param parent: the frame in which it is broadcast; a change of it counts as a motion
-        :return: Whether it has just begun to fall: then `update` should be called at once.
+        :param stamp: timestamp of the position (ns)
+        :param position: center (m) in the world frame; ignored beyond MAX_COORDINATE
+        :param parent: parent frame of the brick's transform
+        :return: Whether a new fall is detected, so that `update` should be called immediately.
         """
         x, y, z = position
         if not abs(x) + abs(y) + abs(z) <= MAX_COORDINATE:
             return False
-        self.latency.see_brick(stamp)
+        self.latency.record_brick_stamp(stamp)
         x_before, y_before, z_before = self._brick.position
-        if z > z_before + ROUNDING or x != x_before or y != y_before:
+        if z > z_before + POSITION_TOLERANCE or x != x_before or y != y_before:
             self._is_refused = False
         self._brick = self._brick.observe(stamp, position, parent)
         fall = self._detector.fall
-        has_begun = self._detector.observe(stamp, x, y, z)
-        if (fall is not None is self._detector.fall and not self._is_decided(fall)
-                and z < resting_height(self.parameters) - ON_PLATFORM):
-            self._overlooked = fall
-        return has_begun
+        is_new_fall = self._detector.observe(stamp, x, y, z)
+        has_ended = fall is not None and self._detector.fall is None
+        if (has_ended and not self._is_decided(fall)
+                and z < resting_height(self.parameters) - HEIGHT_TOLERANCE):
+            self._finished_fall = fall
+        return is_new_fall
 
     def update(self, now: int, platform: Platform | None) -> list[Action]:
         """
-        Decide what to do now; to be called 50 times per second or more.
+        Decide what to do; call this function at least 50 times per second.
 
-        :param now: the present instant (ns). One before the last means that the clock was set
-            back: the catcher starts afresh, waiting and level.
-        :param platform: the platform, None if it is out of sight
-        :return: What to publish, in order.
+        :param now: current time (ns). If the time has decreased, the catcher starts again.
+        :param platform: the platform, None if it is not available
+        :return: Decisions and commands to publish, in this order.
         """
         actions: list[Action] = []
         if now < self._now:
-            self._start_afresh(now)
-            actions.append(TiltOrder(0.0))
+            self._reset(now)
+            actions.append(TiltCommand(0.0))
         self._now = now
-        track, ramp = self._track, self._ramp
-        robot = track.observe(
-            now, platform, ramp.ordered_for(now) if ramp.angle == 0.0 else 0.0)
+        robot = self._tracker.observe(now, platform, self._level_time())
         decision = self._decide(robot)
         if decision is not None:
-            self.decision = decision
-            self._is_refused = not decision.reachable
+            self._record_decision(decision)
             actions.append(decision)
-        catchable = None if decision is None else decision.reachable
-        sight = Sight(self.parameters, now, self._brick, self._detector.fall is not None,
-                      catchable, robot, platform, track.seen, track.unseen, track.level_seen,
-                      level_ordered=ramp.angle == 0.0)
-        before = self.progress
-        state = transition(before, sight)
-        if catchable or state is not before.state:
-            self.progress = before.enter(state, sight)
-            ramp.begin(now)
-        goal = self._new_goal(before.state, sight)
-        if goal is not None:
-            track.order(now, goal)
-            actions.append(DriveOrder(*goal))
-        elif track.lost(now):
-            actions.append(DriveOrder(*track.goal))
-        if catchable:
-            ramp.level(now)
-            actions.append(TiltOrder(0.0))
-        if (ramp.move(now, self.parameters.tilt_angle if state is State.TILTING else 0.0)
-                or self.latency.loses(now)
-                and ramp.ordered_for(now) < LEVEL_LATENCY + track.excess):
-            actions.append(TiltOrder(ramp.angle))
+        observation = self._observe(robot, platform, decision)
+        previous = self.state
+        self._change_state(observation)
+        actions += self._drive_goals(previous, observation)
+        actions += self._tilt_commands(observation)
         return actions
 
-    def _is_decided(self, fall: Fall) -> bool:
-        """Tell whether a fall was decided: a refused one once, also where its clock jumps."""
-        return self._is_refused or self.decision is not None and self.decision.fall is fall
+    def _level_time(self) -> float:
+        """Return the time (s) since the level command, 0 if the commanded angle is not 0."""
+        return self._ramp.command_age(self._now) if self._ramp.angle == 0.0 else 0.0
 
     def _decide(self, robot: RobotMotion | None) -> Decision | None:
         """Return the decision about a new fall, None if there is none or it has to wait."""
-        fall, now, parameters = self._detector.fall, self._now, self.parameters
-        if self._overlooked is not None:
-            overlooked, self._overlooked = self._overlooked, None
-            decision = reach(overlooked, now, robot, parameters, self._track.excess)
-            return decision._replace(reachable=False, reason=(
-                f'the fall was detected {-decision.available:.3f} s after the brick had landed'))
-        if (fall is None or self._is_decided(fall)
-                or abs(now - self._brick.seen) * SECONDS_PER_NS > CLOCK_DIFFERENCE):
+        if self._finished_fall is not None:
+            return self._decide_finished_fall(robot)
+        fall = self._detector.fall
+        age = abs(self._now - self._brick.stamp) * SECONDS_PER_NS
+        if fall is None or self._is_decided(fall) or age > CLOCK_DIFFERENCE:
             return None
-        excess = self._track.excess
-        available = reach(fall, now, robot, parameters, excess).available
-        excess += self.latency.standstill(now, available)
-        decision = reach(fall, now, robot, parameters, excess)
-        # A robot that is not seen, or not for long enough, may turn out to be near and at rest.
-        hoped_for = RobotMotion(fall.x, fall.y) if robot is None else robot._replace(reserve=0.0)
-        if (not decision.reachable and decision.available > LAST_WORD
-                and reach(fall, now, hoped_for, parameters, excess).reachable):
+        excess = self._tracker.excess
+        available = self._reachability(fall, robot, excess).available
+        excess += self.latency.expected_standstill(self._now, available)
+        decision = self._reachability(fall, robot, excess)
+        if decision.reachable or decision.available <= DECISION_DEADLINE:
+            return decision
+        # A robot that is not available, or whose motion is uncertain, may prove to be near and at
+        # rest. Wait for it if that would change the decision.
+        best_case = RobotMotion(fall.x, fall.y)
+        if robot is not None:
+            best_case = robot._replace(uncertainty=0.0)
+        if self._reachability(fall, best_case, excess).reachable:
             return None
         return decision
 
-    def _new_goal(self, before: State, sight: Sight) -> tuple[float, float] | None:
-        """
-        Return where the robot is to be sent now.
+    def _decide_finished_fall(self, robot: RobotMotion | None) -> Decision | None:
+        """Return that a fall detected too late is unreachable."""
+        fall, self._finished_fall = self._finished_fall, None
+        if fall is None:
+            return None
+        decision = self._reachability(fall, robot, self._tracker.excess)
+        return decision._replace(reachable=False, reason=(
+            f'the fall was detected {-decision.available:.3f} s after the brick had landed'))
 
-        :param before: the state before the present one
-        :param sight: what is seen
-        :return: A point of the world (m), None if it is sent nowhere.
-        """
-        robot, state = sight.robot, self.state
-        if self.decision is not None and sight.decision:
+    def _reachability(self, fall: Fall, robot: RobotMotion | None, excess: float) -> Decision:
+        """Return the decision for a fall, a robot and an excess latency (s)."""
+        return decide_reachability(fall, self._now, robot, self.parameters, excess)
+
+    def _is_decided(self, fall: Fall | None) -> bool:
+        """Return whether there is a decision about a fall, or about this brick if it is refused."""
+        return self._is_refused or (self.decision is not None and self.decision.fall is fall)
+
+    def _record_decision(self, decision: Decision) -> None:
+        """Store a decision."""
+        self.decision = decision
+        self._is_refused = not decision.reachable
+
+    def _observe(self, robot: RobotMotion | None, platform: Platform | None,
+                 decision: Decision | None) -> Observation:
+        """Return the input of the state machine."""
+        return Observation(
+            self.parameters, self._now, self._brick,
+            is_in_free_fall=self._detector.fall is not None,
+            has_reachable_fall=decision is not None and decision.reachable,
+            robot=robot, platform=platform,
+            robot_last_seen=self._tracker.last_seen,
+            robot_last_unseen=self._tracker.last_unseen,
+            last_level=self._tracker.last_level,
+            is_level_commanded=self._ramp.angle == 0.0)
+
+    def _change_state(self, observation: Observation) -> None:
+        """Enter the next state, and start a new ramp. A new fall enters APPROACHING again."""
+        state = transition(self.status, observation)
+        if observation.has_reachable_fall or state is not self.state:
+            self.status = self.status.enter(state, observation)
+            self._ramp.start(self._now)
+
+    def _drive_goals(self, previous: State, observation: Observation) -> list[Action]:
+        """Return the goal to publish, if any, and repeat a recent goal if messages get lost."""
+        goal = self._new_goal(previous, observation)
+        if goal is not None:
+            self._tracker.record_goal(self._now, goal)
+            return [DriveGoal(*goal)]
+        if self._tracker.is_goal_at_risk(self._now):
+            return [DriveGoal(*self._tracker.goal)]
+        return []
+
+    def _new_goal(self, previous: State, observation: Observation) -> tuple[float, float] | None:
+        """Return a new goal (m) in the world frame, None if the robot needs no new goal."""
+        robot, state = observation.robot, self.state
+        if self.decision is not None and observation.has_reachable_fall:
             return self.decision.fall.position[:2]
-        if state is State.CARRYING is not before:
+        if state is State.CARRYING and previous is not State.CARRYING:
             return CENTER
         if robot is None:
             return None
-        if state is State.LEVELING and before in UNDER_WAY:
-            # The brick is gone: return under it if it hovers, or stop where the commands on their
-            # way lead.
-            if self.progress.hovers(sight.brick):
-                return within_arena(*sight.brick.position[:2])
-            return within_arena(*(robot.bound_for[0] if robot.bound_for else (robot.x, robot.y)))
-        if state in UNDER_WAY and robot.at_rest and not sight.arrived_at(self._track.goal):
-            # The order was lost, or somebody else has sent the robot elsewhere.
-            return self._track.goal
+        if state is State.LEVELING and previous in DRIVING_STATES:
+            return self._stopping_point(robot, observation.brick)
+        if (state in DRIVING_STATES and robot.at_rest
+                and not observation.has_arrived_at(self._tracker.goal)):
+            # The goal was lost, or another node has published another goal.
+            return self._tracker.goal
         return None
+
+    def _stopping_point(self, robot: RobotMotion, brick: Brick) -> tuple[float, float]:
+        """Return the goal (m) after a brick is lost: under a hovering brick, or straight ahead."""
+        if self.status.is_hovering(brick):
+            return within_arena(*brick.position[:2])
+        if robot.destinations:
+            return within_arena(*robot.destinations[0])
+        return within_arena(robot.x, robot.y)
+
+    def _tilt_commands(self, observation: Observation) -> list[Action]:
+        """Return the tilt commands to publish, and repeat recent ones if messages get lost."""
+        commands: list[Action] = []
+        if observation.has_reachable_fall:
+            self._ramp.level(self._now)
+            commands.append(TiltCommand(0.0))
+        goal = self.parameters.tilt_angle if self.state is State.TILTING else 0.0
+        has_changed = self._ramp.advance(self._now, goal)
+        is_recent = self._ramp.command_age(self._now) < LEVEL_LATENCY + self._tracker.excess
+        if has_changed or (self.latency.loses_messages(self._now) and is_recent):
+            commands.append(TiltCommand(self._ramp.angle))
+        return commands

@@ -13,11 +13,10 @@
 # limitations under the License.
 
 """
-Recognize a falling brick from its positions.
+Detect a falling brick from its positions.
 
-`FallDetector` tells a fall from other motions; `Fall` is its course, that of free fall without
-drag: z - v t - g t^2 / 2.
-Instants are integer nanoseconds of one clock.
+`FallDetector` distinguishes a fall from other motions. `Fall` describes a free fall without drag,
+z - v t - g t^2 / 2. All timestamps are in nanoseconds of one clock.
 """
 
 from collections import deque
@@ -29,98 +28,103 @@ from turtle_brick.core.time_steps import SECONDS_PER_NS
 
 
 class Fall(NamedTuple):
-    """A fall: where and how fast the brick is at one instant of it."""
+    """Position and speed of a falling brick at one time."""
 
     stamp: int
-    """The instant (ns)."""
+    """Time (ns)."""
     x: float
-    """Position of the brick's center in the world (m), as y and z."""
+    """Position (m) of the brick's center in the world frame, like y and z."""
     y: float
     z: float
     speed: float
-    """Speed downward (m/s)."""
+    """Downward speed (m/s)."""
 
     @property
     def position(self) -> Vector:
-        """Position of the brick at `stamp` in the world (m)."""
+        """Position (m) of the brick's center at `stamp` in the world frame."""
         return (self.x, self.y, self.z)
 
     def height(self, stamp: int, gravity: float) -> float:
-        """Return how high (m) the brick is at an instant (ns) if nothing stops it."""
+        """Return the height (m) of the brick at a time (ns) in an undisturbed fall."""
         time = (stamp - self.stamp) * SECONDS_PER_NS
         return self.z - self.speed * time - 0.5 * gravity * time * time
 
     def time_to(self, height: float, gravity: float) -> float:
         """
-        Return the time (s) from `stamp` until the brick is down at a height (m).
+        Return the time (s) from `stamp` until the brick is at a height (m).
 
-        It is negative where the brick has passed the height, NaN where it was released below it.
+        It is negative if the brick has passed the height, and NaN if the fall began below it.
         """
         square = self.speed * self.speed + 2.0 * gravity * (self.z - height)
-        return (sqrt(square) - self.speed) / gravity if square >= 0.0 else nan
+        if square < 0.0:
+            return nan
+        return (sqrt(square) - self.speed) / gravity
 
 
 class FallDetector:
     """
-    Recognize free fall in a sequence of positions.
+    Detect free fall in a sequence of positions.
 
-    Three positions straight down, whose second divided difference is the acceleration due to
-    gravity, are a fall. At 250 Hz it is known after 8 ms.
+    A fall is detected if three positions form a vertical line and their second divided
+    difference is the acceleration due to gravity. At 250 Hz the detection takes 8 ms.
     """
 
-    TOLERANCE = 0.1
-    """Largest deviation of the acceleration from that due to gravity, as a part of it."""
+    ACCELERATION_TOLERANCE = 0.1
+    """Largest deviation of the acceleration, as a fraction of gravity."""
 
-    STRAIGHT = 0.01
-    """Largest sideways part of a fall. A slide on a slope of more than 72 degrees has the right
-    acceleration, within TOLERANCE, but is not straight."""
+    SIDEWAYS_FRACTION = 0.01
+    """Largest sideways motion, as a fraction of the vertical motion. It excludes a slide on a slope
+    steeper than 72 degrees, whose acceleration is within ACCELERATION_TOLERANCE."""
 
-    SIDEWAYS = 1e-4
-    """Largest sideways motion (m) between two positions of a fall."""
+    SIDEWAYS_TOLERANCE = 1e-4
+    """Largest sideways motion (m) between two positions in a fall."""
 
-    DEVIATION = 0.01
-    """Distance (m) from the predicted course at which the fall is over."""
+    HEIGHT_TOLERANCE = 0.01
+    """Deviation (m) from the predicted height at which the fall ends."""
 
     def __init__(self, gravity: float) -> None:
-        """Know no position yet, but the acceleration due to gravity (m/s^2)."""
+        """Start without positions, for an acceleration due to gravity (m/s^2)."""
         self.gravity = gravity
         self.fall: Fall | None = None
-        """The present fall, until the brick leaves its course."""
+        """Current fall, None if the brick is not falling."""
         self._samples: deque[tuple[int, float, float, float]] = deque(maxlen=3)
 
     def observe(self, stamp: int, x: float, y: float, z: float) -> bool:
         """
-        Note where the brick was in the world (m) at an instant (ns).
+        Record the position (m) of the brick in the world frame at a time (ns).
 
-        :return: Whether a new fall is recognized.
+        :return: Whether a new fall is detected.
         """
         samples = self._samples
         if samples:
-            last, x_last, y_last, _ = samples[-1]
-            if stamp == last:
+            last_stamp, last_x, last_y, _ = samples[-1]
+            if stamp == last_stamp:
                 return False
-            if (stamp < last or abs(x - x_last) + abs(y - y_last) > self.SIDEWAYS
-                    or self.fall is not None and self._is_off_course(self.fall, stamp, z)):
+            sideways = abs(x - last_x) + abs(y - last_y)
+            if (stamp < last_stamp or sideways > self.SIDEWAYS_TOLERANCE
+                    or self._is_off_course(stamp, z)):
                 samples.clear()
                 self.fall = None
         samples.append((stamp, x, y, z))
         if self.fall is not None or len(samples) < 3 or z >= samples[-2][3]:
             return False
-        self.fall = self._recognize()
+        self.fall = self._detect()
         return self.fall is not None
 
-    def _is_off_course(self, fall: Fall, stamp: int, z: float) -> bool:
-        """Tell whether a height (m) at an instant (ns) is not on the course of a fall."""
-        return abs(fall.height(stamp, self.gravity) - z) > self.DEVIATION
+    def _is_off_course(self, stamp: int, z: float) -> bool:
+        """Return whether a height (m) at a time (ns) contradicts the current fall."""
+        if self.fall is None:
+            return False
+        return abs(self.fall.height(stamp, self.gravity) - z) > self.HEIGHT_TOLERANCE
 
-    def _recognize(self) -> Fall | None:
-        """Return the fall of which the samples are a part, None if they aren't."""
+    def _detect(self) -> Fall | None:
+        """Return the fall in the three samples, None if they are not in free fall."""
         (t0, x0, y0, z0), (t1, _, _, z1), (t2, x2, y2, z2) = self._samples
-        if not z0 > z1 or hypot(x2 - x0, y2 - y0) > self.STRAIGHT * (z0 - z2):
+        if z0 <= z1 or hypot(x2 - x0, y2 - y0) > self.SIDEWAYS_FRACTION * (z0 - z2):
             return None
         first, second = (t1 - t0) * SECONDS_PER_NS, (t2 - t1) * SECONDS_PER_NS
         speed_before, speed_after = (z0 - z1) / first, (z1 - z2) / second
         acceleration = (speed_after - speed_before) / (0.5 * (first + second))
-        if not abs(acceleration - self.gravity) <= self.TOLERANCE * self.gravity:
+        if abs(acceleration - self.gravity) > self.ACCELERATION_TOLERANCE * self.gravity:
             return None
         return Fall(t2, x2, y2, z2, speed_after + 0.5 * self.gravity * second)

@@ -13,13 +13,12 @@
 # limitations under the License.
 
 """
-How much longer orders take here than on one machine: measured, not assumed.
+Measure the excess latency of the command path.
 
-On one machine the latencies are those that `reachability` derives. Where the nodes are on several
-hosts, the links between them add theirs, and `Latency` reckons with the worst of the recent past:
-of the ages of transforms on arrival, of the time from an order to the first motion, and of lost
-messages. On a machine whose processors do not suffice it also sees that robot and turtlesim stand
-still again and again, and so how slow the robot is. Instants are integer nanoseconds of one clock.
+`reachability` derives the latency for nodes on one machine that is not overloaded.
+`LatencyMonitor` estimates the excess latency of links between machines, of lost messages and of
+overloaded processors, from the worst values in the last WINDOW seconds. All timestamps are in
+nanoseconds of one clock.
 """
 
 from bisect import bisect_left, insort
@@ -29,162 +28,179 @@ from collections.abc import Iterable
 from turtle_brick.core.driving import COMMAND_PERIOD
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 
-MEMORY = 10.0
-"""Time (s) for which what was seen counts."""
+WINDOW = 10.0
+"""Time (s) for which a measurement counts."""
 
-RARE = 0.01
-"""Part of the messages that may be slower: a machine that stood still for a moment is no link. An
-order and the motion that comes back are hardly ever both among them."""
+OUTLIER_FRACTION = 0.01
+"""Fraction of the transforms that may be older than the estimate. A single stall of a machine is
+not a slow link."""
 
-STARVED, CALLS = 0.2, 50
-"""Which part of the last calls of a timer is late where processes wait for a processor all the
-time, and how many calls that is about."""
+OVERLOAD_FRACTION = 0.2
+"""Fraction of late timer callbacks above which the machine is overloaded."""
+
+AVERAGED_CALLBACKS = 50
+"""Number of timer callbacks over which that fraction is averaged."""
 
 USUAL_AGE = 0.006
-"""Age (s) on arrival that transforms have on one machine too: the latencies there allow for it."""
+"""Age (s) of transforms on arrival that the latencies in `reachability` already include."""
 
 CLOCK_TOLERANCE = 0.006
-"""Time (s) by which stamps may be ahead of their arrival before the clocks disagree: the arena
-stamps a brick that rides a step, 0.004 s, ahead."""
+"""Largest time (s) by which timestamps may be in the future if the clocks agree: the arena stamps
+a riding brick one step, 0.004 s, ahead."""
 
-LOSSES = 3
-"""Number of gaps among the stamps of the brick within MEMORY that show that messages get lost: a
-single one may be a node that stood still."""
+MIN_GAPS = 3
+"""Number of gaps in the brick's timestamps within WINDOW that indicate lost messages. A single gap
+may be a node that stalled."""
 
 LOSS_RESERVE = 0.06
-"""Time (s) to spare where messages get lost: two orders in a row, 0.02 s each, and two of the
-robot's poses, 0.01 s each."""
+"""Excess latency (s) if messages get lost: two updates of the catcher, 0.02 s each, and two
+poses of the robot, 0.01 s each."""
 
-LONGEST = 1.0
-"""Time (s) beyond which a delay is none: an order was ignored, a node stopped, a stamp wrong."""
+MAX_DELAY = 1.0
+"""Time (s) beyond which a measured delay is invalid: a goal was ignored, a node was stopped, or a
+timestamp is wrong."""
 
 
-class Recent:
-    """The values of the last MEMORY, in order of size."""
+class RecentValues:
+    """The values of the last WINDOW seconds in ascending order."""
 
     def __init__(self) -> None:
-        """Know no value."""
-        self._noted: deque[tuple[int, float]] = deque()
+        """Start without values."""
+        self._history: deque[tuple[int, float]] = deque()
         self._sorted: list[float] = []
 
-    def note(self, now: int, value: float) -> None:
-        """Note a value at an instant (ns)."""
-        self._noted.append((now, value))
+    def add(self, now: int, value: float) -> None:
+        """Add a value at a time (ns)."""
+        self._history.append((now, value))
         insort(self._sorted, value)
 
-    def at(self, now: int, part: float) -> float:
-        """Return the value, at an instant (ns), above a part (0 to 1) of them; 0 of none."""
-        noted, values = self._noted, self._sorted
-        while noted and (now - noted[0][0]) * SECONDS_PER_NS > MEMORY:
-            _, value = noted.popleft()
-            del values[bisect_left(values, value)]
-        return values[round(part * (len(values) - 1))] if values else 0.0
+    def quantile(self, now: int, fraction: float) -> float:
+        """Return the quantile for a fraction from 0 to 1 at a time (ns), or 0 without values."""
+        self._remove_old(now)
+        if not self._sorted:
+            return 0.0
+        return self._sorted[round(fraction * (len(self._sorted) - 1))]
 
     def total(self, now: int) -> float:
-        """Return the sum of the values at an instant (ns)."""
-        self.at(now, 1.0)
+        """Return the sum of the values at a time (ns)."""
+        self._remove_old(now)
         return sum(self._sorted)
 
+    def _remove_old(self, now: int) -> None:
+        """Remove values older than WINDOW."""
+        while self._history and (now - self._history[0][0]) * SECONDS_PER_NS > WINDOW:
+            _, value = self._history.popleft()
+            del self._sorted[bisect_left(self._sorted, value)]
 
-class Latency:
-    """What is known of the time that messages and orders take here."""
+
+class LatencyMonitor:
+    """Estimate the excess latency from transforms, response delays and gaps."""
 
     def __init__(self) -> None:
-        """Assume one machine."""
-        self._ages = Recent()
-        """Of transforms on arrival (s)."""
-        self._longer = Recent()
-        """By how much motions came later (s) after their orders than on one machine."""
-        self._lateness = 0.0
-        """Which part of the listener's last calls was late."""
-        self._pauses = Recent()
-        """For how long the robot stood still (s) between two of its poses."""
-        self._robot: int | None = None
-        """Stamp of the robot's last pose (ns)."""
-        self._since: int | None = None
-        """When the robot was heard of first (ns)."""
-        self._gaps: deque[int] = deque(maxlen=LOSSES)
-        """Stamps of the brick before which one was missing (ns)."""
-        self._stamp: int | None = None
-        """The brick's last stamp (ns)."""
-        self._period = 0.0
-        """Usual time (s) between two stamps of the brick."""
+        """Start with the latencies of one machine."""
+        self._ages = RecentValues()
+        """Ages (s) of transforms on arrival."""
+        self._response_delays = RecentValues()
+        """Excess delays (s) from a goal to the first motion of the robot."""
+        self._pauses = RecentValues()
+        """Excess intervals (s) between two poses of the robot."""
+        self._late_fraction = 0.0
+        """Fraction of late timer callbacks."""
+        self._first_robot_stamp: int | None = None
+        self._robot_stamp: int | None = None
+        """Last timestamp (ns) of the robot."""
+        self._brick_stamp: int | None = None
+        """Last timestamp (ns) of the brick."""
+        self._brick_period = 0.0
+        """Average interval (s) between two timestamps of the brick."""
+        self._gaps: deque[int] = deque(maxlen=MIN_GAPS)
+        """Timestamps (ns) of the brick after a gap."""
 
-    def hear(self, now: int, ages: Iterable[float], late: bool = False) -> None:
+    def record_ages(self, now: int, ages: Iterable[float], late: bool = False) -> None:
         """
-        Note how old transforms were when they arrived.
+        Record the ages of received transforms.
 
-        :param now: the present instant (ns)
-        :param ages: of what has arrived since the last call (s)
-        :param late: whether this call is late. Who stands still for once measures that, and no
-            link; where it is the rule, all others wait for a processor, too.
+        :param now: current time (ns)
+        :param ages: ages (s) of the transforms received since the last call
+        :param late: whether this timer callback is late. A late callback makes the transforms
+            older, so their ages count only if callbacks are often late.
         """
-        self._lateness += (late - self._lateness) / CALLS
-        if not late or self._is_starved:
-            for age in ages:
-                if abs(age) <= LONGEST:
-                    self._ages.note(now, age)
+        self._late_fraction += (float(late) - self._late_fraction) / AVERAGED_CALLBACKS
+        if late and not self._is_overloaded:
+            return
+        for age in ages:
+            if abs(age) <= MAX_DELAY:
+                self._ages.add(now, age)
 
     @property
-    def _is_starved(self) -> bool:
-        """Whether lateness is the rule."""
-        return self._lateness > STARVED
+    def _is_overloaded(self) -> bool:
+        """Whether timer callbacks are often late."""
+        return self._late_fraction > OVERLOAD_FRACTION
 
-    def see_robot(self, stamp: int) -> None:
-        """Note the stamp (ns) of a pose of the robot, and so whether it stood still before."""
-        if self._robot is None:
-            self._since = stamp
+    def record_robot_stamp(self, stamp: int) -> None:
+        """Record the timestamp (ns) of a robot transform, and the pause before it."""
+        if self._robot_stamp is None:
+            self._first_robot_stamp = stamp
         else:
-            gap = (stamp - self._robot) * SECONDS_PER_NS
-            if self._is_starved and 2.0 * COMMAND_PERIOD < gap < LONGEST:
-                self._pauses.note(stamp, gap - COMMAND_PERIOD)
-        self._robot = stamp
+            gap = (stamp - self._robot_stamp) * SECONDS_PER_NS
+            if self._is_overloaded and 2.0 * COMMAND_PERIOD < gap < MAX_DELAY:
+                self._pauses.add(stamp, gap - COMMAND_PERIOD)
+        self._robot_stamp = stamp
 
-    def see_brick(self, stamp: int) -> None:
-        """Note the stamp (ns) of a position of the brick, and so whether some are missing."""
-        gap = 0.0 if self._stamp is None else (stamp - self._stamp) * SECONDS_PER_NS
-        self._stamp = stamp
-        if not 0.0 < gap < LONGEST:
+    def record_brick_stamp(self, stamp: int) -> None:
+        """Record the timestamp (ns) of a brick transform, and the gap before it."""
+        gap = 0.0 if self._brick_stamp is None else (stamp - self._brick_stamp) * SECONDS_PER_NS
+        self._brick_stamp = stamp
+        if not 0.0 < gap < MAX_DELAY:
             return
-        if gap > 1.5 * self._period > 0.0:
+        if self._brick_period == 0.0:
+            self._brick_period = gap
+            return
+        if gap > 1.5 * self._brick_period:
             self._gaps.append(stamp)
-        self._period += (0.02 if self._period else 1.0) * (gap - self._period)
+        self._brick_period += 0.02 * (gap - self._brick_period)
 
-    def obey(self, now: int, longer: float) -> None:
-        """Note that the robot has moved, longer (s) after an order than on one machine."""
-        self._longer.note(now, longer)
+    def record_response_delay(self, now: int, excess: float) -> None:
+        """Record by how much (s) a response of the robot exceeded COMMAND_LATENCY."""
+        self._response_delays.add(now, excess)
 
-    def loses(self, now: int) -> bool:
-        """Tell whether messages get lost."""
-        return len(self._gaps) == LOSSES and (now - self._gaps[0]) * SECONDS_PER_NS <= MEMORY
+    def loses_messages(self, now: int) -> bool:
+        """Return whether messages get lost at a time (ns)."""
+        return (len(self._gaps) == MIN_GAPS
+                and (now - self._gaps[0]) * SECONDS_PER_NS <= WINDOW)
 
-    def ahead(self, now: int) -> float:
-        """Return by how much (s) stamps are ahead of their arrival: 0 where the clocks agree."""
-        ahead = -self._ages.at(now, RARE)
+    def clock_error(self, now: int) -> float:
+        """Return how far (s) received timestamps are in the future, 0 if the clocks agree."""
+        ahead = -self._ages.quantile(now, OUTLIER_FRACTION)
         return ahead if ahead > CLOCK_TOLERANCE else 0.0
 
-    def standstill(self, now: int, duration: float) -> float:
+    def expected_standstill(self, now: int, duration: float) -> float:
         """
-        Return how long (s) the robot may stand still because processes wait for a processor.
+        Return the expected standstill (s) of the robot on an overloaded machine.
 
-        :param now: the present instant (ns)
-        :param duration: of its way (s)
-        :return: As large a part of it as in the recent past, and one more pause like the longest.
+        :param now: current time (ns)
+        :param duration: duration (s) of the robot's motion
+        :return: The recent fraction of pauses times the duration, plus the longest pause.
         """
-        known = 0.0 if self._since is None else (now - self._since) * SECONDS_PER_NS
-        part = self._pauses.total(now) / min(max(known, 1.0), MEMORY)
-        return part * duration + self._pauses.at(now, 1.0)
+        observed = 0.0
+        if self._first_robot_stamp is not None:
+            observed = (now - self._first_robot_stamp) * SECONDS_PER_NS
+        fraction = self._pauses.total(now) / min(max(observed, 1.0), WINDOW)
+        return fraction * duration + self._pauses.quantile(now, 1.0)
 
     def excess(self, now: int) -> float:
         """
-        Return how much longer (s) an order takes than on one machine, at an instant (ns).
+        Return the excess latency (s) at a time (ns).
 
-        It goes out over one link, and the motion comes back over another one: each is reckoned to
-        be as slow as the slowest of those seen. Clocks that disagree hide how slow that is: then
-        what is seen otherwise, by the motion, is added, and as much as they disagree.
+        A goal and the resulting motion pass one link each, so the delay of the slowest link counts
+        twice. If the clocks disagree, the ages are unreliable, so the clock error and the
+        response delay are added.
         """
-        ahead = self.ahead(now)
-        link = max(self._ages.at(now, 1.0 - RARE) + ahead - USUAL_AGE, 0.0)
-        seen = 2.0 * link + (LOSS_RESERVE if self.loses(now) else 0.0)
-        motion = self._longer.at(now, 1.0)
-        return seen + ahead + motion if ahead else max(seen, motion)
+        clock_error = self.clock_error(now)
+        link = max(
+            self._ages.quantile(now, 1.0 - OUTLIER_FRACTION) + clock_error - USUAL_AGE, 0.0)
+        transport = 2.0 * link + (LOSS_RESERVE if self.loses_messages(now) else 0.0)
+        response = self._response_delays.quantile(now, 1.0)
+        if clock_error > 0.0:
+            return transport + clock_error + response
+        return max(transport, response)

@@ -1,0 +1,188 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Track a robot and compute the positions to which the commands already sent may take it.
+
+turtlesim executes commands with a delay, so the robot may continue in its last direction or turn
+to a recent goal after a new goal is published. `RobotTracker` records positions and goals,
+and returns a `RobotMotion` for `reachability`. All timestamps are in nanoseconds of one clock.
+"""
+
+from collections import deque
+from math import hypot, inf
+
+from turtle_brick.core.driving import COMMAND_PERIOD
+from turtle_brick.core.latency import LatencyMonitor, MAX_DELAY
+from turtle_brick.core.reachability import (COMMAND_LATENCY, LEVEL_LATENCY, QUEUE_LATENCY,
+                                            RobotMotion)
+from turtle_brick.core.tilting_platform import Platform
+from turtle_brick.core.time_steps import SECONDS_PER_NS
+from turtle_brick.core.turtlesim_kinematics import TICK
+
+COMMITTED_TIME = QUEUE_LATENCY + 2 * COMMAND_PERIOD + TICK
+"""Time (s) for which a moving robot may continue from its last observed position: the pose is up
+to one tick and one cycle old, and the robot executes the commands in the queue."""
+
+REST_TIME = 0.07
+"""Time (s) without motion after which the robot is at rest: more than four ticks of turtlesim."""
+
+MIN_GOAL_DISTANCE = 0.05
+"""Distance (m) to a goal beyond which a robot at rest always starts to move."""
+
+POSITION_TOLERANCE = 1e-9
+"""Largest difference (m) between two positions of an object at rest, after interpolation by tf2."""
+
+
+class RobotTracker:
+    """Record the positions and goals of the robot, and compute its motion."""
+
+    def __init__(self, max_velocity: float, latency: LatencyMonitor) -> None:
+        """
+        Start without a known robot.
+
+        :param max_velocity: maximum speed of the robot (m/s)
+        :param latency: provides the excess latency, and records the response delays of the robot
+        """
+        self.excess = 0.0
+        """Excess latency (s) at the last observation."""
+        self.last_seen = -inf
+        """Last time (ns) at which the platform was available."""
+        self.last_unseen = 0
+        """Last time (ns) at which the platform was not available."""
+        self.last_level = 0
+        """Last time (ns) at which the platform was level."""
+        self._latency = latency
+        self._max_velocity = max_velocity
+        self._positions: deque[tuple[int, float, float]] = deque()
+        """Times (ns) and positions (m), back to the last one before REST_TIME."""
+        self._goals: deque[tuple[int, tuple[float, float]]] = deque()
+        """Times (ns) and goals (m), back to the last one that may still be in effect."""
+        self._departure: tuple[int, float, float] | None = None
+        """Time (ns) and position (m) of a robot at rest that received a goal, until it moves."""
+        self._last_at_departure = 0
+        """Last time (ns) at which the robot was still at that position."""
+
+    @property
+    def goal(self) -> tuple[float, float]:
+        """Last goal (m) in the world frame."""
+        return self._goals[-1][1]
+
+    @property
+    def _committed_distance(self) -> float:
+        """Largest distance (m) that the commands already sent can move the robot."""
+        return self._max_velocity * (COMMITTED_TIME + self.excess)
+
+    def record_goal(self, now: int, goal: tuple[float, float]) -> None:
+        """Record a goal (m) in the world frame, published at a time (ns)."""
+        self._goals.append((now, goal))
+        if not self._positions or not self._is_rest_known(now) or self._extrapolate() is not None:
+            return
+        _, x, y = self._positions[-1]
+        if hypot(goal[0] - x, goal[1] - y) > MIN_GOAL_DISTANCE:
+            self._departure = (now, x, y)
+            self._last_at_departure = now
+
+    def is_goal_at_risk(self, now: int) -> bool:
+        """Return whether the last goal may be lost: messages get lost, and the goal is recent."""
+        return (len(self._goals) > 0 and self._latency.loses_messages(now)
+                and self._is_recent(now, self._goals[-1][0]))
+
+    def observe(self, now: int, platform: Platform | None, level_for: float
+                ) -> RobotMotion | None:
+        """
+        Record the position of the robot.
+
+        :param now: current time (ns)
+        :param platform: the platform, None if it is not available
+        :param level_for: time (s) since the level command, 0 if the commanded angle is not 0
+        :return: Motion of the robot, None if the platform is not available.
+        """
+        self.excess = self._latency.excess(now)
+        if platform is None:
+            self.last_unseen = now
+            self._positions.clear()
+            return None
+        self.last_seen = now
+        if platform.is_level:
+            self.last_level = now
+        x, y, _ = platform.pose.position
+        self._measure_response(now, x, y)
+        self._positions.append((now, x, y))
+        _remove_old(self._positions, now, REST_TIME + self.excess)
+        _remove_old(self._goals, now, COMMAND_LATENCY + self.excess)
+        destinations = self._destinations(now)
+        is_certain = len(destinations) > 0 or self._is_rest_known(now)
+        return RobotMotion(
+            x, y, tuple(destinations),
+            level=platform.is_level and level_for > LEVEL_LATENCY + self.excess,
+            uncertainty=0.0 if is_certain else self._committed_distance)
+
+    def _measure_response(self, now: int, x: float, y: float) -> None:
+        """Record the response delay of a robot at rest if it exceeds COMMAND_LATENCY."""
+        if self._departure is None:
+            return
+        sent, x_before, y_before = self._departure
+        if hypot(x - x_before, y - y_before) <= POSITION_TOLERANCE:
+            self._last_at_departure = now
+            if (now - sent) * SECONDS_PER_NS > MAX_DELAY:
+                self._departure = None
+            return
+        self._departure = None
+        # The motion began after the last position at rest. An earlier start is not a slow response.
+        if (self._last_at_departure - sent) * SECONDS_PER_NS > COMMAND_LATENCY:
+            self._latency.record_response_delay(
+                now, (now - sent) * SECONDS_PER_NS - COMMAND_LATENCY)
+
+    def _destinations(self, now: int) -> list[tuple[float, float]]:
+        """Return the points (m) to which the commands already sent may take the robot."""
+        _, x, y = self._positions[-1]
+        extrapolated = self._extrapolate()
+        points = [] if extrapolated is None else [extrapolated]
+        for sent, (goal_x, goal_y) in self._goals:
+            # A moving robot drives to its last goal. If that goal is recent, the one before it is
+            # in the list too, and the robot may still drive there.
+            if extrapolated is None and len(self._goals) == 1 and not self._is_recent(now, sent):
+                continue
+            distance = hypot(goal_x - x, goal_y - y)
+            if distance > 0.0:
+                fraction = min(self._committed_distance / distance, 1.0)
+                points.append((x + fraction * (goal_x - x), y + fraction * (goal_y - y)))
+        return points
+
+    def _extrapolate(self) -> tuple[float, float] | None:
+        """Return the point (m) that a moving robot reaches straight ahead, None at rest."""
+        _, x, y = self._positions[-1]
+        for _, x_before, y_before in reversed(self._positions):
+            moved = hypot(x - x_before, y - y_before)
+            if moved > POSITION_TOLERANCE:
+                # Assume max_velocity: the intervals between ticks and transforms vary too much to
+                # measure the speed.
+                scale = self._committed_distance / moved
+                return (x + scale * (x - x_before), y + scale * (y - y_before))
+        return None
+
+    def _is_recent(self, now: int, sent: int) -> bool:
+        """Return whether a goal sent at a time (ns) may not be in effect yet."""
+        return (now - sent) * SECONDS_PER_NS < COMMAND_LATENCY + self.excess
+
+    def _is_rest_known(self, now: int) -> bool:
+        """Return whether the positions cover enough time to show that the robot is at rest."""
+        return (now - self._positions[0][0]) * SECONDS_PER_NS >= REST_TIME + self.excess
+
+
+def _remove_old(entries: deque, now: int, max_age: float) -> None:
+    """Remove entries older than max_age (s), but keep the latest of them."""
+    while len(entries) > 1 and (now - entries[1][0]) * SECONDS_PER_NS > max_age:
+        entries.popleft()
