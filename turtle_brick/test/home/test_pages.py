@@ -64,7 +64,7 @@ ARENA = 'ros2 launch turtle_brick turtle_arena.launch.py'
 
 LASTING = {
     'ros2 launch turtle_brick show_turtle': 'Robot initialized',
-    'ros2 run turtle_brick sweep': 'drops, into ',
+    'ros2 run turtle_brick sweep': 'drops; output: ',
     'ros2 run turtle_brick viewer': 'http://',
     'ros2 topic hz': 'average rate: ',
     'ros2 run tf2_ros tf2_echo': '- Matrix:',

@@ -37,8 +37,6 @@ DECIDED, COMMANDED, MOVED = 9_000_000, 15_000_000, 81_000_000
 """When what follows a release happens (ns)."""
 
 
-# ------------------------------------------------------------------------------ what it computes
-
 class Recorded:
     """What the benchmark sees of a record: when each message was published, and what it said."""
 
@@ -83,7 +81,7 @@ def speed(meters_per_second):
 
 
 def test_the_chain_is_found_whatever_was_heard_before_the_release():
-    ends = benchmark.chain(Recorded(), LEAD, END)
+    ends = benchmark.reaction_times(Recorded(), LEAD, END)
     assert list(ends) == list(plots.LINKS)
     assert ends['seen'] == pytest.approx(0.0083)
     assert ends['decided'] == pytest.approx(DECIDED * 1e-9)
@@ -92,10 +90,8 @@ def test_the_chain_is_found_whatever_was_heard_before_the_release():
     assert 0.0 < ends['known'] - MOVED * 1e-9 <= 0.010
     for track in ({BRICK: fall(gravity=0.0)}, {'goal_pose': [(RELEASE - 1, None)]},
                   {BASE_LINK: drive(10_000_000, moved=END)}):
-        assert benchmark.chain(Recorded(**track), LEAD, END) is None
+        assert benchmark.reaction_times(Recorded(**track), LEAD, END) is None
 
-
-# ------------------------------------------------------------------------------ what it measures
 
 def test_what_a_process_uses_is_told():
     """Of this one, which works all the time, as the system books it, and of one that sleeps."""
@@ -106,14 +102,12 @@ def test_what_a_process_uses_is_told():
             pass
 
     with psutil.Popen(['sleep', '60']) as idle:
-        cores = benchmark.cores({'busy': psutil.Process(), 'idle': idle}, work)
+        cores = benchmark.processor_usage({'busy': psutil.Process(), 'idle': idle}, work)
         booked = (process_time() - before) / (monotonic() - begin)
         idle.kill()
     assert cores == {'busy': pytest.approx(booked, abs=0.1), 'idle': pytest.approx(0.0, abs=0.03)}
     assert cores['busy'] > 0.05
 
-
-# -------------------------------------------------------------------------------- how it reports
 
 def test_the_table_holds_what_was_found(tmp_path):
     """Sums and percentiles included; and so does the figure."""
@@ -124,8 +118,8 @@ def test_the_table_holds_what_was_found(tmp_path):
              'outcomes': {'caught': 12, 'missed': 1}}
     text = benchmark.report(found)
     rows = {line.strip().partition('  ')[0]: line.split() for line in text.splitlines()}
-    assert rows['the three of ours'][-2:] == ['60.0', '60.0']
-    assert rows['all five'][-2:] == ['150.0', '150.0']
+    assert rows['turtle_brick nodes'][-2:] == ['60.0', '60.0']
+    assert rows['all nodes'][-2:] == ['150.0', '150.0']
     assert rows['cmd_vel'][1:] == ['10.0', '10.000', '9.020', '10.000', '10.980', '11.00']
     assert rows['world -> brick'][3] == '4.0'
     assert rows['first motion (pose of turtlesim)'][-3:] == ['83.1'] * 3
@@ -133,8 +127,6 @@ def test_the_table_holds_what_was_found(tmp_path):
     plots.latency(found['latency'], tmp_path / 'latency.png')
     assert (tmp_path / 'latency.png').read_bytes().startswith(b'\x89PNG')
 
-
-# ----------------------------------------------------------------------------------- how it ends
 
 def test_a_signal_ends_it_and_all_that_it_has_started(tmp_path):
     """Quietly, with status 0, and nothing is written."""
@@ -148,7 +140,7 @@ def test_a_signal_ends_it_and_all_that_it_has_started(tmp_path):
         Event().wait(0.05)
     process.send_signal(signal.SIGTERM)
     _, said = process.communicate(timeout=60.0)
-    assert (process.returncode, said) == (0, 'benchmark: stopped, and nothing written\n')
+    assert (process.returncode, said) == (0, 'benchmark: stopped; nothing was written\n')
     # Who has ended is there until somebody takes note of it.
     assert not psutil.wait_procs(started, timeout=10.0)[1]
     assert not list((tmp_path / 'out').iterdir())

@@ -44,7 +44,7 @@ def test_what_cannot_be_is_refused_with_a_sentence(domain, words, monkeypatch, c
 
 
 @pytest.mark.parametrize('seen, fault', [
-    ({'down': None}, 'it has not come down'),
+    ({'down': None}, 'the brick has not come down'),
     ({'refusals': [1, 2], 'caught': False, 'distance': 9.0}, 'called Unreachable more than once'),
     ({'caught': False}, 'not called Unreachable, but not caught'),
     ({'refusals': [1], 'distance': 9.0}, 'called Unreachable, but caught'),
@@ -62,8 +62,6 @@ def test_each_fault_is_found(seen, fault):
     assert found(**seen) == [fault]
 
 
-# ---------------------------------------------------------------------------------- its domain
-
 @pytest.fixture
 def nothing_said(monkeypatch):
     """Take back what the user, and the tests, say about domains."""
@@ -72,25 +70,25 @@ def nothing_said(monkeypatch):
 
 
 def test_it_takes_a_free_domain_of_this_machine_and_says_which(nothing_said, capsys):
-    with demo.chosen_domain() as shared:
+    with demo.choose_domain() as shared:
         first = os.environ['ROS_DOMAIN_ID']
         assert os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'LOCALHOST'
         assert not shared
         assert f'export ROS_DOMAIN_ID={first}\n' in capsys.readouterr().out
         os.environ['ROS_DOMAIN_ID'] = ''
-        with demo.chosen_domain():
+        with demo.choose_domain():
             assert os.environ['ROS_DOMAIN_ID'] != first
     for variable in RANGE_VARIABLES:
         os.environ[variable] = 'SUBNET'  # who is out of this machine is not known
-        with demo.chosen_domain() as shared:
+        with demo.choose_domain() as shared:
             assert shared and os.environ.pop(variable) == 'SUBNET'
 
 
 def test_the_users_domain_is_taken_with_whoever_is_in_it(domain_id):
-    with demo.chosen_domain() as shared:
+    with demo.choose_domain() as shared:
         assert not shared
         assert os.environ['ROS_DOMAIN_ID'] == str(domain_id)
-    with graph(domain_id), demo.chosen_domain() as shared:
+    with graph(domain_id), demo.choose_domain() as shared:
         assert shared
 
 
@@ -100,11 +98,11 @@ def test_who_listens_is_no_company_but_another_robot_is(domain_id, monkeypatch):
         rival.listener.create_subscription(Pose, 'arena_1/turtle1/pose', print, 10)
         rival.listener.create_publisher(Pose, 'arena_3/turtle1/pose', 10)
         monkeypatch.setattr(demo, 'DISCOVERY_TIME', 0.5)
-        demo.look_out(['arena_1', 'arena_2'])
+        demo.check_for_other_robots(['arena_1', 'arena_2'])
         rival.listener.create_publisher(Pose, 'arena_2/turtle1/pose', 10)
         monkeypatch.setattr(demo, 'DISCOVERY_TIME', WAIT)
         with pytest.raises(DomainError, match=f'domain {domain_id} .* arena_2/turtle1/pose'):
-            demo.look_out(['arena_1', 'arena_2'])
+            demo.check_for_other_robots(['arena_1', 'arena_2'])
 
 
 def test_nobody_in_one_of_two_arenas_hears_the_other_and_both_end_with_the_demo(domain_id):

@@ -23,7 +23,7 @@ from math import cos, dist, exp, log, pi, sin
 from random import Random
 
 import pytest
-from turtle_brick.core.catch_logic import AT_GOAL, CENTER, State
+from turtle_brick.core.catch_logic import CENTER, GOAL_TOLERANCE, State
 from turtle_brick.core.driving import travel_time
 from turtle_brick.core.parameters import load
 from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guaranteed_distance,
@@ -111,7 +111,7 @@ def test_both_promises_hold(delays):
             assert result.finished and simulation.catcher.state is State.WAITING, case
             if result.caught:
                 assert 0.0 <= result.fall_time - time <= STEP + 1e-9, case
-                assert dist(result.carried_to, CENTER) <= AT_GOAL, case
+                assert dist(result.carried_to, CENTER) <= GOAL_TOLERANCE, case
                 assert simulation.world.phase is Phase.FLOATING, case
                 assert 0.0 < result.slide_time < 10.0, case
             else:

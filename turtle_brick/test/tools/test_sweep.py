@@ -30,7 +30,7 @@ from turtle_brick.core.parameters import default_path, load, Parameters
 from turtle_brick.core.reachability import guaranteed_distance
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.tools import simulation, sweep
-from turtle_brick.tools.simulation import promised_distance, simulate, trace
+from turtle_brick.tools.simulation import promised_distance, simulate_drop, trace
 import yaml
 
 PARAMETERS = load()
@@ -47,7 +47,7 @@ def read(path):
 @pytest.fixture(scope='module')
 def drops():
     """Make the drops of a small plan."""
-    return [simulate(PARAMETERS, *one) for one in PLAN.simulations()]
+    return [simulate_drop(PARAMETERS, *one) for one in PLAN.simulations()]
 
 
 @pytest.fixture(scope='module')
@@ -61,8 +61,6 @@ def refused(drops):
     """Return a drop that was refused."""
     return next(drop for drop in drops if drop.outcome == 'refused')
 
-
-# ----------------------------------------------------------------------------------- the table
 
 def test_the_table_depends_on_the_options_alone_which_stand_above_it(tmp_path, capsys):
     """Who reads the head writes the same bytes; that two workers do is seen below."""
@@ -110,7 +108,7 @@ def test_bricks_are_in_every_cell_or_everywhere_between_the_heights():
     """A grid in an order that spreads a part of it over the arena; each with its own seed."""
     plan = sweep.Plan(grid=True, count=9, heights=(8.0, 8.0), seed=1)
     numbers, seeds, bricks = zip(*plan.simulations())
-    assert numbers == tuple(range(plan.drops)) and len(set(seeds)) == plan.drops
+    assert numbers == tuple(range(plan.drop_count)) and len(set(seeds)) == plan.drop_count
     cells = [(int(x / ARENA_SIZE * 9), int(y / ARENA_SIZE * 9)) for x, y, _ in bricks]
     assert sorted(cells) == [(i, j) for i in range(9) for j in range(9)]
     assert {z for _, _, z in bricks} == {8.0}
@@ -120,8 +118,6 @@ def test_bricks_are_in_every_cell_or_everywhere_between_the_heights():
         assert low <= min(values) < low + 0.1 < high - 0.1 < max(values) <= high
 
 
-# -------------------------------------------------------------------------------- the promises
-
 def test_broken_promises_are_found(caught, refused):
     """Each kind, and only then."""
     missed = caught._replace(result=caught.result._replace(caught=False))
@@ -129,10 +125,10 @@ def test_broken_promises_are_found(caught, refused):
     unseen = near._replace(result=near.result._replace(decision=None))
     stuck = caught._replace(result=caught.result._replace(finished=False))
     for bad in (missed, near, unseen, stuck):
-        assert bad.broken and sweep.most_telling([refused, caught, bad]) is bad
-        assert f'promises broken: 1\n  drop {bad.number},' in sweep.summary([caught, bad, refused])
-    assert not caught.broken and not refused.broken
-    assert sweep.summary([caught, refused]).endswith('promises broken: 0')
+        assert bad.broken_promise and sweep.drop_to_draw([refused, caught, bad]) is bad
+        assert f'broken promises: 1\n  drop {bad.number},' in sweep.summary([caught, bad, refused])
+    assert not caught.broken_promise and not refused.broken_promise
+    assert sweep.summary([caught, refused]).endswith('broken promises: 0')
 
 
 def test_nothing_is_promised_outside_the_arena():
@@ -148,14 +144,12 @@ def test_a_broken_promise_ends_in_status_1(tmp_path, capsys, monkeypatch):
     assert 'refused within the promised' in capsys.readouterr().out
 
 
-# ----------------------------------------------------------------------------------- the figures
-
 def test_figures_are_drawn(tmp_path, drops, caught):
     """Of all outcomes at random places, and of one brick that nothing is promised for."""
     missed = caught._replace(result=caught.result._replace(caught=False))
     unseen = caught._replace(result=caught.result._replace(decision=None, caught=False))
     sweep.draw([*drops, missed, unseen], PARAMETERS, tmp_path)
-    sweep.draw([simulate(PARAMETERS, 0, 1, (2.0, 3.0, 0.5))], PARAMETERS, tmp_path)
+    sweep.draw([simulate_drop(PARAMETERS, 0, 1, (2.0, 3.0, 0.5))], PARAMETERS, tmp_path)
     assert all((tmp_path / name).read_bytes().startswith(b'\x89PNG')
                for name in ('map.png', 'drop.png'))
 
@@ -175,11 +169,9 @@ def test_a_trace_is_the_drop_of_its_row(caught):
         'HOVERING', 'FALLING', 'RIDING', 'FLOATING'}
 
 
-# ---------------------------------------------------------------------------------- the program
-
 @pytest.mark.parametrize('args, words', [
-    (['--height', 'nan'], '--height takes one number, or the lowest and the highest'),
-    (['--height', '9', '2'], '--height takes one number'),
+    (['--height', 'nan'], '--height is nan, but must be one height'),
+    (['--height', '9', '2'], '--height is 9.0 2.0, but must be'),
     (['--params-file', 'nowhere.yaml'], 'nowhere.yaml: No such file'),
     (['--output', '.'], '[Errno 17] File exists'),
     (['--dask', 'no address'], ''),
@@ -217,5 +209,6 @@ def test_ctrl_c_keeps_what_is_done(tmp_path, drops):
     assert [int(row['index']) for row in rows] == list(range(len(rows)))
     for row, drop in zip(rows, drops):
         assert list(row.values()) == [
-            '' if value is None else str(sweep.as_text(value)) for value in drop.row().values()]
+            '' if value is None else str(sweep.format_value(value))
+            for value in drop.row().values()]
     assert f'{len(rows):,} of 1,000,000 drops in ' in out

@@ -11,4 +11,13 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""What one runs and measures the exercise with."""
+"""Programs that run, simulate, measure and draw the exercise."""
+
+from argparse import ArgumentTypeError
+
+
+def positive_int(text: str) -> int:
+    """Convert the value of a command-line option to an integer of at least 1."""
+    if not text.isdecimal() or int(text) < 1:
+        raise ArgumentTypeError(f'{text!r} is not a whole number of at least 1')
+    return int(text)

@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-The whole graph in one process: the very node classes, one executor, real DDS.
+The whole graph in one process, with the real node classes, one executor and real DDS.
 
-Where turtlesim and robot_state_publisher are stand-ins, they are composed too; where the real
-ones are installed, they run beside as processes of their own.
+The stand-ins for turtlesim and robot_state_publisher run in this process, too. If the real
+packages are installed, they run in separate processes.
 """
 
 from collections.abc import Callable
@@ -43,17 +43,17 @@ from turtle_referee.graph_client.spinning import Spinner
 import xacro
 import yaml
 
-END_TIME = 15.0
-"""How long (s) a node may take to leave the executor."""
+REMOVE_TIMEOUT = 15.0
+"""Timeout (s) for removing a node from the executor."""
 
 AnyNode = TypeVar('AnyNode', bound=Node)
 
 
 def executable(package: str, name: str) -> str:
     """
-    Return the path of an installed executable, which `ros2 run` would start.
+    Return the path of an executable in an installed package.
 
-    :raises PackageNotFoundError: there is no such package; its argument says so
+    :raises PackageNotFoundError: the package is not installed
     """
     try:
         return str(Path(get_package_prefix(package), 'lib', package, name))
@@ -62,17 +62,17 @@ def executable(package: str, name: str) -> str:
 
 
 class Graph(Spinner):
-    """Nodes in one process that see each other, and whoever else is in their ROS domain."""
+    """Nodes in one process that communicate with all nodes in their ROS domain."""
 
     def __init__(self, domain_id: int | None = None, namespace: str = '',
                  quiet: bool = False, tf_inside: bool = False) -> None:
         """
-        Start with no nodes.
+        Create a graph without nodes.
 
-        :param domain_id: the ROS domain; that of the environment if None
+        :param domain_id: the ROS domain; if None, the one in the environment
         :param namespace: the namespace of all nodes
-        :param quiet: whether the nodes log warnings and errors only
-        :param tf_inside: whether TF is in the namespace, too, as the launch files have it
+        :param quiet: whether the nodes log only warnings and errors
+        :param tf_inside: whether TF moves into the namespace, as in the launch files
         """
         self.namespace = namespace
         self._files = TemporaryDirectory()
@@ -88,11 +88,11 @@ class Graph(Spinner):
         self._processes: list[Process] = []
 
     def __enter__(self) -> 'Graph':
-        """Return the graph itself; on leaving it, everything ends."""
+        """Return the graph."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End everything."""
+        """End all nodes and processes."""
         self.close()
 
     def add(self, node_type: type[AnyNode], *ros_arguments: str, parameters: bool = True,
@@ -100,10 +100,10 @@ class Graph(Spinner):
         """
         Add a node.
 
-        :param node_type: its class
-        :param ros_arguments: what stands behind --ros-args, as '-r', 'cmd_vel:=turtle1/cmd_vel'
-        :param parameters: whether to give it the parameter file
-        :param options: passed on to the node's class
+        :param node_type: the class of the node
+        :param ros_arguments: arguments after --ros-args, such as '-r', 'cmd_vel:=turtle1/cmd_vel'
+        :param parameters: whether the node receives the parameter file
+        :param options: further arguments for the constructor
         """
         arguments = ['--ros-args', *self._remaps, *ros_arguments]
         if parameters:
@@ -115,33 +115,33 @@ class Graph(Spinner):
         return node
 
     def remove(self, node: Node) -> None:
-        """Take a node out of the graph and destroy it."""
+        """Remove a node from the graph and destroy it."""
         self.nodes.remove(node)
         self.executor.remove_node(node)
-        # An executor may have to let go of the node first, which is a piece of work.
-        self.spin_until(self.executor.create_task(lambda: None).done, END_TIME,
-                        'the executor lets go of a node')
+        # The executor removes the node in its next cycle.
+        self.spin_until(self.executor.create_task(lambda: None).done, REMOVE_TIMEOUT,
+                        'the executor has removed the node')
         node.destroy_node()
 
     def add_turtlesim(self) -> Node | None:
-        """Add turtlesim, holonomic; return its node, None if it is the real one."""
-        return self._add_foreign('turtlesim', 'turtlesim_node', 'turtlesim_standin.node',
-                                 'TurtleSimNode', {'holonomic': True})
+        """Add a holonomic turtlesim; return its node, or None if it is a separate process."""
+        return self._add_node_or_process('turtlesim', 'turtlesim_node', 'turtlesim_standin.node',
+                                         'TurtleSimNode', {'holonomic': True})
 
     def add_robot_state_publisher(self) -> Node | None:
-        """Add robot_state_publisher with our robot; return its node, None if it is real."""
-        return self._add_foreign(
+        """Add robot_state_publisher; return its node, or None if it is a separate process."""
+        return self._add_node_or_process(
             'robot_state_publisher', 'robot_state_publisher', 'robot_state_publisher.node',
             'RobotStatePublisher', self.robot_parameters())
 
     def robot_parameters(self) -> dict[str, Any]:
-        """Return robot_state_publisher's parameters, as in the launch files, for our robot."""
+        """Return the parameters of robot_state_publisher, as in the launch files."""
         path = self.params_file.parents[1] / 'urdf' / 'turtle.urdf.xacro'
         urdf = xacro.process_file(str(path), mappings={'params_file': str(self.params_file)})
         return {'robot_description': urdf.toxml(), 'ignore_timestamp': True}
 
     def add_robot(self) -> TurtleRobot:
-        """Add turtle_robot, connected to turtlesim as the launch files do it."""
+        """Add turtle_robot and connect it to turtlesim, as in the launch files."""
         return self.add(TurtleRobot, '-r', 'cmd_vel:=turtle1/cmd_vel')
 
     def add_arena(self) -> Arena:
@@ -155,16 +155,17 @@ class Graph(Spinner):
     def add_process(self, package: str, name: str, *arguments: str,
                     listener: Callable[[str], object] = sys.stderr.write) -> Process:
         """
-        Start an executable that belongs to the graph, in a process of its own.
+        Start an installed executable in its own process, with the namespace of the graph.
 
-        :param package: the package it belongs to; PackageNotFoundError if there is none
-        :param name: its name
-        :param arguments: its command line
-        :param listener: called with each line that it prints
+        :param package: the package of the executable
+        :param name: the name of the executable
+        :param arguments: its command-line arguments
+        :param listener: called with each printed line
+        :raises PackageNotFoundError: the package is not installed
         """
         ros_arguments = [*self._log_level, *self._remaps]
         if self.namespace:
-            # Real nodes refuse a namespace without the slash.
+            # rclcpp nodes require the leading slash.
             ros_arguments += ['-r', f'__ns:=/{self.namespace.lstrip("/")}']
         if ros_arguments:
             arguments = (*arguments, '--ros-args', *ros_arguments)
@@ -174,15 +175,15 @@ class Graph(Spinner):
         return process
 
     def parameter_file(self, parameters: dict[str, Any]) -> Path:
-        """Write parameters for any node into a file of this graph; return its path."""
+        """Write parameters into a temporary parameter file; return its path."""
         path = Path(self._files.name, f'{len(os.listdir(self._files.name))}.yaml')
         path.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}), encoding='utf-8')
         return path
 
-    def _add_foreign(self, package: str, executable: str, module: str, node_type: str,
-                     parameters: dict[str, Any]) -> Node | None:
-        """Compose a stand-in where there is one, else start the real executable."""
-        # A file, since no command line takes a URDF as the value of a parameter.
+    def _add_node_or_process(self, package: str, executable: str, module: str, node_type: str,
+                             parameters: dict[str, Any]) -> Node | None:
+        """Add the stand-in if it is installed, otherwise start the real executable."""
+        # A URDF is too complex for a parameter value on the command line.
         arguments = ['--params-file', str(self.parameter_file(parameters))]
         if find_spec(module.partition('.')[0]) is not None:
             stand_in = getattr(importlib.import_module(module), node_type)
@@ -191,7 +192,7 @@ class Graph(Spinner):
         return None
 
     def close(self) -> None:
-        """End every node and process."""
+        """End all nodes and processes."""
         close_all(self._processes)
         self._processes.clear()
         self.executor.shutdown()

@@ -15,15 +15,15 @@
 """
 The closed loop without ROS: brick, robot, turtlesim and catcher at their real rates.
 
-It uses the same modules as the nodes: `physics.World` at 250 Hz, `driving.Driver` at 100 Hz,
-`turtlesim_kinematics.Turtle` every 16 ms with its queue of commands, and `catch_logic.Catcher` at
-every position of the brick and 50 times per second, with the delays of the live graph between
-them. Time jumps from event to event, so that an hour takes seconds; everything random comes from a
-seed, so that every run can be repeated. `simulate` makes one drop with the robot at rest in the
-center, for tables and figures, and `trace` repeats it to be drawn.
+The simulation uses the same modules as the nodes: `physics.World` at 250 Hz, `driving.Driver` at
+100 Hz, `turtlesim_kinematics.Turtle` with its command queue every 16 ms, and `catch_logic.Catcher`
+at 50 Hz and on every new brick position. The delays between them are those of the live graph.
+Time jumps from event to event, so one hour is simulated in seconds. All random numbers come from
+one seed, so every run can be repeated.
+
+`simulate_drop` simulates one drop for tables and maps, and `trace` repeats it for a figure.
 """
 
-from argparse import ArgumentTypeError
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ from random import Random
 from typing import Any, NamedTuple
 
 from turtle_brick.core import catch_logic, driving
-from turtle_brick.core.catch_logic import Catcher, DriveOrder, State, TiltOrder
+from turtle_brick.core.catch_logic import Catcher, DriveGoal, State, TiltCommand
 from turtle_brick.core.driving import Driver
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose, Vector
 from turtle_brick.core.parameters import Parameters
@@ -43,38 +43,44 @@ from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, TICK, Turtle, 
                                                     within_arena)
 from turtle_brick.physics import Phase, STEP_NS, World
 
-ROBOT_PERIOD = round(driving.PERIOD / SECONDS_PER_NS)
-TICK_PERIOD = round(TICK / SECONDS_PER_NS)
-CATCHER_PERIOD = round(catch_logic.PERIOD / SECONDS_PER_NS)
+ROBOT_PERIOD_NS = round(driving.COMMAND_PERIOD / SECONDS_PER_NS)
+"""Period of turtle_robot (ns)."""
 
-START_UP = 0.3  # how long (s) one runs before its drop, for its parts to exchange data
+TICK_NS = round(TICK / SECONDS_PER_NS)
+"""Period of turtlesim (ns)."""
+
+CATCHER_PERIOD_NS = round(catch_logic.UPDATE_PERIOD / SECONDS_PER_NS)
+"""Period of the catcher (ns)."""
+
+START_TIME = 0.3
+"""Simulated time (s) before the first drop, in which robot, arena and catcher exchange data."""
 
 
 @dataclass(frozen=True)
 class Delays:
-    """The delays of the live graph (s)."""
+    """Delays of the live graph (s)."""
 
-    transport: float = driving.TRANSPORT  # from publishing a message to its arrival elsewhere
+    transport: float = driving.TRANSPORT_DELAY  # from publishing a message to receiving it
     transforms: float = 0.0010  # from the robot's cycle to robot_state_publisher's transform
-    tick_jitter: float = 0.0  # standard deviation of turtlesim's ticks about their grid
-    robot_jitter: float = 0.0  # standard deviation of the robot's cycles about theirs
+    tick_jitter: float = 0.0  # standard deviation of the times of turtlesim's ticks
+    robot_jitter: float = 0.0  # standard deviation of the times of the robot's cycles
 
 
-# of a graph whose timers jitter as turtlesim's and rclpy's do
 JITTER = Delays(tick_jitter=0.002, robot_jitter=0.0003)
+"""Delays with the timer jitter of turtlesim and rclpy."""
 
 
-class Result(NamedTuple):
-    """The course of a drop; lengths in m, times in s."""
+class DropResult(NamedTuple):
+    """The events of a drop; lengths in m, times in s."""
 
-    brick: Vector  # where it was released
-    robot: tuple[float, float]  # where the robot was then
+    brick: Vector  # position at the release
+    robot: tuple[float, float]  # position of the robot at the release
     decision: Decision | None
     caught: bool
-    fall_time: float  # from release to contact with the platform or the ground
-    decision_time: float  # from release to decision
-    carried_to: tuple[float, float] | None  # where the robot tilted
-    slide_time: float  # from the first tilt until the brick floats
+    fall_time: float  # from the release to the contact with the platform or the ground
+    decision_time: float  # from the release to the decision
+    carried_to: tuple[float, float] | None  # position of the robot when it tilted
+    slide_time: float  # from the start of the tilt until the brick floats
     finished: bool  # whether the catcher was waiting again at the end
 
 
@@ -84,12 +90,12 @@ class Simulation:
     def __init__(self, parameters: Parameters, seed: int = 0, delays: Delays = Delays(),
                  start: tuple[float, float, float] = (ARENA_CENTER, ARENA_CENTER, 0.0)) -> None:
         """
-        Put robot and brick at rest.
+        Create an arena with robot and brick at rest.
 
-        :param parameters: the physical numbers
-        :param seed: of the phases of all timers, and of the jitter
+        :param parameters: the physical parameters
+        :param seed: seed for the phases of all timers and for the jitter
         :param delays: the delays between the parts
-        :param start: x, y (m) and theta (rad) of the turtle in the world
+        :param start: x, y (m) and theta (rad) of the turtle in the world frame
         """
         self.parameters = parameters
         self.random = Random(seed)
@@ -98,40 +104,38 @@ class Simulation:
         self.driver = Driver(parameters.max_velocity)
         self.turtle = Turtle(*start, holonomic=True)
         self.catcher = Catcher(parameters)
-        self.now = 0
-        self.on_physics: Callable[[], None] | None = None  # called after each step of it
-        self.commanded = (0.0, 0.0)  # the latest velocity (m/s), in the turtle's frame
-        self.decisions: list[tuple[int, Decision]] = []  # with their instants (ns)
+        self.now = 0  # simulated time (ns)
+        self.after_step: Callable[[], None] | None = None  # called after each physics step
+        self.commanded = (0.0, 0.0)  # latest velocity command (m/s), in the turtle's frame
+        self.decisions: list[tuple[int, Decision]] = []  # each with its time (ns)
         self._hinge = parameters.platform_height - parameters.platform_thickness
         self._tilt = 0.0
-        self._shown: tuple[TurtlePose | None, float] = (None, 0.0)
-        # What is on its way: (time of arrival, content), in order.
+        self._last_state: tuple[TurtlePose | None, float] = (None, 0.0)
+        # Messages in transit: (arrival time in ns, content), in order of arrival.
         self._to_turtle: deque[tuple[int, float, float]] = deque()
         self._to_driver: deque[tuple[int, TurtlePose]] = deque()
-        self._orders: deque[tuple[int, DriveOrder | TiltOrder]] = deque()
-        self._transforms: deque[tuple[int, Platform]] = deque()
+        self._to_robot: deque[tuple[int, DriveGoal | TiltCommand]] = deque()
+        self._to_arena: deque[tuple[int, Platform]] = deque()
         self._transport = round(delays.transport / SECONDS_PER_NS)
         self._transform_delay = round(delays.transforms / SECONDS_PER_NS)
-        uniform = self.random.randrange
-        self._physics_at = uniform(STEP_NS)
-        self._robot_grid = uniform(ROBOT_PERIOD)
-        self._robot_at = self._robot_grid
-        self._tick_grid = uniform(TICK_PERIOD)
-        self._tick_at = self._tick_grid
-        self._catcher_at = uniform(CATCHER_PERIOD)
+        # Each timer starts at a random phase; `_at` is the time of its next event.
+        self._physics_at = self.random.randrange(STEP_NS)
+        self._robot_at = self._robot_grid = self.random.randrange(ROBOT_PERIOD_NS)
+        self._tick_at = self._tick_grid = self.random.randrange(TICK_NS)
+        self._catcher_at = self.random.randrange(CATCHER_PERIOD_NS)
         self._decided_at = 0
 
     def drive_to(self, x: float, y: float) -> None:
-        """Send the robot to a point of the world (m), as goal_pose does."""
-        self._orders.append((self.now + self._transport, DriveOrder(x, y)))
+        """Send the robot to a point (m) in the world frame, like a goal_pose message."""
+        self._to_robot.append((self.now + self._transport, DriveGoal(x, y)))
 
     def run(self, until: Callable[[], bool], limit: float = inf) -> bool:
         """
-        Let time pass until a condition holds.
+        Simulate until a condition is true.
 
-        :param until: the condition, checked after each step of the physics
-        :param limit: the longest time (s) to pass
-        :return: Whether the condition holds.
+        :param until: the condition, evaluated after each physics step
+        :param limit: maximum simulated duration (s)
+        :return: whether the condition is true
         """
         end = self.now + limit / SECONDS_PER_NS
         while True:
@@ -139,28 +143,28 @@ class Simulation:
                 self._tick_at, self._robot_at, self._physics_at, self._catcher_at)
             if now > end:
                 return False
-            # Of two at the same instant the earlier one here comes first.
+            # If two events have the same time, the one that is first below is handled first.
             if now == self._tick_at:
-                self._tick(now)
+                self._tick_turtlesim(now)
             elif now == self._robot_at:
-                self._cycle(now)
+                self._update_robot(now)
             elif now == self._physics_at:
-                self._step(now)
+                self._step_physics(now)
                 if until():
                     return True
             else:
-                self._catcher_at += CATCHER_PERIOD
-                self._decide(now)
+                self._catcher_at += CATCHER_PERIOD_NS
+                self._update_catcher(now)
 
     def rest(self, seconds: float) -> None:
-        """Let a time (s) pass."""
+        """Simulate for a duration (s)."""
         self.run(lambda: False, seconds)
 
-    def drop(self, brick: Vector) -> Result:
+    def drop(self, brick: Vector) -> DropResult:
         """
-        Place the brick at a point of the world (m) and drop it.
+        Place the brick at a position (m) in the world frame, drop it and simulate to the end.
 
-        :return: What happens until the catcher waits again, or the brick lies on the ground.
+        The drop ends when the catcher is waiting again.
         """
         world, catcher = self.world, self.catcher
         world.brick = brick
@@ -168,28 +172,30 @@ class Simulation:
         world.release()
         released = self._physics_at
         robot = self.turtle.pose[:2]
-        decisions = len(self.decisions)
+        earlier_decisions = len(self.decisions)
         self.run(lambda: world.phase is not Phase.FALLING)
         fall_time = (self.now - released) * SECONDS_PER_NS
         caught = world.phase is Phase.RIDING
         carried_to, slide_time = None, 0.0
         if caught:
-            # Enough for the way across the arena at max_velocity, and for the slide.
+            # The limit allows a drive across the arena at max_velocity.
             self.run(lambda: catcher.state is State.TILTING,
                      30.0 + 16.0 / self.parameters.max_velocity)
             carried_to, tilted = self.turtle.pose[:2], self.now
             self.run(lambda: world.phase is Phase.FLOATING, 30.0)
             slide_time = (self.now - tilted) * SECONDS_PER_NS
         finished = self.run(lambda: catcher.state is State.WAITING, 10.0)
-        told: list[tuple[float, Decision | None]] = [*self.decisions[decisions:], (inf, None)]
-        decided, decision = told[0]
-        return Result(brick, robot, decision, caught, fall_time, (decided - released) * SECONDS_PER_NS,
-                      carried_to, slide_time, finished)
+        decision, decision_time = None, inf
+        if len(self.decisions) > earlier_decisions:
+            decided, decision = self.decisions[earlier_decisions]
+            decision_time = (decided - released) * SECONDS_PER_NS
+        return DropResult(brick, robot, decision, caught, fall_time, decision_time,
+                          carried_to, slide_time, finished)
 
-    def _tick(self, now: int) -> None:
-        """Do what turtlesim does every 16 ms."""
-        self._tick_grid += TICK_PERIOD
-        self._tick_at = self._jittered(self._tick_grid, self.delays.tick_jitter)
+    def _tick_turtlesim(self, now: int) -> None:
+        """Execute one tick of turtlesim."""
+        self._tick_grid += TICK_NS
+        self._tick_at = self._add_jitter(self._tick_grid, self.delays.tick_jitter)
         inbox = self._to_turtle
         while inbox and inbox[0][0] <= now:
             _, linear_x, linear_y = inbox.popleft()
@@ -197,107 +203,108 @@ class Simulation:
         pose = self.turtle.tick(now * SECONDS_PER_NS)
         self._to_driver.append((now + self._transport, pose))
 
-    def _cycle(self, now: int) -> None:
-        """Do what the robot does 100 times per second."""
-        self._robot_grid += ROBOT_PERIOD
-        self._robot_at = self._jittered(self._robot_grid, self.delays.robot_jitter)
-        inbox, driver = self._to_driver, self.driver
-        while inbox and inbox[0][0] <= now:
-            arrival, pose = inbox.popleft()
+    def _update_robot(self, now: int) -> None:
+        """Execute one cycle of turtle_robot."""
+        self._robot_grid += ROBOT_PERIOD_NS
+        self._robot_at = self._add_jitter(self._robot_grid, self.delays.robot_jitter)
+        driver = self.driver
+        while self._to_driver and self._to_driver[0][0] <= now:
+            arrival, pose = self._to_driver.popleft()
             driver.observe(arrival * SECONDS_PER_NS, pose)
-        while self._orders and self._orders[0][0] <= now:
-            _, order = self._orders.popleft()
-            if isinstance(order, TiltOrder):
-                self._tilt = order.angle
+        while self._to_robot and self._to_robot[0][0] <= now:
+            _, action = self._to_robot.popleft()
+            if isinstance(action, TiltCommand):
+                self._tilt = action.angle
             else:
-                driver.drive_to(*within_arena(order.x, order.y))
+                driver.drive_to(*within_arena(action.x, action.y))
         self.commanded = driver.command(now * SECONDS_PER_NS)
         self._to_turtle.append((now + self._transport, *self.commanded))
-        place, tilt = driver.pose, self._tilt
-        place_shown, tilt_shown = self._shown
-        # A platform at rest stays the same one, which spares a sweep a tenth of its time.
-        if place is not None and (place != place_shown or tilt != tilt_shown):
-            self._shown = (place, tilt)
-            self._transforms.append((now + self._transform_delay, Platform(Pose(
-                (place.x, place.y, self._hinge),
-                multiply(from_yaw(place.theta), from_pitch(tilt))))))
+        # Sending only changes reduces the run time of a sweep by a tenth.
+        state = (driver.pose, self._tilt)
+        if driver.pose is not None and state != self._last_state:
+            self._last_state = state
+            x, y, yaw = driver.pose.x, driver.pose.y, driver.pose.theta
+            platform = Platform(Pose((x, y, self._hinge),
+                                     multiply(from_yaw(yaw), from_pitch(self._tilt))))
+            self._to_arena.append((now + self._transform_delay, platform))
 
-    def _step(self, now: int) -> None:
-        """Do what the arena does 250 times per second, and show the catcher the brick."""
+    def _step_physics(self, now: int) -> None:
+        """Execute one physics step and pass the brick's position to the catcher."""
         self._physics_at += STEP_NS
         world = self.world
-        transforms = self._transforms
-        while transforms and transforms[0][0] <= now:
-            world.platform = transforms.popleft()[1]
+        while self._to_arena and self._to_arena[0][0] <= now:
+            world.platform = self._to_arena.popleft()[1]
         world.step()
-        if self.catcher.see_brick(now, world.brick):
-            self._decide(now + self._transport)
-        if self.on_physics is not None:
-            self.on_physics()
+        if self.catcher.observe_brick(now, world.brick):
+            self._update_catcher(now + self._transport)
+        if self.after_step is not None:
+            self.after_step()
 
-    def _decide(self, now: int) -> None:
-        """Let the catcher decide, and pass its orders on."""
-        # A fall is decided about when its transform arrives, some time after this event.
+    def _update_catcher(self, now: int) -> None:
+        """Update the catcher at a time (ns) and send its commands to the robot."""
+        # `now` can be later than self.now, because a brick's transform takes time to arrive.
         self._decided_at = now = max(now, self._decided_at)
         for action in self.catcher.update(now, self.world.platform):
             if isinstance(action, Decision):
                 self.decisions.append((self.now, action))
             else:
-                self._orders.append((now + self._transport, action))
+                self._to_robot.append((now + self._transport, action))
 
-    def _jittered(self, instant: int, deviation: float) -> int:
-        """Return an instant (ns) with a random deviation (s), but one that is to come."""
+    def _add_jitter(self, time: int, deviation: float) -> int:
+        """Add normally distributed jitter (s) to a time (ns); return a time after now."""
         if deviation:
-            instant += round(self.random.gauss(0.0, deviation) / SECONDS_PER_NS)
-        return max(instant, self.now + 1)
+            time += round(self.random.gauss(0.0, deviation) / SECONDS_PER_NS)
+        return max(time, self.now + 1)
 
 
-class Drop(NamedTuple):
-    """What became of a brick; lengths in m, in the world, times in s."""
+class SimulatedDrop(NamedTuple):
+    """One drop of a sweep; lengths in m, in the world frame; times in s."""
 
-    number: int  # of the drop in its sweep, from 0
-    seed: int  # of its simulation
-    result: Result
-    promised: float  # distance within which a catch is promised; negative where nothing is
+    number: int  # index of the drop in its sweep, from 0
+    seed: int  # seed of its simulation
+    result: DropResult
+    promised: float  # largest distance at which a catch is promised; negative if there is none
 
     @property
     def distance(self) -> float:
-        """Return how far the brick was from the robot at the release, on the ground."""
+        """Return the horizontal distance between brick and robot at the release."""
         return dist(self.result.brick[:2], self.result.robot)
 
     @property
     def within_promise(self) -> bool:
-        """Tell whether a catch was promised."""
+        """Return whether a catch was promised."""
         return self.distance <= self.promised
 
     @property
     def reachable(self) -> bool | None:
-        """Return what the catcher decided; None if it did not."""
-        return self.result.decision and self.result.decision.reachable
+        """Return the catcher's decision, or None if it made none."""
+        return self.result.decision.reachable if self.result.decision else None
 
     @property
     def margin(self) -> float | None:
-        """Return the time available minus the time needed, by the catcher's estimate."""
-        return self.result.decision and self.result.decision.margin
+        """Return the available time minus the required time, as estimated by the catcher."""
+        return self.result.decision.margin if self.result.decision else None
 
     @property
     def outcome(self) -> str:
-        """Return 'caught', 'refused' or 'missed': said to be reachable, but not caught."""
-        return 'caught' if self.result.caught else 'missed' if self.reachable else 'refused'
+        """Return 'caught', 'refused', or 'missed' (decided to be reachable, but not caught)."""
+        if self.result.caught:
+            return 'caught'
+        return 'missed' if self.reachable else 'refused'
 
     @property
-    def broken(self) -> str:
-        """Say which promise was broken; empty if none was."""
+    def broken_promise(self) -> str:
+        """Describe the promise that was broken; return an empty string if none was."""
         if self.outcome == 'missed':
-            return 'said to be reachable, but not caught'
+            return 'decided to be reachable, but not caught'
         if self.outcome == 'refused' and self.within_promise:
-            return f'refused within the promised {self.promised:.3f} m'
+            return f'refused within the promised distance of {self.promised:.3f} m'
         if self.outcome == 'caught' and not self.result.finished:
-            return 'caught, but not carried and tipped off'
+            return 'caught, but not carried to the center and tipped off'
         return ''
 
     def row(self) -> dict[str, Any]:
-        """Return its row of a table, by column; None where a column does not apply."""
+        """Return the table row of this drop, by column; None if a column does not apply."""
         result, decision = self.result, self.result.decision
         brick_x, brick_y, brick_z = result.brick
         tilted_x, tilted_y = result.carried_to or (None, None)
@@ -308,8 +315,9 @@ class Drop(NamedTuple):
             'distance': self.distance,
             'promised': self.promised if self.promised >= 0.0 else None,
             'outcome': self.outcome, 'reachable': self.reachable,
-            'decided': decision and result.decision_time,
-            'available': decision and decision.available, 'needed': decision and decision.needed,
+            'decided': result.decision_time if decision else None,
+            'available': decision.available if decision else None,
+            'needed': decision.needed if decision else None,
             'margin': self.margin, 'fall': result.fall_time,
             'tilted_x': tilted_x, 'tilted_y': tilted_y,
             'slide': result.slide_time if result.caught else None,
@@ -317,69 +325,62 @@ class Drop(NamedTuple):
 
 
 def promised_distance(brick: Vector, parameters: Parameters, excess: float = 0.0) -> float:
-    """Return the `guaranteed_distance` (m) of a brick, negative outside the arena too."""
+    """Return the `guaranteed_distance` (m) for a brick; negative if it is outside the arena."""
     x, y, height = brick
     if within_arena(x, y) != (x, y):
         return -inf
     return guaranteed_distance(height, parameters, excess)
 
 
-def begin(parameters: Parameters, seed: int) -> Simulation:
-    """Return a simulation of a jittering graph, with the robot at rest in the center."""
+def start_simulation(parameters: Parameters, seed: int) -> Simulation:
+    """Return a running simulation with jitter and with the robot at rest in the center."""
     simulation = Simulation(parameters, seed, JITTER)
-    simulation.rest(START_UP)
+    simulation.rest(START_TIME)
     return simulation
 
 
-def simulate(parameters: Parameters, number: int, seed: int, brick: Vector) -> Drop:
-    """Drop a brick from a place in the world (m); the drop's number is noted."""
-    return Drop(number, seed, begin(parameters, seed).drop(brick),
-                promised_distance(brick, parameters))
+def simulate_drop(parameters: Parameters, number: int, seed: int, brick: Vector) -> SimulatedDrop:
+    """Simulate a drop with an index and a seed from a position (m) in the world frame."""
+    return SimulatedDrop(number, seed, start_simulation(parameters, seed).drop(brick),
+                         promised_distance(brick, parameters))
 
 
-def counted(drops: Sequence[Drop]) -> str:
-    """Return how many drops had which outcome."""
+def outcome_counts(drops: Sequence[SimulatedDrop]) -> str:
+    """Return the number of drops in all and for each outcome, as a line of text."""
     count = Counter(drop.outcome for drop in drops)
     return f'{len(drops):,} drops: ' + ', '.join(
         f'{count[outcome]:,} {outcome}' for outcome in ('caught', 'refused', 'missed'))
 
 
-class Sample(NamedTuple):
-    """An instant of a drop."""
+class TraceSample(NamedTuple):
+    """The state of a simulation after one physics step."""
 
     time: float  # since the release (s)
     brick: Vector
     robot: tuple[float, float]
-    tilt: float  # angle of the platform as the arena knows it (rad)
-    commanded: float  # the speed that the robot asks turtlesim for (m/s)
-    speed: float  # the turtle's, in turtlesim (m/s)
+    tilt: float  # angle of the platform in the latest transform (rad)
+    commanded: float  # speed commanded by the robot (m/s)
+    speed: float  # speed of the turtle in turtlesim (m/s)
     phase: Phase
     state: State
 
 
-def trace(parameters: Parameters, drop: Drop) -> list[Sample]:
-    """Repeat a drop; return 250 samples per second, until 0.3 s after its end."""
-    simulation = begin(parameters, drop.seed)
-    samples: list[Sample] = []
+def trace(parameters: Parameters, drop: SimulatedDrop) -> list[TraceSample]:
+    """Repeat a drop; return a sample per physics step until 0.3 s after its end."""
+    simulation = start_simulation(parameters, drop.seed)
+    samples: list[TraceSample] = []
 
-    def look() -> None:
+    def record_sample() -> None:
         turtle, platform = simulation.turtle.pose, simulation.world.platform
         assert platform is not None
         x_axis, _, normal = platform.axes
-        samples.append(Sample(
+        samples.append(TraceSample(
             simulation.now * SECONDS_PER_NS, simulation.world.brick, (turtle.x, turtle.y),
             atan2(-x_axis[2], normal[2]), hypot(*simulation.commanded), turtle.linear_velocity,
             simulation.world.phase, simulation.catcher.state))
 
-    simulation.on_physics = look
+    simulation.after_step = record_sample
     simulation.drop(drop.result.brick)
     simulation.rest(0.3)
     release = next(sample.time for sample in samples if sample.phase is Phase.FALLING)
     return [sample._replace(time=sample.time - release) for sample in samples]
-
-
-def at_least_one(text: str) -> int:
-    """Read a whole number that counts something."""
-    if not text.isdecimal() or int(text) < 1:
-        raise ArgumentTypeError(f'{text!r} is no whole number from 1 on')
-    return int(text)

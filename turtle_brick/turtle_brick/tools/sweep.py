@@ -13,21 +13,11 @@
 # limitations under the License.
 
 """
-sweep: drop many bricks without ROS, over all cores, and see what is caught, refused or missed.
+sweep: simulate many drops without ROS, on all cores, and count the outcomes.
 
-Every drop begins with the robot at rest in the center of the arena, in a simulation of its own.
-The output is a table, drops.csv, with one row per drop, and figures: the map of the arena, and one
-drop in detail. The table depends on the options alone, not on the number of workers: the same
-options give the same file, byte for byte.
-
-After Ctrl-C the drops that are done stay in the table, and the figures show them.
-
-With --dask the workers of a Dask cluster make the drops: the table is the same, also where some of
-them die.
-
-The status is 0 if both promises were kept in every drop: what was said to be reachable was
-caught, and nothing within the guaranteed distance was refused. It is 1 if not, and 2 if the sweep
-failed.
+The outputs are a table (drops.csv, one row per drop), a map of the arena, and a figure of one
+drop. The table depends only on the options and the parameters, not on the workers: the same
+options give the same file, byte for byte, even if some workers of a Dask cluster die.
 """
 
 import argparse
@@ -50,169 +40,190 @@ from tqdm import tqdm
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import default_path, load, Parameters
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.tools.simulation import at_least_one, counted, Drop, simulate, trace
+from turtle_brick.tools import positive_int
+from turtle_brick.tools.simulation import outcome_counts, simulate_drop, SimulatedDrop, trace
 
 TABLE = 'drops.csv'
+"""File name of the table."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The drops to make: with the parameters, all that the table depends on."""
+    """The drops of a sweep; together with the parameters, the plan determines the table."""
 
     grid: bool  # whether the bricks are on a grid
-    count: int  # how many drops; on a grid, how many along each side of the arena
-    heights: tuple[float, float]  # the lowest and the highest release of a brick (m)
+    count: int  # number of drops, or of grid cells along each side of the arena
+    heights: tuple[float, float]  # lowest and highest release of a brick (m)
     seed: int
 
     @property
-    def drops(self) -> int:
-        """Return how many drops there are in all."""
+    def drop_count(self) -> int:
+        """Return the total number of drops."""
         return self.count ** 2 if self.grid else self.count
 
     @property
     def options(self) -> str:
-        """Return the command line that asks for it."""
-        heights = ' '.join(repr(height) for height in dict.fromkeys(self.heights))
-        return (f'--{"grid" if self.grid else "drops"} {self.count} --height {heights} '
-                f'--seed {self.seed}')
+        """Return the command-line options for this plan."""
+        kind = '--grid' if self.grid else '--drops'
+        low, high = self.heights
+        heights = f'{low!r}' if low == high else f'{low!r} {high!r}'
+        return f'{kind} {self.count} --height {heights} --seed {self.seed}'
 
     def simulations(self) -> Iterator[tuple[int, int, Vector]]:
         """
-        Yield number, seed and brick of each drop, in the order of the table.
+        Yield index, seed and brick position (m, world frame) of each drop, in table order.
 
-        The bricks are at points of the world (m), uniformly at random, or in the centers of the
-        arena's cells in random order, so that the first ones already cover the whole arena.
+        Random positions are distributed uniformly. Grid positions are in random order, so that the
+        first drops already cover the whole arena.
         """
         bricks, seeds = Random(f'{self.seed} bricks'), Random(f'{self.seed} simulations')
-        places: Iterator[tuple[float, float]] = (
+        positions: Iterator[tuple[float, float]] = (
             (bricks.uniform(0.0, ARENA_SIZE), bricks.uniform(0.0, ARENA_SIZE))
-            for _ in range(self.drops))
+            for _ in range(self.drop_count))
         if self.grid:
             side = ARENA_SIZE / self.count
             cells = [((column + 0.5) * side, (row + 0.5) * side)
                      for row in range(self.count) for column in range(self.count)]
             bricks.shuffle(cells)
-            places = iter(cells)
-        for number, (x, y) in enumerate(places):
+            positions = iter(cells)
+        for number, (x, y) in enumerate(positions):
             yield number, seeds.getrandbits(32), (x, y, bricks.uniform(*self.heights))
 
 
-def heading(parameters: Parameters, plan: Plan) -> str:
-    """Return the head of the table: everything needed to make it again."""
+def table_header(parameters: Parameters, plan: Plan) -> str:
+    """Return the comment lines above the table, which contain all that is needed to repeat it."""
     version = ElementTree.parse(default_path().parents[1] / 'package.xml').findtext('version')
     lines = [f'turtle_brick {version}: sweep {plan.options}',
              'lengths in m, in the world; times in s; parameters:']
-    lines += [f'  {name}: {list(value) if isinstance(value, tuple) else value}'
-              for name, value in asdict(parameters).items()]
+    for name, value in asdict(parameters).items():
+        lines.append(f'  {name}: {list(value) if isinstance(value, tuple) else value}')
     return ''.join(f'# {line}\n' for line in lines)
 
 
-def as_text(value: object) -> object:
-    """Return a value as it stands in the table: six decimals, booleans as 0 and 1."""
+def format_value(value: object) -> object:
+    """Format a value for the table: six decimals, booleans as 0 and 1."""
     if isinstance(value, bool):
         return int(value)
     return f'{value:.6f}' if isinstance(value, float) else value
 
 
-def summary(drops: Sequence[Drop]) -> str:
-    """Return what became of the drops, and which promises were broken."""
+def summary(drops: Sequence[SimulatedDrop]) -> str:
+    """Return the outcomes and the broken promises, as lines of text."""
     promised = [drop for drop in drops if drop.within_promise]
-    broken = [drop for drop in drops if drop.broken]
-    return '\n'.join([
-        counted(drops), f'where a catch is promised, {counted(promised)}',
-        f'promises broken: {len(broken):,}'] + [
-            f'  drop {drop.number}, seed {drop.seed}, {drop.distance:.3f} m away: {drop.broken}'
-            for drop in broken[:10]])
+    broken = [drop for drop in drops if drop.broken_promise]
+    lines = [outcome_counts(drops), f'within the promised distance: {outcome_counts(promised)}',
+             f'broken promises: {len(broken):,}']
+    for drop in broken[:10]:
+        lines.append(f'  drop {drop.number}, seed {drop.seed}, {drop.distance:.3f} m from the '
+                     f'robot: {drop.broken_promise}')
+    return '\n'.join(lines)
 
 
-def most_telling(drops: Sequence[Drop]) -> Drop:
-    """Return the drop to show: a broken promise, else the tightest catch, else the first."""
-    return min(drops, key=lambda drop: (
-        not drop.broken, not drop.result.caught,
-        inf if drop.margin is None else drop.margin, drop.number))
+def drop_to_draw(drops: Sequence[SimulatedDrop]) -> SimulatedDrop:
+    """Return a drop with a broken promise, or else the catch with the smallest margin."""
+    for drop in drops:
+        if drop.broken_promise:
+            return drop
+    caught = [drop for drop in drops if drop.result.caught and drop.margin is not None]
+    return min(caught, key=lambda drop: drop.margin or 0.0, default=drops[0])
 
 
-def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list[Drop]:
-    """Make the drops and write the table; return those that were begun before a Ctrl-C, or all."""
-    drops: list[Drop] = []
+def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list[SimulatedDrop]:
+    """Simulate the drops and write the table; return the drops finished before a Ctrl-C."""
+    drops: list[SimulatedDrop] = []
     begin = monotonic()
     stopped = Event()
-    begun = takewhile(lambda _: not stopped.is_set(), plan.simulations())
+    started = takewhile(lambda _: not stopped.is_set(), plan.simulations())
 
     def stop(*_: object) -> None:
-        """Begin no further drop; a second Ctrl-C ends all at once."""
+        """Start no further drop; a second Ctrl-C ends the program."""
         stopped.set()
-        signal.signal(signal.SIGINT, on_interrupt)
+        signal.signal(signal.SIGINT, original_handler)
 
     with open(options.output / TABLE, 'x', encoding='utf-8', newline='') as file:
-        file.write(heading(parameters, plan))
+        file.write(table_header(parameters, plan))
         writer = csv.writer(file, lineterminator='\n')
-        # The workers begin here and inherit this: a Ctrl-C is for the first process alone.
-        on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        # The workers inherit the ignored SIGINT: killing them would make joblib print warnings.
+        original_handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
         results = Parallel(None if options.dask else options.workers, return_as='generator')(
-            delayed(simulate)(parameters, *one) for one in begun)
+            delayed(simulate_drop)(parameters, *simulation) for simulation in started)
         signal.signal(signal.SIGINT, stop)
-        # Not before a Ctrl-C keeps the drops: who reads this may send one.
-        print(f'{plan.drops:,} drops, into {options.output.resolve()}', flush=True)
-        for drop in tqdm(results, total=plan.drops, unit=' drops', disable=None):
+        print(f'Simulating {plan.drop_count:,} drops; output: {options.output.resolve()}',
+              flush=True)
+        for drop in tqdm(results, total=plan.drop_count, unit=' drops', disable=None):
             row = drop.row()
             if not drops:
                 writer.writerow(row)
-            writer.writerow(map(as_text, row.values()))
+            writer.writerow(map(format_value, row.values()))
             file.flush()
             drops.append(drop)
-    signal.signal(signal.SIGINT, on_interrupt)
-    print(f'{len(drops):,} of {plan.drops:,} drops in {monotonic() - begin:.1f} s\n'
+    signal.signal(signal.SIGINT, original_handler)
+    print(f'{len(drops):,} of {plan.drop_count:,} drops in {monotonic() - begin:.1f} s\n'
           f'  {options.output / TABLE}', flush=True)
     return drops
 
 
-def draw(drops: Sequence[Drop], parameters: Parameters, directory: Path) -> None:
-    """Draw the figures of what became of at least one drop."""
-    from turtle_brick.tools import plots  # here, since workers have no need of matplotlib
+def draw(drops: Sequence[SimulatedDrop], parameters: Parameters, directory: Path) -> None:
+    """Draw the map and one drop into a directory."""
+    from turtle_brick.tools import plots  # only here, because workers do not need matplotlib
     plots.reachability_map(drops, parameters, directory / 'map.png')
-    chosen = most_telling(drops)
-    plots.one_drop(trace(parameters, chosen), chosen, parameters, directory / 'drop.png')
+    drop = drop_to_draw(drops)
+    plots.one_drop(trace(parameters, drop), drop, parameters, directory / 'drop.png')
     for name in ('map.png', 'drop.png'):
         print(f'  {directory / name}')
 
 
-def main(args: Sequence[str] | None = None) -> int:
-    """Make, count and draw the drops; return the exit status."""
-    first, second = __doc__.strip().split('\n\n')[:2]
+def parse(args: Sequence[str] | None) -> argparse.Namespace:
+    """Parse the command line."""
     parser = argparse.ArgumentParser(
-        prog='sweep', description=first.partition(': ')[2].capitalize(), epilog=second)
+        prog='sweep',
+        description='Simulate many drops without ROS, on all cores, and count the outcomes.',
+        epilog='Each drop starts with the robot at rest in the center of the arena. The same '
+        'options give the same table, byte for byte. After Ctrl-C, the finished drops stay in the '
+        'table and are drawn. Exit status: 0 if every brick that was decided to be reachable was '
+        'caught and none within the promised distance was refused, otherwise 1; 2 if the sweep '
+        'failed.')
     kind = parser.add_mutually_exclusive_group()
-    kind.add_argument('--drops', type=at_least_one, default=2000, metavar='N',
-                      help='drop N bricks at random places of the arena (default: 2000)')
-    kind.add_argument('--grid', type=at_least_one, metavar='N',
-                      help='drop a brick in each of the N x N cells of the arena instead')
+    kind.add_argument('--drops', type=positive_int, default=2000, metavar='N',
+                      help='drop N bricks at random positions in the arena (default: 2000)')
+    kind.add_argument('--grid', type=positive_int, metavar='N',
+                      help='drop one brick in each cell of an N x N grid instead')
     parser.add_argument('--height', type=float, nargs='+', metavar='Z',
-                        help="height of the brick's center at the release (m): one number, or the "
-                        'range of random heights (default: that of brick_start)')
+                        help="height of the brick's center at the release (m), or the lowest and "
+                        'the highest of random heights (default: height of brick_start)')
     parser.add_argument('--seed', type=int, default=1, metavar='N',
-                        help='seed of all random numbers (default: 1)')
-    parser.add_argument('--workers', type=at_least_one, default=cpu_count(), metavar='N',
-                        help='processes (default: one for each core)')
+                        help='seed for all random numbers (default: 1)')
+    parser.add_argument('--workers', type=positive_int, default=cpu_count(), metavar='N',
+                        help='number of worker processes (default: number of cores)')
     parser.add_argument('--dask', metavar='ADDRESS',
-                        help='of a Dask scheduler, as tcp://host:8786: its workers make the drops')
+                        help='run on the workers of a Dask scheduler, such as tcp://host:8786')
     parser.add_argument('--params-file', type=Path, metavar='FILE',
-                        help='the parameters (default: config/turtle.yaml of the package)')
+                        help='parameter file (default: config/turtle.yaml of the package)')
     parser.add_argument('--output', type=Path, metavar='DIR',
                         default=Path('sweeps', strftime('%Y%m%d-%H%M%S')),
-                        help='where the table and the figures go (default: sweeps/<date>-<time>)')
+                        help='directory for table and figures (default: sweeps/<date>-<time>)')
     parser.add_argument('--no-figures', dest='figures', action='store_false',
-                        help='make the table only')
-    options = parser.parse_args(args)
+                        help='write only the table')
+    return parser.parse_args(args)
+
+
+def make_plan(options: argparse.Namespace, parameters: Parameters) -> Plan:
+    """Return the plan for command-line options; ValueError if a height is invalid."""
+    lowest = parameters.brick_size[2] / 2.0
+    heights = options.height or [parameters.brick_start[2]]
+    if len(heights) > 2 or not lowest <= heights[0] <= heights[-1] < inf:
+        raise ValueError(f'--height is {" ".join(map(str, heights))}, but must be one height or '
+                         f'the lowest and the highest height, at least {lowest:g} m')
+    return Plan(options.grid is not None, options.grid or options.drops,
+                (heights[0], heights[-1]), options.seed)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run a sweep; return the exit status."""
+    options = parse(args)
     try:
         parameters = load(options.params_file)
-        lowest = parameters.brick_size[2] / 2.0
-        heights = options.height or [parameters.brick_start[2]]
-        if len(heights) > 2 or not lowest <= heights[0] <= heights[-1] < inf:
-            raise ValueError('--height takes one number, or the lowest and the highest, from '
-                             f'{lowest:g} m on, where a brick lies on the ground')
-        plan = Plan(options.grid is not None, options.grid or options.drops,
-                    (heights[0], heights[-1]), options.seed)
+        plan = make_plan(options, parameters)
         if options.dask:
             parallel_config('dask', scheduler_host=options.dask)
         options.output.mkdir(parents=True, exist_ok=True)
@@ -225,7 +236,7 @@ def main(args: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 128 + signal.SIGINT
     print(f'\n{summary(drops)}')
-    return 1 if any(drop.broken for drop in drops) else 0
+    return 1 if any(drop.broken_promise for drop in drops) else 0
 
 
 if __name__ == '__main__':

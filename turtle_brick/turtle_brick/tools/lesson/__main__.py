@@ -13,11 +13,9 @@
 # limitations under the License.
 
 """
-lesson: the numbers and figures of the lesson in doc/lesson, made anew.
+lesson: print the numbers and draw the figures of the lesson in doc/lesson.
 
-Five parts, each a page there: frames, rolling, falling, queue and reach. Each prints its numbers,
-computed from config/turtle.yaml or the file that --params-file names, and draws its figure,
-lesson-<part>.png. The pages' sketches are drawn by hand.
+Each of the five parts belongs to one page there. The drawings named sketch-*.svg are made by hand.
 """
 
 import argparse
@@ -33,21 +31,22 @@ PARTS = {'frames': frames, 'rolling': rolling, 'falling': falling, 'queue': queu
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Print and draw the part that is asked for, or all; return the exit status."""
-    first, second = (__doc__ or '').strip().split('\n\n')[:2]
+    """Print and draw one part or all parts; return the exit status."""
     parser = argparse.ArgumentParser(
-        prog='lesson', description=first.partition(': ')[2].capitalize(), epilog=second)
-    parser.add_argument('part', nargs='?', choices=PARTS, help='one of them (default: all)')
+        prog='lesson',
+        description='Print the numbers and draw the figures of the lesson in doc/lesson.',
+        epilog='Each part belongs to one page there: frames, rolling, falling, queue and reach.')
+    parser.add_argument('part', nargs='?', choices=PARTS, help='part of the lesson (default: all)')
     parser.add_argument('--params-file', type=Path, metavar='FILE',
-                        help='the parameters (default: config/turtle.yaml of the package)')
+                        help='parameter file (default: config/turtle.yaml of the package)')
     parser.add_argument('--output', type=Path, default=Path('lesson'), metavar='DIR',
-                        help='where the figures go (default: lesson)')
+                        help='directory for the figures (default: lesson)')
     options = parser.parse_args(args)
     try:
         parameters = load(options.params_file)
         options.output.mkdir(parents=True, exist_ok=True)
         for name in [options.part] if options.part else PARTS:
-            print(f'{name}:', *PARTS[name].tell(parameters), sep='\n', flush=True)
+            print(f'{name}:', *PARTS[name].report(parameters), sep='\n', flush=True)
             path = options.output / f'lesson-{name}.png'
             PARTS[name].draw(parameters, path)
             print(f'  {path}', flush=True)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Lesson 1: one path of the robot in two frames, world and odom."""
+"""Lesson 1: one robot path in two frames, world and odom."""
 
 from collections.abc import Iterator
 from math import cos, degrees, dist, pi, radians, sin
@@ -25,68 +25,68 @@ from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.tools.plots import drawn, FAINT, INK, ROBOT
+from turtle_brick.tools.plots import FAINT, INK, new_figure, ROBOT
 from turtle_brick.tools.simulation import Simulation
 
 START = (3.0, 2.0, radians(30.0))
-"""Where the robot starts (m, rad): neither at the origin nor along x."""
+"""Start pose of the robot (m, rad), not at the origin and not along x."""
 
 CORNERS = ((9.0, 3.0), (7.0, 8.5), (2.5, 6.0))
-"""Where it is sent, one after another, in the world (m)."""
+"""Goals of the robot in the world frame (m), in order."""
 
 WALLS = ((0.0, 0.0), (ARENA_SIZE, 0.0), (ARENA_SIZE, ARENA_SIZE), (0.0, ARENA_SIZE))
-"""The arena's corners in the world (m)."""
+"""Corners of the arena in the world frame (m)."""
 
 WORLD = Pose2D(0.0, 0.0, 0.0)
 
 
 def drive(parameters: Parameters) -> tuple[list[Pose2D], list[tuple[Pose2D, Pose2D]]]:
-    """Drive from START around CORNERS; return the path in world, and each stop in both frames."""
+    """Drive from START to each corner; return the path in world and each stop in both frames."""
     simulation = Simulation(parameters, start=START)
     odometer = Odometer(parameters.wheel_radius)
-    way: list[Pose2D] = []
+    path: list[Pose2D] = []
 
-    def look() -> None:
+    def record() -> None:
         pose = simulation.turtle.pose
         odometer.observe(simulation.now * SECONDS_PER_NS, pose)
-        way.append(Pose2D(pose.x, pose.y, pose.theta))
+        path.append(Pose2D(pose.x, pose.y, pose.theta))
 
-    simulation.on_physics = look
+    simulation.after_step = record
     simulation.rest(0.3)
-    stops = [(way[-1], odometer.pose or WORLD)]
+    stops = [(path[-1], odometer.pose or WORLD)]
     for corner in CORNERS:
         simulation.drive_to(*corner)
         simulation.rest(0.1 + 16.0 / parameters.max_velocity)
-        stops.append((way[-1], odometer.pose or WORLD))
-    return way, stops
+        stops.append((path[-1], odometer.pose or WORLD))
+    return path, stops
 
 
-def tell(parameters: Parameters) -> Iterator[str]:
-    """Yield the numbers of this part."""
+def report(parameters: Parameters) -> Iterator[str]:
+    """Yield the numbers of this lesson, line by line."""
     _, stops = drive(parameters)
     yield ' ' * 9 + 'in world: x       y   theta    in odom: x       y   theta    distance'
     for name, stop, before in zip('SABC', stops, (None, *stops)):
-        line = f'  at {name}  ' + '       '.join(map(_in_words, stop))
+        line = f'  at {name}  ' + '       '.join(map(_format, stop))
         if before:
             lengths = [dist(one[:2], other[:2]) for one, other in zip(stop, before)]
             line += '  {:6.3f} = {:.3f} m'.format(*lengths)
         yield line
 
 
-def _in_words(pose: Pose2D) -> str:
-    # Rounding must leave no sign on a zero.
+def _format(pose: Pose2D) -> str:
+    # Adding 0.0 turns -0.0 into 0.0.
     return (f'{round(pose.x, 3) + 0.0:8.3f} {round(pose.y, 3) + 0.0:7.3f} '
             f'{round(degrees(pose.yaw), 1) + 0.0:5.1f}°')
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Draw the path of the robot as it is in world, and in odom."""
+    """Draw the path of the robot in world and in odom."""
     way, stops = drive(parameters)
     start, _ = stops[0]
-    with drawn(path, 7.6, 4.1) as figure:
+    with new_figure(path, 7.6, 4.1) as figure:
         for axes, frame, view, title in zip(
                 figure.subplots(1, 2), ('world', 'odom'), (WORLD, start.inverse()),
-                ('Where it is in world', '... and in odom')):
+                ('The path in world', 'The same path in odom')):
             axes.add_patch(Polygon(
                 [view.compose(Pose2D(x, y, 0.0))[:2] for x, y in WALLS], fill=False,
                 edgecolor=INK, linewidth=2.0))
@@ -108,7 +108,7 @@ def draw(parameters: Parameters, path: Path) -> None:
 
 def _draw_frame(axes: Axes, pose: Pose2D, size: float, name: str,
                 offset: tuple[int, int]) -> None:
-    """Draw the axes of a frame as rviz2 does, red for x and green for y, and a name beside it."""
+    """Draw the axes of a frame (x red, y green, as in rviz2) and its name."""
     for turn, color in ((0.0, '#d62728'), (pi / 2.0, '#2ca02c')):
         end = pose.x + size * cos(pose.yaw + turn), pose.y + size * sin(pose.yaw + turn)
         axes.annotate('', end, pose[:2], zorder=5, arrowprops={

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Lesson 4: turtlesim's queue of commands, and why a simple controller overshoots."""
+"""Lesson 4: turtlesim's command queue, and why a simple controller overshoots."""
 
 from collections.abc import Callable, Iterator
 from math import copysign, e, pi
@@ -24,25 +24,25 @@ from turtle_brick.core.driving import COMMAND_PERIOD, Driver, TRANSPORT_DELAY
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TICK, Turtle
-from turtle_brick.tools.plots import CAUGHT, drawn, INK, MISSED
+from turtle_brick.tools.plots import CAUGHT, INK, MISSED, new_figure
 from turtle_brick.tools.simulation import Simulation
 
 
-class Sent(NamedTuple):
-    """A command, and what became of it; times in s."""
+class SentCommand(NamedTuple):
+    """A command sent to turtlesim, with its latency; times in s."""
 
     published: float
     latency: float
-    """Until the arrival of the first pose that shows it, or a newer one if it was never taken."""
+    """Time until a pose shows this command, or a newer one if turtlesim discarded it."""
     taken: bool
 
 
-def commands(phase: float) -> list[Sent]:
+def commands(phase: float) -> list[SentCommand]:
     """
-    Send commands at 100 Hz to turtlesim for half a second, and find each again in its poses.
+    Send commands to turtlesim at 100 Hz for half a second, and find each one in its poses.
 
-    :param phase: of turtlesim's ticks (s)
-    :return: The commands that were sent when its queue was full already.
+    :param phase: time of turtlesim's first tick (s)
+    :return: the commands sent while the queue was full
     """
     turtle = Turtle(holonomic=True)
     first, count = 32, round(0.5 / COMMAND_PERIOD)
@@ -52,119 +52,124 @@ def commands(phase: float) -> list[Sent]:
         now = phase + tick * TICK
         while sent * COMMAND_PERIOD + TRANSPORT_DELAY <= now:
             sent += 1
-            # The speed tells which command it is, the first one at 1 m/s.
+            # The speed identifies the command: command number n has the speed n + 1.
             turtle.command(float(sent), 0.0, 0.0)
         arrivals.append((round(turtle.tick(now).linear_velocity) - 1, now + TRANSPORT_DELAY))
     shown = {number for number, _ in arrivals}
-    return [Sent((number - first) * COMMAND_PERIOD,
-                 next(time for taken, time in arrivals if taken >= number) - number * COMMAND_PERIOD,
-                 number in shown)
-            for number in range(first, first + count)]
+    found = []
+    for number in range(first, first + count):
+        published = number * COMMAND_PERIOD
+        arrival = next(time for taken, time in arrivals if taken >= number)
+        found.append(SentCommand(published - first * COMMAND_PERIOD, arrival - published,
+                                 number in shown))
+    return found
 
 
-class Naive(Driver):
-    """A controller as one first writes it: it steers by the pose that it has seen last."""
+class NaiveDriver(Driver):
+    """A simple controller that steers from the latest received pose."""
 
     def __init__(self, law: Callable[[float], float]) -> None:
-        """Stand still until there is a goal; law: the speed (m/s) at a distance (m) from it."""
+        """Create a controller from a function that maps goal distance (m) to speed (m/s)."""
         super().__init__(law(ARENA_SIZE))
         self.law = law
 
     def command(self, now: float) -> tuple[float, float]:
-        """Return the velocity (m/s) that leads from there to the goal, along x alone."""
-        gap = self.goal[0] - self.pose.x if self.goal is not None and self.pose is not None else 0
-        return (copysign(self.law(abs(gap)), gap), 0.0)
+        """Return the velocity (m/s) along x from the latest pose towards the goal."""
+        if self.goal is None or self.pose is None:
+            return (0.0, 0.0)
+        distance = self.goal[0] - self.pose.x
+        return (copysign(self.law(abs(distance)), distance), 0.0)
 
 
-WAY = 3.0
-"""How far (m) the robots drive."""
+DISTANCE = 3.0
+"""Distance that the robots drive (m)."""
 
 NEAR = 0.01
-"""Distance (m) from the goal within which a robot counts as there."""
+"""Distance from the goal (m) within which a robot has settled."""
 
 
 def controllers(parameters: Parameters) -> dict[str, Driver]:
-    """Return three naive controllers and ours, by name."""
+    """Return three simple controllers and that of turtle_robot, by name."""
     speed = parameters.max_velocity
     return {
-        'full speed until within 5 cm': Naive(lambda gap: speed if gap > 0.05 else 0.0),
-        'proportional, 10 per second': Naive(lambda gap: min(speed, 10.0 * gap)),
-        'proportional, 4 per second': Naive(lambda gap: min(speed, 4.0 * gap)),
-        'ours: from the predicted pose': Driver(speed),
+        'full speed until within 5 cm': NaiveDriver(lambda x: speed if x > 0.05 else 0.0),
+        'proportional, 10 per second': NaiveDriver(lambda x: min(speed, 10.0 * x)),
+        'proportional, 4 per second': NaiveDriver(lambda x: min(speed, 4.0 * x)),
+        'turtle_robot: predicted pose': Driver(speed),
     }
 
 
 def approach(driver: Driver, parameters: Parameters) -> list[tuple[float, float]]:
     """
-    Let a driver drive WAY along x and stay there for a while.
+    Drive DISTANCE along x with a driver, then wait for a while.
 
-    :return: (time in s since the order, m beyond the goal), 250 times per second
+    :return: (time since the goal in s, distance beyond the goal in m) at 250 Hz
     """
     simulation = Simulation(parameters, seed=2)
     simulation.driver = driver
     simulation.rest(0.3)
-    ordered, goal = simulation.now, ARENA_CENTER + WAY
-    seen: list[tuple[float, float]] = []
-    simulation.on_physics = lambda: seen.append(
-        ((simulation.now - ordered) * SECONDS_PER_NS, simulation.turtle.pose.x - goal))
+    begin, goal = simulation.now, ARENA_CENTER + DISTANCE
+    samples: list[tuple[float, float]] = []
+    simulation.after_step = lambda: samples.append(
+        ((simulation.now - begin) * SECONDS_PER_NS, simulation.turtle.pose.x - goal))
     simulation.drive_to(goal, ARENA_CENTER)
-    simulation.rest(WAY / parameters.max_velocity + 2.0)
-    return seen
+    simulation.rest(DISTANCE / parameters.max_velocity + 2.0)
+    return samples
 
 
-def tell(parameters: Parameters) -> Iterator[str]:
-    """Yield the numbers of this part."""
+def report(parameters: Parameters) -> Iterator[str]:
+    """Yield the numbers of this lesson, line by line."""
     every = [sent for phase in range(16) for sent in commands(1e-3 * phase + 1e-4)]
     latencies = [1e3 * sent.latency for sent in every]
-    usual = median(latencies)
+    typical = median(latencies)
     taken = sum(sent.taken for sent in every) / len(every)
-    yield f'  of the commands turtlesim takes {100.0 * taken:.1f} %'
-    yield (f'  from publishing one to the pose that shows it, or a newer one: '
-           f'{min(latencies):.0f} to {max(latencies):.0f} ms, median {usual:.0f} ms')
-    yield (f'  at {parameters.max_velocity:g} m/s that is '
-           f'{0.1 * parameters.max_velocity * usual:.0f} cm of motion')
-    yield (f'  a delay of {usual:.0f} ms has a proportional controller overshoot above '
-           f'{1e3 / (e * usual):.1f} per second,')
-    yield f'  and swing for ever above {1e3 * pi / (2.0 * usual):.1f} per second'
-    yield (f'  {WAY:g} m to drive:                overshoot   '
-           f'within {100.0 * NEAR:g} cm for good')
+    yield f'  commands executed by turtlesim: {100.0 * taken:.1f} %'
+    yield ('  delay from publishing a command to its effect in a pose: '
+           f'{min(latencies):.0f} to {max(latencies):.0f} ms, median {typical:.0f} ms')
+    yield (f'  motion during this delay at {parameters.max_velocity:g} m/s: '
+           f'{0.1 * parameters.max_velocity * typical:.0f} cm')
+    yield (f'  with a delay of {typical:.0f} ms, a proportional controller overshoots above '
+           f'{1e3 / (e * typical):.1f} per second')
+    yield f'  and oscillates forever above {1e3 * pi / (2.0 * typical):.1f} per second'
+    yield (f'  a drive of {DISTANCE:g} m:                  overshoot   '
+           f'settled within {100.0 * NEAR:g} cm')
     for name, driver in controllers(parameters).items():
-        seen = approach(driver, parameters)
-        settled = max(time for time, beyond in seen if abs(beyond) > NEAR)
-        yield (f'    {name:31}{100.0 * max(max(beyond for _, beyond in seen), 0.0):6.1f} cm'
-               + (f'{settled:13.2f} s' if settled < seen[-1][0] - 0.1 else '        never'))
+        samples = approach(driver, parameters)
+        settled = max(time for time, beyond in samples if abs(beyond) > NEAR)
+        yield (f'    {name:31}{100.0 * max(max(beyond for _, beyond in samples), 0.0):6.1f} cm'
+               + (f'{settled:13.2f} s' if settled < samples[-1][0] - 0.1 else '        never'))
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Draw what becomes of commands, and naive controllers beside ours."""
-    with drawn(path, 7.6, 6.4) as figure:
+    """Draw the latency of commands, and three simple controllers beside turtle_robot's."""
+    with new_figure(path, 7.6, 6.4) as figure:
         sawtooth, whole, near = figure.subplot_mosaic(
             'AA\nBC', height_ratios=(0.8, 1.5), width_ratios=(1.0, 1.6)).values()
 
-        for taken, mark, color, words in (
-                (True, 'o', CAUGHT, 'taken by a tick'),
-                (False, 'x', MISSED, 'pushed out: the next one is taken')):
-            those = [sent for sent in commands(0.0001) if sent.taken is taken]
-            sawtooth.plot([1e3 * sent.published for sent in those],
-                          [1e3 * sent.latency for sent in those], mark, color=color,
-                          markersize=5.0, label=words)
+        for taken, mark, color, label in (
+                (True, 'o', CAUGHT, 'executed'),
+                (False, 'x', MISSED, 'discarded: a newer one is executed')):
+            selected = [sent for sent in commands(0.0001) if sent.taken is taken]
+            sawtooth.plot([1e3 * sent.published for sent in selected],
+                          [1e3 * sent.latency for sent in selected], mark, color=color,
+                          markersize=5.0, label=label)
         sawtooth.set(xlim=(-5.0, 495.0), ylim=(0.0, 90.0), xlabel='command published at / ms',
-                     ylabel='shows in a pose\nafter / ms',
-                     title='What becomes of commands at 100 Hz in turtlesim')
+                     ylabel='time until it\nshows in a pose / ms',
+                     title='Latency of commands sent to turtlesim at 100 Hz')
         sawtooth.legend(loc='lower left', ncols=2)
 
         for (name, driver), color in zip(controllers(parameters).items(),
                                          (MISSED, '#d9822b', '#8a63b8', CAUGHT)):
             time, beyond = zip(*approach(driver, parameters))
-            whole.plot(time, [WAY + place for place in beyond], color=color, linewidth=1.6)
+            whole.plot(time, [DISTANCE + place for place in beyond], color=color, linewidth=1.6)
             near.plot(time, [100.0 * place for place in beyond], color=color, linewidth=1.8,
                       label=name)
-        for axes, goal in ((whole, WAY), (near, 0.0)):
+        for axes, goal in ((whole, DISTANCE), (near, 0.0)):
             axes.axhline(goal, color=INK, linewidth=0.9, linestyle='--', zorder=1)
-            axes.set_xlabel('time since the order / s')
-        last = WAY / parameters.max_velocity
-        whole.set(xlim=(0.0, last + 1.5), ylim=(0.0, 1.12 * WAY), ylabel='distance / m',
-                  title=f'{WAY:g} m to drive')
+            axes.set_xlabel('time since the goal / s')
+        last = DISTANCE / parameters.max_velocity
+        whole.set(xlim=(0.0, last + 1.5), ylim=(0.0, 1.12 * DISTANCE), ylabel='distance / m',
+                  title=f'A drive of {DISTANCE:g} m')
         near.set(xlim=(last - 0.1, last + 1.0), ylim=(-30.0, 20.0), ylabel='beyond the goal / cm',
-                 title='... and the end of it')
+                 title='The end of the drive')
         near.legend(loc='lower right')

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Lesson 5: which bricks can be caught, and where the time goes before the robot moves."""
+"""Lesson 5: which bricks can be caught, and the delays before the robot moves."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -25,43 +25,42 @@ from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guarante
                                             GUARANTEED_LATENCY, QUEUE_LATENCY, resting_height)
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
 from turtle_brick.tools.lesson.falling import DT
-from turtle_brick.tools.plots import (CAUGHT, drawn, FAINT, farthest, FINE_DASHES, INK, MISSED,
-                                      REFUSED, ROBOT, waterfall)
-from turtle_brick.tools.simulation import counted, Drop, simulate
+from turtle_brick.tools.plots import (CAUGHT, distance_without_latency, FAINT, FINE_DASHES, INK,
+                                      MISSED, new_figure, REFUSED, ROBOT, waterfall)
+from turtle_brick.tools.simulation import outcome_counts, simulate_drop, SimulatedDrop
 
 HEIGHTS = tuple(float(number) for number in range(1, 11))
 DISTANCES = tuple(0.2 * number for number in range(28))
-"""Where bricks are released: heights (m), and distances (m) from the robot at rest in the
-center."""
+"""Heights (m) and distances (m) from the robot in the center from which bricks are dropped."""
 
 SAMPLES = (3.0, 5.0, 8.0, 10.0)
-"""The heights (m) that the table has."""
+"""Heights in the table (m)."""
 
-STEPS_OF_LATENCY = (
+WORST_DELAYS = (
     ('third sample of the fall', 3 * DT),
-    ('messages on their way', 3 * TRANSPORT_DELAY),
-    ("the robot's next command", COMMAND_PERIOD),
-    ("turtlesim's queue", QUEUE_LATENCY),
-    ("the robot's next transform", COMMAND_PERIOD),
-    ("the arena's next step, reserve", COMMAND_LATENCY - 3 * TRANSPORT_DELAY - 2 * COMMAND_PERIOD
+    ('message transport', 3 * TRANSPORT_DELAY),
+    ('next command of the robot', COMMAND_PERIOD),
+    ('queue of turtlesim', QUEUE_LATENCY),
+    ('next transform of the robot', COMMAND_PERIOD),
+    ('next physics step, reserve', COMMAND_LATENCY - 3 * TRANSPORT_DELAY - 2 * COMMAND_PERIOD
      - QUEUE_LATENCY),
 )
-"""What passes (s, at worst) between a release and the platform's first motion."""
+"""Longest delays (s) between a release and the platform's first motion, in order."""
 
 
 @cache
-def all_drops(parameters: Parameters) -> list[Drop]:
-    """Drop a brick from each of HEIGHTS at each of DISTANCES; return what became of them."""
+def all_drops(parameters: Parameters) -> list[SimulatedDrop]:
+    """Simulate a drop from each of HEIGHTS at each of DISTANCES."""
     return [drop_at(distance, height, parameters) for height in HEIGHTS for distance in DISTANCES]
 
 
-def drop_at(distance: float, height: float, parameters: Parameters) -> Drop:
-    """Drop a brick at a distance (m) from the robot, from a height (m)."""
-    return simulate(parameters, 0, 1, (ARENA_CENTER + distance, ARENA_CENTER, height))
+def drop_at(distance: float, height: float, parameters: Parameters) -> SimulatedDrop:
+    """Simulate a drop at a distance (m) from the robot and from a height (m)."""
+    return simulate_drop(parameters, 0, 1, (ARENA_CENTER + distance, ARENA_CENTER, height))
 
 
-def farthest_caught(height: float, parameters: Parameters) -> float:
-    """Return, by bisection, the greatest distance (m) at which a brick is caught."""
+def largest_caught_distance(height: float, parameters: Parameters) -> float:
+    """Return the largest distance (m) at which a brick is caught, found by bisection."""
     caught, refused = 0.0, ARENA_SIZE - ARENA_CENTER
     while refused - caught > 0.001:
         middle = (caught + refused) / 2.0
@@ -72,48 +71,48 @@ def farthest_caught(height: float, parameters: Parameters) -> float:
     return caught
 
 
-def tell(parameters: Parameters) -> Iterator[str]:
-    """Yield the numbers of this part."""
+def report(parameters: Parameters) -> Iterator[str]:
+    """Yield the numbers of this lesson, line by line."""
     drops = all_drops(parameters)
-    yield f'  {counted(drops)}'
-    yield '  from       fall    a catch is promised to    and found to'
+    yield f'  {outcome_counts(drops)}'
+    yield '  height      fall   promised distance    simulated distance'
     for height in SAMPLES:
         fall = fall_time(height, parameters)
-        yield (f'  {height:4g} m{fall:8.3f} s{guaranteed_distance(height, parameters):16.2f} m'
-               f'{farthest_caught(height, parameters):20.2f} m')
-    yield '  at worst, from the release to the first motion:'
-    for what, time in STEPS_OF_LATENCY:
-        yield f'    {what:32}{1e3 * time:6.1f} ms'
-    yield f'    {"in all":32}{1e3 * sum(time for _, time in STEPS_OF_LATENCY):6.1f} ms'
+        yield (f'  {height:4g} m{fall:8.3f} s{guaranteed_distance(height, parameters):18.2f} m'
+               f'{largest_caught_distance(height, parameters):20.2f} m')
+    yield '  longest delays from the release to the first motion:'
+    for label, time in WORST_DELAYS:
+        yield f'    {label:32}{1e3 * time:6.1f} ms'
+    yield f'    {"total":32}{1e3 * sum(time for _, time in WORST_DELAYS):6.1f} ms'
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Draw from where a brick can be caught, and how the time goes by before the robot moves."""
-    with drawn(path, 7.6, 6.6) as figure:
+    """Draw which bricks can be caught, and the delays before the robot moves."""
+    with new_figure(path, 7.6, 6.6) as figure:
         plane, chain = figure.subplots(2, 1, height_ratios=(2.6, 1.0))
         for outcome, color, mark in (('caught', CAUGHT, 'o'), ('refused', '#e8b59f', 'o'),
                                      ('missed', MISSED, 'X')):
-            those = [drop for drop in all_drops(parameters) if drop.outcome == outcome]
-            plane.plot([drop.distance for drop in those],
-                       [drop.result.brick[2] for drop in those], mark, color=color,
-                       markersize=4.5, label=f'{len(those)} {outcome}')
+            selected = [drop for drop in all_drops(parameters) if drop.outcome == outcome]
+            plane.plot([drop.distance for drop in selected],
+                       [drop.result.brick[2] for drop in selected], mark, color=color,
+                       markersize=4.5, label=f'{len(selected)} {outcome}')
         low = resting_height(parameters)
         heights = low + (10.4 - low) * np.linspace(0.0, 1.0, 301) ** 2
-        for law, width, style, label in (
+        for limit, width, style, label in (
                 (guaranteed_distance, 1.8, '-', f'promised: v (t − {GUARANTEED_LATENCY:g} s) + r'),
-                (farthest, 1.4, FINE_DASHES, 'no latency at all: v t + r')):
-            plane.plot([law(height, parameters) for height in heights], heights, color=INK,
+                (distance_without_latency, 1.4, FINE_DASHES, 'without latency: v t + r')):
+            plane.plot([limit(height, parameters) for height in heights], heights, color=INK,
                        linewidth=width, linestyle=style, label=label)
         plane.axhline(low, color=FAINT, linewidth=1.2)
         plane.text(5.55, low - 0.28, 'below the platform', ha='right', va='center', fontsize=8.5)
-        plane.set(xlim=(-0.1, 5.6), ylim=(0.6, 10.4), ylabel='released at a height of / m',
+        plane.set(xlim=(-0.1, 5.6), ylim=(0.6, 10.4), ylabel='height of the release / m',
                   xlabel='distance from the robot at rest / m',
-                  title=f'Which bricks a robot of {parameters.max_velocity:g} m/s catches')
+                  title=f'Bricks caught at {parameters.max_velocity:g} m/s')
         plane.legend(loc='upper center', bbox_to_anchor=(0.5, -0.13), ncols=5, columnspacing=1.2,
                      handletextpad=0.4)
 
         colors = (REFUSED, FAINT, ROBOT, CAUGHT, ROBOT, '#c9a227')
-        waterfall(chain, [(f'{what}, {1e3 * time:.0f} ms', 1e3 * time, color)
-                          for (what, time), color in zip(STEPS_OF_LATENCY, colors)])
+        waterfall(chain, [(f'{label}, {1e3 * time:.0f} ms', 1e3 * time, color)
+                          for (label, time), color in zip(WORST_DELAYS, colors)])
         chain.set(xlim=(0.0, 1e3 * GUARANTEED_LATENCY), xlabel='time since the release / ms',
-                  title="From the release to the robot's first motion, at worst")
+                  title='Longest delays from the release to the first motion')

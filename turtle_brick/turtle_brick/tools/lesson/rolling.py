@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Lesson 2: rolling without slipping, and which length the wheel has rolled."""
+"""Lesson 2: rolling without slipping, and the distance that the wheel has rolled."""
 
 from collections.abc import Iterator
 from math import degrees, hypot, pi
@@ -23,31 +23,31 @@ import numpy as np
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TICK, Turtle
-from turtle_brick.tools.plots import CAUGHT, drawn, MISSED
+from turtle_brick.tools.plots import CAUGHT, MISSED, new_figure
 
 
-class Roll(NamedTuple):
-    """Three lengths (m) that one might take for what the wheel has rolled, at a time (s)."""
+class RollSample(NamedTuple):
+    """Three candidates (m) for the distance rolled by the wheel, at a time (s)."""
 
     time: float
     commanded: float
-    """Commanded speed times time, added up."""
-    seen: float
-    """Distance between poses, added up."""
+    """Integral of the commanded speed."""
+    pose_distance: float
+    """Sum of the distances between poses."""
     rolled: float
-    """Angle of the wheel times its radius."""
+    """Wheel angle times wheel radius."""
 
 
 TELEPORT = 2.0
-"""When (s) the turtle is teleported."""
+"""Time of the teleport (s)."""
 
 
-def roll(parameters: Parameters) -> list[Roll]:
-    """Drive 1 s, rest, be teleported, and drive 1.5 s against a wall that is 1 s away."""
+def roll(parameters: Parameters) -> list[RollSample]:
+    """Drive for 1 s, rest, teleport, and drive for 1.5 s towards a wall 1 s away."""
     turtle = Turtle(1.0, ARENA_CENTER, holonomic=True)
     odometer = Odometer(parameters.wheel_radius)
     speed = parameters.max_velocity
-    rolls = [Roll(0.0, 0.0, 0.0, 0.0)]
+    rolls = [RollSample(0.0, 0.0, 0.0, 0.0)]
     pose = turtle.pose
     odometer.observe(0.0, pose)
     for tick in range(1, round(4.5 / TICK)):
@@ -58,44 +58,46 @@ def roll(parameters: Parameters) -> list[Roll]:
         turtle.command(speed if drives else 0.0, 0.0, 0.0)
         last, pose = pose, turtle.tick(now)
         odometer.observe(now, pose)
-        rolls.append(Roll(now, rolls[-1].commanded + pose.linear_velocity * TICK,
-                          rolls[-1].seen + hypot(pose.x - last.x, pose.y - last.y),
-                          odometer.wheel_angle * odometer.wheel_radius))
+        rolls.append(RollSample(
+            now, rolls[-1].commanded + pose.linear_velocity * TICK,
+            rolls[-1].pose_distance + hypot(pose.x - last.x, pose.y - last.y),
+            odometer.wheel_angle * odometer.wheel_radius))
     return rolls
 
 
-def tell(parameters: Parameters) -> Iterator[str]:
-    """Yield the numbers of this part."""
+def report(parameters: Parameters) -> Iterator[str]:
+    """Yield the numbers of this lesson, line by line."""
     rolls = roll(parameters)
     radius, speed = parameters.wheel_radius, parameters.max_velocity
     yield f'  wheel_radius {radius:g} m: one turn is {2.0 * pi * radius:.3f} m'
     yield (f'  at {speed:g} m/s: {speed / radius:.2f} rad/s, {speed / (2.0 * pi * radius):.2f} '
            f'turns per second, {degrees(speed / radius * TICK):.1f}° per tick of turtlesim')
     yield '                                     commanded   between poses   wheel'
-    for what, time in (('after 1 s of driving', 1.2), ('after the teleport', 2.3),
-                       ('after 1.5 s towards a wall 1 s away', 4.4)):
+    for label, time in (('after 1 s of driving', 1.2), ('after the teleport', 2.3),
+                        ('after 1.5 s towards a wall 1 s away', 4.4)):
         then = next(one for one in rolls if one.time >= time)
-        yield (f'  {what:35}{then.commanded:9.3f} m{then.seen:13.3f} m'
+        yield (f'  {label:35}{then.commanded:9.3f} m{then.pose_distance:13.3f} m'
                f'{then.rolled:9.3f} m = {then.rolled / radius:.2f} rad')
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Draw the three lengths that one might take for what the wheel has rolled."""
-    time, commanded, seen, rolled = np.array(roll(parameters)).T
-    with drawn(path, 7.6, 3.8) as figure:
+    """Draw the three candidates for the distance rolled by the wheel."""
+    time, commanded, pose_distance, rolled = np.array(roll(parameters)).T
+    with new_figure(path, 7.6, 3.8) as figure:
         lengths = figure.subplots()
         for values, color, label in (
-                (seen, MISSED, 'distance between poses, added up'),
-                (commanded, '#d9822b', 'commanded speed, added up'),
-                (rolled, CAUGHT, "the wheel's angle times its radius")):
+                (pose_distance, MISSED, 'sum of the distances between poses'),
+                (commanded, '#d9822b', 'integral of the commanded speed'),
+                (rolled, CAUGHT, 'wheel angle times wheel radius')):
             lengths.plot(time, values, color=color, linewidth=2.2, label=label)
-        top = 1.22 * seen[-1]
-        for begin, end, color, words in (
-                (0.0, 1.0, '#eef2f6', 'it drives'),
-                (1.0, 2.5, 'white', 'it rests, and is teleported'),
-                (2.5, 3.5, '#eef2f6', 'it drives'), (3.5, 4.0, '#ffe3c4', 'a wall\nholds it')):
+        top = 1.22 * pose_distance[-1]
+        for begin, end, color, label in (
+                (0.0, 1.0, '#eef2f6', 'driving'),
+                (1.0, 2.5, 'white', 'at rest, with a teleport'),
+                (2.5, 3.5, '#eef2f6', 'driving'), (3.5, 4.0, '#ffe3c4', 'against\na wall')):
             lengths.axvspan(begin, end, color=color, linewidth=0.0, zorder=0)
-            lengths.text((begin + end) / 2.0, 0.98 * top, words, ha='center', va='top')
-        lengths.set(xlim=(0.0, time[-1]), ylim=(0.0, top), xlabel='time / s', ylabel='length / m',
-                    title='Only one of three lengths is what the wheel has rolled')
+            lengths.text((begin + end) / 2.0, 0.98 * top, label, ha='center', va='top')
+        lengths.set(xlim=(0.0, time[-1]), ylim=(0.0, top), xlabel='time / s',
+                    ylabel='distance / m',
+                    title='Three candidates for the distance rolled by the wheel')
         lengths.legend(loc='center left', bbox_to_anchor=(0.0, 0.66))
