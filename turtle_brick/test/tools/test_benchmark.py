@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The benchmark: what it computes and tells, and how it ends; it is not run here."""
+"""Tests for the computations, the report and the end of the benchmark."""
 
 from functools import partial
 import os
@@ -34,14 +34,14 @@ from turtle_brick.tools.benchmark import NODES
 RELEASE = 1_700_000_000_000_000_000
 LEAD, END = RELEASE - 100_000_000, RELEASE + 1_000_000_000
 DECIDED, COMMANDED, MOVED = 9_000_000, 15_000_000, 81_000_000
-"""When what follows a release happens (ns)."""
+"""Times of the events after a release (ns)."""
 
 
 class Recorded:
-    """What the benchmark sees of a record: when each message was published, and what it said."""
+    """A record of the messages around a release, as used by the benchmark."""
 
     def __init__(self, **tracks):
-        """Have heard all that follows a release, but for the tracks that are given."""
+        """Create the usual messages after a release, except for the given tracks."""
         self.tracks = {
             BRICK: fall(), BASE_LINK: drive(10_000_000), 'pose': drive(16_000_000),
             'goal_pose': [(RELEASE + DECIDED, None), (RELEASE + 2 * DECIDED, None)],
@@ -60,7 +60,7 @@ class Recorded:
 
 
 def fall(first=-5, last=40, gravity=9.81):
-    """Return when the positions of a brick were published, and each with its stamp."""
+    """Return the positions of a falling brick with their publication times."""
     heights = {step: 8.0 - gravity / 2.0 * (max(step, 0) * STEP_NS * 1e-9) ** 2
                for step in range(first, last)}
     return [(RELEASE + step * STEP_NS + 300_000, SimpleNamespace(
@@ -69,7 +69,7 @@ def fall(first=-5, last=40, gravity=9.81):
 
 
 def drive(period, moved=MOVED):
-    """Return poses of a robot that begins to move some time (ns) after the release."""
+    """Return poses of a robot that begins to move at a time (ns) after the release."""
     places = {time: 5.5 + max(time - moved, 0) * 3e-9
               for time in range(-100_000_000, 200_000_000, period)}
     return [(RELEASE + time, SimpleNamespace(
@@ -80,7 +80,7 @@ def speed(meters_per_second):
     return SimpleNamespace(linear=SimpleNamespace(x=0.0, y=meters_per_second))
 
 
-def test_the_chain_is_found_whatever_was_heard_before_the_release():
+def test_reaction_times_ignore_messages_before_the_release():
     ends = benchmark.reaction_times(Recorded(), LEAD, END)
     assert list(ends) == list(plots.LINKS)
     assert ends['seen'] == pytest.approx(0.0083)
@@ -93,8 +93,7 @@ def test_the_chain_is_found_whatever_was_heard_before_the_release():
         assert benchmark.reaction_times(Recorded(**track), LEAD, END) is None
 
 
-def test_what_a_process_uses_is_told():
-    """Of this one, which works all the time, as the system books it, and of one that sleeps."""
+def test_processor_usage_of_a_busy_and_an_idle_process():
     begin, before = monotonic(), process_time()
 
     def work() -> None:
@@ -109,8 +108,7 @@ def test_what_a_process_uses_is_told():
     assert cores['busy'] > 0.05
 
 
-def test_the_table_holds_what_was_found(tmp_path):
-    """Sums and percentiles included; and so does the figure."""
+def test_report_and_figure_show_the_results(tmp_path):
     cores = {name: 0.1 * (index + 1) for index, name in enumerate(NODES)}
     times = dict.fromkeys(('cmd_vel', 'world -> brick'), np.array([0.009, 0.010, 0.011]))
     links = dict(zip(plots.LINKS, (0.0081, 0.0091, 0.0141, 0.0831, 0.0871)))
@@ -128,8 +126,8 @@ def test_the_table_holds_what_was_found(tmp_path):
     assert (tmp_path / 'latency.png').read_bytes().startswith(b'\x89PNG')
 
 
-def test_a_signal_ends_it_and_all_that_it_has_started(tmp_path):
-    """Quietly, with status 0, and nothing is written."""
+def test_a_signal_ends_the_benchmark_and_its_processes(tmp_path):
+    """It exits with status 0 and writes nothing."""
     process = psutil.Popen(
         [sys.executable, '-m', 'turtle_brick.tools.benchmark', '--output', str(tmp_path / 'out')],
         env={**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, sys.path))},
@@ -139,8 +137,8 @@ def test_a_signal_ends_it_and_all_that_it_has_started(tmp_path):
         assert monotonic() < deadline and process.poll() is None
         Event().wait(0.05)
     process.send_signal(signal.SIGTERM)
-    _, said = process.communicate(timeout=60.0)
-    assert (process.returncode, said) == (0, 'benchmark: stopped; nothing was written\n')
-    # Who has ended is there until somebody takes note of it.
+    _, errors = process.communicate(timeout=60.0)
+    assert (process.returncode, errors) == (0, 'benchmark: stopped; nothing was written\n')
+    # Orphaned processes exist until init has reaped them.
     assert not psutil.wait_procs(started, timeout=10.0)[1]
     assert not list((tmp_path / 'out').iterdir())

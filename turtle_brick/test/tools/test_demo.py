@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The demo: what it refuses, what it finds, and that it mixes with nobody."""
+"""Tests for the error messages, the faults and the ROS domain of the demo."""
 
 import os
 import signal
@@ -34,7 +34,7 @@ WAIT = 60.0
 @pytest.mark.parametrize('domain, words', [
     ('abc', "ROS_DOMAIN_ID is 'abc', but must be a whole number from 0 to 232"),
     ('233', "ROS_DOMAIN_ID is '233'"), ('', 'the package no_package is not installed here')])
-def test_what_cannot_be_is_refused_with_a_sentence(domain, words, monkeypatch, capsys):
+def test_invalid_input_gives_one_sentence(domain, words, monkeypatch, capsys):
     monkeypatch.setattr(demo, 'Graph', lambda **_: executable('no_package', 'no_program'))
     monkeypatch.setattr(demo, 'handle_interrupts', lambda: None)
     monkeypatch.setenv('ROS_DOMAIN_ID', domain)
@@ -43,7 +43,7 @@ def test_what_cannot_be_is_refused_with_a_sentence(domain, words, monkeypatch, c
     assert sentence.startswith(f'demo: {words}') and len(sentence) < 160
 
 
-@pytest.mark.parametrize('seen, fault', [
+@pytest.mark.parametrize('observed, fault', [
     ({'down': None}, 'the brick has not come down'),
     ({'refusals': [1, 2], 'caught': False, 'distance': 9.0}, 'called Unreachable more than once'),
     ({'caught': False}, 'not called Unreachable, but not caught'),
@@ -51,25 +51,25 @@ def test_what_cannot_be_is_refused_with_a_sentence(domain, words, monkeypatch, c
     ({'refusals': [1], 'caught': False}, 'called Unreachable within the promised 1.46 m'),
     ({'floated': None}, 'caught, but not tipped off'),
 ])
-def test_each_fault_is_found(seen, fault):
-    def found(**seen):
+def test_each_fault_is_found(observed, fault):
+    def found(**observed):
         return demo.faults(SimpleNamespace(**{
-            'distance': 0.0, 'refusals': [], 'down': 1, 'caught': True, 'floated': 2, **seen}),
+            'distance': 0.0, 'refusals': [], 'down': 1, 'caught': True, 'floated': 2, **observed}),
             1.46)
 
     assert not found()
     assert not found(refusals=[1], caught=False, distance=1.47)
-    assert found(**seen) == [fault]
+    assert found(**observed) == [fault]
 
 
 @pytest.fixture
-def nothing_said(monkeypatch):
-    """Take back what the user, and the tests, say about domains."""
+def no_domain_settings(monkeypatch):
+    """Clear the environment variables about ROS domains during a test."""
     for name in (*RANGE_VARIABLES, 'ROS_DOMAIN_ID'):
-        monkeypatch.setenv(name, '')  # also what is set in the test is taken back after it
+        monkeypatch.setenv(name, '')  # registers the variable to be restored
 
 
-def test_it_takes_a_free_domain_of_this_machine_and_says_which(nothing_said, capsys):
+def test_demo_reserves_and_prints_an_empty_domain(no_domain_settings, capsys):
     with demo.choose_domain() as shared:
         first = os.environ['ROS_DOMAIN_ID']
         assert os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'LOCALHOST'
@@ -79,12 +79,12 @@ def test_it_takes_a_free_domain_of_this_machine_and_says_which(nothing_said, cap
         with demo.choose_domain():
             assert os.environ['ROS_DOMAIN_ID'] != first
     for variable in RANGE_VARIABLES:
-        os.environ[variable] = 'SUBNET'  # who is out of this machine is not known
+        os.environ[variable] = 'SUBNET'  # nodes on other machines are unknown
         with demo.choose_domain() as shared:
             assert shared and os.environ.pop(variable) == 'SUBNET'
 
 
-def test_the_users_domain_is_taken_with_whoever_is_in_it(domain_id):
+def test_demo_uses_the_domain_of_the_user(domain_id):
     with demo.choose_domain() as shared:
         assert not shared
         assert os.environ['ROS_DOMAIN_ID'] == str(domain_id)
@@ -92,7 +92,7 @@ def test_the_users_domain_is_taken_with_whoever_is_in_it(domain_id):
         assert shared
 
 
-def test_who_listens_is_no_company_but_another_robot_is(domain_id, monkeypatch):
+def test_publishers_of_a_robot_are_rejected_but_subscribers_are_not(domain_id, monkeypatch):
     with graph(domain_id) as rival:
         monkeypatch.setenv('ROS_DOMAIN_ID', str(domain_id))
         rival.listener.create_subscription(Pose, 'arena_1/turtle1/pose', print, 10)
@@ -105,8 +105,8 @@ def test_who_listens_is_no_company_but_another_robot_is(domain_id, monkeypatch):
             demo.check_for_other_robots(['arena_1', 'arena_2'])
 
 
-def test_nobody_in_one_of_two_arenas_hears_the_other_and_both_end_with_the_demo(domain_id):
-    """No topic is outside their namespaces, and a verdict of one is none of the other."""
+def test_two_arenas_are_separate_and_end_with_the_demo(domain_id):
+    """All topics are in the namespaces, and no arena receives the markers of the other."""
     places = '--place 10.6 10.6 8 --place 5.5 5.5 8'.split() * 9
     with (process([*DEMO, '--arenas', '2', *places], domain_id, timeout=WAIT) as both,
           Graph(domain_id) as live):

@@ -12,23 +12,23 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The lesson's program; what it tells of our robot is held to its pages by test_pages.py."""
+"""Tests for the lesson program; test_pages.py compares its output with the pages."""
 
 import pytest
 from turtle_brick.tools.lesson import __main__ as lesson
 from turtle_brick.tools.lesson import falling, rolling
 
 
-def test_without_a_name_each_part_is_told_and_drawn(tmp_path, capsys, monkeypatch):
+def test_without_a_name_all_parts_are_printed_and_drawn(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(lesson, 'PARTS', {'rolling': rolling, 'falling': falling})
     assert lesson.main(['--output', str(tmp_path / 'new')]) == 0
     assert {file.name for file in (tmp_path / 'new').iterdir()} == {
         'lesson-rolling.png', 'lesson-falling.png'}
-    said = capsys.readouterr().out
-    assert 'rolling:\n' in said and 'falling:\n' in said and 'one turn is 1.257 m' in said
+    printed = capsys.readouterr().out
+    assert 'rolling:\n' in printed and 'falling:\n' in printed and 'one turn is 1.257 m' in printed
 
 
-def test_what_cannot_be_is_refused_with_a_sentence(tmp_path, capsys):
+def test_invalid_input_gives_one_sentence(tmp_path, capsys):
     with pytest.raises(SystemExit, match='2'):
         lesson.main(['flying'])
     assert "'flying' (choose from" in capsys.readouterr().err

@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The closed loop at its real rates, and the two promises about it.
+Tests for the simulation of the closed loop, and for the two promises of the catcher.
 
-Said reachable means caught, whatever the robot was doing. And for a robot at rest, nothing is
-refused inside max_velocity * (t_fall - 0.13 s) + platform_radius.
+A brick that is decided to be reachable is caught, whatever the robot was doing. If the robot is at
+rest, no brick within max_velocity * (t_fall - 0.13 s) + platform_radius is refused.
 """
 
 from dataclasses import replace
@@ -35,19 +35,19 @@ from turtle_brick.tools.simulation import Delays, Simulation
 PARAMETERS = load()
 STEP = 0.004
 
-# The live graph's without jitter, and worse ones.
+# The delays of the live graph without jitter, and longer ones with jitter.
 DELAYS = [Delays(), Delays(0.0010, 0.0040, 0.002, 0.0003)]
 
 
 def simulate(parameters=PARAMETERS, *arguments):
-    """Return a simulation whose robot is seen to be at rest."""
+    """Return a running simulation with the robot at rest."""
     simulation = Simulation(parameters, *arguments)
     simulation.rest(0.3)
     return simulation
 
 
-def another_world(random):
-    """Return parameters of another robot on another planet."""
+def random_parameters(random):
+    """Return random parameters of a robot and of the gravity."""
     radius = exp(random.uniform(log(0.1), log(1.0)))
     return replace(
         PARAMETERS,
@@ -59,27 +59,28 @@ def another_world(random):
         brick_size=tuple(random.uniform(0.05, 0.4) for _ in range(3)))
 
 
-def place_near_the_limit(random, simulation):
-    """Return where a brick may be dropped, most often near the limit of what can be reached."""
+def position_near_the_limit(random, simulation):
+    """Return a random brick position, usually near the limit of the reachable distance."""
     parameters = simulation.parameters
     z = resting_height(parameters) + exp(random.uniform(log(0.3), log(12.0)))
     limit = guaranteed_distance(z, parameters)
     pose = simulation.turtle.pose
     for _ in range(100):
-        part = random.uniform(0.95, 1.05) if random.random() < 0.7 else random.uniform(0.2, 1.2)
-        distance, angle = part * max(limit, 0.05), random.uniform(-pi, pi)
+        near = random.random() < 0.7
+        fraction = random.uniform(0.95, 1.05) if near else random.uniform(0.2, 1.2)
+        distance, angle = fraction * max(limit, 0.05), random.uniform(-pi, pi)
         x, y = pose.x + distance * cos(angle), pose.y + distance * sin(angle)
         if 0.0 <= x <= ARENA_SIZE and 0.0 <= y <= ARENA_SIZE:
             return x, y, z
     return random.uniform(0.0, ARENA_SIZE), random.uniform(0.0, ARENA_SIZE), z
 
 
-def falls_as_said(simulation):
-    """Drop the brick and see it fall to its end, caught if that was said; return what was said."""
-    told = len(simulation.decisions)
+def drop_and_check(simulation):
+    """Drop the brick, check that it is caught if decided to be reachable; return the decision."""
+    earlier = len(simulation.decisions)
     simulation.world.release()
     assert simulation.run(lambda: simulation.world.phase is not Phase.FALLING, 60.0)
-    (_, decision), = simulation.decisions[told:]
+    (_, decision), = simulation.decisions[earlier:]
     if decision.reachable:
         assert simulation.world.phase is Phase.RIDING, f'{simulation.parameters} {decision}'
     return decision.reachable
@@ -87,21 +88,21 @@ def falls_as_said(simulation):
 
 @pytest.mark.parametrize('delays', DELAYS)
 def test_both_promises_hold(delays):
-    """Over positions, heights, speeds, platforms, bricks, gravity and delays."""
+    """Vary positions, heights, speeds, platforms, bricks, gravity and delays."""
     random = Random(f'{delays}')
     verdicts = []
     for arena in range(10):
-        parameters = another_world(random)
+        parameters = random_parameters(random)
         simulation = simulate(parameters, arena, delays, (
             random.uniform(0.0, ARENA_SIZE), random.uniform(0.0, ARENA_SIZE),
             random.uniform(-pi, pi)))
         for _ in range(3):
-            told = len(simulation.decisions)
-            result = simulation.drop(place_near_the_limit(random, simulation))
+            earlier = len(simulation.decisions)
+            result = simulation.drop(position_near_the_limit(random, simulation))
             case = f'{parameters} {result}'
-            (_, decision), = simulation.decisions[told:]
+            (_, decision), = simulation.decisions[earlier:]
             assert decision is result.decision, case
-            # What is out of reach isn't caught either: the robot stays where it is.
+            # An unreachable brick is not caught, because the robot stays in its place.
             assert result.caught is decision.reachable, case
             promised = guaranteed_distance(result.brick[2], parameters)
             assert decision.reachable or dist(result.brick[:2], result.robot) > promised, case
@@ -117,26 +118,26 @@ def test_both_promises_hold(delays):
             else:
                 assert simulation.world.phase is Phase.GROUNDED, case
             verdicts.append(decision.reachable)
-    # Most of them are close calls.
+    # Most of the bricks are near the limit.
     assert verdicts.count(True) >= 8
     assert verdicts.count(False) >= 5
 
 
-def test_said_reachable_is_caught_whatever_the_robot_was_doing():
+def test_reachable_bricks_are_caught_whatever_the_robot_was_doing():
     """The brick is placed and dropped again while the robot approaches, carries or tilts."""
     random = Random(1)
     verdicts, states = [], set()
     for arena in range(14):
-        simulation = simulate(another_world(random), arena, DELAYS[1])
+        simulation = simulate(random_parameters(random), arena, DELAYS[1])
         for _ in range(8):
-            simulation.world.brick = place_near_the_limit(random, simulation)
+            simulation.world.brick = position_near_the_limit(random, simulation)
             simulation.rest(random.choice((0.0, 0.004, 0.02, 0.05, 0.2)))
             states.add(simulation.catcher.state)
             if random.random() < 0.5:
                 simulation.world.release()
                 simulation.rest(random.uniform(0.0, 0.2))
                 continue
-            verdicts.append(falls_as_said(simulation))
+            verdicts.append(drop_and_check(simulation))
             if simulation.world.phase is Phase.RIDING and random.random() < 0.5:
                 simulation.run(lambda: simulation.catcher.state is State.TILTING, 20.0)
                 simulation.rest(random.uniform(0.0, 1.5))
@@ -147,14 +148,14 @@ def test_said_reachable_is_caught_whatever_the_robot_was_doing():
     assert states == set(State)
 
 
-def test_robot_that_turns_back_is_reckoned_with():
-    """Sent one way, then the other, then back: its orders still cancel out in its queue."""
+def test_reachable_bricks_are_caught_by_a_robot_that_turns_back():
+    """Commands in opposite directions are still in its queue."""
     random = Random(1)
     for seed in range(24):
         speed = random.uniform(1.0, 6.0)
         parameters = replace(PARAMETERS, max_velocity=speed)
         simulation = simulate(parameters, seed, DELAYS[1], (5.5, 5.5, 0.0))
-        # From so high that the robot could go anywhere in the meantime.
+        # From this height, the robot has time to reach every point.
         for x, pause in ((10.5, random.uniform(0.3, 0.36)), (0.5, random.uniform(0.02, 0.2))):
             simulation.world.brick = (x, 5.5, 1000.0)
             simulation.world.release()
@@ -163,16 +164,15 @@ def test_robot_that_turns_back_is_reckoned_with():
         reach = speed * (fall_time(z, parameters) - 0.012 - COMMAND_LATENCY)
         x = simulation.turtle.pose.x + parameters.platform_radius + reach * random.uniform(0.7, 1)
         simulation.world.brick = (x, 5.5, z)
-        falls_as_said(simulation)
+        drop_and_check(simulation)
 
 
 @pytest.mark.parametrize('delays', DELAYS)
-def test_latency_that_is_reckoned_with_is_enough_and_not_too_much(delays):
+def test_command_latency_is_neither_too_short_nor_too_long(delays):
     """
-    From the decision to the first time that the platform is seen under the brick.
+    Measure the time from the decision until the platform is under the brick.
 
-    The travel time apart, this never takes longer than COMMAND_LATENCY, and at times nearly so
-    long: less would break the first promise sooner or later.
+    Without the travel time, it is at most COMMAND_LATENCY, and sometimes nearly as long.
     """
     random = Random(f'{delays}')
     latencies = []
@@ -191,5 +191,5 @@ def test_latency_that_is_reckoned_with_is_enough_and_not_too_much(delays):
         (decided, _), = simulation.decisions
         latencies.append((simulation.now - decided) * 1e-9 - travel)
     assert COMMAND_LATENCY - 0.025 <= max(latencies) <= COMMAND_LATENCY
-    # The third sample of the fall is 12 ms after the release at the latest.
+    # The third sample of the fall follows the release after at most 12 ms.
     assert COMMAND_LATENCY + 0.012 <= GUARANTEED_LATENCY == 0.13

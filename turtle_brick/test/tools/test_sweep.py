@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The sweep: the same table whatever the workers, honest about promises, and never in vain."""
+"""Tests for the table, the promises, the figures and the program of the sweep."""
 
 import csv
 from dataclasses import replace
@@ -38,7 +38,7 @@ PLAN = sweep.Plan(grid=False, count=24, heights=(2.0, 9.0), seed=5)
 
 
 def read(path):
-    """Return the rows of a table, and the lines above it."""
+    """Return the rows and the header lines of a table."""
     lines = path.read_text(encoding='utf-8').splitlines(keepends=True)
     above = [line for line in lines if line.startswith('#')]
     return list(csv.DictReader(lines[len(above):])), above
@@ -46,24 +46,24 @@ def read(path):
 
 @pytest.fixture(scope='module')
 def drops():
-    """Make the drops of a small plan."""
+    """Simulate the drops of a small plan."""
     return [simulate_drop(PARAMETERS, *one) for one in PLAN.simulations()]
 
 
 @pytest.fixture(scope='module')
 def caught(drops):
-    """Return a drop that was caught, after a drive."""
+    """Return the catch with the smallest margin."""
     return min((drop for drop in drops if drop.result.caught), key=lambda drop: drop.margin)
 
 
 @pytest.fixture(scope='module')
 def refused(drops):
-    """Return a drop that was refused."""
+    """Return a refused drop."""
     return next(drop for drop in drops if drop.outcome == 'refused')
 
 
-def test_the_table_depends_on_the_options_alone_which_stand_above_it(tmp_path, capsys):
-    """Who reads the head writes the same bytes; that two workers do is seen below."""
+def test_the_options_in_the_header_reproduce_the_table(tmp_path, capsys):
+    """test_ctrl_c_keeps_the_finished_drops covers several workers."""
     given = yaml.safe_load(default_path().read_text(encoding='utf-8'))
     given['/**']['ros__parameters']['max_velocity'] = 2
     params_file = tmp_path / 'other.yaml'
@@ -85,8 +85,8 @@ def test_the_table_depends_on_the_options_alone_which_stand_above_it(tmp_path, c
     assert made('other', *options.split(), '--seed', '8').read_bytes() != first.read_bytes()
 
 
-def test_rows_obey_the_laws(drops):
-    """Margins are differences, and what has a margin is caught; the simulation has the rest."""
+def test_the_columns_of_a_row_are_consistent(drops):
+    """A brick with a positive margin is caught."""
     rows = [drop.row() for drop in drops]
     assert {row['outcome'] for row in rows} == {'caught', 'refused'}
     for row in rows:
@@ -104,8 +104,8 @@ def test_rows_obey_the_laws(drops):
             assert row['slide'] is row['tilted_x'] is None
 
 
-def test_bricks_are_in_every_cell_or_everywhere_between_the_heights():
-    """A grid in an order that spreads a part of it over the arena; each with its own seed."""
+def test_positions_cover_the_grid_or_the_whole_range():
+    """The first cells of a grid already cover the arena, and each drop has its own seed."""
     plan = sweep.Plan(grid=True, count=9, heights=(8.0, 8.0), seed=1)
     numbers, seeds, bricks = zip(*plan.simulations())
     assert numbers == tuple(range(plan.drop_count)) and len(set(seeds)) == plan.drop_count
@@ -118,8 +118,7 @@ def test_bricks_are_in_every_cell_or_everywhere_between_the_heights():
         assert low <= min(values) < low + 0.1 < high - 0.1 < max(values) <= high
 
 
-def test_broken_promises_are_found(caught, refused):
-    """Each kind, and only then."""
+def test_each_kind_of_broken_promise_is_found(caught, refused):
     missed = caught._replace(result=caught.result._replace(caught=False))
     near = refused._replace(promised=refused.distance)
     unseen = near._replace(result=near.result._replace(decision=None))
@@ -131,13 +130,13 @@ def test_broken_promises_are_found(caught, refused):
     assert sweep.summary([caught, refused]).endswith('broken promises: 0')
 
 
-def test_nothing_is_promised_outside_the_arena():
+def test_no_catch_is_promised_outside_the_arena():
     assert promised_distance((5.0, 5.0, 8.0), PARAMETERS) == guaranteed_distance(8.0, PARAMETERS)
     assert promised_distance((5.0, ARENA_SIZE + 0.01, 8.0), PARAMETERS) == -inf
 
 
 def test_a_broken_promise_ends_in_status_1(tmp_path, capsys, monkeypatch):
-    """A catcher that is promised to do more than it can is found out."""
+    """A guaranteed distance that is too long is reported."""
     monkeypatch.setattr(simulation, 'guaranteed_distance', lambda *_: inf)
     assert sweep.main(['--drops', '6', '--workers', '1', '--no-figures',
                        '--output', str(tmp_path)]) == 1
@@ -145,7 +144,7 @@ def test_a_broken_promise_ends_in_status_1(tmp_path, capsys, monkeypatch):
 
 
 def test_figures_are_drawn(tmp_path, drops, caught):
-    """Of all outcomes at random places, and of one brick that nothing is promised for."""
+    """Draw all outcomes at random positions, and one drop without any promise."""
     missed = caught._replace(result=caught.result._replace(caught=False))
     unseen = caught._replace(result=caught.result._replace(decision=None, caught=False))
     sweep.draw([*drops, missed, unseen], PARAMETERS, tmp_path)
@@ -154,8 +153,8 @@ def test_figures_are_drawn(tmp_path, drops, caught):
                for name in ('map.png', 'drop.png'))
 
 
-def test_a_trace_is_the_drop_of_its_row(caught):
-    """Commands, speeds and phases belong together."""
+def test_a_trace_repeats_the_drop(caught):
+    """Its times agree with the result."""
     samples = trace(PARAMETERS, caught)
     falling = [sample.time for sample in samples if sample.phase.name == 'FALLING']
     assert falling[0] == 0.0
@@ -176,8 +175,8 @@ def test_a_trace_is_the_drop_of_its_row(caught):
     (['--output', '.'], '[Errno 17] File exists'),
     (['--dask', 'no address'], ''),
 ])
-def test_what_is_wrong_with_the_options_is_said(args, words, tmp_path, capsys, monkeypatch):
-    """One sentence says it, the status is 2, and nothing is written."""
+def test_invalid_options_give_one_sentence(args, words, tmp_path, capsys, monkeypatch):
+    """The exit status is 2, and nothing is written."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / sweep.TABLE).write_text('precious')
     assert sweep.main(args) == 2
@@ -185,8 +184,8 @@ def test_what_is_wrong_with_the_options_is_said(args, words, tmp_path, capsys, m
     assert [path.read_text() for path in tmp_path.iterdir()] == ['precious']
 
 
-def test_ctrl_c_keeps_what_is_done(tmp_path, drops):
-    """The table of two workers is that of one up to there, and nobody complains."""
+def test_ctrl_c_keeps_the_finished_drops(tmp_path, drops):
+    """Two workers write the same rows as one, and the program prints no error."""
     with subprocess.Popen(
             [sys.executable, '-m', 'turtle_brick.tools.sweep', '--drops', '1000000', '--workers',
              '2', '--height', '2', '9', '--seed', '5', '--no-figures', '--output', str(tmp_path)],
@@ -198,7 +197,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path, drops):
             while not table.exists() or table.read_bytes().count(b'\n') < 22:
                 assert monotonic() < deadline
                 Event().wait(0.05)
-            # A terminal's Ctrl-C reaches every process of the group.
+            # Ctrl-C in a terminal sends SIGINT to every process of the group.
             os.killpg(process.pid, signal.SIGINT)
             out, error = process.communicate(timeout=60.0)
         finally:

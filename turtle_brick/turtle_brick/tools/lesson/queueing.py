@@ -33,7 +33,7 @@ class SentCommand(NamedTuple):
 
     published: float
     latency: float
-    """Time until a pose shows this command, or a newer one if turtlesim discarded it."""
+    """Time until a pose shows this command, or a newer one if turtlesim dropped it."""
     taken: bool
 
 
@@ -123,7 +123,7 @@ def report(parameters: Parameters) -> Iterator[str]:
     latencies = [1e3 * sent.latency for sent in every]
     typical = median(latencies)
     taken = sum(sent.taken for sent in every) / len(every)
-    yield f'  commands executed by turtlesim: {100.0 * taken:.1f} %'
+    yield f'  commands taken by turtlesim: {100.0 * taken:.1f} %'
     yield ('  delay from publishing a command to its effect in a pose: '
            f'{min(latencies):.0f} to {max(latencies):.0f} ms, median {typical:.0f} ms')
     yield (f'  motion during this delay at {parameters.max_velocity:g} m/s: '
@@ -147,8 +147,8 @@ def draw(parameters: Parameters, path: Path) -> None:
             'AA\nBC', height_ratios=(0.8, 1.5), width_ratios=(1.0, 1.6)).values()
 
         for taken, mark, color, label in (
-                (True, 'o', CAUGHT, 'executed'),
-                (False, 'x', MISSED, 'discarded: a newer one is executed')):
+                (True, 'o', CAUGHT, 'taken by a tick'),
+                (False, 'x', MISSED, 'dropped: a newer one is taken')):
             selected = [sent for sent in commands(0.0001) if sent.taken is taken]
             sawtooth.plot([1e3 * sent.published for sent in selected],
                           [1e3 * sent.latency for sent in selected], mark, color=color,
