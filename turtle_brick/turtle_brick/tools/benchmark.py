@@ -95,7 +95,7 @@ def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | N
     falls = np.flatnonzero(np.diff(heights) < 0.0)
     if not falls.size or falls[0] + 2 >= len(bricks):
         return None
-    # The brick is released at a physics step, so at the last position before the first lower one.
+    # The release is the last position before the first lower one, as it is a physics step.
     release = bricks[falls[0]][1].stamp
     goals = (goal.published for goal in record.messages('goal_pose', release, end))
     moving = (command.published for command in record.messages('cmd_vel', release, end)

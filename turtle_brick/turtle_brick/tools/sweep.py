@@ -111,7 +111,7 @@ def summary(drops: Sequence[SimulatedDrop]) -> str:
     """Return the outcomes and the broken promises, as lines of text."""
     promised = [drop for drop in drops if drop.within_promise]
     broken = [drop for drop in drops if drop.broken_promise]
-    lines = [outcome_counts(drops), f'within the promised distance: {outcome_counts(promised)}',
+    lines = [outcome_counts(drops), f'within the promised distance, {outcome_counts(promised)}',
              f'broken promises: {len(broken):,}']
     for drop in broken[:10]:
         lines.append(f'  drop {drop.number}, seed {drop.seed}, {drop.distance:.3f} m from the '
@@ -143,7 +143,7 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list
     with open(options.output / TABLE, 'x', encoding='utf-8', newline='') as file:
         file.write(table_header(parameters, plan))
         writer = csv.writer(file, lineterminator='\n')
-        # The workers inherit the ignored SIGINT: killing them would make joblib print warnings.
+        # The workers inherit this and ignore Ctrl-C, because joblib warns about killed workers.
         original_handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
         results = Parallel(None if options.dask else options.workers, return_as='generator')(
             delayed(simulate_drop)(parameters, *simulation) for simulation in started)
