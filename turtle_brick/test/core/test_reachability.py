@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Reach: the verdict on a fall, held to closed forms and to the times that it is made of."""
+"""Reachability and robot tracking: examples, closed forms and latencies."""
 
 from dataclasses import replace
 from math import hypot, inf, sqrt
@@ -25,12 +25,90 @@ from turtle_brick.core.driving import travel_time
 from turtle_brick.core.fall_detection import Fall
 from turtle_brick.core.geometry import from_pitch, Pose
 from turtle_brick.core.latency import LatencyMonitor
-from turtle_brick.core.reachability import (COMMAND_LATENCY, decide_reachability,
+from turtle_brick.core.reachability import (COMMAND_LATENCY, decide_reachability, fall_time,
                                             guaranteed_distance, LEVEL_LATENCY, resting_height,
                                             RobotMotion)
 from turtle_brick.core.robot_tracking import COMMITTED_TIME, RobotTracker
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+
+AT_CENTER = RobotMotion(5.0, 5.0)
+
+
+def decide(x, y, z, robot=AT_CENTER, excess=0.0, speed=0.0, delay=0.0):
+    """Return the decision at a delay (s) after a brick has a position (m) and a speed (m/s)."""
+    return decide_reachability(Fall(NS_PER_SECOND, x, y, z, speed), NS_PER_SECOND + seconds(delay),
+                               robot, PARAMETERS, excess)
+
+
+def test_brick_is_reachable_if_the_robot_has_enough_time():
+    assert decide(6.0, 5.0, 9.0).reachable
+    assert not decide(10.0, 5.0, 3.0).reachable
+
+
+def test_excess_latency_makes_a_brick_unreachable():
+    assert not decide(6.0, 5.0, 9.0, excess=2.0).reachable
+
+
+def test_robot_below_the_brick_needs_no_time():
+    assert decide(5.0, 5.0, REST_Z).needed == 0.0
+
+
+def test_resting_height_is_half_a_brick_above_the_platform():
+    assert resting_height(PARAMETERS) == (
+        PARAMETERS.platform_height + PARAMETERS.brick_size[2] / 2.0)
+
+
+def test_fall_time_onto_the_platform():
+    assert fall_time(REST_Z + 0.5 * GRAVITY, PARAMETERS) == pytest.approx(1.0)
+    assert fall_time(REST_Z - 1.0, PARAMETERS) == 0.0
+
+
+def test_guaranteed_distance_is_the_platform_radius_for_a_fall_of_the_guaranteed_latency():
+    height = REST_Z + 0.5 * GRAVITY * 0.13 ** 2
+    assert guaranteed_distance(height, PARAMETERS) == pytest.approx(PARAMETERS.platform_radius)
+
+
+@pytest.mark.parametrize(('x', 'y', 'z', 'word'), [
+    (5.0, 5.0, REST_Z - 0.01, 'below'), (-0.01, 5.0, 9.0, 'outside'),
+    (5.0, ARENA_SIZE + 0.01, 9.0, 'outside')])
+def test_brick_below_the_platform_or_outside_the_arena_is_unreachable(x, y, z, word):
+    decision = decide(x, y, z, RobotMotion(x, y))
+    assert not decision.reachable and word in decision.reason
+
+
+def test_brick_at_the_limit_of_arena_and_platform_is_reachable():
+    for x, y, z in ((5.0, 5.0, REST_Z), (0.0, 5.0, 9.0), (5.0, ARENA_SIZE, 9.0)):
+        # The brick at rest height is already on the platform.
+        assert decide(x, y, z, RobotMotion(x, y), delay=0.02).reachable
+    assert 'passed' in decide(5.0, 5.0, REST_Z - 0.01, speed=3.0).reason
+    assert guaranteed_distance(REST_Z - 0.01, PARAMETERS) == -inf
+
+
+def test_reason_gives_distance_times_and_latency():
+    decision = decide(9.0, 5.0, 2.0)
+    assert decision.reason == (
+        f'the robot, 4.00 m away, needs {decision.needed:.3f} s, but the brick lands in '
+        f'{decision.available:.3f} s, {-decision.margin:.3f} s too early (command latency 0.11 s)')
+    assert decision.summary == f'unreachable: {decision.reason}'
+    assert decide(6.0, 5.0, 9.0).summary.startswith('reachable: the robot, 1.00 m away, needs ')
+    decision = decide(9.0, 5.0, 2.0, robot=None)
+    assert (decision.reachable, decision.needed) == (False, inf)
+    assert 'no robot' in decision.reason
+
+
+@pytest.mark.parametrize('excess', (0.0, 0.2))
+def test_tilted_platform_must_be_leveled_in_time(excess):
+    def is_reachable(time, level):
+        height = REST_Z + 0.5 * GRAVITY * (time + excess) ** 2
+        return decide(5.0, 5.0, height, RobotMotion(5.0, 5.0, (), level), excess).reachable
+
+    assert is_reachable(LEVEL_LATENCY - 0.001, True)
+    assert not is_reachable(LEVEL_LATENCY - 0.001, False)
+    assert is_reachable(LEVEL_LATENCY + 0.001, False)
+
+
+# ------------------------------------------------------------------------------------------- laws
 
 inside = st.floats(0.0, ARENA_SIZE)
 other_robots = st.builds(
@@ -42,139 +120,103 @@ other_robots = st.builds(
 @law(40)
 @given(parameters=other_robots, x=inside, y=inside, robot_x=inside, robot_y=inside,
        above=st.floats(0.0, 20.0), late=st.floats(0.0, 0.05),
-       excess=st.just(0.0) | st.floats(0.0, 1.0), reserve=st.just(0.0) | st.floats(0.0, 2.0))
-def test_reachable_is_what_the_robot_has_the_time_for(
-        parameters, x, y, robot_x, robot_y, above, late, excess, reserve):
+       excess=st.just(0.0) | st.floats(0.0, 1.0), uncertainty=st.just(0.0) | st.floats(0.0, 2.0))
+def test_decision_follows_the_formula_and_keeps_the_guarantee(
+        parameters, x, y, robot_x, robot_y, above, late, excess, uncertainty):
     """
-    (distance - radius) / max_velocity and the latency are within the time until the contact.
+    A brick is reachable if the travel time plus the latency is at most the time until landing.
 
-    And the promise: no refusal inside max_velocity * (t_fall - 0.13 s) + platform_radius. What
-    commands take longer than on one machine counts in both.
+    Every brick within max_velocity * (fall time - 0.13 s - excess) + platform_radius is reachable.
     """
     fall = Fall(NS_PER_SECOND, x, y, resting_height(parameters) + above, 0.0)
     decision = decide_reachability(fall, NS_PER_SECOND + seconds(late), RobotMotion(
-        robot_x, robot_y, uncertainty=reserve), parameters, excess)
+        robot_x, robot_y, uncertainty=uncertainty), parameters, excess)
     available = sqrt(2.0 * above / parameters.gravity_accel) - late
     distance = hypot(x - robot_x, y - robot_y)
     assert decision.available == pytest.approx(available, abs=1e-6)
     assert decision.distance == pytest.approx(distance)
     assert decision.contact == pytest.approx(NS_PER_SECOND + seconds(available + late), abs=1e3)
     assert decision.margin == decision.available - decision.needed
-    farthest = distance + reserve
+    farthest = distance + uncertainty
     way = farthest - parameters.platform_radius
     assert decision.needed == (0.0 if way <= 0.0 else COMMAND_LATENCY + excess + travel_time(
         farthest, parameters.platform_radius, parameters.max_velocity))
     assert decision.reachable == (decision.needed <= max(decision.available, 0.0))
     assert decision.reachable == (decision.reason == '')
-    promised = (parameters.max_velocity * (available + late - 0.13 - excess)
-                + parameters.platform_radius)
-    assert guaranteed_distance(fall.z, parameters, excess) == pytest.approx(promised, abs=1e-6)
-    # A fall is known by its third sample, 8 ms later.
-    if way > 0.0 and farthest <= promised and late <= 0.01:
+    guaranteed = (parameters.max_velocity * (available + late - 0.13 - excess)
+                  + parameters.platform_radius)
+    assert guaranteed_distance(fall.z, parameters, excess) == pytest.approx(guaranteed, abs=1e-6)
+    # A fall is detected at its third position, 8 ms after the release.
+    if way > 0.0 and farthest <= guaranteed and late <= 0.01:
         assert decision.reachable
 
 
-def test_brick_below_the_platform_or_outside_the_arena_is_out_of_reach():
-    """However near, and however much time there is; at the very edge it is not."""
-    for x, y, z, word in ((5.0, 5.0, REST_Z - 0.01, 'below'), (-0.01, 5.0, 9.0, 'outside'),
-                          (5.0, ARENA_SIZE + 0.01, 9.0, 'outside')):
-        decision = decide_reachability(Fall(NS_PER_SECOND, x, y, z, 0.0), NS_PER_SECOND, RobotMotion(x, y), PARAMETERS)
-        assert not decision.reachable
-        assert word in decision.reason
-    for x, y, z in ((5.0, 5.0, REST_Z), (0.0, 5.0, 9.0), (5.0, ARENA_SIZE, 9.0)):
-        late = NS_PER_SECOND + seconds(0.02)  # as where the brick is on the platform by now
-        assert decide_reachability(Fall(NS_PER_SECOND, x, y, z, 0.0), late, RobotMotion(x, y), PARAMETERS).reachable
-    passed = Fall(NS_PER_SECOND, 5.0, 5.0, REST_Z - 0.01, 3.0)
-    assert 'passed' in decide_reachability(passed, NS_PER_SECOND, RobotMotion(5.0, 5.0), PARAMETERS).reason
-    assert guaranteed_distance(REST_Z - 0.01, PARAMETERS) == -inf
-
-
-def test_reason_says_what_is_missing():
-    fall = Fall(NS_PER_SECOND, 9.0, 5.0, 2.0, 0.0)
-    decision = decide_reachability(fall, NS_PER_SECOND, RobotMotion(5.0, 5.0), PARAMETERS)
-    assert decision.reason == (
-        f'the robot, 4.00 m away, needs {decision.needed:.3f} s, but the brick lands in '
-        f'{decision.available:.3f} s, {-decision.margin:.3f} s too early (command latency 0.11 s)')
-    decision = decide_reachability(fall, NS_PER_SECOND, None, PARAMETERS)
-    assert (decision.reachable, decision.needed) == (False, inf)
-    assert 'no robot' in decision.reason
-
-
-@pytest.mark.parametrize('excess', (0.0, 0.2))
-def test_tilted_platform_must_be_leveled_in_time(excess):
-    def decide(time, level):
-        fall = Fall(NS_PER_SECOND, 5.0, 5.0, REST_Z + 0.5 * GRAVITY * (time + excess) ** 2, 0.0)
-        return decide_reachability(fall, NS_PER_SECOND, RobotMotion(5.0, 5.0, (), level), PARAMETERS, excess)
-
-    assert decide(LEVEL_LATENCY - 0.001, True).reachable
-    assert not decide(LEVEL_LATENCY - 0.001, False).reachable
-    assert decide(LEVEL_LATENCY + 0.001, False).reachable
-
-
-# ---------------------------------------------------------------------- where a robot is bound for
+# --------------------------------------------------------------------------------- robot tracking
 
 HINGE = PARAMETERS.platform_height - PARAMETERS.platform_thickness
 
-on_any_link = pytest.mark.parametrize('excess', (0.0, 0.2))
+any_excess = pytest.mark.parametrize('excess', (0.0, 0.2))
 
 
-def track_with(excess=0.0):
-    """Return a track where orders take longer (s), how far they lead (m), and how long (s)."""
+def make_tracker(excess=0.0):
+    """Return a tracker with an excess latency (s), its committed distance (m) and latency (s)."""
     latency = LatencyMonitor()
     latency.record_response_delay(NS_PER_SECOND, excess)
-    return (RobotTracker(PARAMETERS.max_velocity, latency), PARAMETERS.max_velocity * (COMMITTED_TIME + excess),
-            COMMAND_LATENCY + excess)
+    return (RobotTracker(PARAMETERS.max_velocity, latency),
+            PARAMETERS.max_velocity * (COMMITTED_TIME + excess), COMMAND_LATENCY + excess)
 
 
-def seen_at(track, time, x, y=5.0, tilt=0.0, level_for=inf):
-    """Return the robot that is seen at a place at a time (s)."""
-    return track.observe(seconds(time), Platform(Pose((x, y, HINGE), from_pitch(tilt))),
-                         level_for)
+def observe(tracker, time, x, y=5.0, tilt=0.0, level_for=inf):
+    """Return the motion of a robot observed at a point (m) and a time (s)."""
+    return tracker.observe(seconds(time), Platform(Pose((x, y, HINGE), from_pitch(tilt))),
+                           level_for)
 
 
-@on_any_link
-def test_robot_that_is_seen_moving_goes_on_at_full_speed_until_it_has_stood_for_a_while(excess):
-    track, way, _ = track_with(excess)
-    seen_at(track, 1.0, 5.0)
-    robot = seen_at(track, 1.01, 5.003, 5.004)
+@any_excess
+def test_moving_robot_may_continue_at_full_speed_until_it_is_at_rest(excess):
+    tracker, way, _ = make_tracker(excess)
+    observe(tracker, 1.0, 5.0)
+    robot = observe(tracker, 1.01, 5.003, 5.004)
     assert robot.destinations == (pytest.approx((5.003 + 0.6 * way, 5.004 + 0.8 * way)),)
     assert not robot.at_rest and robot.uncertainty == 0.0
-    assert seen_at(track, 1.075 + excess, 5.003, 5.004).destinations == robot.destinations
-    assert seen_at(track, 1.09 + excess, 5.003, 5.004).at_rest
-    assert seen_at(track, 1.1 + excess, 5.003 + 1e-10, 5.004).at_rest
+    assert observe(tracker, 1.075 + excess, 5.003, 5.004).destinations == robot.destinations
+    assert observe(tracker, 1.09 + excess, 5.003, 5.004).at_rest
+    assert observe(tracker, 1.1 + excess, 5.003 + 1e-10, 5.004).at_rest
 
 
-@on_any_link
-def test_robot_that_was_sent_somewhere_is_destinations_it(excess):
-    """Also if it isn't seen to move yet, and meanwhile for where it was sent before."""
-    track, way, latency = track_with(excess)
-    seen_at(track, 1.0, 5.0)
-    track.record_goal(seconds(1.5), (9.0, 5.0))
-    assert seen_at(track, 1.5 + latency - 0.001, 5.0).destinations == ((5.0 + way, 5.0),)
-    assert seen_at(track, 1.5 + latency + 0.001, 5.0).at_rest
-    # On its way, it may pass its goal as far as it is seen to go, but is bound for it as well.
-    track, way, latency = track_with(excess)
-    track.record_goal(seconds(1.2), (9.0, 5.0))
-    seen_at(track, 1.34, 8.87)
-    robot = seen_at(track, 1.35, 8.9)
+@any_excess
+def test_robot_may_drive_to_its_goal_before_it_moves(excess):
+    tracker, way, latency = make_tracker(excess)
+    observe(tracker, 1.0, 5.0)
+    tracker.record_goal(seconds(1.5), (9.0, 5.0))
+    assert observe(tracker, 1.5 + latency - 0.001, 5.0).destinations == ((5.0 + way, 5.0),)
+    assert observe(tracker, 1.5 + latency + 0.001, 5.0).at_rest
+
+
+@any_excess
+def test_moving_robot_may_drive_straight_ahead_or_to_its_last_goals(excess):
+    tracker, way, latency = make_tracker(excess)
+    tracker.record_goal(seconds(1.2), (9.0, 5.0))
+    observe(tracker, 1.34, 8.87)
+    robot = observe(tracker, 1.35, 8.9)
     assert robot.destinations == (pytest.approx((8.9 + way, 5.0)), pytest.approx((9.0, 5.0)))
-    track.record_goal(seconds(1.4), (8.9, 1.0))
-    before, after = seen_at(track, 1.4 + latency - 0.001, 8.9).destinations[-2:]
+    tracker.record_goal(seconds(1.4), (8.9, 1.0))
+    before, after = observe(tracker, 1.4 + latency - 0.001, 8.9).destinations[-2:]
     assert before == pytest.approx((9.0, 5.0))
     assert after == pytest.approx((8.9, 5.0 - way))
-    assert seen_at(track, 1.4 + latency + 0.3, 8.9).at_rest
+    assert observe(tracker, 1.4 + latency + 0.3, 8.9).at_rest
 
 
-@on_any_link
-def test_robot_that_was_seen_for_too_short_a_time_may_be_going_anywhere(excess):
-    track, way, _ = track_with(excess)
+@any_excess
+def test_motion_of_a_newly_observed_robot_is_uncertain(excess):
+    tracker, way, _ = make_tracker(excess)
     for begin in (1.0, 2.0):
-        assert seen_at(track, begin, 5.0).uncertainty == way
-        assert seen_at(track, begin + 0.069 + excess, 5.0).uncertainty == way
-        assert seen_at(track, begin + 0.071 + excess, 5.0).at_rest
-        assert track.observe(seconds(begin + 0.3), None, inf) is None
-        assert (track.last_seen, track.last_unseen) == (seconds(begin + 0.071 + excess),
-                                              seconds(begin + 0.3))
+        assert observe(tracker, begin, 5.0).uncertainty == way
+        assert observe(tracker, begin + 0.069 + excess, 5.0).uncertainty == way
+        assert observe(tracker, begin + 0.071 + excess, 5.0).at_rest
+        assert tracker.observe(seconds(begin + 0.3), None, inf) is None
+        assert (tracker.last_seen, tracker.last_unseen) == (
+            seconds(begin + 0.071 + excess), seconds(begin + 0.3))
 
 
 @pytest.mark.parametrize(('still', 'moved', 'goal', 'longer'), [
@@ -183,23 +225,23 @@ def test_robot_that_was_seen_for_too_short_a_time_may_be_going_anywhere(excess):
     (0.9, 1.5, 9.0, 1.5 - COMMAND_LATENCY),
     (1.1, 1.2, 9.0, 0.0),
     (0.2, 0.3, 5.01, 0.0)],
-    ids=('late', 'seen late', 'very late', 'ignored', 'no reason to move'))
-def test_robot_at_rest_tells_how_long_an_order_takes(still, moved, goal, longer):
-    track, *_ = track_with()
+    ids=('late', 'observed late', 'very late', 'ignored', 'near goal'))
+def test_response_delay_of_a_robot_at_rest_is_measured(still, moved, goal, longer):
+    tracker, *_ = make_tracker()
     for time in (1.9, 2.0):
-        seen_at(track, time, 5.0)
-    track.record_goal(seconds(2.0), (goal, 5.0))
-    seen_at(track, 2.0 + still, 5.0)
-    seen_at(track, 2.0 + moved, 5.02)
-    seen_at(track, 2.1 + moved, 5.3)
-    assert track.excess == pytest.approx(longer)
+        observe(tracker, time, 5.0)
+    tracker.record_goal(seconds(2.0), (goal, 5.0))
+    observe(tracker, 2.0 + still, 5.0)
+    observe(tracker, 2.0 + moved, 5.02)
+    observe(tracker, 2.1 + moved, 5.3)
+    assert tracker.excess == pytest.approx(longer)
 
 
-@on_any_link
-def test_platform_is_level_if_it_is_seen_so_and_all_others_see_it_so(excess):
-    track, *_ = track_with(excess)
-    assert seen_at(track, 1.0, 5.0).level
-    assert not seen_at(track, 1.1, 5.0, level_for=LEVEL_LATENCY + excess - 1e-6).level
-    assert seen_at(track, 1.2, 5.0, level_for=LEVEL_LATENCY + excess + 1e-6).level
-    assert not seen_at(track, 1.3, 5.0, tilt=0.01).level
-    assert track.last_level == seconds(1.2)
+@any_excess
+def test_platform_is_level_after_every_node_has_received_the_level_transform(excess):
+    tracker, *_ = make_tracker(excess)
+    assert observe(tracker, 1.0, 5.0).level
+    assert not observe(tracker, 1.1, 5.0, level_for=LEVEL_LATENCY + excess - 1e-6).level
+    assert observe(tracker, 1.2, 5.0, level_for=LEVEL_LATENCY + excess + 1e-6).level
+    assert not observe(tracker, 1.3, 5.0, tilt=0.01).level
+    assert tracker.last_level == seconds(1.2)

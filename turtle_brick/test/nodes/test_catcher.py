@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The catcher: its orders, its marker, what it waits for, and how long messages take."""
+"""The catcher node: commands, decisions, marker, log and latency."""
 
 from math import dist
 
@@ -33,10 +33,9 @@ from visualization_msgs.msg import Marker
 
 
 class Bench(SteppedGraph):
-    """Arena and catcher, and a robot that obeys without delay."""
+    """Arena, catcher, and a robot that executes commands without delay."""
 
     def __init__(self, live):
-        """Bring them up, without any robot that hears the catcher."""
         self.goals, self.tilts = [], []
         super().__init__(live, CatcherNode)
         self.catcher = self.nodes[1]
@@ -44,36 +43,35 @@ class Bench(SteppedGraph):
         self.tilts = record_published(self.catcher.tilt_publisher)
 
     def move(self, seconds):
-        """Obey the last orders."""
         x, y, yaw, tilt = self.platform
         if self.tilts:
             tilt = self.tilts[-1].angle
         if self.goals:
             goal = self.goals[-1].pose.position
-            way = max(dist((x, y), (goal.x, goal.y)), 1e-9)
-            part = min(PARAMETERS.max_velocity * seconds / way, 1.0)
-            x, y = x + part * (goal.x - x), y + part * (goal.y - y)
+            distance = max(dist((x, y), (goal.x, goal.y)), 1e-9)
+            fraction = min(PARAMETERS.max_velocity * seconds / distance, 1.0)
+            x, y = x + fraction * (goal.x - x), y + fraction * (goal.y - y)
         self.platform = (x, y, yaw, tilt)
 
     def release(self, *place):
-        """Let the brick hover somewhere (m) for a while, and fall."""
+        """Place the brick at a point (m), wait and drop it."""
         assert self.place(*place).success
         self.run(0.3)
         assert self.drop().success
 
 
-def test_a_brick_that_no_robot_can_catch_and_one_that_a_robot_catches(domain_id, capfd):
-    """All names are relative; it waits with one line, and says when all is in sight."""
+def test_unreachable_and_reachable_brick(domain_id, capfd):
+    """The first brick falls without a robot, the second one is caught. All names are relative."""
     with graph(domain_id, namespace='left') as live:
         bench = Bench(live)
         markers = live.record('catcher_marker', Marker)
         states = live.record('catcher_state', String, LATCHED)
         decisions = live.record('catcher_decision', String, LATCHED)
-        live.wait_for(lambda: states.messages, TIMEOUT, 'its first state')
+        live.wait_for(lambda: states.messages, TIMEOUT, 'the first state')
         bench.release(0.5, 1.0, 6.0)
         bench.until(Phase.GROUNDED)
         goals, tilts = live.record('goal_pose', PoseStamped), live.record('tilt', Tilt)
-        live.wait_for(bench.catcher.has_subscribers, TIMEOUT, 'it sees the robot')
+        live.wait_for(bench.catcher.has_subscribers, TIMEOUT, 'the catcher finds the robot')
         bench.release(6.0, 4.5, 8.0)
         bench.until(Phase.RIDING)
         bench.until(Phase.FLOATING)
@@ -82,7 +80,7 @@ def test_a_brick_that_no_robot_can_catch_and_one_that_a_robot_catches(domain_id,
         live.wait_for(lambda: len(states.messages) == 6, TIMEOUT, 'the last state')
         late = live.record('catcher_state', String, LATCHED)
         live.wait_for(lambda: late.messages and goals.last == bench.goals[-1]
-                      and tilts.last == bench.tilts[-1], TIMEOUT, 'state and orders')
+                      and tilts.last == bench.tilts[-1], TIMEOUT, 'state and commands')
         topics = {name for name, _ in live.listener.get_topic_names_and_types()}
         assert {name for name in topics if not name.startswith('/left/')} <= {
             '/clock', '/parameter_events', '/rosout', '/tf', '/tf_static'}
@@ -93,7 +91,7 @@ def test_a_brick_that_no_robot_can_catch_and_one_that_a_robot_catches(domain_id,
     for decision in decisions.messages:
         assert sum(f') is {decision.data}' in line for line in lines) == 1
     assert late.last.data == 'waiting'
-    # One text near the brick, for 3 s, in the world.
+    # One text near the brick in the world frame, for 3 s.
     (marker,) = markers.messages
     assert (marker.text, marker.header.frame_id) == ('Unreachable', 'world')
     assert (marker.type, marker.action) == (Marker.TEXT_VIEW_FACING, Marker.ADD)
@@ -113,16 +111,15 @@ def test_a_brick_that_no_robot_can_catch_and_one_that_a_robot_catches(domain_id,
     assert not [line for line in lines if 'WARN' in line or 'ERROR' in line]
 
 
-def test_latency_is_measured_and_clocks_that_disagree_are_seen(domain_id, capfd, monkeypatch):
-    """By the stamps of the moving frames."""
+def test_latency_and_clock_errors_are_measured(domain_id, capfd, monkeypatch):
     with graph(domain_id) as live:
         node = live.add(CatcherNode)
         latency, clock = node.catcher.latency, node.get_clock()
-        seen = []
-        monkeypatch.setattr(latency, 'record_robot_stamp', seen.append)
+        robot_stamps = []
+        monkeypatch.setattr(latency, 'record_robot_stamp', robot_stamps.append)
         publisher = live.publisher('/tf', TFMessage)
-        (heard,) = node.get_subscriptions_info_by_topic('/tf')
-        assert heard.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT
+        (subscription,) = node.get_subscriptions_info_by_topic('/tf')
+        assert subscription.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT
 
         def excess(age, *frames):
             stamp = clock.now() - Duration(seconds=age)
@@ -130,21 +127,18 @@ def test_latency_is_measured_and_clocks_that_disagree_are_seen(domain_id, capfd,
                 transform_message(WORLD, frame, stamp=stamp.to_msg()) for frame in frames]))
             return latency.excess(clock.now().nanoseconds)
 
-        live.wait_for(lambda: excess(0.1, BRICK) > 0.18, TIMEOUT, 'it is as slow as the brick')
-        live.wait_for(lambda: excess(0.2, PLATFORM, 'nobody') > 0.38, TIMEOUT, 'the platform')
-        live.wait_for(lambda: excess(0.3, BASE_LINK) > 0.58, TIMEOUT, 'the robot')
-        assert seen and 'chrony' not in capfd.readouterr().err
-        live.wait_for(lambda: excess(-0.4, BASE_LINK) > 1.4, TIMEOUT, 'stamps are ahead')
+        live.wait_for(lambda: excess(0.1, BRICK) > 0.18, TIMEOUT, 'the age of the brick')
+        live.wait_for(lambda: excess(0.2, PLATFORM, 'other') > 0.38, TIMEOUT,
+                      'the age of the platform')
+        live.wait_for(lambda: excess(0.3, BASE_LINK) > 0.58, TIMEOUT, 'the age of the robot')
+        assert robot_stamps and 'chrony' not in capfd.readouterr().err
+        live.wait_for(lambda: excess(-0.4, BASE_LINK) > 1.4, TIMEOUT, 'timestamps in the future')
         live.wait_for(lambda: node.has_warned_of_clocks, TIMEOUT, 'a warning')
     assert capfd.readouterr().err.count('chrony') == 1
 
 
-def test_fall_that_comes_in_one_message(domain_id, monkeypatch):
-    """
-    It is seen from its start, as after a machine stood still: the arena makes up for it all.
-
-    It is seen at once, before the next call of the timer.
-    """
+def test_fall_in_one_message_is_detected_immediately(domain_id, monkeypatch):
+    """After a stall of the machine, the arena broadcasts many steps in one message."""
     with graph(domain_id) as live:
         bench = Bench(live)
         bench.release(12.0, 6.0, 8.0)

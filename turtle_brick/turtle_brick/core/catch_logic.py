@@ -17,7 +17,7 @@ Decide how to catch a brick, from the positions of the brick and the robot.
 
 `Catcher` records positions, decides and returns the goals and tilt commands to publish. An
 `Observation` holds the input of the state machine, `transition` is the state machine, and
-`CatchStatus` holds its state. No function reads a clock: all times are arguments, in nanoseconds
+`CatcherMemory` holds its state. No function reads a clock: all times are arguments, in nanoseconds
 of one clock.
 """
 
@@ -49,19 +49,18 @@ TILTING_TIMEOUT = 10.0
 """Time (s) after which the robot levels the platform even if the brick has not left it."""
 
 SETTLING_TIME = 0.05
-"""Time (s) without motion after which a brick beside the tilted platform is floating, and a brick
-that did not follow the robot is hovering."""
+"""Time (s) without motion after which a brick is floating or hovering."""
 
 BRICK_LAG = 0.5
-"""Longest time (s) for which a brick on the moving or tilted platform may appear to be at rest: on
-a busy machine the arena receives the platform's transforms late."""
+"""Longest time (s) for which a brick on a moving or tilted platform may appear to be at rest. On a
+busy machine, the arena receives the platform's transforms late."""
 
 LYING_TIME = 1.0
 """Time (s) for which a brick must lie on a level platform at rest before the robot carries it."""
 
 CLOCK_DIFFERENCE = 0.5
-"""Largest difference (s) between the brick's timestamp and the current time for a decision. It is
-larger while only one of the two nodes has detected that the clock was set."""
+"""Largest age (s) of the brick's position for a decision. An older position indicates that one
+node has not detected a clock change yet."""
 
 DECISION_DEADLINE = 0.1
 """Time (s) before the contact at which a decision no longer waits for the robot."""
@@ -126,12 +125,7 @@ class Observation(NamedTuple):
     robot: RobotMotion | None
     """Motion of the robot, None if it is not available."""
     platform: Platform | None
-    robot_last_seen: float
-    """Last time (ns) at which the robot was available."""
-    robot_last_unseen: int
-    """Last time (ns) at which the robot was not available."""
-    last_level: int
-    """Last time (ns) at which the platform was level."""
+    tracker: RobotTracker
     is_level_commanded: bool
     """Whether the last tilt command is 0."""
 
@@ -139,16 +133,16 @@ class Observation(NamedTuple):
     def is_robot_briefly_lost(self) -> bool:
         """Whether the robot has been unavailable for less than ROBOT_TIMEOUT."""
         return (self.robot is None
-                and (self.now - self.robot_last_seen) * SECONDS_PER_NS < ROBOT_TIMEOUT)
+                and (self.now - self.tracker.last_seen) * SECONDS_PER_NS < ROBOT_TIMEOUT)
 
     @property
     def still_since(self) -> int:
-        """Time (ns) since which the brick is at rest and the robot is available."""
-        return max(self.brick.last_motion, self.robot_last_unseen)
+        """Start time (ns) of the brick's rest while the robot was available."""
+        return max(self.brick.last_motion, self.tracker.last_unseen)
 
     @property
     def still_time(self) -> float:
-        """Time (s) for which the brick has been at rest."""
+        """Duration (s) of the brick's rest until its last observation."""
         return (self.brick.stamp - self.still_since) * SECONDS_PER_NS
 
     @property
@@ -167,10 +161,10 @@ class Observation(NamedTuple):
     @property
     def is_on_platform(self) -> bool:
         """Whether the brick is on the level platform, within the accuracy for a moving robot."""
-        limit = (self.parameters.platform_radius
-                 + self.parameters.max_velocity * TRANSFORM_SKEW)
+        skew = self.parameters.max_velocity * TRANSFORM_SKEW
         return (self.is_at_resting_height and self.robot is not None
-                and self.robot.distance_to(self.brick.position) <= limit)
+                and self.robot.distance_to(self.brick.position)
+                <= self.parameters.platform_radius + skew)
 
     @property
     def is_following(self) -> bool:
@@ -191,11 +185,11 @@ class Observation(NamedTuple):
         """Whether the brick has stopped after it left the tilted platform."""
         if self.platform is None:
             return True
-        still = (self.brick.stamp - max(self.still_since, self.last_level)) * SECONDS_PER_NS
+        start = max(self.still_since, self.tracker.last_level)
+        still_time = (self.brick.stamp - start) * SECONDS_PER_NS
         distance = hypot(*self.platform.coordinates_of(self.brick.position))
-        if distance > self.parameters.platform_radius:
-            return still >= SETTLING_TIME
-        return still >= BRICK_LAG
+        is_beside = distance > self.parameters.platform_radius
+        return still_time >= (SETTLING_TIME if is_beside else BRICK_LAG)
 
     def has_arrived_at(self, goal: tuple[float, float]) -> bool:
         """Return whether the robot is at rest at a point (m) in the world frame."""
@@ -203,7 +197,7 @@ class Observation(NamedTuple):
                 and self.robot.distance_to(goal) <= GOAL_TOLERANCE)
 
 
-class CatchStatus(NamedTuple):
+class CatcherMemory(NamedTuple):
     """State of the catcher, and data that outlives an update."""
 
     state: State = State.WAITING
@@ -212,10 +206,10 @@ class CatchStatus(NamedTuple):
     carrying_since: int = 0
     """Time (ns) at which the last CARRYING state began."""
     hovering_since: int | None = None
-    """Last motion (ns) of a brick that did not follow the robot."""
+    """Time (ns) of the last motion of a brick that did not follow the robot."""
 
-    def enter(self, state: State, observation: Observation) -> 'CatchStatus':
-        """Return the status after a state is entered."""
+    def enter(self, state: State, observation: Observation) -> 'CatcherMemory':
+        """Return the updated memory on entering a state."""
         carrying_since, hovering_since = self.carrying_since, self.hovering_since
         brick = observation.brick
         if state is State.CARRYING:
@@ -225,16 +219,16 @@ class CatchStatus(NamedTuple):
                 and observation.still_since <= carrying_since
                 and (brick.stamp - carrying_since) * SECONDS_PER_NS >= SETTLING_TIME):
             hovering_since = brick.last_motion
-        return CatchStatus(state, observation.now, carrying_since, hovering_since)
+        return CatcherMemory(state, observation.now, carrying_since, hovering_since)
 
     def is_hovering(self, brick: Brick) -> bool:
         """Return whether the brick did not follow the robot and has not moved since."""
         return brick.last_motion == self.hovering_since
 
 
-def transition(status: CatchStatus, observation: Observation) -> State:
+def transition(memory: CatcherMemory, observation: Observation) -> State:
     """Return the next state, which may be the current one."""
-    state = status.state
+    state = memory.state
     if observation.has_reachable_fall:
         return State.APPROACHING
     if observation.is_robot_briefly_lost and state is not State.LEVELING:
@@ -250,13 +244,13 @@ def transition(status: CatchStatus, observation: Observation) -> State:
         if observation.has_arrived_at(CENTER):
             return State.TILTING
     elif state is State.TILTING:
-        time = (observation.now - status.since) * SECONDS_PER_NS
+        time = (observation.now - memory.since) * SECONDS_PER_NS
         if observation.has_left_platform or time > TILTING_TIMEOUT:
             return State.LEVELING
     elif state is State.LEVELING:
         if observation.is_level_commanded:
             return State.WAITING
-    elif observation.is_lying and not status.is_hovering(observation.brick):
+    elif observation.is_lying and not memory.is_hovering(observation.brick):
         # The brick was placed on the platform, was caught although it was unreachable, or remains
         # from an interrupted catcher.
         return State.CARRYING
@@ -284,15 +278,13 @@ class TiltRamp:
     """Angle of the platform, which changes smoothly."""
 
     def __init__(self, now: int) -> None:
-        """Start level at a time (ns)."""
-        self.angle = 0.0
-        """Last commanded angle (rad)."""
-        self._start_angle = 0.0
+        """Start with a level platform at a time (ns)."""
+        self.angle = self._start_angle = 0.0
         self._start_time = 0
         self._command_time = now
 
     def start(self, now: int) -> None:
-        """Start a change at a time (ns)."""
+        """Start a new ramp at a time (ns)."""
         self._start_angle, self._start_time = self.angle, now
 
     def advance(self, now: int, goal: float) -> bool:
@@ -306,11 +298,10 @@ class TiltRamp:
         if self.angle == goal:
             return False
         fraction = min((now - self._start_time) * SECONDS_PER_NS / RAMP_TIME, 1.0)
+        smooth = 0.5 - 0.5 * cos(pi * fraction)
+        self.angle = self._start_angle + smooth * (goal - self._start_angle)
         if fraction == 1.0:
             self.angle = goal
-        else:
-            smooth = 0.5 - 0.5 * cos(pi * fraction)
-            self.angle = self._start_angle + smooth * (goal - self._start_angle)
         self._command_time = now
         return True
 
@@ -333,7 +324,7 @@ class Catcher:
 
     def _reset(self, now: int) -> None:
         """Forget all observations at a time (ns)."""
-        self.status = CatchStatus()
+        self.memory = CatcherMemory()
         self.decision: Decision | None = None
         """Last decision."""
         self.latency = LatencyMonitor()
@@ -344,14 +335,14 @@ class Catcher:
         self._is_refused = False
         """Whether the brick was unreachable and has only moved straight down since."""
         self._finished_fall: Fall | None = None
-        """A fall that passed the platform before a decision."""
+        """Fall that passed the platform before a decision."""
         self._tracker = RobotTracker(self.parameters.max_velocity, self.latency)
         self._ramp = TiltRamp(now)
 
     @property
     def state(self) -> State:
-        """Current state."""
-        return self.status.state
+        """State after the last update."""
+        return self.memory.state
 
     def observe_brick(self, stamp: int, position: Vector, parent: str = 'world') -> bool:
         """
@@ -380,7 +371,9 @@ class Catcher:
 
     def update(self, now: int, platform: Platform | None) -> list[Action]:
         """
-        Decide what to do; call this function at least 50 times per second.
+        Decide about a new fall, and return commands for the robot.
+
+        Call this function at least 50 times per second.
 
         :param now: current time (ns). If the time has decreased, the catcher starts again.
         :param platform: the platform, None if it is not available
@@ -391,10 +384,12 @@ class Catcher:
             self._reset(now)
             actions.append(TiltCommand(0.0))
         self._now = now
-        robot = self._tracker.observe(now, platform, self._level_time())
+        level_time = self._ramp.command_age(now) if self._ramp.angle == 0.0 else 0.0
+        robot = self._tracker.observe(now, platform, level_time)
         decision = self._decide(robot)
         if decision is not None:
-            self._record_decision(decision)
+            self.decision = decision
+            self._is_refused = not decision.reachable
             actions.append(decision)
         observation = self._observe(robot, platform, decision)
         previous = self.state
@@ -403,14 +398,11 @@ class Catcher:
         actions += self._tilt_commands(observation)
         return actions
 
-    def _level_time(self) -> float:
-        """Return the time (s) since the level command, 0 if the commanded angle is not 0."""
-        return self._ramp.command_age(self._now) if self._ramp.angle == 0.0 else 0.0
-
     def _decide(self, robot: RobotMotion | None) -> Decision | None:
         """Return the decision about a new fall, None if there is none or it has to wait."""
-        if self._finished_fall is not None:
-            return self._decide_finished_fall(robot)
+        finished_fall, self._finished_fall = self._finished_fall, None
+        if finished_fall is not None:
+            return self._decide_finished_fall(finished_fall, robot)
         fall = self._detector.fall
         age = abs(self._now - self._brick.stamp) * SECONDS_PER_NS
         if fall is None or self._is_decided(fall) or age > CLOCK_DIFFERENCE:
@@ -426,15 +418,10 @@ class Catcher:
         best_case = RobotMotion(fall.x, fall.y)
         if robot is not None:
             best_case = robot._replace(uncertainty=0.0)
-        if self._reachability(fall, best_case, excess).reachable:
-            return None
-        return decision
+        return None if self._reachability(fall, best_case, excess).reachable else decision
 
-    def _decide_finished_fall(self, robot: RobotMotion | None) -> Decision | None:
-        """Return that a fall detected too late is unreachable."""
-        fall, self._finished_fall = self._finished_fall, None
-        if fall is None:
-            return None
+    def _decide_finished_fall(self, fall: Fall, robot: RobotMotion | None) -> Decision:
+        """Return the decision about a fall that ended before it was decided."""
         decision = self._reachability(fall, robot, self._tracker.excess)
         return decision._replace(reachable=False, reason=(
             f'the fall was detected {-decision.available:.3f} s after the brick had landed'))
@@ -444,13 +431,8 @@ class Catcher:
         return decide_reachability(fall, self._now, robot, self.parameters, excess)
 
     def _is_decided(self, fall: Fall | None) -> bool:
-        """Return whether there is a decision about a fall, or about this brick if it is refused."""
+        """Return whether there already is a decision about a fall or a refused brick."""
         return self._is_refused or (self.decision is not None and self.decision.fall is fall)
-
-    def _record_decision(self, decision: Decision) -> None:
-        """Store a decision."""
-        self.decision = decision
-        self._is_refused = not decision.reachable
 
     def _observe(self, robot: RobotMotion | None, platform: Platform | None,
                  decision: Decision | None) -> Observation:
@@ -459,17 +441,14 @@ class Catcher:
             self.parameters, self._now, self._brick,
             is_in_free_fall=self._detector.fall is not None,
             has_reachable_fall=decision is not None and decision.reachable,
-            robot=robot, platform=platform,
-            robot_last_seen=self._tracker.last_seen,
-            robot_last_unseen=self._tracker.last_unseen,
-            last_level=self._tracker.last_level,
+            robot=robot, platform=platform, tracker=self._tracker,
             is_level_commanded=self._ramp.angle == 0.0)
 
     def _change_state(self, observation: Observation) -> None:
         """Enter the next state, and start a new ramp. A new fall enters APPROACHING again."""
-        state = transition(self.status, observation)
+        state = transition(self.memory, observation)
         if observation.has_reachable_fall or state is not self.state:
-            self.status = self.status.enter(state, observation)
+            self.memory = self.memory.enter(state, observation)
             self._ramp.start(self._now)
 
     def _drive_goals(self, previous: State, observation: Observation) -> list[Action]:
@@ -501,7 +480,7 @@ class Catcher:
 
     def _stopping_point(self, robot: RobotMotion, brick: Brick) -> tuple[float, float]:
         """Return the goal (m) after a brick is lost: under a hovering brick, or straight ahead."""
-        if self.status.is_hovering(brick):
+        if self.memory.is_hovering(brick):
             return within_arena(*brick.position[:2])
         if robot.destinations:
             return within_arena(*robot.destinations[0])

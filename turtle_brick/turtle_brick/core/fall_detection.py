@@ -33,7 +33,7 @@ class Fall(NamedTuple):
     stamp: int
     """Time (ns)."""
     x: float
-    """Position (m) of the brick's center in the world frame, like y and z."""
+    """x coordinate (m) of the brick's center in the world frame."""
     y: float
     z: float
     speed: float
@@ -45,7 +45,7 @@ class Fall(NamedTuple):
         return (self.x, self.y, self.z)
 
     def height(self, stamp: int, gravity: float) -> float:
-        """Return the height (m) of the brick at a time (ns) in an undisturbed fall."""
+        """Return the z coordinate (m) of the brick at a time (ns) in an undisturbed fall."""
         time = (stamp - self.stamp) * SECONDS_PER_NS
         return self.z - self.speed * time - 0.5 * gravity * time * time
 
@@ -56,9 +56,7 @@ class Fall(NamedTuple):
         It is negative if the brick has passed the height, and NaN if the fall began below it.
         """
         square = self.speed * self.speed + 2.0 * gravity * (self.z - height)
-        if square < 0.0:
-            return nan
-        return (sqrt(square) - self.speed) / gravity
+        return nan if square < 0.0 else (sqrt(square) - self.speed) / gravity
 
 
 class FallDetector:
@@ -73,8 +71,8 @@ class FallDetector:
     """Largest deviation of the acceleration, as a fraction of gravity."""
 
     SIDEWAYS_FRACTION = 0.01
-    """Largest sideways motion, as a fraction of the vertical motion. It excludes a slide on a slope
-    steeper than 72 degrees, whose acceleration is within ACCELERATION_TOLERANCE."""
+    """Largest sideways motion, as a fraction of the vertical motion. On a slope steeper than 72
+    degrees, the acceleration of a sliding brick is within ACCELERATION_TOLERANCE."""
 
     SIDEWAYS_TOLERANCE = 1e-4
     """Largest sideways motion (m) between two positions in a fall."""

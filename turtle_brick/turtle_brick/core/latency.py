@@ -32,8 +32,7 @@ WINDOW = 10.0
 """Time (s) for which a measurement counts."""
 
 OUTLIER_FRACTION = 0.01
-"""Fraction of the transforms that may be older than the estimate. A single stall of a machine is
-not a slow link."""
+"""Fraction of transforms ignored as outliers, for example after a single stall of a machine."""
 
 OVERLOAD_FRACTION = 0.2
 """Fraction of late timer callbacks above which the machine is overloaded."""
@@ -49,8 +48,7 @@ CLOCK_TOLERANCE = 0.006
 a riding brick one step, 0.004 s, ahead."""
 
 MIN_GAPS = 3
-"""Number of gaps in the brick's timestamps within WINDOW that indicate lost messages. A single gap
-may be a node that stalled."""
+"""Number of gaps in the brick's timestamps within WINDOW that indicate lost messages."""
 
 LOSS_RESERVE = 0.06
 """Excess latency (s) if messages get lost: two updates of the catcher, 0.02 s each, and two
@@ -108,11 +106,9 @@ class LatencyMonitor:
         """Fraction of late timer callbacks."""
         self._first_robot_stamp: int | None = None
         self._robot_stamp: int | None = None
-        """Last timestamp (ns) of the robot."""
         self._brick_stamp: int | None = None
-        """Last timestamp (ns) of the brick."""
         self._brick_period = 0.0
-        """Average interval (s) between two timestamps of the brick."""
+        """Average interval (s) between timestamps of the brick."""
         self._gaps: deque[int] = deque(maxlen=MIN_GAPS)
         """Timestamps (ns) of the brick after a gap."""
 
@@ -165,7 +161,7 @@ class LatencyMonitor:
         self._response_delays.add(now, excess)
 
     def loses_messages(self, now: int) -> bool:
-        """Return whether messages get lost at a time (ns)."""
+        """Return whether messages have been lost in the WINDOW before a time (ns)."""
         return (len(self._gaps) == MIN_GAPS
                 and (now - self._gaps[0]) * SECONDS_PER_NS <= WINDOW)
 

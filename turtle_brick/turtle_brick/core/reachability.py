@@ -20,10 +20,10 @@ A brick is reachable if its landing point is inside the arena and if
     latency + max(distance - platform_radius, 0) / max_velocity <= time until landing
 
 - The brick lands when its bottom reaches the top of the level platform. It falls without drag.
-- The distance is measured from the robot to the landing point. If the robot is moving, it is the
-  largest distance to which the commands already sent may take the robot.
-- The latency is COMMAND_LATENCY plus the excess latency. COMMAND_LATENCY holds for nodes on one
-  machine; `latency` measures the excess latency of slow links and busy machines.
+- The distance is the horizontal distance from the robot to the landing point. For a moving robot, it
+  is the largest distance after the commands already sent.
+- The latency is COMMAND_LATENCY, which holds for nodes on one machine, plus the excess latency of
+  slow links and busy machines, which `latency` measures.
 - A robot already within platform_radius of the landing point needs no time. A platform that is not
   level needs at least LEVEL_LATENCY plus the excess latency.
 
@@ -41,7 +41,7 @@ from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK, within_are
 
 QUEUE_LATENCY = QUEUE_DEPTH * COMMAND_PERIOD + TICK - COMMAND_PERIOD + TRANSPORT_DELAY
 """Longest time (s) from publishing a command to the pose that shows its effect (0.0764 s):
-turtlesim takes a command after six newer ones have arrived, at the next tick."""
+turtlesim executes a command at the first tick after six newer commands have arrived."""
 
 COMMAND_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + QUEUE_LATENCY + COMMAND_PERIOD + 0.010
 """Longest time (s) from a decision until the arena receives the first motion of the platform: one
@@ -53,7 +53,7 @@ GUARANTEED_LATENCY = 0.13
 the time to detect the fall in three positions of the brick."""
 
 LEVEL_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + 0.015
-"""Longest time (s) from publishing a level tilt until the arena receives a level platform."""
+"""Longest time (s) from publishing a tilt of 0 until the arena receives a level platform."""
 
 
 class Decision(NamedTuple):
@@ -84,15 +84,16 @@ class Decision(NamedTuple):
         """Decision and reason in one line that begins with "reachable: " or "unreachable: "."""
         if not self.reachable:
             return f'unreachable: {self.reason}'
-        return (f'reachable: the robot, {self.distance:.2f} m away, needs {self.needed:.3f} s, and '
-                f'the brick lands in {self.available:.3f} s (command latency {self.latency:.2f} s)')
+        return (f'reachable: the robot, {self.distance:.2f} m away, needs {self.needed:.3f} s, '
+                f'and the brick lands in {self.available:.3f} s (command latency '
+                f'{self.latency:.2f} s)')
 
 
 class RobotMotion(NamedTuple):
-    """Current position of the robot, and its possible positions after the commands already sent."""
+    """Position of the robot, and the effect of the commands already sent."""
 
     x: float
-    """Position (m) in the world frame, like y."""
+    """x coordinate (m) in the world frame."""
     y: float
     destinations: tuple[tuple[float, float], ...] = ()
     """Points (m) to which the commands already sent may take the robot."""
@@ -148,9 +149,9 @@ def decide_reachability(fall: Fall, now: int, robot: RobotMotion | None,
     """
     Decide whether the robot can be under a falling brick when it lands.
 
-    :param fall: the fall
+    :param fall: detected fall
     :param now: current time (ns)
-    :param robot: motion of the robot; None if no robot is available
+    :param robot: motion of the robot, None if no robot is available
     :param parameters: physical parameters
     :param excess: excess latency (s)
     """

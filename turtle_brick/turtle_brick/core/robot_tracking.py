@@ -15,9 +15,9 @@
 """
 Track a robot and compute the positions to which the commands already sent may take it.
 
-turtlesim executes commands with a delay, so the robot may continue in its last direction or turn
-to a recent goal after a new goal is published. `RobotTracker` records positions and goals,
-and returns a `RobotMotion` for `reachability`. All timestamps are in nanoseconds of one clock.
+turtlesim executes commands with a delay, so a robot with a new goal first continues in its last
+direction or to its previous goal. `RobotTracker` returns a `RobotMotion` for `reachability`.
+All timestamps are in nanoseconds of one clock.
 """
 
 from collections import deque
@@ -42,7 +42,7 @@ MIN_GOAL_DISTANCE = 0.05
 """Distance (m) to a goal beyond which a robot at rest always starts to move."""
 
 POSITION_TOLERANCE = 1e-9
-"""Largest difference (m) between two positions of an object at rest, after interpolation by tf2."""
+"""Largest difference (m) between positions at rest, due to interpolation in tf2."""
 
 
 class RobotTracker:
@@ -53,7 +53,7 @@ class RobotTracker:
         Start without a known robot.
 
         :param max_velocity: maximum speed of the robot (m/s)
-        :param latency: provides the excess latency, and records the response delays of the robot
+        :param latency: excess latency and response delays of the robot
         """
         self.excess = 0.0
         """Excess latency (s) at the last observation."""
@@ -76,7 +76,7 @@ class RobotTracker:
 
     @property
     def goal(self) -> tuple[float, float]:
-        """Last goal (m) in the world frame."""
+        """Last recorded point in the world frame (m)."""
         return self._goals[-1][1]
 
     @property
@@ -95,7 +95,7 @@ class RobotTracker:
             self._last_at_departure = now
 
     def is_goal_at_risk(self, now: int) -> bool:
-        """Return whether the last goal may be lost: messages get lost, and the goal is recent."""
+        """Return whether the last goal is recent and may have been lost."""
         return (len(self._goals) > 0 and self._latency.loses_messages(now)
                 and self._is_recent(now, self._goals[-1][0]))
 
@@ -123,11 +123,10 @@ class RobotTracker:
         _remove_old(self._positions, now, REST_TIME + self.excess)
         _remove_old(self._goals, now, COMMAND_LATENCY + self.excess)
         destinations = self._destinations(now)
+        level = platform.is_level and level_for > LEVEL_LATENCY + self.excess
         is_certain = len(destinations) > 0 or self._is_rest_known(now)
-        return RobotMotion(
-            x, y, tuple(destinations),
-            level=platform.is_level and level_for > LEVEL_LATENCY + self.excess,
-            uncertainty=0.0 if is_certain else self._committed_distance)
+        uncertainty = 0.0 if is_certain else self._committed_distance
+        return RobotMotion(x, y, tuple(destinations), level, uncertainty)
 
     def _measure_response(self, now: int, x: float, y: float) -> None:
         """Record the response delay of a robot at rest if it exceeds COMMAND_LATENCY."""
@@ -140,7 +139,7 @@ class RobotTracker:
                 self._departure = None
             return
         self._departure = None
-        # The motion began after the last position at rest. An earlier start is not a slow response.
+        # Only a robot that was observed at rest for longer than COMMAND_LATENCY responds slowly.
         if (self._last_at_departure - sent) * SECONDS_PER_NS > COMMAND_LATENCY:
             self._latency.record_response_delay(
                 now, (now - sent) * SECONDS_PER_NS - COMMAND_LATENCY)
@@ -167,8 +166,7 @@ class RobotTracker:
         for _, x_before, y_before in reversed(self._positions):
             moved = hypot(x - x_before, y - y_before)
             if moved > POSITION_TOLERANCE:
-                # Assume max_velocity: the intervals between ticks and transforms vary too much to
-                # measure the speed.
+                # Assume max_velocity, because irregular intervals distort the measured speed.
                 scale = self._committed_distance / moved
                 return (x + scale * (x - x_before), y + scale * (y - y_before))
         return None
