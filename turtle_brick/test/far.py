@@ -13,12 +13,12 @@
 # limitations under the License.
 
 """
-far: spread the graph over three hosts with slow links between them, and drop bricks.
+far: run the graph on three hosts with slow links between them, and drop bricks.
 
-The hosts are network namespaces of this machine, joined by a switch that holds each frame back
-for a while or loses it: turtlesim, robot_state_publisher and turtle_robot on the first, the arena
-and who drops the bricks on the second, the catcher on the third. It needs no root, but a Linux
-where anybody may have namespaces (`unshare --user`) and /dev/net/tun.
+The hosts are network namespaces on this machine. A switch connects them and delays or loses each
+frame. The first host runs turtlesim, robot_state_publisher and turtle_robot, the second one the
+arena and the client, and the third one the catcher. Root permissions are not necessary, but user
+namespaces (`unshare --user`) and /dev/net/tun are.
 
     python3 test/far.py --delay 30 --jitter 5 --loss 1 --drops 40
 """
@@ -34,49 +34,49 @@ import os
 from pathlib import Path
 from random import Random
 import select
-import signal
 import socket
 import struct
 import sys
 from time import monotonic
 
 from rcl_interfaces.msg import Log
+from std_msgs.msg import String
 from turtle_brick.core.parameters import default_path, load
 from turtle_brick.core.reachability import COMMAND_LATENCY, guaranteed_distance, resting_height
 from turtle_brick.core.turtlesim_kinematics import within_arena
 from turtle_brick.tools.graph import Graph
 from turtle_referee.graph_client.client import GraphClient
-from turtle_referee.graph_client.observer import subscription_qos, Observer
+from turtle_referee.graph_client.observer import Observer, subscription_qos
 from turtle_referee.graph_client.processes import close_all, Process
-from turtle_referee.graph_client.spinning import handle_interrupts
+from turtle_referee.graph_client.spinning import handle_interrupts, INTERRUPTED
 
 HERE = Path(__file__).resolve()
 
 CLONE_NEWNET = 0x40000000
-"""Asks for a network of its own, see unshare(2)."""
+"""Flag for a new network namespace, see unshare(2)."""
 
 TUNSETIFF, SIOCSIFFLAGS, SIOCSIFADDR, SIOCSIFNETMASK = 0x400454ca, 0x8914, 0x8916, 0x891c
-"""Requests of ioctl, see netdevice(7) and Linux' if_tun.h."""
+"""Requests of ioctl, see netdevice(7) and if_tun.h of Linux."""
 
 TAP_WITHOUT_HEADER, UP, MULTICAST = 0x1002, 0x1, 0x1000
-"""Flags of an interface."""
+"""Flags of a network interface."""
 
 START_TIME = 60.0
-"""How long (s) the graph may take to come up."""
+"""Time (s) that the graph gets to start."""
 
-LONGEST = 40.0
-"""How long (s) anything else may take: several heartbeats, and the way across the arena."""
+TIMEOUT = 40.0
+"""Timeout (s) of any other wait: several DDS heartbeats and a drive across the arena."""
 
-HOVERING = 1.0
-"""Time (s) for which a brick hovers before it is dropped."""
+HOVERING_TIME = 1.0
+"""Duration (s) for which a brick hovers before it is dropped."""
 
 
-# --------------------------------------------------------------------------- hosts and the switch
+# ------------------------------------------------------------------------- hosts and switch
 
-def go_to_new_host(number: int) -> int:
-    """Have this process, and those that it starts next, on a host of its own; return its cable."""
+def move_to_new_host(number: int) -> int:
+    """Move this process and its future children to a new host; return the host's tap device."""
     if ctypes.CDLL(None).unshare(CLONE_NEWNET) != 0:
-        raise OSError('unshare: no network namespace')
+        raise OSError('unshare: network namespaces are not permitted')
     tap = os.open('/dev/net/tun', os.O_RDWR)
     ioctl(tap, TUNSETIFF, struct.pack('16sH', b'tap', TAP_WITHOUT_HEADER))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as control:
@@ -89,98 +89,102 @@ def go_to_new_host(number: int) -> int:
     return tap
 
 
-def switch(cables: list[int], delay: float, jitter: float, loss: float,
-           until: Callable[[], bool]) -> None:
+def switch(taps: list[int], delay: float, jitter: float, loss: float,
+           is_done: Callable[[], bool]) -> None:
     """
-    Pass frames on from each cable to the one they are for, to all where that is not known.
+    Forward Ethernet frames to their destination, or to all hosts if it is unknown.
 
-    :param delay: mean time (s) for which a frame is held back, and its standard deviation
-    :param loss: part of the frames that get lost
-    :param until: asked about ten times per second whether to end
+    :param delay: mean delay (s) of a frame
+    :param jitter: standard deviation (s) of the delay
+    :param loss: fraction of lost frames
+    :param is_done: called ten times per second; the switch stops if it returns True
     """
     random = Random(1)
-    known: dict[bytes, int] = {}  # on which cable an address is
-    late: list[tuple[float, int, int, bytes]] = []  # when due (s), number, cable, frame
+    tap_of: dict[bytes, int] = {}  # by MAC address
+    queue: list[tuple[float, int, int, bytes]] = []  # due time (s), number, tap, frame
     count = 0
-    while not until():
+    while not is_done():
         end = monotonic() + 0.1
         while (now := monotonic()) < end:
-            while late and late[0][0] <= now:
-                _, _, cable, frame = heapq.heappop(late)
-                os.write(cable, frame)
-            due = late[0][0] if late else end
-            ready, _, _ = select.select(cables, [], [], max(min(due, end) - now, 0.0))
+            while queue and queue[0][0] <= now:
+                _, _, tap, frame = heapq.heappop(queue)
+                os.write(tap, frame)
+            due = queue[0][0] if queue else end
+            ready, _, _ = select.select(taps, [], [], max(min(due, end) - now, 0.0))
             for source in ready:
                 frame = os.read(source, 2048)
-                known[frame[6:12]] = source
-                for cable in [known[frame[:6]]] if frame[:6] in known else cables:
-                    if cable != source and random.random() >= loss:
+                tap_of[frame[6:12]] = source
+                for tap in [tap_of[frame[:6]]] if frame[:6] in tap_of else taps:
+                    if tap != source and random.random() >= loss:
                         count += 1
-                        heapq.heappush(late, (monotonic() + max(random.gauss(delay, jitter), 0.0),
-                                              count, cable, frame))
+                        heapq.heappush(queue, (monotonic() + max(random.gauss(delay, jitter), 0.0),
+                                               count, tap, frame))
 
 
-# ------------------------------------------------------------------------------------- the bricks
+# --------------------------------------------------------------------------------- bricks
 
-def promised(height: float, latency: float) -> float:
-    """Return how far (m) a brick may be released at a height (m), with a latency (s) as told."""
-    # An order goes over a link, the motion comes back over another one, and the release is seen
-    # one link later.
+def promised_distance(height: float, latency: float) -> float:
+    """Return the guaranteed distance (m) for a brick at a height (m) and a latency (s)."""
+    # A command uses one link, the motion is reported over another one, and the release is
+    # detected one link later.
     return guaranteed_distance(height, load(), 1.5 * (latency - COMMAND_LATENCY))
 
 
-def place_near(robot: tuple[float, float], latency: float | None, random: Random
-               ) -> tuple[float, float, float]:
-    """Return where to release a brick (m), from 0.6 to 1.0 of what is promised; else near."""
+def random_place(robot: tuple[float, float], latency: float | None, random: Random
+                 ) -> tuple[float, float, float]:
+    """Return a random place (m) at 0.6 to 1.0 of the promised distance, or at 0.6 m at first."""
     while True:
         z = resting_height(load()) + random.uniform(3.0, 7.0)
-        way = 0.6 if latency is None else random.uniform(0.6, 1.0) * promised(z, latency)
+        distance = 0.6
+        if latency is not None:
+            distance = random.uniform(0.6, 1.0) * promised_distance(z, latency)
         angle = random.uniform(-pi, pi)
-        x, y = robot[0] + way * cos(angle), robot[1] + way * sin(angle)
+        x, y = robot[0] + distance * cos(angle), robot[1] + distance * sin(angle)
         if within_arena(x, y) == (x, y):
             return x, y, z
 
 
-def judge(drops: int) -> int:
+def drop_bricks(drops: int) -> int:
     """
-    Drop bricks, the first one only to be told how long the commands take.
+    Drop bricks and print each outcome, then a row of the table in the documentation.
 
-    :return: the status: 0 if each was caught or refused. What became of each is printed, and a row
-        of the table.
+    The first brick only serves to measure the latency.
+
+    :return: the exit status: 0 if each other brick was caught or refused
     """
     random = Random(1)
     outcomes: Counter[str] = Counter()
     latencies: list[float] = []
-    handle_interrupts()
     with Graph() as graph:
         graph.add_arena()
         observer = graph.add(Observer, parameters=False)
-        client = GraphClient(graph, observer, LONGEST)
-        log = observer.listener.hear(Log, '/rosout', subscription_qos(latched=True))
-
-        def told(words: str) -> str:
-            return next((line.message.msg for line in log if words in line.message.msg), '')
-
-        # Where frames get lost, the catcher may hear of its robot later than this one does.
-        graph.spin_until(lambda: client.is_complete() and told('are in sight'), START_TIME,
-                         'robot, arena and catcher are there')
+        client = GraphClient(graph, observer, TIMEOUT)
+        qos = subscription_qos(latched=True)
+        log = observer.poller.record(Log, '/rosout', qos)
+        decisions = observer.poller.record(String, 'catcher_decision', qos)
+        # If frames are lost, the catcher may receive TF later than this client.
+        graph.spin_until(lambda: client.is_complete() and any(
+            'waiting for a fall' in line.message.msg for line in log), START_TIME,
+                         'robot, arena and catcher are running')
         for number in range(drops + 1):
-            client.until(client.is_at_rest, LONGEST)
+            client.wait_until(client.is_at_rest, TIMEOUT)
             robot = client.robot_position()
             assert robot is not None
-            place = place_near(robot, latencies[-1] if latencies else None, random)
-            client.place(place, HOVERING).check()
-            log.clear()
+            place = random_place(robot, latencies[-1] if latencies else None, random)
+            client.place(place, HOVERING_TIME).check()
+            decisions.clear()
             watch = client.drop(place)
-            assert watch.down, 'the brick does not come down'
-            graph.spin_until(lambda: told('commands take'), LONGEST, 'a word of the catcher')
-            sentence = told('commands take')
-            print(f'  {sentence}', flush=True)
-            latencies.append(float(sentence.split('commands take ')[1].split()[0]))
-            outcome = (('caught' if watch.caught else 'missed') if 'can be caught' in sentence
-                       else 'caught although refused' if watch.caught else 'refused')
+            assert watch.down, 'the brick does not land'
+            graph.spin_until(lambda: decisions, TIMEOUT, 'a decision of the catcher')
+            decision = decisions[-1].message.data
+            print(f'  {decision}', flush=True)
+            latencies.append(float(decision.split('command latency ')[1].split()[0]))
+            if decision.startswith('reachable'):
+                outcome = 'caught' if watch.caught else 'missed'
+            else:
+                outcome = 'caught although refused' if watch.caught else 'refused'
             if number:
-                limit = promised(place[2], latencies[-1])
+                limit = promised_distance(place[2], latencies[-1])
                 outcomes[outcome] += 1
                 outcomes['inside'] += outcome == 'refused' and watch.distance <= limit
                 print(f'  {watch.distance:.2f} m, promised {limit:.2f} m: {outcome}', flush=True)
@@ -191,11 +195,10 @@ def judge(drops: int) -> int:
     return 1 if broken else 0
 
 
-# ------------------------------------------------------------------------------------ the program
+# --------------------------------------------------------------------------------- program
 
 def run_robot() -> None:
     """Run turtlesim, robot_state_publisher and turtle_robot until SIGINT or SIGTERM."""
-    handle_interrupts()
     with Graph() as graph:
         graph.add_turtlesim()
         graph.add_robot_state_publisher()
@@ -203,24 +206,24 @@ def run_robot() -> None:
         graph.spin_until(lambda: False, inf, 'the end')
 
 
-def spread(options: argparse.Namespace) -> int:
-    """Run the graph on three hosts and drop bricks; return the status of the judge."""
-    # Shared memory would go past the links.
+def run_hosts(options: argparse.Namespace) -> int:
+    """Run the graph on three hosts and drop bricks; return the exit status."""
+    # Shared memory would bypass the links.
     environment = {'ROS_DOMAIN_ID': '0', 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET',
                    'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4'}
-    cables, processes = [], []
+    taps, processes = [], []
     try:
         for number, (listener, *program) in enumerate((
                 (None, str(HERE), '--robot'),
                 (None, '-m', 'turtle_brick.catcher', '--ros-args', '--params-file',
                  str(default_path())),
-                (sys.stdout.write, str(HERE), '--judge', *sys.argv[1:])), 1):
-            cables.append(go_to_new_host(number))
+                (sys.stdout.write, str(HERE), '--client', *sys.argv[1:])), 1):
+            taps.append(move_to_new_host(number))
             processes.append(Process([sys.executable, *program], environment, listener))
-        judging = processes[-1]
-        switch(cables, options.delay * 1e-3, options.jitter * 1e-3, options.loss * 1e-2,
-               lambda: not judging.running)
-        return judging.wait(1.0)
+        client = processes[-1]
+        switch(taps, options.delay * 1e-3, options.jitter * 1e-3, options.loss * 1e-2,
+               lambda: INTERRUPTED.is_set() or not client.running)
+        return 1 if INTERRUPTED.is_set() else client.wait(1.0)
     finally:
         close_all(processes)
 
@@ -228,27 +231,27 @@ def spread(options: argparse.Namespace) -> int:
 def main() -> int:
     """Run the program; return its exit status."""
     parser = argparse.ArgumentParser(prog='far', description=__doc__.split('\n\n')[0].strip())
-    for name, default, unit, what in (
-            ('delay', 30.0, 'MS', 'mean delay of a frame, one way (ms)'),
+    for name, default, unit, text in (
+            ('delay', 30.0, 'MS', 'mean one-way delay of a frame (ms)'),
             ('jitter', 5.0, 'MS', 'standard deviation of the delay (ms)'),
-            ('loss', 0.0, 'PERCENT', 'how many frames get lost (%%)'),
-            ('drops', 40, 'N', 'how many bricks')):
+            ('loss', 0.0, 'PERCENT', 'share of lost frames (%%)'),
+            ('drops', 40, 'N', 'number of bricks')):
         parser.add_argument(f'--{name}', type=type(default), default=default, metavar=unit,
-                            help=what)
-    for part in ('--robot', '--judge'):
-        parser.add_argument(part, action='store_true', help=argparse.SUPPRESS)
+                            help=text)
+    for role in ('--robot', '--client'):
+        parser.add_argument(role, action='store_true', help=argparse.SUPPRESS)
     options = parser.parse_args()
+    handle_interrupts()
     try:
         if options.robot:
             run_robot()
-        if options.judge:
-            return judge(options.drops)
+        if options.client:
+            return drop_bricks(options.drops)
         if os.environ.get('FAR_INSIDE') != '1':
             os.environ['FAR_INSIDE'] = '1'
             os.execvp('unshare', ['unshare', '--user', '--map-root-user', sys.executable,
                                   str(HERE), *sys.argv[1:]])
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
-        return spread(options)
+        return run_hosts(options)
     except KeyboardInterrupt:
         return 1
 

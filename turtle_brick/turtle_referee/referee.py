@@ -13,16 +13,16 @@
 # limitations under the License.
 
 """
-referee: judge an implementation of the exercise, sentence by sentence, from outside.
+referee: judge an implementation of the assignment, sentence by sentence, from outside.
 
-It watches a running graph through topics, services and TF alone, asks it for what a user would
-(goal_pose, tilt, place, drop), and says for each requirement of the assignment what was measured
-and what was expected: kept, broken, or open, where it can't be judged, and why. What stands behind
-"--" is started as the graph, and ended:
+It observes a running graph through topics, services and TF only and sends the requests of a user
+(goal_pose, tilt, place, drop). For each requirement of the assignment it reports the measured and
+the expected result. A requirement is met, broken, or open if it cannot be judged. The command
+after "--" starts the graph, which ends with the referee:
 
     ros2 run turtle_brick referee -- ros2 launch turtle_brick turtle_arena.launch.py view:=none
 
-The status is 0 if nothing is broken, 1 if something is, 2 if nothing was judged.
+The exit status is 0 if nothing is broken, 1 if something is, 2 if nothing was judged.
 """
 
 import argparse
@@ -37,34 +37,36 @@ from platform import python_version
 import shlex
 import sys
 from time import monotonic
+from typing import Any
 
 from rclpy.utilities import get_rmw_implementation_identifier
 from turtle_referee import report
-from turtle_referee.graph_client.domains import restrict_to_localhost, reserved_domain
+from turtle_referee.graph_client.domains import reserved_domain, restrict_to_localhost
 from turtle_referee.graph_client.observer import Observer
 from turtle_referee.graph_client.processes import Process
-from turtle_referee.graph_client.profile import Profile
+from turtle_referee.graph_client.profiles import Profile
 from turtle_referee.graph_client.record import Record
 from turtle_referee.graph_client.spinning import NodeSpinner
 from turtle_referee.rules import arena_rules, catcher_rules, robot_rules
-from turtle_referee.rules.rule import BROKEN, Rules
-from turtle_referee.trial import MEETING, Trial
+from turtle_referee.rules.rule import BROKEN, Judgement, Rules
+from turtle_referee.trial import DISCOVERY_TIME, Trial
 
 RULES = Rules((*robot_rules.RULES, *arena_rules.RULES, *catcher_rules.RULES))
 
-STARTING = 60.0  # how long (s) a graph may take to start
+START_TIME = 60.0
+"""Time (s) that a new graph gets to start."""
 
 
-def watch(profile: Profile, options: argparse.Namespace, command: Sequence[str],
-          say: Callable[[str], None]) -> Record:
-    """Let a graph show what it can, which a command starts if there is one; return the record."""
+def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str],
+            log: Callable[[str], None]) -> Record:
+    """Run all requests on a graph, started by a command if there is one; return the record."""
     with ExitStack() as stack:
         spinner = stack.enter_context(NodeSpinner(
             partial(Observer, profile=profile), namespace=options.namespace))
         process = stack.enter_context(Process(
             command, listener=sys.stderr.write if options.verbose else None)) if command else None
         record = spinner.node.record
-        Trial(spinner, spinner.node, say, STARTING if command else MEETING,
+        Trial(spinner, spinner.node, log, START_TIME if command else DISCOVERY_TIME,
               is_alive=lambda: process is None or process.running).run()
         if process is not None and not process.running:
             record.notes.append(process.exit_message())
@@ -72,12 +74,12 @@ def watch(profile: Profile, options: argparse.Namespace, command: Sequence[str],
 
 
 def versions() -> dict[str, str]:
-    """Return what the workspace is made of that is judged, as far as it tells."""
-    told = {'ROS': os.environ.get('ROS_DISTRO', '')}
+    """Return the versions of ROS, Python and the installed packages."""
+    found = {'ROS': os.environ.get('ROS_DISTRO', '')}
     for package in ('rclpy', 'turtlesim', 'turtle_brick'):
         with suppress(PackageNotFoundError):
-            told[package] = version(package)
-    return {**told, 'rmw': get_rmw_implementation_identifier(), 'Python': python_version()}
+            found[package] = version(package)
+    return {**found, 'rmw': get_rmw_implementation_identifier(), 'Python': python_version()}
 
 
 def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
@@ -87,41 +89,62 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
         prog='referee', description=first.partition(': ')[2].capitalize(), epilog=rest,
         usage='%(prog)s [options] [-- COMMAND ...]',
         formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--namespace', default='', metavar='NAME',
-                        help='the namespace that the graph is in')
-    for name, kind, words in (
-            ('profile', 'FILE', 'YAML: what the implementation calls topics and services, and '
-             'numbers that no node tells'),
-            ('json', 'FILE', 'write everything as JSON'),
+    parser.add_argument('--namespace', default='', metavar='NAME', help='namespace of the graph')
+    for name, kind, text in (
+            ('profile', 'FILE', 'YAML file with other names of topics and services, and with '
+             'numbers that are not parameters of a node'),
+            ('json', 'FILE', 'write all results as JSON'),
             ('page', 'FILE', 'write a page with plots (HTML)'),
-            ('summary', 'DIR', 'judge nothing: tell in one table of all JSON files below'),
-            ('csv', 'FILE', 'write that table')):
-        parser.add_argument(f'--{name}', type=Path, metavar=kind, help=words)
-    parser.add_argument('--verbose', action='store_true',
-                        help='show what the graph prints that is started')
-    # `ros2 run` keeps a "--" that comes first for itself.
+            ('summary', 'DIR', 'judge nothing; summarize all JSON files below a directory'),
+            ('csv', 'FILE', 'write the summary as CSV')):
+        parser.add_argument(f'--{name}', type=Path, metavar=kind, help=text)
+    parser.add_argument('--verbose', action='store_true', help='show the output of the command')
+    # `ros2 run` removes a "--" that is the first argument.
     parser.add_argument('command', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
     args = list(args)
-    place = args.index('--') if '--' in args else len(args)
-    options = parser.parse_args(args[:place])
+    split = args.index('--') if '--' in args else len(args)
+    options = parser.parse_args(args[:split])
     for name in ('csv', 'json', 'page'):
         path = getattr(options, name)
         if path is not None and not path.parent.is_dir():
             parser.error(f'--{name} {path}: there is no directory {path.parent}')
-    command = [*options.command, *args[place + 1:]]
+    command = [*options.command, *args[split + 1:]]
     if options.summary and (command or options.json) or options.csv and not options.summary:
-        parser.error('--csv goes with --summary, --json and a command do not')
+        parser.error('--csv requires --summary; --json and a command exclude it')
     return options, command
 
 
-def main(args: Sequence[str] | None = None) -> int:
-    """Judge a graph; return the exit status."""
-    options, command = parse(sys.argv[1:] if args is None else args)
+def judge(profile: Profile, options: argparse.Namespace, command: Sequence[str]
+          ) -> list[Judgement]:
+    """Observe and judge a graph and write all reports; RuntimeError if there is no graph."""
     begin = monotonic()
 
-    def say(text: str) -> None:
+    def log(text: str) -> None:
         print(f'{monotonic() - begin:6.1f} s  {text}', file=sys.stderr, flush=True)
 
+    with ExitStack() as stack:
+        if command and not os.environ.get('ROS_DOMAIN_ID'):
+            restrict_to_localhost()
+            os.environ['ROS_DOMAIN_ID'] = str(stack.enter_context(reserved_domain()))
+        record = observe(profile, options, command, log)
+    about: dict[str, Any] = {
+        'date': f'{datetime.now().astimezone():%Y-%m-%d %H:%M %z}',
+        'command': shlex.join(command), 'versions': versions(), 'numbers': profile.numbers,
+        'seconds': round(monotonic() - begin, 1), 'notes': record.notes}
+    judgements = [] if record.is_empty() else RULES.judge(record)
+    if options.json is not None:
+        options.json.write_text(report.as_json(judgements, about), encoding='utf-8')
+    if not judgements:
+        raise RuntimeError('; '.join(record.notes))
+    if options.page is not None:
+        options.page.write_text(report.page(judgements, about), encoding='utf-8')
+    report.print_judgements(judgements, record.notes)
+    return judgements
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the referee; return the exit status."""
+    options, command = parse(sys.argv[1:] if args is None else args)
     profile = Profile()
     try:
         if options.profile is not None:
@@ -129,25 +152,9 @@ def main(args: Sequence[str] | None = None) -> int:
         if options.summary is not None:
             return report.summarize(
                 options.summary, [rule.name for rule in RULES], options.csv, options.page)
-        with ExitStack() as reserved:
-            if command and not os.environ.get('ROS_DOMAIN_ID'):
-                restrict_to_localhost()
-                os.environ['ROS_DOMAIN_ID'] = str(reserved.enter_context(reserved_domain()))
-            record = watch(profile, options, command, say)
-        about = {'date': f'{datetime.now().astimezone():%Y-%m-%d %H:%M %z}',
-                 'command': shlex.join(command), 'versions': versions(),
-                 'numbers': profile.numbers, 'seconds': round(monotonic() - begin, 1),
-                 'notes': record.notes}
-        judgements = [] if record.is_empty() else RULES.judge(record)
-        if options.json is not None:
-            options.json.write_text(report.as_json(judgements, about), encoding='utf-8')
-        if not judgements:
-            raise RuntimeError('; '.join(record.notes))
-        if options.page is not None:
-            options.page.write_text(report.page(judgements, about), encoding='utf-8')
-        report.print_judgements(judgements, record.notes)
+        judgements = judge(profile, options, command)
     except KeyboardInterrupt:
-        print('referee: stopped, and nothing judged', file=sys.stderr)
+        print('referee: interrupted; nothing was judged', file=sys.stderr)
         return 2
     except (OSError, RuntimeError, ValueError) as error:
         print(f'referee: {error}', file=sys.stderr)

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""How judgements are told: tables on terminal and page, JSON and CSV, of one graph and of many."""
+"""Write judgements as tables on terminal and HTML page, JSON and CSV, for one graph or a class."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -28,10 +28,10 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
-from turtle_referee.graph_client.record import STOOD_STILL
-from turtle_referee.rules.rule import BROKEN, Judgement, KEPT, OPEN, Plot
+from turtle_referee.graph_client.record import OVERLOADED
+from turtle_referee.rules.rule import BROKEN, Judgement, MET, OPEN, Plot
 
-COLORS = {KEPT: 'green', BROKEN: 'red', OPEN: 'yellow'}
+COLORS = {MET: 'green', BROKEN: 'red', OPEN: 'yellow'}
 
 STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; color: #1c2430; background: #f6f7f9; }
@@ -51,18 +51,20 @@ svg { width: 100%; max-width: 400px; height: auto; }
 
 
 def tally(marks: Iterable[str]) -> str:
-    """Return how many requirements are kept, broken and open, in words."""
+    """Return the numbers of met, broken and open requirements as text."""
     count = Counter(marks)
-    return f'{count[KEPT]} {KEPT} kept, {count[BROKEN]} {BROKEN} broken, {count[OPEN]} {OPEN} open'
+    return f'{count[MET]} {MET} met, {count[BROKEN]} {BROKEN} broken, {count[OPEN]} {OPEN} open'
 
 
-def found(one: Judgement) -> str:
-    """Return what was measured, and from what else it may follow."""
-    return one.measured + f'; may follow from: {", ".join(one.follows)}' * bool(one.follows)
+def result(judgement: Judgement) -> str:
+    """Return the measured result and the requirements that may be its cause."""
+    if judgement.follows:
+        return f'{judgement.measured}; may follow from: {", ".join(judgement.follows)}'
+    return judgement.measured
 
 
 def print_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    """Print a table, with marks in their colors."""
+    """Print a table with colored marks."""
     table = Table(pad_edge=False, box=None, header_style='bold')
     for title in titles:
         table.add_column(title, overflow='fold')
@@ -73,7 +75,7 @@ def print_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> None
 
 def html_table(titles: Sequence[str], rows: Iterable[Sequence[object]],
                links: Mapping[Any, str] = {}) -> str:
-    """Return a table as HTML, with marks in their colors, and links of what stands in cells."""
+    """Return an HTML table with colored marks; `links` maps cell contents to addresses."""
     def html(value: object) -> str:
         if value in links:
             return f'<a href="{escape(links[value])}">{escape(str(value))}</a>'
@@ -86,25 +88,25 @@ def html_table(titles: Sequence[str], rows: Iterable[Sequence[object]],
 
 
 def html_page(title: str, body: str) -> str:
-    """Return a page in one file."""
+    """Return a complete HTML page."""
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
             f'<meta name="viewport" content="width=device-width"><title>{title}</title>'
             f'<style>{STYLE}</style></head><body><main><h1>{title}</h1>{body}</main></body></html>'
             '\n')
 
 
-# ------------------------------------------------------------------------------------ of a graph
+# --------------------------------------------------------------------------------- one graph
 
 def print_judgements(judgements: Sequence[Judgement], notes: Sequence[str]) -> None:
-    """Print what was found about each requirement, and again what is not kept."""
+    """Print a table of all requirements, then repeat those that are broken or open."""
     print_table(('', 'requirement', 'measured', 'expected'), (
-        (one.mark, one.name, found(one), one.expected) for one in judgements))
-    print('', *(f'{one.mark} {one.name}: {found(one)}' for one in judgements if one.mark != KEPT),
+        (one.mark, one.name, result(one), one.expected) for one in judgements))
+    print('', *(f'{one.mark} {one.name}: {result(one)}' for one in judgements if one.mark != MET),
           *(f'note: {note}' for note in notes), tally(one.mark for one in judgements), sep='\n')
 
 
 def as_json(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
-    """Return everything as JSON, the points of the plots included."""
+    """Return all data, including the points of the plots, as JSON."""
     def plain(value: Any) -> Any:
         if isinstance(value, float):
             return float(f'{value:.7g}') if isfinite(value) else None
@@ -134,70 +136,75 @@ def draw(plot: Plot) -> str:
     axes.legend(frameon=False, fontsize='small')
     file = StringIO()
     figure.savefig(file, format='svg', metadata={'Date': None})
-    return file.getvalue().partition('<svg')[2].join(('<svg', ''))
+    return '<svg' + file.getvalue().partition('<svg')[2]
 
 
-def in_words(value: Any) -> str:
-    """Return a number, a text, or several."""
+def as_text(value: Any) -> str:
+    """Return a number, a text, a list or a dictionary as text."""
     if isinstance(value, dict):
         return ', '.join(f'{name} {one}' for name, one in value.items())
     return '; '.join(value) if isinstance(value, list) else str(value)
 
 
 def page(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
-    """Return a page that shows it all, in one file."""
-    told = ''.join(f'<p>{escape(key)}: {escape(in_words(value))}</p>'
-                   for key, value in about.items() if value)
-    table = html_table(('', 'requirement', 'words', 'measured', 'expected'), (
-        (one.mark, one.name, one.words, found(one), one.expected) for one in judgements))
+    """Return an HTML page with all judgements and plots."""
+    facts = ''.join(f'<p>{escape(key)}: {escape(as_text(value))}</p>'
+                    for key, value in about.items() if value)
+    table = html_table(('', 'requirement', 'assignment', 'measured', 'expected'), (
+        (one.mark, one.name, one.sentence, result(one), one.expected) for one in judgements))
     return html_page(
-        'turtle_brick: what was asked for, and what was measured',
-        f'<p>{tally(one.mark for one in judgements)}</p>{told}{table}'
+        'turtle_brick: requirements and measurements',
+        f'<p>{tally(one.mark for one in judgements)}</p>{facts}{table}'
         + ''.join(draw(one.plot) for one in judgements if one.plot is not None))
 
 
-# ------------------------------------------------------------------------------------ of a class
+# ----------------------------------------------------------------------------------- a class
 
-TITLES = ('student', KEPT, BROKEN, OPEN, 'broken', 'open', 'date')
+TITLES = ('student', MET, BROKEN, OPEN, 'broken', 'open', 'date')
 
 
 def read(path: Path, name: str) -> dict[str, Any]:
-    """Return the row of a student's file, and the mark of each requirement; or ValueError."""
-    undecided: dict[str, list[str]] = {}  # what is open, by what to do about it
+    """Return the table row of a student's JSON file; ValueError if the file is invalid."""
+    open_requirements: dict[str, list[str]] = {}  # names by reason
     try:
-        told = json.loads(path.read_text(encoding='utf-8'))
-        marks = {one['name']: one['mark'] for one in told['requirements']}
-        # What follows from nothing else, or why nothing was judged.
-        broken = [one['name'] for one in told['requirements'] if one['mark'] == BROKEN
-                  and not one['follows']] if marks else ['nothing judged', *told['notes']]
-        for one in told['requirements']:
+        data = json.loads(path.read_text(encoding='utf-8'))
+        requirements = data['requirements']
+        marks = {one['name']: one['mark'] for one in requirements}
+        broken = [one['name'] for one in requirements
+                  if one['mark'] == BROKEN and not one['follows']]
+        if not marks:
+            broken = ['nothing judged', *data['notes']]
+        for one in requirements:
             if one['mark'] == OPEN:
-                why = 'judge again on a quieter machine' if STOOD_STILL in one['measured'] else (
-                    one['measured'])
-                undecided.setdefault(why, []).append(one['name'])
+                overloaded = OVERLOADED in one['measured']
+                reason = 'judge again on a less busy machine' if overloaded else one['measured']
+                open_requirements.setdefault(reason, []).append(one['name'])
         count = Counter(marks.values())
         return {'student': name, **{mark: count[mark] for mark in COLORS},
-                'broken': ', '.join(broken), 'date': told['date'], **marks, 'open': '; '.join(
-                    f'{", ".join(names)} ({why})' for why, names in undecided.items())}
+                'broken': ', '.join(broken), 'date': data['date'], **marks, 'open': '; '.join(
+                    f'{", ".join(names)} ({reason})'
+                    for reason, names in open_requirements.items())}
     except (LookupError, OSError, TypeError, ValueError) as error:
-        raise ValueError(f'{path}: not what the referee writes: {error!r}') from None
+        raise ValueError(f'{path} is not a JSON file of the referee: {error!r}') from None
 
 
 def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | None,
               page_path: Path | None) -> int:
-    """Tell of all JSON files below a directory; return 1 if one could not be read, 2 if none."""
+    """Summarize all JSON files below a directory; return 1 if one is invalid, 2 without any."""
     rows, faults, links = [], [], {}
     for path in sorted(directory.rglob('*.json')):
         name, own = str(path.relative_to(directory).with_suffix('')), path.with_suffix('.html')
         try:
             rows.append(read(path, name))
         except ValueError as error:
-            faults.append(f'left out: {error}')
+            faults.append(f'skipped: {error}')
         if page_path is not None and own.exists():
             links[name] = os.path.relpath(own, page_path.parent)
     cells = [[row[title] for title in TITLES] for row in rows]
     print_table(TITLES, cells)
-    for fault in faults or [f'{directory}: no JSON file is there'] * (not rows):
+    if not rows and not faults:
+        faults.append(f'there is no JSON file in {directory}')
+    for fault in faults:
         print(f'referee: {fault}', file=sys.stderr)
     if csv_path is not None:
         with csv_path.open('w', newline='', encoding='utf-8') as file:
@@ -211,4 +218,6 @@ def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | Non
             'turtle_brick: the class', html_table(TITLES, cells, links)
             + html_table(('broken', 'students'), count.most_common())
             + ''.join(f'<p>{escape(fault)}</p>' for fault in faults)), encoding='utf-8')
-    return 2 if not rows else 1 if faults else 0
+    if not rows:
+        return 2
+    return 1 if faults else 0

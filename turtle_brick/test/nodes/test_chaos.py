@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""A short slice of chaos.py and of far.py: the graph comes back from what hurts, and catches."""
+"""Short runs of chaos.py and far.py: the graph recovers from faults and catches the next brick."""
 
 from pathlib import Path
 from random import Random
@@ -25,8 +25,8 @@ import pytest
 FAR = Path(__file__).parents[1] / 'far.py'
 
 
-def why_not() -> str:
-    """Say why this machine can't have hosts; nothing if it can."""
+def missing_permission() -> str:
+    """Return why network namespaces cannot be used here, or an empty string if they can."""
     try:
         with open('/dev/net/tun', 'r+b', buffering=0):
             pass
@@ -37,21 +37,21 @@ def why_not() -> str:
     return ''
 
 
-def test_the_next_brick_is_caught_whoever_died_or_stood_still(domain_id):
-    """The catcher is killed while it carries a brick, the arena frozen; then all is fired at."""
+def test_the_next_brick_is_caught_after_kills_freezes_and_random_messages(domain_id):
+    """The catcher is killed while the robot carries a brick, then the arena is frozen."""
     with Scene(domain_id, Random(10), ('arena', 'catcher')) as scene, \
             NodeProcess([sys.executable, str(FAR), '--robot'], domain_id) as robot:
         scene.recover()
         scene.go_to('carrying')
-        scene.deal('catcher', None)
-        scene.deal('arena', 0.3)
-        scene.stand_fire(100)
+        scene.inject('catcher', None)
+        scene.inject('arena', 0.3)
+        scene.check_messages(100)
         assert robot.running, robot.output
 
 
-@pytest.mark.skipif(bool(why_not()), reason=why_not())
+@pytest.mark.skipif(bool(missing_permission()), reason=missing_permission())
 def test_bricks_are_caught_over_slow_links_that_lose_messages(domain_id):
-    """Near the limit: all that is said to be reachable is caught."""
+    """Near the limit, each brick that is called reachable is caught."""
     options = ['--delay', '30', '--jitter', '5', '--loss', '1', '--drops', '1']
     with NodeProcess([sys.executable, str(FAR), *options], domain_id) as far:
         assert far.wait(120.0) == 0, far.output

@@ -11,24 +11,24 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Nobody is disturbed: a free domain is free, and a reserved one is reserved."""
+"""Domains are reserved exclusively and are not used by any other node."""
 
 from live_graph import LiveGraph
 import pytest
 from turtle_referee.graph_client.domains import DomainError, is_empty, reserved_domain
 
 
-def test_the_first_candidate_that_nobody_has_is_taken():
+def test_the_first_free_candidate_is_reserved():
     with reserved_domain() as first, reserved_domain() as second:
         assert first != second and {first, second} <= set(range(1, 101))
         with pytest.raises(DomainError, match='in use'), reserved_domain([first, second]):
             pass
-    with reserved_domain([first, second]) as taken:
-        assert taken == first
+    with reserved_domain([first, second]) as reserved:
+        assert reserved == first
 
 
-def test_a_domain_is_not_empty_while_a_node_is_in_it():
-    """Also when the first one of two has left."""
+def test_a_domain_with_a_node_is_not_empty():
+    """The first of two nodes leaves, and the second one remains."""
     with reserved_domain() as free:
         pass
     first, second = LiveGraph(free), LiveGraph(free)

@@ -54,7 +54,7 @@ from turtle_referee.graph_client.domains import DomainError, reserved_domain
 from turtle_referee.graph_client.drops import DropWatch
 from turtle_referee.graph_client.observer import Observer
 from turtle_referee.graph_client.processes import Process
-from turtle_referee.graph_client.profile import Profile
+from turtle_referee.graph_client.profiles import Profile
 from turtle_referee.graph_client.record import Record
 from turtle_referee.graph_client.spinning import NodeSpinner
 

@@ -49,7 +49,7 @@ from turtle_referee.graph_client.domains import (DomainError, DOMAINS, is_empty,
                                                  reserved_domain, restrict_to_localhost)
 from turtle_referee.graph_client.drops import DropWatch
 from turtle_referee.graph_client.observer import Observer
-from turtle_referee.graph_client.profile import Profile
+from turtle_referee.graph_client.profiles import Profile
 from turtle_referee.graph_client.spinning import handle_interrupts, INTERRUPTED, LONGEST_WAIT
 
 START_TIMEOUT = 30.0

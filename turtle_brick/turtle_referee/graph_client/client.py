@@ -13,9 +13,9 @@
 # limitations under the License.
 
 """
-What a user does with a graph: send the robot somewhere, place and drop bricks, see what happens.
+Use a running graph as a person would: send goals, place and drop bricks, and observe the result.
 
-It knows the graph through an `Observer` alone, and waits for nothing without an end.
+A client needs only an `Observer`, so it works with any implementation. Every wait has a timeout.
 """
 
 from collections.abc import Callable
@@ -26,160 +26,168 @@ from typing import Any
 from turtle_referee.graph_client.constants import ARENA_SIZE, NS_PER_SECOND
 from turtle_referee.graph_client.drops import DropWatch
 from turtle_referee.graph_client.geometry import Vector
-from turtle_referee.graph_client.observer import fill, Observer
-from turtle_referee.graph_client.profile import NUMBERS
-from turtle_referee.graph_client.record import Request, Drive, plateau
+from turtle_referee.graph_client.observer import fill_position, Observer
+from turtle_referee.graph_client.profiles import NUMBERS
+from turtle_referee.graph_client.record import Drive, Request, rest_start
 from turtle_referee.graph_client.spinning import Spinner
 
-PATIENCE = 3.0  # how long (s) something may take that should be done at once
-LONGEST = 60.0  # how long (s) anything is waited for, whatever numbers say how long it takes
-REST = 0.3  # how long (s) a robot stands still that is at rest
-HOVERING = 0.5  # how long (s) a brick hovers before it is dropped
-AFTER = 0.6  # how long (s) a brick is watched that has come down beside the platform
+TIMEOUT = 3.0
+"""Timeout (s) for actions that should be immediate."""
+
+MAX_TIMEOUT = 60.0
+"""Longest timeout (s), whatever the numbers of the robot are."""
+
+REST_TIME = 0.3
+"""Duration (s) without motion after which the robot is at rest."""
+
+HOVERING_TIME = 0.5
+"""Duration (s) for which a brick hovers before it is dropped."""
+
+GROUND_TIME = 0.6
+"""Duration (s) for which a brick is observed after it has missed the platform."""
 
 
 class GraphClient:
-    """What a user does with a graph."""
+    """A client of a running graph."""
 
-    def __init__(self, graph: Spinner, observer: Observer, patience: float = PATIENCE) -> None:
-        """Do nothing yet; the graph spins the observer, the patience (s) is for what is quick."""
-        self.patience = patience
+    def __init__(self, graph: Spinner, observer: Observer, timeout: float = TIMEOUT) -> None:
+        """Use a graph that spins the observer; the timeout (s) is for immediate actions."""
+        self.timeout = timeout
         self.graph = graph
         self.observer = observer
         self.record = observer.record
 
-    def until(self, condition: Callable[[], Any], timeout: float) -> bool:
-        """Wait until a condition holds, for a time (s) at most; tell whether it does."""
+    def wait_until(self, condition: Callable[[], Any], timeout: float) -> bool:
+        """Wait until a condition holds; return False after the timeout (s)."""
         try:
-            self.graph.spin_until(condition, min(LONGEST, timeout), '')
+            self.graph.spin_until(condition, min(MAX_TIMEOUT, timeout), '')
         except TimeoutError:
             return False
         return True
 
     def number(self, name: str) -> float:
-        """Return a number of the robot, a usual one where none is known."""
+        """Return a physical number of the robot, or a typical value if it is unknown."""
         return self.record.profile.numbers.get(name, NUMBERS[name])
 
     def is_complete(self) -> bool:
-        """Tell whether the whole graph is there: robot, arena and catcher."""
+        """Return whether robot, arena and catcher are all running."""
         record = self.record
         topics = ('pose', 'cmd_vel', 'odom', 'joint_states', 'robot_description')
         return bool(all(record.topics[name] for name in topics) and record.markers
                     and {'odom', 'base_link', 'platform', 'brick'} <= set(record.frames)
-                    and self.has('place') and self.has('drop') and self.observer.has_goal_subscriber()
+                    and self.has_service('place') and self.has_service('drop')
+                    and self.observer.has_goal_subscriber()
                     and self.observer.resolve_topic_name(
                         record.profile.topics['goal_pose']) in record.publishers)
 
-    def has(self, service: str) -> bool:
-        """Tell whether a service is there."""
+    def has_service(self, name: str) -> bool:
+        """Return whether a service is available."""
         try:
-            return self.observer.client(service).service_is_ready()
+            return self.observer.service_client(name).service_is_ready()
         except LookupError:
             return False
 
-    # ------------------------------------------------------------------------------- the robot
+    # ------------------------------------------------------------------------------ robot
 
     def robot_position(self) -> tuple[float, float] | None:
-        """Return where the robot is in the world (m), None where nobody says."""
-        said = self.record.topics['pose'][-1:]
-        return (said[0].message.x, said[0].message.y) if said else None
+        """Return the position (m) of the robot in world, or None before the first pose."""
+        poses = self.record.topics['pose']
+        return (poses[-1].message.x, poses[-1].message.y) if poses else None
 
-    def distance_to(self, place: tuple[float, float]) -> float:
-        """Return how far the robot is from a point of the world (m); NaN if that is unknown."""
-        return dist(place, self.robot_position() or (float('nan'), float('nan')))
+    def distance_to(self, point: tuple[float, float]) -> float:
+        """Return the distance (m) from the robot to a point in world; NaN if it is unknown."""
+        return dist(point, self.robot_position() or (float('nan'), float('nan')))
 
     def is_at_rest(self) -> bool:
-        """Tell whether the robot has stood still for a while."""
-        track = [(one.published, (one.message.x, one.message.y)) for one in self.record.messages(
-            'pose', time_ns() - round(REST * NS_PER_SECOND))]
-        # On a busy machine some of this time may not have been heard of yet.
-        since = plateau(track, 1e-3, round(0.8 * REST * NS_PER_SECOND))
+        """Return whether the robot has been at rest for REST_TIME."""
+        track = [(received.published, (received.message.x, received.message.y))
+                 for received in self.record.messages(
+                     'pose', time_ns() - round(REST_TIME * NS_PER_SECOND))]
+        # On a busy machine the latest poses may not have arrived yet.
+        since = rest_start(track, 1e-3, round(0.8 * REST_TIME * NS_PER_SECOND))
         return since is not None and since == track[0][0]
 
-    def go(self, goal: tuple[float, float]) -> Drive | None:
-        """Send the robot somewhere and wait until it rests; return the drive, if it is known."""
-        if not self.robot_position() or not self.until(self.observer.has_goal_subscriber, self.patience):
+    def drive_to(self, goal: tuple[float, float]) -> Drive | None:
+        """Send the robot to a goal and wait until it rests; return None without a robot."""
+        if not self.robot_position() or not self.wait_until(
+                self.observer.has_goal_subscriber, self.timeout):
             return None
-        # On a busy machine it may still drive, and where it is may not have been heard of yet.
-        self.until(self.is_at_rest, self.patience)
+        # On a busy machine the last drive may not be over yet.
+        self.wait_until(self.is_at_rest, self.timeout)
         start = self.robot_position()
         assert start is not None
-        begin, way = time_ns(), self.distance_to(goal)
+        begin, distance = time_ns(), self.distance_to(goal)
         self.observer.send_goal(*goal)
-        # It has to set off first: what rests in the beginning has not arrived.
-        if way < 0.02 or self.until(lambda: self.distance_to(start) > 0.01, self.patience):
-            self.until(self.is_at_rest, way / self.number('max_velocity') * 2.0 + self.patience)
+        # The robot is at rest at first, so wait for its motion before waiting for its rest.
+        if distance < 0.02 or self.wait_until(
+                lambda: self.distance_to(start) > 0.01, self.timeout):
+            self.wait_until(self.is_at_rest,
+                            distance / self.number('max_velocity') * 2.0 + self.timeout)
         drive = Drive(begin, time_ns(), start, goal)
         self.record.drives.append(drive)
         return drive
 
-    # ------------------------------------------------------------------------------- the brick
+    # ------------------------------------------------------------------------------ brick
 
-    def ask(self, service: str, place: Vector | None = None) -> Request:
-        """Call 'place', with where to put the brick (m), or 'drop'; return how it answered."""
+    def call(self, service: str, position: Vector | None = None) -> Request:
+        """Call 'place' with a position (m), or 'drop'; return the request with its result."""
         begin = time_ns()
         try:
-            self.until(lambda: self.has(service), self.patience)
-            client = self.observer.client(service)
+            self.wait_until(lambda: self.has_service(service), self.timeout)
+            client = self.observer.service_client(service)
             request = client.srv_type.Request()
-            if place is not None and not fill(request, place):
+            if position is not None and not fill_position(request, position):
                 raise LookupError(f'the request of {service} has no fields x, y and z')
-            answers = self.observer.listener.ask(client, request)
-            if not self.until(lambda: answers, self.patience):
-                raise LookupError(f'{service} does not answer')
+            responses = self.observer.poller.call(client, request)
+            if not self.wait_until(lambda: responses, self.timeout):
+                raise LookupError(f'{service} does not respond')
         except LookupError as error:
-            return Request(begin, time_ns(), place, False, str(error))
-        end, response = answers[0]
-        return Request(begin, end, place, bool(getattr(response, 'success', True)),
-                   str(getattr(response, 'message', '')))
+            return Request(begin, time_ns(), position, False, str(error))
+        end, response = responses[0]
+        return Request(begin, end, position, bool(getattr(response, 'success', True)),
+                       str(getattr(response, 'message', '')))
 
-    def place(self, place: Vector, hovering: float = HOVERING) -> Request:
-        """Place the brick (m), and let it hover for a time (s)."""
-        ask = self.ask('place', place)
-        if ask.accepted:
+    def place(self, position: Vector, hovering: float = HOVERING_TIME) -> Request:
+        """Place the brick at a position (m) and let it hover for a duration (s)."""
+        request = self.call('place', position)
+        if request.accepted:
             self.graph.spin_for(hovering)
-        ask = ask._replace(end=time_ns())
-        self.record.places.append(ask)
-        return ask
+        request = request._replace(end=time_ns())
+        self.record.places.append(request)
+        return request
 
-    def drop(self, place: Vector,
-             told: Callable[[DropWatch], None] = lambda watch: None) -> DropWatch:
+    def drop(self, place: Vector) -> DropWatch:
         """
-        Drop the brick that hovers at a place (m) and wait until all is over.
+        Drop the brick that hovers at a place (m) and wait for the end of the drop.
 
-        That is when a brick that was caught has been tipped off and the platform is level, or
-        shortly after it has come down elsewhere. Whenever something is heard, it is told.
+        A drop ends when a caught brick has been tipped off and the platform is level again, or
+        shortly after a missed brick has landed.
         """
         now = time_ns()
-        # On a busy machine, where the robot is may not have been heard of yet.
-        self.until(lambda: self.record.platform(now), REST)
+        # On a busy machine the latest transforms may not have arrived yet.
+        self.wait_until(lambda: self.record.platform(now), REST_TIME)
         watch = DropWatch(self.record, now, place, self.record.platform(now))
-
-        def look() -> None:
-            watch.look()
-            told(watch)
-
-        self.observer.after_fetch = look
+        self.observer.after_fetch = watch.update
         try:
-            watch.asked = time_ns()
-            watch.ask = self.ask('drop')
-            if watch.ask.accepted and self.until(lambda: watch.released, self.patience):
-                self._see_out(watch)
+            watch.requested = time_ns()
+            watch.request = self.call('drop')
+            if watch.request.accepted and self.wait_until(
+                    lambda: watch.released, self.timeout):
+                self._wait_for_end(watch)
         finally:
             self.observer.after_fetch = lambda: None
             watch.end = time_ns()
             self.record.drops.append(watch)
         return watch
 
-    def _see_out(self, watch: DropWatch) -> None:
-        """Wait until all is over with a brick that falls."""
-        fall = sqrt(2.0 * max(watch.place[2], 0.1) / self.number('gravity_accel'))
-        self.until(lambda: watch.down, fall * 1.5 + self.patience)
+    def _wait_for_end(self, watch: DropWatch) -> None:
+        fall_time = sqrt(2.0 * max(watch.place[2], 0.1) / self.number('gravity_accel'))
+        self.wait_until(lambda: watch.down, fall_time * 1.5 + self.timeout)
         if watch.caught:
-            across = ARENA_SIZE / self.number('max_velocity')
-            self.until(lambda: watch.tilted, across * 1.5 + self.patience)
-            self.until(lambda: watch.floated, 2.0 * self.patience)
-            self.until(lambda: watch.leveled and self.is_at_rest(), self.patience)
+            crossing_time = ARENA_SIZE / self.number('max_velocity')
+            self.wait_until(lambda: watch.tilted, crossing_time * 1.5 + self.timeout)
+            self.wait_until(lambda: watch.floated, 2.0 * self.timeout)
+            self.wait_until(lambda: watch.leveled and self.is_at_rest(), self.timeout)
         else:
-            self.graph.spin_for(AFTER)
-            self.until(self.is_at_rest, self.patience)
+            self.graph.spin_for(GROUND_TIME)
+            self.wait_until(self.is_at_rest, self.timeout)

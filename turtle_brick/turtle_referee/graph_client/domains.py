@@ -11,8 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-
-"""ROS domains on this machine: find a free one, and limit the range of discovery. No ROS."""
+"""Find a free ROS domain on this machine, and limit the range of discovery. No ROS."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -20,13 +19,18 @@ import os
 import random
 import socket
 
-DOMAINS = range(101)  # whose ports are below the range that Linux assigns by itself
-LAST_DOMAIN = 232  # that has ports
-PARTICIPANTS = 32  # how many of a domain to look for: the first ones may have left
+DOMAINS = range(101)
+"""Domains with ports below the range that Linux assigns automatically."""
 
-# A process reserves a domain by holding the TCP port of this base plus the domain, as ROS 2's own
-# domain_coordinator does, so that the two respect each other.
+LAST_DOMAIN = 232
+"""Highest domain number that DDS supports."""
+
+PARTICIPANTS = 32
+"""Number of participant ports to check per domain; the first participants may have left."""
+
 MARK_PORT_BASE = 32768
+"""A process reserves a domain by binding the TCP port of this base plus the domain number, as the
+ROS 2 package domain_coordinator does, so that the two respect each other."""
 
 RANGE_VARIABLES = ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_STATIC_PEERS', 'ROS_LOCALHOST_ONLY')
 """The environment variables that set the range of discovery."""
@@ -43,8 +47,8 @@ def restrict_to_localhost() -> None:
 
 
 def is_empty(domain: int) -> bool:
-    """Tell whether no node on this machine is in a domain."""
-    # The i-th DDS participant of a machine listens on the UDP port 7400 + 250 domain + 10 + 2 i.
+    """Return whether no node on this machine uses a domain."""
+    # The i-th DDS participant of a machine uses the UDP port 7400 + 250 domain + 10 + 2 i.
     first = 7410 + 250 * domain
     for port in range(first, first + 2 * PARTICIPANTS, 2):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
@@ -58,11 +62,11 @@ def is_empty(domain: int) -> bool:
 @contextmanager
 def reserved_domain(candidates: Iterable[int] | None = None) -> Iterator[int]:
     """
-    Reserve a ROS domain that no node on this machine is in and no other process reserves.
+    Reserve a ROS domain that no node on this machine uses and no other process has reserved.
 
-    :param candidates: the domains to try, in this order; if None, all in random order but for the
-        default domain 0
-    :raises DomainError: all of them are in use
+    :param candidates: domains to try, in this order; by default all except the default domain 0,
+        in random order
+    :raises DomainError: every candidate is in use
     """
     for domain in candidates or random.sample(DOMAINS[1:], len(DOMAINS) - 1):
         with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as mark:

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Where frames and things are, on numpy: lengths in m, angles in rad."""
+"""Poses and angles with numpy. Lengths are in m, angles in rad."""
 
 from collections.abc import Iterable, Sequence
 from math import atan2, cos, hypot, sin
@@ -24,34 +24,35 @@ Vector = tuple[float, float, float]
 Array = NDArray[numpy.float64]
 
 UPRIGHT: Array = numpy.eye(3)
+"""Rotation matrix of a frame that is not rotated."""
 
 
 class Pose(NamedTuple):
-    """Where a frame is in another."""
+    """Pose of a child frame in its parent frame."""
 
-    position: Array  # of its origin
-    axes: Array  # its unit vectors x, y and z: the columns of a rotation matrix
+    position: Array  # of the origin
+    axes: Array  # rotation matrix; its columns are the unit vectors x, y and z
 
     def transform(self, points: Any) -> Array:
-        """Return a point of this frame, or a row for each of several, in the other frame."""
+        """Transform a point, or one point per row, from the child frame to the parent frame."""
         return self.position + points @ self.axes.T
 
     def locate(self, points: Any) -> Array:
-        """Return a point of the other frame, or a row for each of several, in this frame."""
+        """Transform a point, or one point per row, from the parent frame to the child frame."""
         return (points - self.position) @ self.axes
 
     def compose(self, inner: 'Pose') -> 'Pose':
-        """Return where a frame is in the other frame that is given in this one."""
+        """Return the pose in the parent frame for a pose given in the child frame."""
         return Pose(self.transform(inner.position), self.axes @ inner.axes)
 
     @property
     def upright(self) -> Array:
-        """Return its z axis."""
+        """Return the z axis."""
         return self.axes[:, 2]
 
 
 def pose(position: Sequence[float], quaternion: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> Pose:
-    """Return a pose from a position and a unit quaternion (x, y, z, w)."""
+    """Return a pose for a position and a unit quaternion (x, y, z, w)."""
     x, y, z, w = quaternion
     return Pose(numpy.array(position, float), numpy.array((
         (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
@@ -60,28 +61,28 @@ def pose(position: Sequence[float], quaternion: Sequence[float] = (0.0, 0.0, 0.0
 
 
 def turn(axis: Iterable[float], angle: float) -> Array:
-    """Return the rotation by an angle about a unit vector."""
-    x, y, z = (sin(angle / 2.0) * part for part in axis)
+    """Return the rotation matrix for an angle about a unit vector."""
+    x, y, z = (sin(angle / 2.0) * component for component in axis)
     return pose((0.0, 0.0, 0.0), (x, y, z, cos(angle / 2.0))).axes
 
 
-def blend(a: Pose, b: Pose, part: float) -> Pose:
-    """Return a pose between two that are close to each other; part is from 0 to 1."""
-    return Pose(*(p + part * (q - p) for p, q in zip(a, b)))
+def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:
+    """Interpolate linearly between two similar poses; the fraction is from 0 to 1."""
+    return Pose(*(p + fraction * (q - p) for p, q in zip(a, b)))
 
 
-def between(a: Array, b: Array) -> float:
-    """Return the angle between two vectors of about the same length."""
+def angle_between(a: Array, b: Array) -> float:
+    """Return the angle between two vectors of similar length."""
     return 2.0 * atan2(hypot(*(a - b)), hypot(*(a + b)))
 
 
 def inclination(frame: Pose) -> float:
-    """Return the angle between a frame's z axis and the vertical."""
-    return between(frame.upright, UPRIGHT[2])
+    """Return the angle between the z axis of a frame and the vertical."""
+    return angle_between(frame.upright, UPRIGHT[2])
 
 
 def distance_to_rectangle(center: Iterable[float], yaw: float, size: Sequence[float]) -> float:
-    """Return how far a plane's origin is from a rectangle of a length (along yaw) and a width."""
+    """Return the distance from the origin to a rectangle with a size (length along yaw, width)."""
     x, y = center
     along = abs(x * cos(yaw) + y * sin(yaw)) - size[0] / 2.0
     across = abs(y * cos(yaw) - x * sin(yaw)) - size[1] / 2.0

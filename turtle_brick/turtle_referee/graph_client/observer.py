@@ -13,14 +13,14 @@
 # limitations under the License.
 
 """
-Nodes that keep what a graph says: a `PollingNode` what it is told to hear, an `Observer` everything.
+Nodes that receive messages: `PollingNode` those of chosen topics, `Observer` those of a graph.
 
-An observer knows the graph by the names of a profile and reads every type from the graph, so that
-any implementation will do. It also asks for what a user would, and says nothing until then.
+An observer needs only the names in a profile and reads every type from the graph, so it works with
+any implementation. It can also send goals and tilt commands and call services.
 """
 
 from collections.abc import Callable, Sequence
-from functools import cache, partial
+from functools import partial
 from importlib import import_module
 from statistics import fmean
 from time import time_ns
@@ -31,161 +31,167 @@ import psutil
 from rcl_interfaces.srv import GetParameters
 from rclpy.client import Client
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
 from turtle_referee.graph_client.constants import NS_PER_SECOND
-from turtle_referee.graph_client.profile import Profile
-from turtle_referee.graph_client.record import Received, LATE, ReceivedMarker, Record
+from turtle_referee.graph_client.profiles import Profile
+from turtle_referee.graph_client.record import MAX_LATENESS_NS, Received, ReceivedMarker, Record
 
-DEPTH = 2000  # how many messages may wait to be heard: a reader that falls behind loses none
-FETCH_PERIOD = 0.02  # time (s) after which what has come is fetched
-LOOK_PERIOD = 0.5  # time (s) after which new topics, and what the processors do, are looked at
-FULL = 95.0  # how much (%) they do when nothing is left for a graph to be in time
+DEPTH = 2000
+"""Queue size of each subscription, large enough for a reader that falls behind."""
+
+FETCH_PERIOD = 0.02
+"""Period (s) of fetching messages."""
+
+DISCOVERY_PERIOD = 0.5
+"""Period (s) of looking for new topics and of measuring the processor load."""
+
+MAX_LOAD = 95.0
+"""Processor load (%) above which a graph may be late."""
 
 MARKER_TYPES = {'visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray'}
 
 
 def load_type(name: str) -> Any:
-    """Return the class of an interface, as of 'std_srvs/srv/Trigger'; LookupError without it."""
-    package, kind, name_there = name.split('/')
+    """Return the class of an interface such as 'std_srvs/srv/Trigger', or raise LookupError."""
+    package, kind, class_name = name.split('/')
     try:
-        return getattr(import_module(f'{package}.{kind}'), name_there)
+        return getattr(import_module(f'{package}.{kind}'), class_name)
     except (ImportError, AttributeError):
         raise LookupError(f'the interface {name} is not installed here') from None
 
 
-def fill(message: Any, place: Sequence[float]) -> bool:
-    """Write a place (m) into the first fields x, y and z at any depth; tell if there are such."""
+def fill_position(message: Any, position: Sequence[float]) -> bool:
+    """Set the first fields x, y and z at any depth of a message; return False without such."""
     fields = message.get_fields_and_field_types()
     if {'x', 'y', 'z'} <= set(fields):
-        message.x, message.y, message.z = map(float, place)
+        message.x, message.y, message.z = map(float, position)
         return True
-    parts = (getattr(message, name) for name in fields)
-    return any(hasattr(part, 'get_fields_and_field_types') and fill(part, place)
-               for part in parts)
+    values = (getattr(message, name) for name in fields)
+    return any(hasattr(value, 'get_fields_and_field_types') and fill_position(value, position)
+               for value in values)
 
 
 def subscription_qos(latched: bool, reliable: bool = True) -> QoSProfile:
-    """Return how to subscribe to what is repeated to who comes late, or to what gets lost."""
+    """Return a QoS profile with queue size DEPTH."""
     return QoSProfile(
         depth=DEPTH,
         durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE),
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT)
 
 
-Keep = Callable[[Any, Any], None]
-"""Called with a message, and with its source_timestamp and so on (rclpy's MessageInfo)."""
+Callback = Callable[[Any, Any], None]
+"""A function that receives a message and its MessageInfo (a dictionary in rclpy)."""
 
 
-def append_to(messages: list[Received]) -> Keep:
-    """Return what adds a message to a list, with when it was published."""
+def append_to(messages: list[Received]) -> Callback:
+    """Return a callback that appends each message with its publication time to a list."""
     return lambda message, info: messages.append(Received(info['source_timestamp'], message))
 
 
 class PollingNode(Node):
     """
-    Keep what is heard, each message with when it was published.
+    A node that fetches its messages when asked, instead of being woken up by each of them.
 
-    No executor spins it. What has come waits in the middleware until it is fetched: nobody is
-    woken by each of a thousand messages per second. Each comes with when it was published, which
-    the EventsExecutor of rclpy 7.1 cannot pass on to a callback.
+    This saves a thousand wake-ups per second. It also preserves the publication times of messages
+    and service responses: the EventsExecutor of rclpy 7.1 passes neither to a callback, and a
+    future contains no response time. Therefore `fetch` uses the handles, like
+    rclpy.wait_for_message.
     """
 
     def __init__(self, name: str = 'listener', **node_options: Any) -> None:
-        """Hear nothing yet; the options are those of rclpy.node.Node."""
+        """Start without subscriptions; the options are those of rclpy.node.Node."""
         super().__init__(name, **{
             'start_parameter_services': False, 'enable_rosout': False, **node_options})
-        self._kept: list[tuple[Subscription, Keep]] = []
-        self._asked: dict[tuple[Any, int], list[Received]] = {}
+        self._callbacks: list[tuple[Subscription, Callback]] = []
+        self._calls: dict[tuple[Any, int], list[Received]] = {}
 
-    def hear(self, message_type: Any, topic: str, qos: QoSProfile | int = DEPTH) -> list[Received]:
-        """Hear a topic from now on; return a list to which `fetch` adds what has come."""
+    def record(self, message_type: Any, topic: str,
+               qos: QoSProfile | int = DEPTH) -> list[Received]:
+        """Subscribe to a topic; return a list to which `fetch` appends the messages."""
         messages: list[Received] = []
         self.subscribe(message_type, topic, append_to(messages), qos)
         return messages
 
-    def subscribe(self, message_type: Any, topic: str, keep: Keep,
-               qos: QoSProfile | int = DEPTH) -> None:
-        """Have `fetch` call a function with each message of a topic, and what DDS says of it."""
+    def subscribe(self, message_type: Any, topic: str, callback: Callback,
+                  qos: QoSProfile | int = DEPTH) -> None:
+        """Subscribe to a topic with a callback for `fetch`."""
         subscription = self.create_subscription(message_type, topic, lambda message: None, qos)
-        self._kept.append((subscription, keep))
+        self._callbacks.append((subscription, callback))
 
-    def ask(self, client: Any, request: Any) -> list[Received]:
-        """Call a service; return a list to which `fetch` adds the answer."""
-        answers: list[Received] = []
+    def call(self, client: Any, request: Any) -> list[Received]:
+        """Call a service; return a list to which `fetch` appends the response."""
+        responses: list[Received] = []
         with client.handle:
-            self._asked[client, client.handle.send_request(request)] = answers
-        return answers
+            self._calls[client, client.handle.send_request(request)] = responses
+        return responses
 
     def fetch(self) -> None:
-        """Keep all that has come since the last time, topic by topic."""
-        for client in {client for client, _ in self._asked}:
+        """Store all new responses and call the callbacks with all new messages."""
+        for client in {client for client, _ in self._calls}:
             with client.handle:
                 while (taken := client.handle.take_response(client.srv_type.Response))[0]:
                     info, response = taken
-                    # Where two nodes serve, both answer: the first counts.
-                    self._asked.pop((client, info.request_id.sequence_number), []).append(
+                    # If two nodes offer the service, only the first response counts.
+                    self._calls.pop((client, info.request_id.sequence_number), []).append(
                         Received(info.source_timestamp, response))
-        for subscription, keep in self._kept:
-            # As rclpy.wait_for_message does.
+        for subscription, callback in self._callbacks:
             with subscription.handle:
                 while (taken := subscription.handle.take_message(
                         subscription.msg_type, subscription.raw)) is not None:
-                    keep(*taken)
+                    callback(*taken)
 
 
 class Observer(Node):
-    """Hear a graph, and ask it for what a user would."""
+    """A node that records a graph and sends requests to it."""
 
     def __init__(self, profile: Profile | None = None, name: str = 'referee',
                  **node_options: Any) -> None:
-        """Begin to listen, by the names of a profile; the options are those of a node."""
+        """Start recording with the names in a profile; the options are those of a node."""
         super().__init__(name, **{'start_parameter_services': False, **node_options})
-        self.listener = PollingNode(f'{name}_ears', **node_options)
+        self.poller = PollingNode(f'{name}_poller', **node_options)
         self.record = Record(profile or Profile())
         self.record.namespace = self.get_namespace()
-        self.after_fetch: Callable[[], None] = lambda: None  # called after each fetch
-        self.fetched_at = time_ns()  # when (ns) what has come was fetched last
-        self._looked_at = 0
-        self._heard_topics: set[str] = set()
-        # each made when it is needed first
-        self._publisher: Callable[[str, Any], Any] = cache(
-            lambda name, kind: self.create_publisher(kind, self.record.profile.topics[name], 10))
-        self._client: Callable[[str, Any], Client] = cache(
-            lambda name, kind: self.listener.create_client(kind, name))
-        psutil.cpu_percent(percpu=True)  # since when the next one tells
+        self.after_fetch: Callable[[], None] = lambda: None
+        self.fetched_at = time_ns()  # time (ns) of the last fetch
+        self._discovered_at = 0
+        self._subscribed: set[str] = set()
+        self._publishers_by_topic: dict[tuple[str, Any], Publisher] = {}
+        self._clients_by_service: dict[tuple[str, Any], Client] = {}
+        psutil.cpu_percent(percpu=True)  # start of the first measurement
         for topic, static in (('/tf', False), ('/tf_static', True)):
-            self.listener.subscribe(
-                TFMessage, topic, partial(self._keep_transforms, static), subscription_qos(static))
+            self.poller.subscribe(TFMessage, topic, partial(self._on_transforms, static),
+                                  subscription_qos(static))
         self.create_timer(FETCH_PERIOD, self.update)
 
     def destroy_node(self) -> None:
-        """Hear nothing any more."""
-        self.listener.destroy_node()
+        """Destroy both nodes."""
+        self.poller.destroy_node()
         super().destroy_node()
 
-    # ---------------------------------------------------------------------------- what is heard
+    # ----------------------------------------------------------------------------- receiving
 
     def update(self) -> None:
-        """Fetch what has come, and look for new topics now and then."""
+        """Fetch new messages; every DISCOVERY_PERIOD, subscribe to new topics and check load."""
         last, self.fetched_at = self.fetched_at, time_ns()
-        if (self.fetched_at - last) > FETCH_PERIOD * NS_PER_SECOND + LATE:
+        if (self.fetched_at - last) > FETCH_PERIOD * NS_PER_SECOND + MAX_LATENESS_NS:
             self.record.stalls.append((last, self.fetched_at))
-        if self.fetched_at - self._looked_at > LOOK_PERIOD * NS_PER_SECOND:
-            if fmean(psutil.cpu_percent(percpu=True)) >= FULL:
-                self.record.stalls.append((self._looked_at, self.fetched_at))
-            self._looked_at = self.fetched_at
+        if self.fetched_at - self._discovered_at > DISCOVERY_PERIOD * NS_PER_SECOND:
+            if fmean(psutil.cpu_percent(percpu=True)) >= MAX_LOAD:
+                self.record.stalls.append((self._discovered_at, self.fetched_at))
+            self._discovered_at = self.fetched_at
             self.subscribe_to_new_topics()
-        self.listener.fetch()
+        self.poller.fetch()
         self.after_fetch()
 
     def subscribe_to_new_topics(self) -> None:
-        """Listen to all topics of the graph that matter, but to no neighbor's markers."""
+        """Subscribe to the topics in the profile and to all markers in the namespace."""
         record, inside = self.record, f'{self.get_namespace().rstrip("/")}/'
         names = {self.resolve_topic_name(topic): name
                  for name, topic in record.profile.topics.items()}
-        for topic, kinds in self.get_topic_names_and_types():
+        for topic, types in self.get_topic_names_and_types():
             infos = [info for info in self.get_publishers_info_by_topic(topic)
                      if info.node_name != self.get_name()]
             if not infos:
@@ -193,37 +199,52 @@ class Observer(Node):
             record.publishers.setdefault(topic, set()).update(
                 f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos)
             qos = [info.qos_profile for info in infos]
-            # Who does not repeat what gets lost, or was said before, can't be asked to.
+            # A subscription must not require more than each of the publishers offers.
             reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in qos)
             latched = all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in qos)
             record.latched.setdefault(topic, latched)
+            if topic in self._subscribed:
+                continue
             if topic in names:
-                keep = append_to(record.topics[names[topic]])
-            elif MARKER_TYPES.intersection(kinds) and topic.startswith(inside):
-                keep = partial(self._keep_markers, topic)
+                callback = append_to(record.topics[names[topic]])
+            elif MARKER_TYPES.intersection(types) and topic.startswith(inside):
+                callback = partial(self._on_markers, topic)
             else:
                 continue
-            if topic not in self._heard_topics:
-                self._heard_topics.add(topic)
-                try:
-                    self.listener.subscribe(
-                        load_type(kinds[0]), topic, keep, subscription_qos(latched, reliable))
-                except LookupError as error:
-                    record.notes.append(str(error))
+            self._subscribed.add(topic)
+            try:
+                self.poller.subscribe(
+                    load_type(types[0]), topic, callback, subscription_qos(latched, reliable))
+            except LookupError as error:
+                record.notes.append(str(error))
 
-    def _keep_markers(self, topic: str, message: Any, info: Any) -> None:
+    def _on_markers(self, topic: str, message: Any, info: Any) -> None:
         for marker in getattr(message, 'markers', [message]):
             self.record.markers.append(ReceivedMarker(info['source_timestamp'], topic, marker))
 
-    def _keep_transforms(self, static: bool, message: TFMessage, info: Any) -> None:
+    def _on_transforms(self, static: bool, message: TFMessage, info: Any) -> None:
         for transform in message.transforms:
             self.record.add_transform(info['source_timestamp'],
                                       info['publication_sequence_number'] or 0, transform, static)
 
-    # ------------------------------------------------------------------- what a user would do
+    # ------------------------------------------------------------------------------- sending
+
+    def _publisher(self, name: str, message_type: Any) -> Publisher:
+        """Return the publisher of a topic in the profile."""
+        if (name, message_type) not in self._publishers_by_topic:
+            self._publishers_by_topic[name, message_type] = self.create_publisher(
+                message_type, self.record.profile.topics[name], 10)
+        return self._publishers_by_topic[name, message_type]
+
+    def _client(self, service: str, service_type: Any) -> Client:
+        """Return the client of a service with this full name."""
+        if (service, service_type) not in self._clients_by_service:
+            self._clients_by_service[service, service_type] = self.poller.create_client(
+                service_type, service)
+        return self._clients_by_service[service, service_type]
 
     def send_goal(self, x: float, y: float) -> None:
-        """Send the robot to a point of the world (m)."""
+        """Send the robot to a point (m) in world."""
         goal = PoseStamped()
         goal.header.frame_id = 'world'
         goal.header.stamp = self.get_clock().now().to_msg()
@@ -231,11 +252,11 @@ class Observer(Node):
         self._publisher('goal_pose', PoseStamped).publish(goal)
 
     def has_goal_subscriber(self) -> bool:
-        """Tell whether somebody hears goals."""
+        """Return whether a node subscribes to goals."""
         return self._publisher('goal_pose', PoseStamped).get_subscription_count() > 0
 
     def send_tilt(self, angle: float) -> None:
-        """Tilt the platform (rad), by the first number of the message; LookupError if none can."""
+        """Send a tilt angle (rad) in the first number of the message; LookupError without one."""
         topic = self.resolve_topic_name(self.record.profile.topics['tilt'])
         for info in self.get_subscriptions_info_by_topic(topic):
             message = load_type(info.topic_type)()
@@ -244,18 +265,18 @@ class Observer(Node):
                     setattr(message, name, float(angle))
                     self._publisher('tilt', type(message)).publish(message)
                     return
-        raise LookupError(f'nobody hears {topic}, or no angle is in it')
+        raise LookupError(f'no node subscribes to {topic}, or its type has no field for an angle')
 
-    def client(self, name: str) -> Any:
-        """Return the client of 'place' or 'drop', as the graph has it; LookupError without it."""
-        full = self.resolve_service_name(self.record.profile.services[name])
-        kinds = dict(self.get_service_names_and_types()).get(full)
-        if not kinds:
-            raise LookupError(f'there is no service {full}')
-        return self._client(full, load_type(kinds[0]))
+    def service_client(self, name: str) -> Any:
+        """Return the client of 'place' or 'drop'; LookupError if there is no such service."""
+        service = self.resolve_service_name(self.record.profile.services[name])
+        types = dict(self.get_service_names_and_types()).get(service)
+        if not types:
+            raise LookupError(f'there is no service {service}')
+        return self._client(service, load_type(types[0]))
 
     def parameter_clients(self) -> list[Client]:
         """Return a client for the parameters of each other node."""
-        own = (self.get_name(), self.listener.get_name())
+        own = (self.get_name(), self.poller.get_name())
         return [self._client(f'{namespace.rstrip("/")}/{name}/get_parameters', GetParameters)
                 for name, namespace in self.get_node_names_and_namespaces() if name not in own]

@@ -11,8 +11,9 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
+
 """
-A program in a process of its own: read what it prints, signal it, end it and what it started.
+Run a program in its own process: read its output, send it signals, and end it.
 
     with Process(['ros2', 'run', 'turtle_brick', 'arena']) as arena:
         arena.wait_for_output('hovers', 10.0)
@@ -26,111 +27,115 @@ import signal
 import subprocess
 import threading
 
-END_TIME = 15.0  # how long (s) a process may take to end when it is asked to
-LAST_LINES = 3  # how many lines of what it said last tell why a process has ended
+END_TIME = 15.0
+"""Time (s) that a process gets to end after SIGINT."""
+
+LAST_LINES = 3
+"""Number of output lines in an exit message."""
 
 
 class Process:
-    """A program that runs, with what it prints: standard error too."""
+    """A running program with its standard output and standard error."""
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str] = {},
                  listener: Callable[[str], object] | None = None) -> None:
         """
-        Start it.
+        Start the program.
 
-        :param environment: further variables, besides those of this process
-        :param listener: called with each line that it prints, in a thread of its own
+        :param environment: variables to add to the environment of this process
+        :param listener: called with each line of output, in a separate thread
         """
         self.command = list(command)
         self._listener = listener
-        self._printed = threading.Condition()
+        self._output_changed = threading.Condition()
         self._bytes = b''
-        self._silent = False  # whether it prints no more
+        self._closed = False  # whether the program has closed its output
         # Without a display, turtlesim draws its window into memory.
         display = {} if os.environ.get('DISPLAY') else {'QT_QPA_PLATFORM': 'offscreen'}
         self._popen = subprocess.Popen(
             self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            # A Ctrl-C is for the process that started it, which then ends this one in order.
+            # A Ctrl-C in the terminal reaches this process only, which then ends the program.
             start_new_session=True,
             env={**os.environ, 'PYTHONUNBUFFERED': '1', **display, **environment})
         self._reader = threading.Thread(target=self._read, name='output', daemon=True)
         self._reader.start()
 
     def __enter__(self) -> 'Process':
-        """Return the process itself; on leaving it, it ends."""
+        """Return the process itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End it."""
+        """End the process."""
         self.close()
 
     def _read(self) -> None:
         assert self._popen.stdout is not None
         line = b''
-        # Not line by line: some print the begin of one, and wait.
+        # A program may print part of a line and wait, so chunks are read instead of lines.
         while chunk := os.read(self._popen.stdout.fileno(), 65536):
-            with self._printed:
+            with self._output_changed:
                 self._bytes += chunk
-                self._printed.notify_all()
+                self._output_changed.notify_all()
             *lines, line = (line + chunk).split(b'\n')
             if self._listener is not None:
-                for one in lines:
-                    self._listener(f'{one.decode(errors="replace")}\n')
-        with self._printed:
-            self._silent = True
-            self._printed.notify_all()
+                for complete in lines:
+                    self._listener(f'{complete.decode(errors="replace")}\n')
+        with self._output_changed:
+            self._closed = True
+            self._output_changed.notify_all()
 
     @property
     def output(self) -> str:
-        """Return what it has printed so far."""
-        with self._printed:
+        """Return all output so far."""
+        with self._output_changed:
             return self._bytes.decode(errors='replace')
 
     @property
     def pid(self) -> int:
-        """Return the number of the process."""
+        """Return the process ID."""
         return self._popen.pid
 
     @property
     def status(self) -> int | None:
-        """Return its exit status, None while it runs."""
+        """Return the exit status, or None while the process is running."""
         return self._popen.poll()
 
     @property
     def running(self) -> bool:
-        """Return whether it has not ended yet."""
+        """Return whether the process is still running."""
         return self.status is None
 
     def exit_message(self) -> str:
-        """Say how it has ended and what it said last; nothing while it runs."""
+        """Return the exit status and the last lines of output; '' while the process is running."""
         if self.running:
             return ''
         self._reader.join(1.0)
-        said = ' / '.join(self.output.strip().splitlines()[-LAST_LINES:])
-        return f'{self.command[0]} has ended with status {self.status}: {said or "no word"}'
+        lines = ' / '.join(self.output.strip().splitlines()[-LAST_LINES:])
+        return f'{self.command[0]} has ended with status {self.status}: {lines or "no output"}'
 
     def send(self, number: int) -> None:
-        """Send it a signal, and wait for nothing."""
+        """Send a signal without waiting for its effect."""
         self._popen.send_signal(number)
 
     def wait_for_output(self, pattern: str, timeout: float) -> re.Match[str]:
         """
-        Wait until it has printed what a regular expression finds; return the match.
+        Wait until a regular expression matches the output; return the match.
 
-        :raises TimeoutError: it did not within a time (s), or ended without
+        :param timeout: time limit (s)
+        :raises TimeoutError: nothing matched in time, or before the process ended
         """
-        with self._printed:
-            self._printed.wait_for(
-                lambda: self._silent or re.search(pattern, self.output), timeout)
-            if found := re.search(pattern, self.output):
-                return found
+        with self._output_changed:
+            self._output_changed.wait_for(
+                lambda: self._closed or re.search(pattern, self.output), timeout)
+            if match := re.search(pattern, self.output):
+                return match
             raise TimeoutError(
-                f'{self.command} {"ended" if self._silent else f"ran {timeout:g} s"} without '
+                f'{self.command} {"ended" if self._closed else f"ran {timeout:g} s"} without '
                 f'printing {pattern!r}; it printed:\n{self.output}')
 
     def wait(self, timeout: float) -> int:
-        """Wait until it ends by itself and return its status; TimeoutError after a time (s)."""
+        """Wait for the end of the process (s at most); return its status or raise TimeoutError."""
         try:
             status = self._popen.wait(timeout)
         except subprocess.TimeoutExpired:
@@ -140,13 +145,13 @@ class Process:
         return status
 
     def stop(self, number: int = signal.SIGINT, timeout: float = END_TIME) -> int:
-        """Request it to end by a signal and return its status; TimeoutError after a time (s)."""
+        """Send a signal, then wait for the end; return the status or raise TimeoutError."""
         if self.running:
             self.send(number)
         return self.wait(timeout)
 
     def kill(self) -> None:
-        """End it and what it has started, at once."""
+        """Kill the process and its children at once."""
         with suppress(ProcessLookupError):
             os.killpg(self._popen.pid, signal.SIGKILL)
         self._popen.wait()
@@ -155,12 +160,12 @@ class Process:
             self._popen.stdout.close()
 
     def close(self, timeout: float = END_TIME) -> None:
-        """End it in order if it does so within a time (s), and leave nothing behind."""
+        """Send SIGINT, wait for the end (s at most), then kill the remaining processes."""
         close_all([self], timeout)
 
 
 def close_all(processes: Iterable[Process], timeout: float = END_TIME) -> None:
-    """End several processes, which are all asked before the first is waited for."""
+    """Send SIGINT to all processes, wait for each (s at most), then kill the remaining ones."""
     processes = list(processes)
     for process in processes:
         if process.running:

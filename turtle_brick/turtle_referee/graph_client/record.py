@@ -13,9 +13,9 @@
 # limitations under the License.
 
 """
-What was heard of a graph, and when. No ROS: messages are looked at, and none is made.
+The messages received from a graph and the requests sent to it. No ROS: no message is created here.
 
-Instants are integer nanoseconds of the system's clock, lengths in m, angles in rad.
+Times are integer nanoseconds of the system clock, lengths in m, angles in rad.
 """
 
 from bisect import bisect_left, insort
@@ -26,29 +26,40 @@ from operator import attrgetter
 from typing import Any, NamedTuple
 
 from turtle_referee.graph_client.constants import NS_PER_SECOND
-from turtle_referee.graph_client.geometry import Array, blend, Pose, pose
-from turtle_referee.graph_client.profile import Profile
+from turtle_referee.graph_client.geometry import Array, interpolate, Pose, pose
+from turtle_referee.graph_client.profiles import Profile
 
-GAP = 120_000_000  # how far apart (ns) two transforms may be for the pose in between to be known
-AFTER = 50_000_000  # how long (ns) before its first and after its last one a pose is known
-LATE = 15_000_000  # how late (ns) the referee may be: in it a robot of 3 m/s drives 5 cm
-AFTERMATH = NS_PER_SECOND  # how long (ns) after a stall its consequences may be seen
-AHEAD = 5_000_000_000  # how far ahead (ns) of its publication a transform's stamp may be
-DEPTH = 30  # the most frames between a frame and the world
+MAX_GAP_NS = 120_000_000
+"""Longest interval (ns) between two transforms over which to interpolate."""
 
-STOOD_STILL = 'the machine stood still'
-"""Why something can't be judged that may be kept on a quieter machine."""
+EXTRAPOLATION_NS = 50_000_000
+"""Duration (ns) for which the first and the last transform of a frame are extrapolated."""
+
+MAX_LATENESS_NS = 15_000_000
+"""Largest delay (ns) of the observer; in this time a robot at 3 m/s drives 5 cm."""
+
+STALL_AFTERMATH_NS = NS_PER_SECOND
+"""Duration (ns) after a stall for which its effects may be visible."""
+
+MAX_AHEAD_NS = 5_000_000_000
+"""Largest time (ns) by which the stamp of a transform may be ahead of its publication."""
+
+MAX_DEPTH = 30
+"""Largest number of frames between a frame and world."""
+
+OVERLOADED = 'the machine was overloaded'
+"""Reason why a requirement is open that may be met on a less busy machine."""
 
 
 class Received(NamedTuple):
-    """A message, and when it was published."""
+    """A message with the time (ns) of its publication."""
 
     published: int
     message: Any
 
 
 class ReceivedMarker(NamedTuple):
-    """A marker, and how and when (ns) it came."""
+    """A marker with its topic and the time (ns) of its publication."""
 
     published: int
     topic: str
@@ -64,7 +75,7 @@ class Sample(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """The robot was sent to a goal."""
+    """A drive of the robot to a goal."""
 
     begin: int
     end: int
@@ -73,126 +84,130 @@ class Drive(NamedTuple):
 
     @property
     def length(self) -> float:
-        """Return how far the goal is."""
+        """Return the distance from start to goal."""
         return dist(self.start, self.goal)
 
 
 class Request(NamedTuple):
-    """A service was called, or a topic published to."""
+    """A service call or a published tilt command, with its result."""
 
     begin: int
     end: int
-    what: Any
-    accepted: bool = True  # False where nobody answers, or a field named success says so
-    words: str = ''
+    value: Any
+    accepted: bool = True  # False without a response, or if the field success is false
+    message: str = ''
 
     def check(self) -> None:
-        """Raise ValueError, with what it says, if it was refused."""
+        """Raise ValueError with the message of the response if the request was refused."""
         if not self.accepted:
-            raise ValueError(self.words)
+            raise ValueError(self.message)
 
 
-def during(items: list[Any], begin: int, end: int | None, when: Callable[[Any], int]) -> list[Any]:
-    """Return the items of a span of time (ns), of a list in the order of when they were."""
-    last = len(items) if end is None else bisect_left(items, end, key=when)
-    return items[bisect_left(items, begin, key=when):last]
+def in_time_span(items: list[Any], begin: int, end: int | None,
+                 time_of: Callable[[Any], int]) -> list[Any]:
+    """Return the items from begin to end (ns) in a list that is sorted by time."""
+    last = len(items) if end is None else bisect_left(items, end, key=time_of)
+    return items[bisect_left(items, begin, key=time_of):last]
 
 
 stamp_of_sample = attrgetter('stamp')
 
 
 class Frame:
-    """All that was broadcast of a frame."""
+    """All transforms of a frame."""
 
     def __init__(self, static: bool) -> None:
-        """Begin with nothing, of a frame that is heard first on /tf_static or on /tf."""
+        """Start empty, for a frame that was first received on /tf_static or on /tf."""
         self.static = static
-        self.both = False  # whether it was heard on /tf and on /tf_static
-        self.samples: list[Sample] = []  # in the order of their stamps
-        self.published: list[tuple[int, Sample]] = []  # as they came, with when it was published
-        self.numbers: list[int] = []  # of the messages, as their publishers count them
+        self.on_both_topics = False  # whether it was received on /tf and on /tf_static
+        self.samples: list[Sample] = []  # sorted by stamp
+        self.published: list[tuple[int, Sample]] = []  # with publication times, as received
+        self.sequence_numbers: list[int] = []  # of the messages, counted per publisher
 
     def add(self, published: int, number: int, sample: Sample) -> None:
-        """Take note of a transform."""
+        """Store a transform with its publication time (ns) and its sequence number."""
         self.published.append((published, sample))
-        self.numbers.append(number)
+        self.sequence_numbers.append(number)
         insort(self.samples, sample, key=stamp_of_sample)
 
     def published_between(self, begin: int, end: int | None = None) -> list[tuple[int, Sample]]:
-        """Return what was published in a span of time (ns), each with when it was."""
-        return during(self.published, begin, end, lambda one: one[0])
+        """Return the publication time (ns) and the transform for each publication in a span."""
+        return in_time_span(self.published, begin, end, lambda published: published[0])
 
     def between(self, begin: int, end: int) -> list[Sample]:
-        """Return the transforms with stamps in a span of time (ns)."""
-        return during(self.samples, begin, end, stamp_of_sample)
+        """Return the transforms with stamps (ns) from begin to end."""
+        return in_time_span(self.samples, begin, end, stamp_of_sample)
 
     def at(self, stamp: int) -> Sample | None:
-        """Return the transform at an instant (ns), interpolated; None where it is not known."""
+        """Return the interpolated transform at a time (ns), or None if it is unknown."""
         if self.static:
-            return self.published[0][1]  # whoever says otherwise later
-        place = bisect_left(self.samples, stamp, key=stamp_of_sample)
-        before, after = self.samples[max(place - 1, 0)], self.samples[place:place + 1]
+            return self.published[0][1]  # A frame with another position later breaks a rule.
+        index = bisect_left(self.samples, stamp, key=stamp_of_sample)
+        before, after = self.samples[max(index - 1, 0)], self.samples[index:index + 1]
         if not after or stamp < before.stamp:
-            return before if abs(stamp - before.stamp) <= AFTER else None
+            return before if abs(stamp - before.stamp) <= EXTRAPOLATION_NS else None
         if after[0].stamp == stamp:
             return after[0]
-        span = after[0].stamp - before.stamp
-        if span > GAP or before.parent != after[0].parent:
-            return before if span <= GAP else None
-        return Sample(stamp, before.parent, blend(
-            before.pose, after[0].pose, (stamp - before.stamp) / span))
+        interval = after[0].stamp - before.stamp
+        if interval > MAX_GAP_NS:
+            return None
+        if before.parent != after[0].parent:
+            return before
+        return Sample(stamp, before.parent, interpolate(
+            before.pose, after[0].pose, (stamp - before.stamp) / interval))
 
 
 class Record:
-    """All that was heard, and what was done."""
+    """All received messages and all requests."""
 
     def __init__(self, profile: Profile) -> None:
-        """Begin with nothing, of a graph with the names of a profile."""
+        """Start empty, for a graph with the names in a profile."""
         self.profile = profile
         self.topics: dict[str, list[Received]] = {name: [] for name in profile.topics}
         self.frames: dict[str, Frame] = {}
         self.markers: list[ReceivedMarker] = []
-        self.namespace = '/'  # of the referee, and of the graph that it judges
-        self.publishers: dict[str, set[str]] = {}  # the full names of a topic's nodes
-        self.latched: dict[str, bool] = {}  # whether who comes late hears a marker topic
-        self.idle: list[tuple[int, int]] = []  # when the robot rested
-        self.driving: list[tuple[int, int]] = []  # when it went from one goal to another
+        self.namespace = '/'  # of the observer and of the graph
+        self.publishers: dict[str, set[str]] = {}  # full node names by topic
+        self.latched: dict[str, bool] = {}  # whether a topic is transient local
+        self.idle: list[tuple[int, int]] = []  # time spans of the robot at rest
+        self.driving: list[tuple[int, int]] = []  # time spans with several drives
         self.drives: list[Drive] = []
         self.tilts: list[Request] = []
         self.places: list[Request] = []
         self.drops: list[Any] = []
         self.stalls: list[tuple[int, int]] = []
-        """From when to when (ns) the machine was late to listen, or had no processor to spare."""
-        self.notes: list[str] = []  # what went wrong in the referee's own program
+        """Time spans in which the observer was late or all processors were busy."""
+        self.notes: list[str] = []  # problems in the course of the observation
 
     def is_empty(self) -> bool:
-        """Tell whether nothing of the exercise was heard; all namespaces may share TF."""
+        """Return whether nothing but TF was received, which all namespaces may share."""
         return not (self.places or any(self.topics.values()))
 
-    # ------------------------------------------------------------------------- what was heard
+    # ------------------------------------------------------------------- received messages
 
     def add_transform(self, published: int, number: int, transform: Any, static: bool) -> None:
-        """Take note of a geometry_msgs/TransformStamped."""
-        place, turn = transform.transform.translation, transform.transform.rotation
+        """Store a geometry_msgs/TransformStamped unless its stamp is far in the future."""
+        translation, rotation = transform.transform.translation, transform.transform.rotation
         stamp = nanoseconds_of(transform.header.stamp)
-        if stamp - published > AHEAD:
-            return  # Beside a moment to come, nobody could tell what is latest.
+        if stamp - published > MAX_AHEAD_NS:
+            return  # It would stay the latest transform of its frame.
         frame = self.frames.setdefault(
             transform.child_frame_id.removeprefix('/'), Frame(static))
-        frame.both = frame.both or frame.static is not static
+        frame.on_both_topics = frame.on_both_topics or frame.static is not static
         frame.add(published, number, Sample(
             stamp, transform.header.frame_id.removeprefix('/'),
-            pose((place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w))))
+            pose((translation.x, translation.y, translation.z),
+                 (rotation.x, rotation.y, rotation.z, rotation.w))))
 
     def ancestors(self, frame: str) -> list[str]:
-        """Return a frame and all above it, by the latest parents; a loop ends."""
-        way = [frame]
-        while way[-1] in self.frames and len(way) < DEPTH:
-            way.append(self.frames[way[-1]].samples[-1].parent)
-        return way
+        """Return a frame and its ancestors by the latest transforms, at most MAX_DEPTH frames."""
+        chain = [frame]
+        while chain[-1] in self.frames and len(chain) < MAX_DEPTH:
+            chain.append(self.frames[chain[-1]].samples[-1].parent)
+        return chain
 
-    def pose(self, frame: str, stamp: int, depth: int = DEPTH) -> Pose | None:
-        """Return the pose of a frame in the world at an instant (ns), None if unknown."""
+    def pose(self, frame: str, stamp: int, depth: int = MAX_DEPTH) -> Pose | None:
+        """Return the pose of a frame in world at a time (ns), or None if it is unknown."""
         if frame == 'world':
             return pose((0.0, 0.0, 0.0))
         sample = self.frames[frame].at(stamp) if frame in self.frames and depth else None
@@ -200,82 +215,84 @@ class Record:
         return parent.compose(sample.pose) if sample and parent else None
 
     def platform(self, stamp: int) -> Pose | None:
-        """Return the platform's pose in the world at an instant (ns), None if unknown."""
+        """Return the pose of the platform in world at a time (ns), or None if it is unknown."""
         return self.pose('platform', stamp)
 
     def brick(self, stamp: int) -> Pose | None:
-        """Return the brick's pose in the world at an instant (ns), None if unknown."""
+        """Return the pose of the brick in world at a time (ns), or None if it is unknown."""
         return self.pose('brick', stamp)
 
     def on_platform(self, stamp: int) -> Array | None:
-        """Return where the brick was in the platform's frame (m) at an instant (ns), if known."""
+        """Return the position of the brick in the platform frame at a time (ns), if known."""
         brick, platform = self.brick(stamp), self.platform(stamp)
         return platform.locate(brick.position) if brick and platform else None
 
     def brick_track(self, begin: int, end: int) -> Iterator[tuple[int, Pose]]:
-        """Yield where the brick was in the world, at each of its own stamps (ns)."""
+        """Yield the stamp (ns) and the pose of the brick in world for each of its transforms."""
         for sample in self.frames['brick'].between(begin, end) if 'brick' in self.frames else ():
             brick = self.brick(sample.stamp)
             if brick is not None:
                 yield sample.stamp, brick
 
     def messages(self, topic: str, begin: int = 0, end: int | None = None) -> list[Received]:
-        """Return the messages of a topic that were published in a span of time (ns)."""
-        return during(self.topics[topic], begin, end, attrgetter('published'))
+        """Return the messages of a topic that were published from begin to end (ns)."""
+        return in_time_span(self.topics[topic], begin, end, attrgetter('published'))
 
     def joint(self, name: str, begin: int, end: int,
-              what: str = 'position') -> list[tuple[int, float]]:
-        """Return the positions (rad) or velocities of a joint, each with its stamp (ns)."""
-        return [(stamp_of(heard), value) for heard in self.messages('joint_states', begin, end)
-                for joint, value in zip(heard.message.name, getattr(heard.message, what))
+              field: str = 'position') -> list[tuple[int, float]]:
+        """Return the stamps (ns) and the positions (rad) or velocities (rad/s) of a joint."""
+        states = self.messages('joint_states', begin, end)
+        return [(stamp_of(state), value) for state in states
+                for joint, value in zip(state.message.name, getattr(state.message, field))
                 if joint == name]
 
-    # --------------------------------------------------------------- whether the machine had time
+    # -------------------------------------------------------------------------- machine load
 
     def trial_spans(self) -> list[tuple[int, int]]:
-        """Return the spans of time (ns) in which something was asked for."""
-        return [*self.idle, *((one.begin, one.end)
-                              for one in (*self.drives, *self.tilts, *self.drops))]
+        """Return the time spans (ns) of the observation at rest and of all requests."""
+        return [*self.idle, *((trial.begin, trial.end)
+                              for trial in (*self.drives, *self.tilts, *self.drops))]
 
     def is_calm(self, begin: int, end: int) -> bool:
-        """Tell whether the machine had time from one instant (ns) to another."""
-        return not any(first < end and begin < last + AFTERMATH for first, last in self.stalls)
+        """Return whether no stall had an effect from begin to end (ns)."""
+        return not any(first < end and begin < last + STALL_AFTERMATH_NS
+                       for first, last in self.stalls)
 
     def stall_summary(self) -> str:
-        """Say in how many of the spans the machine had no time for the graph; '' in none."""
+        """Return a sentence with the number of trials during stalls, or '' if there were none."""
         spans = self.trial_spans()
-        held = [span for span in spans if not self.is_calm(*span)]
-        return f'{STOOD_STILL} in {len(held)} of {len(spans)} trials' if held else ''
+        stalled = [span for span in spans if not self.is_calm(*span)]
+        return f'{OVERLOADED} in {len(stalled)} of {len(spans)} trials' if stalled else ''
 
     def without_stalls(self) -> 'Record':
-        """Return a record of what was done while the machine had time."""
+        """Return a copy with only those trials that no stall affected."""
         calm = copy(self)
         for name in ('idle', 'driving'):
             setattr(calm, name, [span for span in getattr(self, name) if self.is_calm(*span)])
         for name in ('drives', 'tilts', 'places', 'drops'):
-            setattr(calm, name, [one for one in getattr(self, name)
-                                 if self.is_calm(one.begin, one.end)])
+            setattr(calm, name, [trial for trial in getattr(self, name)
+                                 if self.is_calm(trial.begin, trial.end)])
         return calm
 
 
 def nanoseconds_of(stamp: Any) -> int:
-    """Return the instant (ns) of a builtin_interfaces/Time."""
+    """Return the time (ns) of a builtin_interfaces/Time."""
     return stamp.sec * NS_PER_SECOND + stamp.nanosec
 
 
-def stamp_of(heard: Received) -> int:
-    """Return the stamp (ns) of a message; when it was published, if it has none that can be."""
-    header = getattr(heard.message, 'header', None)
-    value = nanoseconds_of(header.stamp) if header else 0
-    return value if abs(value - heard.published) < AHEAD else heard.published
+def stamp_of(received: Received) -> int:
+    """Return the stamp (ns) of a message, or its publication time without a plausible stamp."""
+    header = getattr(received.message, 'header', None)
+    stamp = nanoseconds_of(header.stamp) if header else 0
+    return stamp if abs(stamp - received.published) < MAX_AHEAD_NS else received.published
 
 
 def message_rate(times: Sequence[float]) -> float:
     """
-    Return how often (Hz) comes what comes in even steps, from its first third to its last.
+    Return the rate (Hz) of periodic messages; 0 for fewer than six timestamps (s).
 
-    On a busy machine each may be late, but none is early. In each of the two thirds the one counts
-    that is the least late. Of less than six instants (s) it is 0.
+    On a busy machine a message may be late, but none is early. Therefore the rate is measured from
+    the least delayed message in the first third to the least delayed one in the last third.
     """
     count = len(times)
     if count < 6 or times[-1] <= times[0]:
@@ -290,18 +307,19 @@ def message_rate(times: Sequence[float]) -> float:
     return (last - first) / (times[last] - times[first])
 
 
-def plateau(track: Sequence[tuple[int, Any]], tolerance: float, least: int,
-            part: slice = slice(None)) -> int | None:
+def rest_start(track: Sequence[tuple[int, Any]], tolerance: float, duration: int,
+               coordinates: slice = slice(None)) -> int | None:
     """
-    Return since when (ns) something has moved by no more than a tolerance (m), up to the end.
+    Return the time (ns) since which a body has been at rest at the end of its track.
 
-    :param track: instants (ns) and places (m)
-    :param least: how long (ns) it has to stay; None is returned where it does not
-    :param part: the coordinates that count
+    :param track: times (ns) and positions (m)
+    :param tolerance: largest distance (m) from the last position
+    :param duration: shortest duration (ns) of a rest; None is returned after a shorter one
+    :param coordinates: the coordinates to compare
     """
     since = None
-    for stamp, place in reversed(track):
-        if not dist(place[part], track[-1][1][part]) <= tolerance:
+    for stamp, position in reversed(track):
+        if not dist(position[coordinates], track[-1][1][coordinates]) <= tolerance:
             break
         since = stamp
-    return None if since is None or track[-1][0] - since < least else since
+    return None if since is None or track[-1][0] - since < duration else since

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""What lets nodes work while somebody waits, until Ctrl-C."""
+"""Spin nodes while a program waits for a condition, until Ctrl-C or SIGTERM."""
 
 from collections.abc import Callable
 import signal
@@ -26,18 +26,18 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 LONGEST_WAIT = 0.02
-"""How long (s) the executor waits for work, and a Ctrl-C with it. The same each time: with another
-timeout a SingleThreadedExecutor forgets whose turn it is, and under load the first node would have
-every turn."""
+"""Timeout (s) of each spin_once. It never varies: if the timeout changes, a SingleThreadedExecutor
+restarts its round, and the first node would get every turn under load."""
 
-INTERRUPTED = Event()  # set by Ctrl-C and SIGTERM, in a process that has called `handle_interrupts`
+INTERRUPTED = Event()
+"""Set by Ctrl-C and SIGTERM after a call of handle_interrupts."""
 
 
 def handle_interrupts() -> dict[int, Any]:
     """
-    Have Ctrl-C and SIGTERM wait for the end of a piece of work; return their handlers so far.
+    Make Ctrl-C and SIGTERM set INTERRUPTED; return the previous signal handlers.
 
-    A KeyboardInterrupt in the midst of an import or a callback may be swallowed or cost a node.
+    A KeyboardInterrupt that is raised inside a callback may be lost or break a node.
     """
     INTERRUPTED.clear()
     return {number: signal.signal(number, lambda *_: INTERRUPTED.set())
@@ -45,41 +45,42 @@ def handle_interrupts() -> dict[int, Any]:
 
 
 class Spinner:
-    """Nodes of an executor that work while somebody waits."""
+    """Base class that spins the nodes of its executor while a program waits."""
 
     executor: Executor
 
     def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
         """
-        Let the nodes work until a condition holds, which is asked after each piece of work.
+        Spin until a condition holds; check the condition after each callback.
 
-        :raises TimeoutError: it did not within a time (s), with what it is in words
-        :raises KeyboardInterrupt: a signal has come that `handle_interrupts` takes
+        :param timeout: time limit (s)
+        :param what: description of the condition, for the error message
+        :raises TimeoutError: the condition did not hold in time
+        :raises KeyboardInterrupt: INTERRUPTED was set
         """
         deadline = monotonic() + timeout
         while not condition():
             if monotonic() > deadline:
                 raise TimeoutError(f'{what}: not within {timeout:g} s')
-            self._work()
+            self._spin_once()
 
     def spin_for(self, seconds: float) -> None:
-        """Let the nodes work for a time (s)."""
+        """Spin for a duration (s)."""
         end = monotonic() + seconds
         while monotonic() < end:
-            self._work()
+            self._spin_once()
 
-    def _work(self) -> None:
-        """Do one piece of work, or wait for it for a while."""
+    def _spin_once(self) -> None:
         self.executor.spin_once(timeout_sec=LONGEST_WAIT)
         if INTERRUPTED.is_set():
             raise KeyboardInterrupt
 
 
 class NodeSpinner(Spinner):
-    """One node, spun while somebody waits; Ctrl-C or SIGTERM end that as KeyboardInterrupt."""
+    """Context manager for one node with its own context, executor and signal handlers."""
 
     def __init__(self, make_node: Callable[..., Node], namespace: str = '') -> None:
-        """Make the node: by its class, or what else takes a node's keyword arguments."""
+        """Create the node with a node class or a function that accepts its keyword arguments."""
         self._context = Context()
         rclpy.init(args=['--ros-args', '--log-level', 'warn'], context=self._context,
                    signal_handler_options=SignalHandlerOptions.NO)
@@ -90,11 +91,11 @@ class NodeSpinner(Spinner):
         self._handlers = handle_interrupts()
 
     def __enter__(self) -> 'NodeSpinner':
-        """Return the spinner; on leaving it, the node ends."""
+        """Return the spinner itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End the node."""
+        """Destroy the node and restore the signal handlers."""
         self.executor.shutdown()
         self.node.destroy_node()
         self._context.try_shutdown()

@@ -11,147 +11,165 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The rules for the catcher: its verdict, the text, the way to the center. No ROS."""
+"""Rules for the catcher: its verdict, its text and its way to the center. No ROS."""
 
-from collections.abc import Callable
-from functools import partial
 from itertools import pairwise
 from math import dist, inf, isnan, sqrt
-from typing import Any
 
-from turtle_referee.graph_client.constants import AT_CENTER, CENTER, LIFETIME, SECONDS_PER_NS, SHOWN, UNREACHABLE
+from turtle_referee.graph_client.constants import CENTER, SECONDS_PER_NS, UNREACHABLE
 from turtle_referee.graph_client.drops import DropWatch
-from turtle_referee.graph_client.profile import NUMBERS
-from turtle_referee.graph_client.record import ReceivedMarker, nanoseconds_of, Record
+from turtle_referee.graph_client.profiles import NUMBERS
+from turtle_referee.graph_client.record import nanoseconds_of, ReceivedMarker, Record
 from turtle_referee.rules.arena_rules import ADD, catches, dropped, TEXT
-from turtle_referee.rules.rule import from_faults, Broken, Finding, Plot, Rules, Series, require_data, within
+from turtle_referee.rules.limits import CENTER_DISTANCE, LIFETIME, LIFETIME_TOLERANCE
+from turtle_referee.rules.rule import (Broken, Finding, from_faults, Plot, require_data, Rules,
+                                       Series, within)
 
 RULES = Rules()
 rule = RULES.rule
 
-REMOVES = (2, 3)  # the actions of a marker that remove it, and all
+DELETE_ACTIONS = (2, 3)
+"""Actions of a marker that delete one marker and all markers."""
+
+NO_SUCH_BRICK = 'there was no such brick'
+"""Reason of a rule without bricks to judge."""
 
 
 def completed(record: Record) -> list[DropWatch]:
-    """Return the bricks that were let go and have come down; Open if none has."""
+    """Return the bricks that were released and have landed; Open if there are none."""
     return require_data([drop for drop in dropped(record) if drop.down is not None],
-                'no brick has come down')
+                        'no brick has landed')
 
 
 def name_of(drop: DropWatch) -> str:
-    """Return which drop it was."""
+    """Return the starting position of a drop as text."""
     return '({:.2f}, {:.2f}, {:.2f})'.format(*drop.place)
 
 
 @rule('verdict: in time', 'it first computes … whether it can reach the brick on-time',
-      ['fall: acceleration'])
+      'a goal or a text is published before the brick lands', ['fall: acceleration'])
 def verdicts_come_in_time(record: Record) -> Finding:
-    """Expect goal or text before the brick is down."""
-    # Who has the brick come down on a platform below it need not say anything.
+    # No verdict is needed if the brick lands on a platform below it.
     drops = require_data([drop for drop in completed(record) if drop.decided is not None
-                  or not drop.caught], 'no verdict was needed')
-    late = [((drop.decided or inf) - (drop.down or 0)) * SECONDS_PER_NS for drop in drops]
-    return from_faults([
-        f'{"no verdict" if time == inf else f"{time:.3f} s late"} on {name_of(drop)}'
-        for drop, time in zip(drops, late) if time >= 0.0], len(drops), 'in time')
+                          or not drop.caught], 'no verdict was needed')
+    faults = []
+    for drop in drops:
+        if drop.decided is None:
+            faults.append(f'no verdict on {name_of(drop)}')
+        elif (late := (drop.decided - (drop.down or 0)) * SECONDS_PER_NS) >= 0.0:
+            faults.append(f'{late:.3f} s late on {name_of(drop)}')
+    return from_faults(faults, len(drops), 'in time')
 
 
 def reach_plot(record: Record) -> Plot:
-    """Return what was caught and what was not, over the way and the time for it."""
+    """Plot the time of each fall over the driving time that it requires."""
     numbers, series = {**NUMBERS, **record.profile.numbers}, []
-    for words, is_caught in (('caught', True), ('not caught', False)):
+    for label, is_caught in (('caught', True), ('not caught', False)):
         drops = [drop for drop in completed(record)
                  if drop.caught is is_caught and not isnan(drop.distance)]
         series.append(Series(
-            words, [max(drop.distance - numbers['platform_radius'], 0.0) / numbers['max_velocity']
+            label, [max(drop.distance - numbers['platform_radius'], 0.0) / numbers['max_velocity']
                     for drop in drops],
             [sqrt(max(2.0 * (drop.place[2] - numbers['platform_height']), 0.0)
                   / numbers['gravity_accel']) for drop in drops]))
     longest = max((value for one in series for value in (*one.x, *one.y)), default=1.0)
-    return Plot('Reach', 'time for the way at max_velocity (s)', 'time of the fall (s)', series,
+    return Plot('Reach', 'driving time at max_velocity (s)', 'fall time (s)', series,
                 Series('physically possible above', [0.0, longest], [0.0, longest]))
 
 
 @rule('verdict: kept', 'If the brick cannot be caught … If the brick can be caught …',
+      'a brick is caught if and only if it was not called Unreachable',
       ['verdict: out of reach', 'verdict: in reach'])
 def verdicts_come_true(record: Record) -> Finding:
-    """Expect what is called Unreachable not to be caught, and all else."""
     drops = completed(record)
     return from_faults([
-        f'{name_of(drop)} {"refused, but caught" if drop.caught else "missed silently"}'
-        for drop in drops if bool(drop.refusals) is drop.caught], len(drops),
-        plot=reach_plot(record))
+        f'{name_of(drop)} was {"refused but caught" if drop.caught else "missed without a text"}'
+        for drop in drops if bool(drop.refusals) is drop.caught], len(drops), 'bricks',
+        reach_plot(record))
 
 
 def texts(record: Record) -> list[ReceivedMarker]:
-    """Return the markers that say it; Broken or Open if there are none."""
-    found = [heard for heard in record.markers if UNREACHABLE.lower() in heard.marker.text.lower()]
-    if not found and any(drop.should is False for drop in completed(record)):
-        raise Broken('nobody said Unreachable')
+    """Return the markers with the text "Unreachable"; Broken or Open if there are none."""
+    found = [received for received in record.markers
+             if UNREACHABLE.lower() in received.marker.text.lower()]
+    if not found and any(drop.should_be_caught is False for drop in completed(record)):
+        raise Broken('no marker says Unreachable')
     return require_data(found, 'no brick was out of reach')
 
 
 @rule('text: kind', 'the node publishes a Text marker … that says "Unreachable"',
+      'a marker of the type TEXT_VIEW_FACING (9) with the text "Unreachable"',
       ['verdict: out of reach'])
 def text_is_a_text(record: Record) -> Finding:
-    """Expect TEXT_VIEW_FACING, and "Unreachable"."""
-    said = {(heard.marker.text, heard.marker.type) for heard in texts(record)}
-    return Finding(said == {(UNREACHABLE, TEXT)}, ', '.join(
-        f'{text!r} of type {kind}' for text, kind in sorted(said)))
+    published = {(received.marker.text, received.marker.type) for received in texts(record)}
+    return Finding(published == {(UNREACHABLE, TEXT)}, ', '.join(
+        f'{text!r} of type {kind}' for text, kind in sorted(published)))
 
 
-def seconds_shown(record: Record, shown: list[ReceivedMarker]) -> float:
-    """Return how long (s) a text was to be seen that was said, and perhaps repeated or removed."""
-    first, last = shown[0], shown[-1]
-    removed = [heard.published for heard in record.markers if heard.topic == last.topic
-               and heard.marker.action in REMOVES and heard.published > first.published]
+def visible_time(record: Record, published: list[ReceivedMarker]) -> float:
+    """Return the time (s) for which a text is visible that may be repeated or deleted."""
+    first, last = published[0], published[-1]
+    deleted = [received.published for received in record.markers if received.topic == last.topic
+               and received.marker.action in DELETE_ACTIONS
+               and received.published > first.published]
     end = last.published + (nanoseconds_of(last.marker.lifetime) or inf)
-    return (min([end, *removed]) - first.published) * SECONDS_PER_NS
+    return (min([end, *deleted]) - first.published) * SECONDS_PER_NS
 
 
-@rule('text: time', 'a Text marker that lasts for 3 seconds', ['text: kind'])
+@rule('text: time', 'a Text marker that lasts for 3 seconds',
+      f'{LIFETIME:g} s ± {LIFETIME_TOLERANCE} s, once per fall', ['text: kind'])
 def text_lasts(record: Record) -> Finding:
-    """Expect {LIFETIME:g} s ± {SHOWN} s for each fall, once."""
     begins = [*(drop.begin for drop in require_data(record.drops, 'nothing was dropped')), inf]
-    falls = [[heard for heard in texts(record)
-              if begin <= heard.published < end and heard.marker.action == ADD]
-             for begin, end in pairwise(begins)]
-    times = [seconds_shown(record, shown) for shown in falls if shown]
-    return Finding(bool(times) and all(abs(time - LIFETIME) <= SHOWN for time in times),
-                   ', '.join(f'{time:.2f}' for time in times) + ' s')
+    texts_per_fall = [[received for received in texts(record)
+                       if begin <= received.published < end and received.marker.action == ADD]
+                      for begin, end in pairwise(begins)]
+    times = [visible_time(record, published) for published in texts_per_fall if published]
+    met = all(abs(time - LIFETIME) <= LIFETIME_TOLERANCE for time in times)
+    return Finding(bool(times) and met, ', '.join(f'{time:.2f}' for time in times) + ' s')
 
 
 @rule('carry', 'the robot drives back to the arena center and tilts the brick off',
+      f'the platform is tilted within {CENTER_DISTANCE} m of the center',
       ['drive: goal', 'brick: rides'])
 def bricks_are_carried_to_the_center(record: Record) -> Finding:
-    """Expect a tilt within {AT_CENTER} m of the center."""
     off = []
     for drop in catches(record):
         if drop.carried_to is None:
             raise Broken(f'{name_of(drop)} was never tilted')
         off.append(dist(drop.carried_to, CENTER))
-    return within(AT_CENTER, off, '')
+    return within(CENTER_DISTANCE, off, '', 'at most {:.3f} m from the center in {} catches')
 
 
-def judge_drops(which: Callable[[DropWatch], Any], fault: Callable[[DropWatch], str],
-                record: Record) -> Finding:
-    """Judge some of the bricks, by what is wrong with each."""
-    drops = require_data([drop for drop in completed(record) if which(drop)], 'there was no such brick')
-    return from_faults([f'{name_of(drop)} {fault(drop)}' for drop in drops if fault(drop)], len(drops))
+@rule('verdict: out of reach', 'cannot be caught on time, the node publishes a Text marker',
+      '"Unreachable" for each brick that no robot could catch', ['verdict: in time'])
+def unreachable_bricks_are_refused(record: Record) -> Finding:
+    drops = require_data([drop for drop in completed(record)
+                          if drop.should_be_caught is False], NO_SUCH_BRICK)
+    return from_faults([f'{name_of(drop)} was not refused' for drop in drops
+                        if not drop.refusals], len(drops), 'refused')
 
 
-for name, words, law, rests_on, which, fault in (
-        ('verdict: out of reach', 'cannot be caught on time, the node publishes a Text marker',
-         '"Unreachable" for each brick that nobody could catch', ['verdict: in time'],
-         lambda drop: drop.should is False, lambda drop: '' if drop.refusals else 'not'),
-        ('verdict: in reach', 'can be caught on time, the robot drives under the brick',
-         'each brick within reach is caught', ['verdict: in time', 'drive: goal'],
-         lambda drop: drop.should,
-         lambda drop: 'refused' if drop.refusals else '' if drop.caught else 'missed'),
-        ('tip off', 'the robot drives back to the arena center and tilts the brick off',
-         'each caught brick leaves the platform', ['carry', 'slide: law', 'tilt'],
-         lambda drop: drop.caught, lambda drop: '' if drop.floated else 'not'),
-        ('again', 'the turtle to catch a falling brick',
-         'level again after each brick, ready for the next', ['tip off'],
-         lambda drop: drop.floated, lambda drop: '' if drop.leveled else 'still tilted')):
-    rule(name, words, rests_on, law)(partial(judge_drops, which, fault))
+@rule('verdict: in reach', 'can be caught on time, the robot drives under the brick',
+      'each brick within reach is caught', ['verdict: in time', 'drive: goal'])
+def reachable_bricks_are_caught(record: Record) -> Finding:
+    drops = require_data([drop for drop in completed(record) if drop.should_be_caught],
+                         NO_SUCH_BRICK)
+    return from_faults([
+        f'{name_of(drop)} was {"refused" if drop.refusals else "missed"}' for drop in drops
+        if drop.refusals or not drop.caught], len(drops), 'caught')
+
+
+@rule('tip off', 'the robot drives back to the arena center and tilts the brick off',
+      'each caught brick leaves the platform', ['carry', 'slide: law', 'tilt'])
+def caught_bricks_are_tipped_off(record: Record) -> Finding:
+    drops = require_data([drop for drop in completed(record) if drop.caught], NO_SUCH_BRICK)
+    return from_faults([f'{name_of(drop)} did not leave' for drop in drops
+                        if not drop.floated], len(drops), 'tipped off')
+
+
+@rule('again', 'the turtle to catch a falling brick',
+      'the platform is level again after each brick', ['tip off'])
+def platform_is_leveled(record: Record) -> Finding:
+    drops = require_data([drop for drop in completed(record) if drop.floated], NO_SUCH_BRICK)
+    return from_faults([f'still tilted after {name_of(drop)}' for drop in drops
+                        if not drop.leveled], len(drops), 'leveled')

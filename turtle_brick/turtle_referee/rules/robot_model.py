@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The robot as its URDF describes it: where each link is for given joint positions. No ROS."""
+"""Read the URDF of a robot and compute the poses of its links. No ROS."""
 
 from collections.abc import Mapping
 from functools import lru_cache
@@ -25,38 +25,39 @@ from turtle_referee.graph_client.record import Record
 from turtle_referee.rules.rule import Broken, require
 
 SIZES = {'box': ('size',), 'cylinder': ('radius', 'length'), 'sphere': ('radius',)}
+"""Attributes that contain the size of each shape."""
 
 
 class Solid(NamedTuple):
-    """A visual of a link."""
+    """Visual element of a link."""
 
-    kind: str  # 'box', 'cylinder' (its axis is z), 'sphere', or what it is else
-    size: tuple[float, ...]  # extents (m) of a box, radius and length of a cylinder
-    color: str  # as the URDF has it
+    kind: str  # 'box', 'cylinder' (along z), 'sphere', or another geometry element
+    size: tuple[float, ...]  # edge lengths (m) of a box; radius and length of a cylinder
+    color: str  # as written in the URDF
     pose: Pose
 
 
 class Joint(NamedTuple):
-    """A joint of a URDF."""
+    """Joint of a URDF."""
 
     name: str
     kind: str
     parent: str
     child: str
     origin: Pose
-    axis: Array  # a unit vector in the joint's own frame
+    axis: Array  # unit vector in the joint frame
 
     @property
     def movable(self) -> bool:
-        """Whether it has a position."""
+        """Return whether the joint can rotate."""
         return self.kind in ('revolute', 'continuous')
 
 
 class RobotModel:
-    """Links and joints."""
+    """Links and joints of a URDF."""
 
     def __init__(self, description: str) -> None:
-        """Read a URDF; Broken, with why, if it makes no sense."""
+        """Parse a URDF; Broken if it is invalid."""
         try:
             robot = ElementTree.fromstring(description)
             self.links = {link.get('name', ''): [_solid(visual, robot)
@@ -64,69 +65,70 @@ class RobotModel:
                           for link in robot.findall('link')}
             self.joints = [_joint(element) for element in robot.findall('joint')]
         except (ElementTree.ParseError, ValueError) as error:
-            raise Broken(f'the robot_description can not be read: {error}') from None
-        self._above = {joint.child: joint for joint in self.joints}
+            raise Broken(f'the robot_description is invalid: {error}') from None
+        self._joint_above = {joint.child: joint for joint in self.joints}
 
-    def way(self, link: str) -> list[Joint]:
+    def joints_to(self, link: str) -> list[Joint]:
         """Return the joints from the root to a link."""
-        found: list[Joint] = []
-        while link in self._above and len(found) <= len(self.joints):
-            found.insert(0, self._above[link])
-            link = found[0].parent
-        return found
+        chain: list[Joint] = []
+        while link in self._joint_above and len(chain) <= len(self.joints):
+            chain.insert(0, self._joint_above[link])
+            link = chain[0].parent
+        return chain
 
     def pose(self, link: str, positions: Mapping[str, float] = {}) -> Pose:
-        """Return the pose of a link in the root; the positions (rad) not given are 0."""
-        found = pose((0.0, 0.0, 0.0))
-        for joint in self.way(link):
+        """Return the pose of a link in the root for joint positions (rad, default 0)."""
+        result = pose((0.0, 0.0, 0.0))
+        for joint in self.joints_to(link):
             angle = positions.get(joint.name, 0.0)
-            found = found.compose(joint.origin).compose(
+            result = result.compose(joint.origin).compose(
                 Pose(numpy.zeros(3), turn(joint.axis, angle)))
-        return found
+        return result
 
     def axis(self, joint: Joint, positions: Mapping[str, float] = {}) -> Array:
-        """Return the axis of a joint in the root, for given positions (rad)."""
+        """Return the axis of a joint in the root for joint positions (rad, default 0)."""
         return self.pose(joint.child, positions).axes @ joint.axis
 
     def solid(self, link: str, kind: str) -> Solid:
-        """Return the first visual of a link of a kind ('box', 'cylinder'); Broken without one."""
+        """Return the first box or cylinder of a link; Broken if there is none."""
         return require(next((solid for solid in self.links.get(link, ()) if solid.kind == kind),
-                           None), f'{link} has no {kind}')
+                            None), f'{link} has no {kind}')
 
-    def middle(self, link: str, solid: Solid) -> Array:
-        """Return where in the root the middle of a solid of a link is (m)."""
+    def center(self, link: str, solid: Solid) -> Array:
+        """Return the center (m) of a solid of a link in the root."""
         return self.pose(link).transform(solid.pose.position)
 
     def joint(self, link: str) -> Joint:
-        """Return the joint that turns a link: the last movable one above it; Broken without."""
-        return require(next((joint for joint in reversed(self.way(link)) if joint.movable), None),
-                      f'no joint turns {link}')
+        """Return the last movable joint above a link; Broken if there is none."""
+        return require(next((joint for joint in reversed(self.joints_to(link)) if joint.movable),
+                            None), f'no joint turns {link}')
 
     def platform_span(self) -> tuple[float, float]:
-        """Return bottom and top of the level platform (m above where the wheel touches down)."""
+        """Return the heights (m) of the bottom and the top of the level platform."""
         wheel, platform = self.solid('wheel', 'cylinder'), self.solid('platform', 'cylinder')
-        height = (self.middle('platform', platform)[2] - self.middle('wheel', wheel)[2]
+        height = (self.center('platform', platform)[2] - self.center('wheel', wheel)[2]
                   + wheel.size[0])
         return height - platform.size[1] / 2.0, height + platform.size[1] / 2.0
 
 
 def model(record: Record) -> RobotModel:
-    """Return the robot's description that was heard last; Broken if there is none to be read."""
-    heard = require(record.topics['robot_description'] or None, 'there is no robot_description')
-    return _read(heard[-1].message.data)
+    """Return the model for the latest robot_description; Broken if it is absent or invalid."""
+    descriptions = require(record.topics['robot_description'] or None,
+                           'there is no robot_description')
+    return _parse(descriptions[-1].message.data)
 
 
-_read = lru_cache(4)(RobotModel)  # many rules ask for it
+_parse = lru_cache(4)(RobotModel)  # many rules use the same description
 
 
 def _numbers(element: ElementTree.Element | None, attribute: str, default: str = '') -> Array:
-    """Return the numbers of an attribute, the default ones where it is not given."""
+    """Return the numbers in an attribute, or the default if the attribute is absent."""
     return numpy.array((default if element is None else element.get(attribute, default)).split(),
                        float)
 
 
 def _origin(element: ElementTree.Element) -> Pose:
-    """Return where a joint or a visual is in its parent; the angles are about fixed axes."""
+    """Return the origin of a joint or a visual; its angles are about fixed axes."""
     origin = element.find('origin')
     roll, pitch, yaw = _numbers(origin, 'rpy', '0 0 0')
     return Pose(_numbers(origin, 'xyz', '0 0 0'), turn(UPRIGHT[2], yaw) @ turn(
@@ -134,7 +136,7 @@ def _origin(element: ElementTree.Element) -> Pose:
 
 
 def _solid(visual: ElementTree.Element, robot: ElementTree.Element) -> Solid:
-    """Read a visual, whose material may have its color or that of the robot's of this name."""
+    """Parse a visual; its material may refer to a material of the robot by name."""
     element, material = visual.find('geometry/*'), visual.find('material')
     kind = '' if element is None else element.tag
     size = tuple(number for name in SIZES.get(kind, ()) for number in _numbers(element, name))
@@ -145,7 +147,7 @@ def _solid(visual: ElementTree.Element, robot: ElementTree.Element) -> Solid:
 
 
 def _joint(element: ElementTree.Element) -> Joint:
-    """Read a joint."""
+    """Parse a joint."""
     parent, child = (element.find(role) for role in ('parent', 'child'))
     if parent is None or child is None:
         raise ValueError(f'the joint {element.get("name")} does not connect two links')

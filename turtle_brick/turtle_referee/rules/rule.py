@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-How a requirement is judged: a rule takes what was heard and says what it finds. No ROS.
+Judge requirements of the assignment by a record. No ROS.
 
-A rule that returns has found the requirement kept or broken. It raises `Broken` where something
-is not there that the assignment asks for, and `Open` where nothing can be said.
+A rule is a function that returns a `Finding`. It raises `Broken` if something required is absent,
+and `Open` if the record is not sufficient for a judgement.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -24,28 +24,29 @@ import re
 from typing import NamedTuple, TypeVar
 
 import numpy
-from turtle_referee.graph_client import constants
-from turtle_referee.graph_client.record import Request, Record
+from turtle_referee.graph_client.record import Record, Request
 
-Thing = TypeVar('Thing')
+Value = TypeVar('Value')
 
-KEPT, BROKEN, OPEN = '✔', '✗', '–'
+MET, BROKEN, OPEN = '✔', '✗', '–'
 
-ORDER = (BROKEN, OPEN, KEPT)  # in which they are told
+ORDER = (BROKEN, OPEN, MET)
+"""Order of the marks in a report."""
 
-ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')  # as in '1 rides', which is '1 ride'
+ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
+"""A plural after the number 1, as in '1 rides'."""
 
 
 class Broken(Exception):
-    """The requirement is broken; the text says how."""
+    """A requirement is broken; the text describes the fault."""
 
 
 class Open(Exception):
-    """The requirement can't be judged; the text says why."""
+    """A requirement cannot be judged; the text gives the reason."""
 
 
 class Series(NamedTuple):
-    """Some points of a plot."""
+    """Points of a plot."""
 
     label: str
     x: Sequence[float]
@@ -53,7 +54,7 @@ class Series(NamedTuple):
 
 
 class Plot(NamedTuple):
-    """Measured points, and the line that they should be on."""
+    """Measured points and their expected line."""
 
     title: str
     x_label: str
@@ -63,146 +64,152 @@ class Plot(NamedTuple):
 
 
 class Finding(NamedTuple):
-    """What a rule has found."""
+    """Result of a rule."""
 
-    kept: bool
+    met: bool
     measured: str
     plot: Plot | None = None
 
 
 class Judgement(NamedTuple):
-    """A requirement, what is expected, and what was found."""
+    """A requirement with its expected and its measured result."""
 
     name: str
-    words: str
+    sentence: str
     expected: str
     mark: str
     measured: str
     plot: Plot | None = None
-    follows: Sequence[str] = ()  # the broken requirements that may be why this one is broken
+    follows: Sequence[str] = ()  # broken requirements that may be the cause
 
 
 Judge = Callable[[Record], Finding]
 
 
 class Rule(NamedTuple):
-    """A requirement, and how it is judged."""
+    """A requirement and the function that judges it."""
 
     name: str
-    words: str
+    sentence: str
     expected: str
     judge: Judge
-    rests_on: Sequence[str]  # the requirements that break this one, too, if they are broken
+    depends_on: Sequence[str]  # requirements that cause this one to be broken if they are broken
 
     def __call__(self, record: Record) -> Judgement:
-        """Judge what was heard, whether the machine had time or not."""
+        """Judge a record without regard to the load of the machine."""
         plot = None
         try:
             with numpy.errstate(all='ignore'):
-                kept, measured, plot = self.judge(record)
-            mark = KEPT if kept else BROKEN
+                met, measured, plot = self.judge(record)
+            mark = MET if met else BROKEN
         except Broken as error:
             mark, measured = BROKEN, str(error)
         except Open as error:
             mark, measured = OPEN, str(error)
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-            # Whatever an implementation says, this is no reason to fall silent about the rest.
+            # An implementation may publish anything; the other rules are judged nevertheless.
             mark = BROKEN
-            measured = f'what was heard makes no sense ({type(error).__name__}: {error})'
-        return Judgement(self.name, self.words, self.expected, mark, measured, plot)
+            measured = f'the received data is inconsistent ({type(error).__name__}: {error})'
+        return Judgement(self.name, self.sentence, self.expected, mark, measured, plot)
 
 
 class Rules(list[Rule]):
-    """Rules, in their order."""
+    """A list of rules."""
 
-    def rule(self, name: str, words: str, rests_on: Sequence[str] = (),
-             expected: str = '') -> Callable[[Judge], Judge]:
+    def rule(self, name: str, sentence: str, expected: str,
+             depends_on: Sequence[str] = ()) -> Callable[[Judge], Judge]:
         """
-        Make a rule of a function.
+        Return a decorator that adds a function to the list as a rule.
 
-        :param words: the requirement, in the words of the assignment
-        :param rests_on: the rules that break this one, too, if they are broken
-        :param expected: what is demanded, with constants in braces; else the docstring says it
+        :param name: name of the requirement
+        :param sentence: its wording in the assignment
+        :param expected: its expected result
+        :param depends_on: requirements that cause this one to be broken if they are broken
         """
         def add(judge: Judge) -> Judge:
-            law = expected or (judge.__doc__ or '').removeprefix('Expect ').rstrip('.')
-            self.append(Rule(name, words, law.format(**vars(constants)), judge, rests_on))
+            self.append(Rule(name, sentence, expected, judge, depends_on))
             return judge
         return add
 
     def judge(self, record: Record) -> list[Judgement]:
-        """Judge what was heard: what is broken comes first, and before what may follow from it."""
-        found, stall_summary = [rule(record) for rule in self], record.stall_summary()
-        if stall_summary:
-            # What is broken also while the machine had time is broken.
+        """Judge a record; return broken requirements first, and causes before consequences."""
+        judgements, overload = [rule(record) for rule in self], record.stall_summary()
+        if overload:
+            # A requirement counts as broken only if it was also broken without a stall.
             calm = record.without_stalls()
-            found = [one._replace(mark=OPEN, measured=f'{one.measured}; not judged: {stall_summary}')
-                     if one.mark == BROKEN and rule(calm).mark != BROKEN else one
-                     for rule, one in zip(self, found)]
-        causes = self.causes({one.name: one.measured for one in found if one.mark == BROKEN})
-        found = [one._replace(measured=ONE.sub(r'1 \1', one.measured),
-                              follows=causes.get(one.name, ())) for one in found]
-        return sorted(found, key=lambda one: (ORDER.index(one.mark), bool(one.follows)))
+            judgements = [
+                judgement._replace(mark=OPEN,
+                                   measured=f'{judgement.measured}; not judged: {overload}')
+                if judgement.mark == BROKEN and rule(calm).mark != BROKEN else judgement
+                for rule, judgement in zip(self, judgements)]
+        causes = self.causes({judgement.name: judgement.measured
+                              for judgement in judgements if judgement.mark == BROKEN})
+        judgements = [judgement._replace(measured=ONE.sub(r'1 \1', judgement.measured),
+                                         follows=causes.get(judgement.name, ()))
+                      for judgement in judgements]
+        return sorted(judgements, key=lambda one: (ORDER.index(one.mark), bool(one.follows)))
 
     def causes(self, broken: Mapping[str, str]) -> dict[str, list[str]]:
-        """Return from which others each broken requirement may follow, by what was measured."""
-        above = {name: self.above(name) for name in broken}
+        """Return the possible causes of each broken requirement, given by name and result."""
+        above = {name: self.all_dependencies(name) for name in broken}
         roots = [name for name in broken if not above[name] & broken.keys()]
-        # What is not there is missed by several in the same words: one of them tells.
+        # Several rules may report the same absence in the same words; the first one is the cause.
         first = {broken[root]: root for root in reversed(roots)}
         return {name: sorted({first[broken[root]] for root in roots
                               if root == name or root in above[name]} - {name})
                 for name in broken}
 
-    def above(self, name: str) -> set[str]:
-        """Return the rules that one rests on, and those that they rest on."""
-        rests_on = {rule.name: rule.rests_on for rule in self}.get(name, ())
-        return {*rests_on}.union(*map(self.above, rests_on))
+    def all_dependencies(self, name: str) -> set[str]:
+        """Return the direct and indirect dependencies of a rule."""
+        depends_on = {rule.name: rule.depends_on for rule in self}.get(name, ())
+        return {*depends_on}.union(*map(self.all_dependencies, depends_on))
 
 
 def number(record: Record, name: str) -> float:
-    """Return a number of the robot; Open if it is not known."""
+    """Return a physical number of the robot; Open if it is unknown."""
     if name not in record.profile.numbers:
-        raise Open(f'{name} is not known: no node has it as a parameter; say it in a profile')
+        raise Open(f'{name} is unknown because no node has this parameter; add it to a profile')
     return record.profile.numbers[name]
 
 
-def require_data(things: list[Thing], words: str) -> list[Thing]:
-    """Return things; Open, with words, if there are none."""
-    if not things:
-        raise Open(words)
-    return things
+def require_data(items: list[Value], reason: str) -> list[Value]:
+    """Return the items; Open with a reason if there are none."""
+    if not items:
+        raise Open(reason)
+    return items
 
 
-def require(thing: Thing | None, words: str) -> Thing:
-    """Return what there is; Broken, with words, if it is not there."""
-    if thing is None:
-        raise Broken(words)
-    return thing
+def require(value: Value | None, fault: str) -> Value:
+    """Return the value; Broken with a fault if it is None."""
+    if value is None:
+        raise Broken(fault)
+    return value
 
 
-def require_accepted(ask: Request | None) -> Request:
-    """Return how something was answered that was asked for; Broken if it was not, or refused."""
-    if ask is None or not ask.accepted:
-        raise Broken(ask and ask.words or 'refused')
-    return ask
+def require_accepted(request: Request | None) -> Request:
+    """Return the request; Broken with its message if it was refused."""
+    if request is None or not request.accepted:
+        raise Broken(request and request.message or 'the request was refused')
+    return request
 
 
-def worst(values: Iterable[float]) -> float:
-    """Return the greatest of some values, NaN if one is: nothing is above what is no number."""
+def largest(values: Iterable[float]) -> float:
+    """Return the largest value, 0 without values, or NaN if one of them is NaN."""
     values = list(values)
     return next((value for value in values if value != value), max(values, default=0.0))
 
 
-def within(limit: float, values: list[float], none: str,
-           words: str = 'at most {:.3f} m off, {} times') -> Finding:
-    """Find that none of some values is above a limit; Open, with words, if there are none."""
-    most = worst(require_data(values, none))
-    return Finding(most <= limit, words.format(most, len(values)))
+def within(limit: float, values: list[float], reason: str,
+           text: str = 'at most {:.3f} m off in {} measurements') -> Finding:
+    """Return whether no value is above a limit; Open with a reason if there are no values."""
+    value = largest(require_data(values, reason))
+    return Finding(value <= limit, text.format(value, len(values)))
 
 
-def from_faults(faults: Sequence[str], count: int, things: str = '',
-            plot: Plot | None = None) -> Finding:
-    """Find that all of so many things are as they should, but those with a fault."""
-    words = f'{count - len(faults)} of {count} {things}'.strip()
-    return Finding(not faults, ': '.join([words, *filter(None, ['; '.join(faults[:5])])]), plot)
+def from_faults(faults: Sequence[str], count: int, items: str,
+                plot: Plot | None = None) -> Finding:
+    """Return the finding for a number of checked items, some of them with faults."""
+    text = f'{count - len(faults)} of {count} {items}'
+    if faults:
+        text += f': {"; ".join(faults[:5])}'
+    return Finding(not faults, text, plot)

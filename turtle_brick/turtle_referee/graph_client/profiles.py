@@ -13,9 +13,9 @@
 # limitations under the License.
 
 """
-What an implementation calls things, and the numbers it was built with. No ROS.
+Names of topics and services in an implementation, and the physical numbers of its robot. No ROS.
 
-The defaults are the assignment's own names. A profile in YAML says what differs:
+The defaults are the names in the assignment. A profile in YAML lists the differences:
 
     topics: {cmd_vel: robot/cmd_vel, tilt: platform_tilt}
     services: {place: put}
@@ -34,11 +34,11 @@ SERVICES = ('place', 'drop')
 
 NUMBERS = {'platform_height': 1.0, 'platform_radius': 0.5, 'wheel_radius': 0.2,
            'max_velocity': 1.0, 'gravity_accel': 9.81}
-"""The robot's numbers (m, s), each with a usual one, to reckon with where none is known."""
+"""The physical numbers of the robot (m, s) with the values to assume while they are unknown."""
 
 
 class ProfileError(ValueError):
-    """A profile can't be used; the text says why."""
+    """A profile is invalid; the text gives the reason."""
 
 
 @dataclass
@@ -49,27 +49,27 @@ class Profile:
         **{name: name for name in TOPICS}, 'cmd_vel': 'turtle1/cmd_vel', 'pose': 'turtle1/pose'})
     services: dict[str, str] = field(default_factory=lambda: {name: name for name in SERVICES})
     numbers: dict[str, float] = field(default_factory=dict)
-    """Those that are known; what is not given is asked of the nodes."""
+    """The known numbers; the referee reads the missing ones from the nodes' parameters."""
 
     @classmethod
     def from_parameters(cls, parameters: Any) -> 'Profile':
-        """Return the names of the assignment, with the numbers that parameters have."""
+        """Return the default names with the numbers from a parameter object."""
         return cls(numbers={name: getattr(parameters, name) for name in NUMBERS})
 
     def load(self, path: Path) -> None:
-        """Take over what differs; ProfileError where it can't be read, or means nothing."""
+        """Update the profile from a YAML file; raise ProfileError if the file is invalid."""
         known: dict[str, tuple[Iterable[str], tuple[type, ...]]] = {
             'topics': (TOPICS, (str,)), 'services': (SERVICES, (str,)),
             'numbers': (NUMBERS, (int, float))}
         try:
             sections = yaml.safe_load(path.read_text(encoding='utf-8')) or {}
-            entries = [(section, name, value) for section, part in sections.items()
-                       for name, value in part.items()]
+            entries = [(section, name, value) for section, content in sections.items()
+                       for name, value in content.items()]
         except (OSError, UnicodeDecodeError, yaml.YAMLError, AttributeError) as error:
             raise ProfileError(f'{path}: {" ".join(str(error).split())}') from None
         for section, name, value in entries:
             names, types = known.get(section, (known, ()))
             if name not in names or type(value) not in types or not value:
-                raise ProfileError(f'{path}: {section}.{name}: {value!r:.60} means nothing; '
-                                   f'there are: {", ".join(names)}')
+                raise ProfileError(f'{path}: {section}.{name}: {value!r:.60} is not valid; the '
+                                   f'names here are {", ".join(names)}')
             getattr(self, section)[name] = value
