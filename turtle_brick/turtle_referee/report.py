@@ -95,8 +95,6 @@ def html_page(title: str, body: str) -> str:
             '\n')
 
 
-# --------------------------------------------------------------------------------- one graph
-
 def print_judgements(judgements: Sequence[Judgement], notes: Sequence[str]) -> None:
     """Print a table of all requirements, then repeat those that are broken or open."""
     print_table(('', 'requirement', 'measured', 'expected'), (
@@ -157,8 +155,6 @@ def page(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
         f'<p>{tally(one.mark for one in judgements)}</p>{facts}{table}'
         + ''.join(draw(one.plot) for one in judgements if one.plot is not None))
 
-
-# ----------------------------------------------------------------------------------- a class
 
 TITLES = ('student', MET, BROKEN, OPEN, 'broken', 'open', 'date')
 

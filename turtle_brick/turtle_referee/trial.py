@@ -108,8 +108,6 @@ class Trial(GraphClient):
             self.tilt()
             self.drop_all(self.program.drops[1:])
 
-    # ------------------------------------------------------------------------------- start
-
     def discover(self) -> bool:
         """Wait until the graph is complete; return False if nothing was found."""
         self.log('looking for the graph')

@@ -418,8 +418,8 @@ FAULTS = (
     ('again', lambda record, never: setattr(record.drops[1], 'leveled', never), (), (None,)),
     ('carry', lambda record, dx: setattr(
         record.drops[1], 'carried_to', (CENTER[0] + dx, CENTER[1])), (0.08,), (0.12,)),
-    ('walls: to be seen', publish_walls, (range(-1, 12),), ((0.0,), (0.0, 0.1))),
-    ('brick marker: to be seen', lambda record, latched: record.latched.update(
+    ('walls: visible', publish_walls, (range(-1, 12),), ((0.0,), (0.0, 0.1))),
+    ('brick marker: visible', lambda record, latched: record.latched.update(
         {'/brick_marker': latched}), (), (False,)),
     ('brick marker: place', lambda record, dx: setattr(
         record.markers[4].marker.pose.position, 'x', dx), (0.005,), (0.02,)),

@@ -87,8 +87,6 @@ class GraphClient:
         except LookupError:
             return False
 
-    # ------------------------------------------------------------------------------ robot
-
     def robot_position(self) -> tuple[float, float] | None:
         """Return the position (m) of the robot in world, or None before the first pose."""
         poses = self.record.topics['pose']
@@ -126,8 +124,6 @@ class GraphClient:
         drive = Drive(begin, time_ns(), start, goal)
         self.record.drives.append(drive)
         return drive
-
-    # ------------------------------------------------------------------------------ brick
 
     def call(self, service: str, position: Vector | None = None) -> Request:
         """Call 'place' with a position (m), or 'drop'; return the request with its result."""

@@ -158,8 +158,10 @@ class Observer(Node):
         self.fetched_at = time_ns()  # time (ns) of the last fetch
         self._discovered_at = 0
         self._subscribed: set[str] = set()
-        self._publishers_by_topic: dict[tuple[str, Any], Publisher] = {}
-        self._clients_by_service: dict[tuple[str, Any], Client] = {}
+        self._goal_publisher = self.create_publisher(
+            PoseStamped, self.record.profile.topics['goal_pose'], 10)
+        self._tilt_publisher: Publisher | None = None  # once the type is known
+        self._clients_by_service: dict[str, Client] = {}
         psutil.cpu_percent(percpu=True)  # start of the first measurement
         for topic, static in (('/tf', False), ('/tf_static', True)):
             self.poller.subscribe(TFMessage, topic, partial(self._on_transforms, static),
@@ -170,8 +172,6 @@ class Observer(Node):
         """Destroy both nodes."""
         self.poller.destroy_node()
         super().destroy_node()
-
-    # ----------------------------------------------------------------------------- receiving
 
     def update(self) -> None:
         """Fetch new messages; every DISCOVERY_PERIOD, subscribe to new topics and check load."""
@@ -227,21 +227,11 @@ class Observer(Node):
             self.record.add_transform(info['source_timestamp'],
                                       info['publication_sequence_number'] or 0, transform, static)
 
-    # ------------------------------------------------------------------------------- sending
-
-    def _publisher(self, name: str, message_type: Any) -> Publisher:
-        """Return the publisher of a topic in the profile."""
-        if (name, message_type) not in self._publishers_by_topic:
-            self._publishers_by_topic[name, message_type] = self.create_publisher(
-                message_type, self.record.profile.topics[name], 10)
-        return self._publishers_by_topic[name, message_type]
-
     def _client(self, service: str, service_type: Any) -> Client:
         """Return the client of a service with this full name."""
-        if (service, service_type) not in self._clients_by_service:
-            self._clients_by_service[service, service_type] = self.poller.create_client(
-                service_type, service)
-        return self._clients_by_service[service, service_type]
+        if service not in self._clients_by_service:
+            self._clients_by_service[service] = self.poller.create_client(service_type, service)
+        return self._clients_by_service[service]
 
     def send_goal(self, x: float, y: float) -> None:
         """Send the robot to a point (m) in world."""
@@ -249,11 +239,11 @@ class Observer(Node):
         goal.header.frame_id = 'world'
         goal.header.stamp = self.get_clock().now().to_msg()
         goal.pose.position.x, goal.pose.position.y = x, y
-        self._publisher('goal_pose', PoseStamped).publish(goal)
+        self._goal_publisher.publish(goal)
 
     def has_goal_subscriber(self) -> bool:
         """Return whether a node subscribes to goals."""
-        return self._publisher('goal_pose', PoseStamped).get_subscription_count() > 0
+        return self._goal_publisher.get_subscription_count() > 0
 
     def send_tilt(self, angle: float) -> None:
         """Send a tilt angle (rad) in the first number of the message; LookupError without one."""
@@ -263,7 +253,9 @@ class Observer(Node):
             for name, kind in message.get_fields_and_field_types().items():
                 if kind in ('double', 'float'):
                     setattr(message, name, float(angle))
-                    self._publisher('tilt', type(message)).publish(message)
+                    if self._tilt_publisher is None:
+                        self._tilt_publisher = self.create_publisher(type(message), topic, 10)
+                    self._tilt_publisher.publish(message)
                     return
         raise LookupError(f'no node subscribes to {topic}, or its type has no field for an angle')
 

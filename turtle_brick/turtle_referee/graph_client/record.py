@@ -183,8 +183,6 @@ class Record:
         """Return whether nothing but TF was received, which all namespaces may share."""
         return not (self.places or any(self.topics.values()))
 
-    # ------------------------------------------------------------------- received messages
-
     def add_transform(self, published: int, number: int, transform: Any, static: bool) -> None:
         """Store a geometry_msgs/TransformStamped unless its stamp is far in the future."""
         translation, rotation = transform.transform.translation, transform.transform.rotation
@@ -245,8 +243,6 @@ class Record:
         return [(stamp_of(state), value) for state in states
                 for joint, value in zip(state.message.name, getattr(state.message, field))
                 if joint == name]
-
-    # -------------------------------------------------------------------------- machine load
 
     def trial_spans(self) -> list[tuple[int, int]]:
         """Return the time spans (ns) of the observation at rest and of all requests."""

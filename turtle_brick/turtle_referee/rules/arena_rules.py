@@ -61,8 +61,6 @@ def max_motion(positions: Iterable[Any]) -> float:
     return largest(dist(position, positions[0]) for position in positions)
 
 
-# ------------------------------------------------------------------------ walls and markers
-
 def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
     """Return the pose of a marker in world at a time (ns)."""
     name = received.marker.header.frame_id.lstrip('/')
@@ -120,13 +118,13 @@ def judge_visibility(record: Record, markers: list[ReceivedMarker]) -> Finding:
     return from_faults(faults, len(topics), 'topics')
 
 
-@rule('walls: to be seen', 'depicted in rviz2, with rectangular walls (drawn as markers)',
+@rule('walls: visible', 'depicted in rviz2, with rectangular walls (drawn as markers)',
       'latched or repeated')
 def walls_are_visible(record: Record) -> Finding:
     return judge_visibility(record, walls(record))
 
 
-@rule('brick marker: to be seen', "a marker to show it's location in rviz", 'latched or repeated')
+@rule('brick marker: visible', "a marker to show it's location in rviz", 'latched or repeated')
 def brick_is_visible(record: Record) -> Finding:
     return judge_visibility(record, brick_markers(record))
 
@@ -164,8 +162,6 @@ def markers_can_be_drawn(record: Record) -> Finding:
             faults.add('a color is transparent')
     return Finding(not faults, '; '.join(sorted(faults)) or f'{len(record.markers)} markers')
 
-
-# --------------------------------------------------------------------------------- services
 
 @rule('place', 'a service called place … that moves the brick to a specified location',
       f'the service responds, and the brick rests within {NEAR} m of the place')
@@ -214,8 +210,6 @@ def response_comes_first(record: Record) -> Finding:
                    f'earliest motion {min(moving):+.4f} s and earliest start of a fall '
                    f'{min(begins):+.4f} s after the response, in {len(moving)} drops')
 
-
-# --------------------------------------------------------------------- hovering and falling
 
 @rule('brick: hovers', 'a service called drop that causes the brick to fall',
       'the brick rests until it is dropped', ['place'])
@@ -321,8 +315,6 @@ def bricks_land_on_the_ground(record: Record) -> Finding:
 def bricks_land_on_the_platform(record: Record) -> Finding:
     return judge_landing(record, True)
 
-
-# --------------------------------------------------------------------- riding and sliding
 
 def catches(record: Record) -> list[DropWatch]:
     """Return the bricks that landed on the platform; Open if there are none."""
@@ -446,4 +438,4 @@ def brick_floats(record: Record) -> Finding:
     motions = [max_motion(brick.position for _, brick in record.brick_track(
                    drop.floated, drop.end - BEFORE_NS))
                for drop in catches(record) if drop.floated is not None]
-    return within(5.0 * STILL, motions, 'no brick floats', 'moved by at most {:.4f} m, {} bricks')
+    return within(5.0 * STILL, motions, 'no brick floats', 'moved by at most {:.4f} m in {} drops')

@@ -67,8 +67,6 @@ def drives(record: Record) -> list[Drive]:
                         'the robot was not driven')
 
 
-# ------------------------------------------------------------------------- frames and names
-
 @rule('frames: world', 'All other frames are descendants of world',
       'every frame is a descendant of world')
 def all_below_world(record: Record) -> Finding:
@@ -143,8 +141,6 @@ def names_are_relative(record: Record) -> Finding:
                         if not topic.startswith(own)], len(topics), 'topics')
 
 
-# ------------------------------------------------------------------------------------ rates
-
 AT_100_HZ = 'All publishing and broadcasting shall be done at 100 Hz'
 """The sentence that requires four of the rates."""
 
@@ -194,8 +190,6 @@ def rate_of_base_link(record: Record) -> Finding:
 def rate_of_brick(record: Record) -> Finding:
     return judge_rate(record, 'brick', PHYSICS_RATE)
 
-
-# ----------------------------------------------------------------- messages from the robot
 
 def velocity(message: Any) -> tuple[float, float, float]:
     """Return x and y (m/s) and yaw (rad/s) of a Twist, or of a message with a twist."""
@@ -279,8 +273,6 @@ def joints_have_their_velocity(record: Record) -> Finding:
         f'{rotation:.1f} rad')
 
 
-# -------------------------------------------------------------------- robot description
-
 @rule('URDF: base_link', 'A base_link that … is represented by a cube', 'base_link is a cube')
 def base_is_a_cube(record: Record) -> Finding:
     size = model(record).solid('base_link', 'box').size
@@ -338,7 +330,7 @@ def stem_turns(record: Record) -> Finding:
     below = base.pose.position[2] - robot.center('stem', stem)[2]
     upright = abs(float(robot.axis(joint)[2]))
     return Finding(below > 0.0 and upright > 0.999,
-                   f'{joint.name}, {below:.3f} m below, z component of its axis {upright:.3f}')
+                   f'{joint.name}, {below:.3f} m below the cube, z component of its axis {upright:.3f}')
 
 
 @rule('URDF: wheel', 'A wheel is connected to the stem and can roll as the robot moves',
@@ -376,8 +368,6 @@ def model_has_the_numbers(record: Record) -> Finding:
         text += f', {name} {radius:.3f} m (configured {configured:.3f})'
     return Finding(met, text)
 
-
-# --------------------------------------------------------------------- driving and tilting
 
 @rule('drive: goal', 'driving the robot toward the goal pose using cmd_vel messages',
       f'the robot stops within {PRECISION} m of its goal, in 8 directions',
@@ -421,7 +411,7 @@ def speed_is_limited(record: Record) -> Finding:
     limit = number(record, 'max_velocity')
     speeds = [hypot(*velocity(command.message)[:2]) for command in messages(record, 'cmd_vel')]
     if not any(speeds):
-        drives(record)  # A robot without a goal may rest.
+        drives(record)  # A robot that received no goal may rest.
     return Finding(0.0 < largest(speeds) <= limit * (1.0 + 1e-6),
                    f'at most {largest(speeds):.3f} m/s (limit {limit:g})')
 
@@ -509,5 +499,5 @@ def platform_has_the_tilt(record: Record) -> Finding:
         angle, leaning = positions[-1][1], inclination(platform)
         met = (met and abs(angle - request.value) <= SAME_ANGLE
                and abs(leaning - abs(angle)) <= SAME_ANGLE)
-        texts.append(f'requested {request.value:g}, joint {angle:.3f}, TF ±{leaning:.3f}')
+        texts.append(f'{request.value:g} rad: joint {angle:.3f}, inclination {leaning:.3f}')
     return Finding(met, '; '.join(texts))
