@@ -11,27 +11,13 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Install turtle_brick: its modules, its executables and the data that they read."""
+"""Installation of the packages turtle_brick and turtle_referee."""
 
 from glob import glob
-from pathlib import Path
 
 from setuptools import find_packages, setup
-from setuptools.command.install_scripts import install_scripts
 
 package_name = 'turtle_brick'
-
-
-class InstallScripts(install_scripts):
-    """Installs executables that a Ctrl-C ends at once while Python finds what they run."""
-
-    TAKE_CTRL_C = 'import os, signal; signal.signal(signal.SIGINT, lambda *_: os._exit(0))\n'
-
-    def run(self) -> None:
-        """Install the executables, each with that as its first line of Python."""
-        super().run()
-        for path in map(Path, self.get_outputs()):
-            path.write_text(path.read_text().replace('\n', '\n' + self.TAKE_CTRL_C, 1))
 
 
 setup(
@@ -48,14 +34,13 @@ setup(
     install_requires=['setuptools'],
     extras_require={
         'test': ['pytest'],
-        'dask': ['distributed==2026.8.0'],  # sweep --dask: over the machines of a cluster
+        'dask': ['distributed==2026.8.0'],  # for sweep --dask
     },
     zip_safe=True,
     maintainer='the turtle_brick developers',
     maintainer_email='maintainers@turtle-brick.example',
     description='A turtlesim robot that catches a brick dropped from the sky',
     license='Apache-2.0',
-    cmdclass={'install_scripts': InstallScripts},
     entry_points={
         'console_scripts': [
             'arena = turtle_brick.arena:main',

@@ -11,59 +11,47 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Run the turtle robot in turtlesim, to be sent about with goal_pose."""
+"""Run the turtle robot in turtlesim. Publish goal_pose to drive it."""
 
 from launch import LaunchDescription
-from launch.actions import (DeclareLaunchArgument, IncludeLaunchDescription,
-                            SetLaunchConfiguration)
-from launch.conditions import IfCondition
-from launch.substitutions import (EnvironmentVariable, EqualsSubstitution, LaunchConfiguration,
-                                  PathJoinSubstitution, ThisLaunchFileDir)
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+from launch.substitutions import (EnvironmentVariable, LaunchConfiguration, PathJoinSubstitution,
+                                  ThisLaunchFileDir)
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description():
-    """Describe turtlesim, the node turtle_robot that drives in it and the view of the robot."""
+    """Describe turtlesim, turtle_robot and the view of the robot (show_turtle.launch.py)."""
     return LaunchDescription([
         DeclareLaunchArgument(
             'rviz_config',
             default_value='config/run_turtle.rviz',
-            description='The configuration of rviz2, relative to the share directory of '
+            description='The configuration file of rviz2, relative to the share directory of '
                         'turtle_brick.'),
-        # An argument that is set keeps its value: the environment goes before the default.
-        SetLaunchConfiguration(
-            'view',
-            EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
-            condition=IfCondition(
-                EqualsSubstitution(LaunchConfiguration('view', default='unset'), 'unset'))),
         DeclareLaunchArgument(
             'view',
-            default_value='rviz',
+            default_value=EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
             choices=['rviz', 'web', 'none'],
-            description='What shows the robot: rviz2 (rviz), a page in the browser (web) or '
-                        'nothing, for a machine without a display (none). '
-                        'The variable TURTLE_BRICK_VIEW, if set, replaces the default.'),
+            description='The program that shows the robot: rviz2 (rviz), a page in the browser '
+                        '(web) or none. The environment variable TURTLE_BRICK_VIEW changes the '
+                        'default.'),
         DeclareLaunchArgument(
             'namespace',
             default_value='',
-            description='The namespace of all nodes, topics and services, TF included: with one '
-                        'of its own each, several robots live side by side.'),
-        # First: launch waits for xacro here, and a Ctrl-C meanwhile would leave nodes behind.
+            description='The namespace of all nodes, topics and services, including TF. Several '
+                        'robots can run in different namespaces.'),
+        # The included file inherits the other arguments. It comes first because launch waits for
+        # xacro here, and a Ctrl-C during the wait would not end running nodes.
         IncludeLaunchDescription(
             PathJoinSubstitution([ThisLaunchFileDir(), 'show_turtle.launch.py']),
-            launch_arguments=[
-                ('use_jsp', 'none'),
-                ('rviz_config', LaunchConfiguration('rviz_config')),
-                ('view', LaunchConfiguration('view')),
-                ('namespace', LaunchConfiguration('namespace')),
-            ]),
+            launch_arguments=[('use_jsp', 'none')]),
         Node(
             package='turtlesim',
             executable='turtlesim_node',
             namespace=LaunchConfiguration('namespace'),
             parameters=[{'holonomic': True}],
-            # Qt takes the first that works: without a display turtlesim draws into memory.
+            # Qt uses the first platform that works. Without a display this is offscreen.
             additional_env={
                 'QT_QPA_PLATFORM': EnvironmentVariable(
                     'QT_QPA_PLATFORM', default_value='xcb;wayland;offscreen'),

@@ -11,10 +11,10 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Show the turtle robot alone: its description, its joints and a view of it."""
+"""Show the turtle robot without a simulation."""
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, LogInfo, SetLaunchConfiguration
+from launch.actions import DeclareLaunchArgument, LogInfo
 from launch.conditions import IfCondition
 from launch.substitutions import (Command, EnvironmentVariable, EqualsSubstitution,
                                   LaunchConfiguration, PathJoinSubstitution)
@@ -24,37 +24,31 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description():
-    """Describe robot_state_publisher, a source of joint states and a view, each by argument."""
+    """Describe robot_state_publisher, a publisher of joint states and a view of the robot."""
     return LaunchDescription([
         DeclareLaunchArgument(
             'use_jsp',
             default_value='gui',
             choices=['gui', 'jsp', 'none'],
-            description='What publishes joint_states: joint_state_publisher_gui (gui), '
-                        'joint_state_publisher (jsp) or nothing that is started here (none).'),
+            description='The publisher of joint_states: joint_state_publisher_gui (gui), '
+                        'joint_state_publisher (jsp) or none.'),
         DeclareLaunchArgument(
             'rviz_config',
             default_value='config/show_turtle.rviz',
-            description='The configuration of rviz2, relative to the share directory of '
+            description='The configuration file of rviz2, relative to the share directory of '
                         'turtle_brick.'),
-        # An argument that is set keeps its value: the environment goes before the default.
-        SetLaunchConfiguration(
-            'view',
-            EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
-            condition=IfCondition(
-                EqualsSubstitution(LaunchConfiguration('view', default='unset'), 'unset'))),
         DeclareLaunchArgument(
             'view',
-            default_value='rviz',
+            default_value=EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
             choices=['rviz', 'web', 'none'],
-            description='What shows the robot: rviz2 (rviz), a page in the browser (web) or '
-                        'nothing, for a machine without a display (none). '
-                        'The variable TURTLE_BRICK_VIEW, if set, replaces the default.'),
+            description='The program that shows the robot: rviz2 (rviz), a page in the browser '
+                        '(web) or none. The environment variable TURTLE_BRICK_VIEW changes the '
+                        'default.'),
         DeclareLaunchArgument(
             'namespace',
             default_value='',
-            description='The namespace of all nodes, topics and services, TF included: with one '
-                        'of its own each, several robots live side by side.'),
+            description='The namespace of all nodes, topics and services, including TF. Several '
+                        'robots can run in different namespaces.'),
         Node(
             package='robot_state_publisher',
             executable='robot_state_publisher',
@@ -69,8 +63,8 @@ def generate_launch_description():
                         '"',
                     ], on_stderr='warn'),
                     value_type=str),
-                # Else transforms are up to 50 ms late, and one joint state with a stamp from the
-                # future holds back all that follow.
+                # Without this, transforms are up to 50 ms late, and a joint state with a future
+                # stamp blocks all later ones.
                 'ignore_timestamp': True,
             }]),
         Node(
@@ -84,7 +78,7 @@ def generate_launch_description():
             namespace=LaunchConfiguration('namespace'),
             condition=IfCondition(EqualsSubstitution(LaunchConfiguration('use_jsp'), 'jsp'))),
         LogInfo(
-            msg='Showing the robot in rviz2. Where that is not installed, try view:=web.',
+            msg='Showing the robot in rviz2. If rviz2 is not installed, use view:=web.',
             condition=IfCondition(EqualsSubstitution(LaunchConfiguration('view'), 'rviz'))),
         Node(
             package='rviz2',

@@ -11,51 +11,40 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Run the whole arena: the turtle robot catches the brick that is dropped."""
+"""Run the complete arena, in which the turtle robot catches dropped bricks."""
 
 from launch import LaunchDescription
-from launch.actions import (DeclareLaunchArgument, IncludeLaunchDescription,
-                            SetLaunchConfiguration)
-from launch.conditions import IfCondition
-from launch.substitutions import (EnvironmentVariable, EqualsSubstitution, LaunchConfiguration,
-                                  PathJoinSubstitution, ThisLaunchFileDir)
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+from launch.substitutions import (EnvironmentVariable, LaunchConfiguration, PathJoinSubstitution,
+                                  ThisLaunchFileDir)
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description():
-    """Describe the running robot, the arena with its brick and the catcher."""
+    """Describe the robot (run_turtle.launch.py), the arena and the catcher."""
     return LaunchDescription([
         DeclareLaunchArgument(
             'rviz_config',
             default_value='config/turtle_arena.rviz',
-            description='The configuration of rviz2, relative to the share directory of '
+            description='The configuration file of rviz2, relative to the share directory of '
                         'turtle_brick.'),
-        # An argument that is set keeps its value: the environment goes before the default.
-        SetLaunchConfiguration(
-            'view',
-            EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
-            condition=IfCondition(
-                EqualsSubstitution(LaunchConfiguration('view', default='unset'), 'unset'))),
         DeclareLaunchArgument(
             'view',
-            default_value='rviz',
+            default_value=EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
             choices=['rviz', 'web', 'none'],
-            description='What shows robot, arena and brick: rviz2 (rviz), a page in the browser '
-                        '(web) or nothing, for a machine without a display (none). '
-                        'The variable TURTLE_BRICK_VIEW, if set, replaces the default.'),
+            description='The program that shows the robot: rviz2 (rviz), a page in the browser '
+                        '(web) or none. The environment variable TURTLE_BRICK_VIEW changes the '
+                        'default.'),
         DeclareLaunchArgument(
             'namespace',
             default_value='',
-            description='The namespace of all nodes, topics and services, TF included: with one '
-                        'of its own each, several robots live side by side.'),
+            description='The namespace of all nodes, topics and services, including TF. Several '
+                        'robots can run in different namespaces.'),
+        # turtlesim, turtle_robot, robot_state_publisher and the view. The included file inherits
+        # all arguments.
         IncludeLaunchDescription(
-            PathJoinSubstitution([ThisLaunchFileDir(), 'run_turtle.launch.py']),
-            launch_arguments=[
-                ('rviz_config', LaunchConfiguration('rviz_config')),
-                ('view', LaunchConfiguration('view')),
-                ('namespace', LaunchConfiguration('namespace')),
-            ]),
+            PathJoinSubstitution([ThisLaunchFileDir(), 'run_turtle.launch.py'])),
         Node(
             package='turtle_brick',
             executable='arena',

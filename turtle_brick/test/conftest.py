@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Every test in a ROS domain of its own, out of reach of other machines."""
+"""Test configuration: ROS domains, excluded files and test order."""
 
 from collections.abc import Iterator
 import contextlib
@@ -30,26 +30,24 @@ _session = contextlib.ExitStack()
 HERE = Path(__file__).parent
 
 
-def left_out() -> dict[str, list[str]]:
-    """Return the files that can't be tested here, by the reason."""
-    files = {reason: [] for reason in (
-        'for the stand-ins in a home of wheels', 'for the libraries in a home of wheels',
-        'ament_copyright is not installed', 'hypothesis is not installed')}
-    stand_ins, libraries, license_checker, laws = files.values()
-    stand_ins += [f'standins/{file.name}' for file in HERE.glob('standins/test_*_standin.py')
-                  if not is_standin(file.stem.removeprefix('test_').removesuffix('_standin'))]
+def excluded_files() -> dict[str, list[str]]:
+    """Return the test files that cannot run in this environment, by the reason."""
+    excluded = {'only for stand-ins': [
+        f'standins/{file.name}' for file in HERE.glob('standins/test_*_standin.py')
+        if not is_standin(file.stem.removeprefix('test_').removesuffix('_standin'))]}
     if not is_standin('tf2_msgs'):
-        libraries += ['test_mypy.py']
+        excluded['only for the PyPI environment'] = ['test_mypy.py']
     if find_spec('ament_copyright') is None:
-        license_checker += ['test_copyright.py']
+        excluded['ament_copyright is not installed'] = ['test_copyright.py']
     if find_spec('hypothesis') is None:
-        laws += [str(file.relative_to(HERE)) for file in HERE.glob('**/test_*.py')
-                 if re.search('^from (hypothesis|laws) import', file.read_text(), re.M)]
-    return files
+        excluded['hypothesis is not installed'] = [
+            str(file.relative_to(HERE)) for file in HERE.glob('**/test_*.py')
+            if re.search('^from (hypothesis|laws) import', file.read_text(), re.M)]
+    return excluded
 
 
 def is_standin(package: str) -> bool:
-    """Tell whether a package is one of this workspace that stands in for the real one."""
+    """Return whether an installed package is a stand-in of this workspace."""
     with contextlib.suppress(PackageNotFoundError):
         manifest = Path(get_package_share_directory(package), 'package.xml')
         return '<description>Stands in for' in manifest.read_text()
@@ -58,49 +56,50 @@ def is_standin(package: str) -> bool:
 
 LONGEST = ('test_pages', 'test_ros2cli_standin', 'test_launch_standin', 'test_viewer_browser',
            'test_chaos', 'test_referee_live')
+"""Test files with the longest duration."""
 
-LEFT_OUT = left_out()
-collect_ignore = [file for files in LEFT_OUT.values() for file in files]
+EXCLUDED = excluded_files()
+collect_ignore = [file for files in EXCLUDED.values() for file in files]
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Set what rclpy reads, before anything imports it: here, and in every child process."""
+    """Set the environment variables of ROS for this process and its child processes."""
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ.pop('ROS_LOCALHOST_ONLY', None)
     os.environ.pop('ROS_STATIC_PEERS', None)
     os.environ['ROS_DOMAIN_ID'] = str(_session.enter_context(reserved_domain()))
     if find_spec('hypothesis') is not None:
         from hypothesis import settings
-        settings.register_profile('untimed', deadline=None)  # time tells of the machine
+        settings.register_profile('untimed', deadline=None)
         settings.load_profile('untimed')
     os.environ['ROS_LOG_DIR'] = _session.enter_context(
         tempfile.TemporaryDirectory(prefix='turtle_brick_test_'))
 
 
 def pytest_report_header(config: pytest.Config) -> str:
-    """Say in one line which files are left out, and why."""
-    told = [f'{", ".join(files)} ({reason})' for reason, files in LEFT_OUT.items() if files]
-    return f'left out: {"; ".join(told) or "nothing"}'
+    """Report the excluded files and the reasons in one line."""
+    reports = [f'{", ".join(files)} ({reason})' for reason, files in EXCLUDED.items() if files]
+    return f'excluded: {"; ".join(reports) or "nothing"}'
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
-    """Give the domain back and delete the logs."""
+    """Release the ROS domain and delete the logs."""
     _session.close()
 
 
 @pytest.fixture
 def domain_id(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
-    """Reserve a ROS domain for the test; child processes are in it too."""
+    """Reserve a ROS domain for a test and its child processes."""
     with reserved_domain() as domain:
         monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
         yield domain
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run the linters first, then the files that take longest: none is to be the last alone."""
+    """Run the linters first, and then the longest files, so that parallel runs end together."""
     def rank(item: pytest.Item) -> int:
         if item.get_closest_marker('linter'):
-            return 0  # flake8 forks, which a process full of DDS's threads should not
+            return 0  # flake8 forks, which is not safe when DDS threads are running.
         return 1 if item.path.stem in LONGEST else 2
 
     items.sort(key=rank)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Arena, perhaps catcher, and a platform of the test's own, in a time that the test drives."""
+"""Nodes that a test steps through simulated time, with a simulated platform."""
 
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -36,43 +36,43 @@ from turtle_brick_interfaces.srv import Place
 PARAMETERS = load()
 
 TICK_NS = 20_000_000
-"""By how much (ns) the time goes on at once: as long as the catcher's period, five steps."""
+"""Time step (ns), which is the period of the catcher and five physics steps."""
 
 MAX_DURATION = 30.0
-"""How long (s) anything may take in that time."""
+"""Longest simulated time for any event (s)."""
 
 PUNCTUAL_TIMER = SimpleNamespace(timer_period_ns=STEP_NS, time_until_next_call=lambda: STEP_NS)
-"""A node's timer that is called when it is due."""
+"""Replacement for a node's timer that is never late."""
 
 
 def record_published(publisher: Any) -> list[Any]:
-    """Return a list to which all that a publisher publishes from now on is added, too."""
+    """Return a list that records all messages published from now on."""
     messages: list[Any] = []
     publish = publisher.publish
 
-    def keep(message: Any) -> None:
+    def record(message: Any) -> None:
         messages.append(message)
         publish(message)
 
-    publisher.publish = keep
+    publisher.publish = record
     return messages
 
 
 class SteppedGraph:
     """
-    Nodes that are called instead of spun, and hear of TF and time at once.
+    The arena and other nodes, which are called directly and receive TF and time without delay.
 
-    A tick is over when every node has done what is due: nothing is waited for, or gets lost.
+    After a tick, all nodes have finished their due work. No message is lost.
     """
 
     def __init__(self, live: LiveGraph, *node_types: type[Node]) -> None:
-        """Bring up the arena, and nodes of these types, with a level platform at (5, 5)."""
+        """Create the arena and nodes of other types, with a level platform at (5, 5)."""
         self.live = live
         self.now = 50 * NS_PER_SECOND
         self.platform: tuple[float, ...] | None = (5.0, 5.0, 0.0, 0.0)
-        """Where the platform is (m), its yaw and its tilt (rad); None: nobody says so."""
+        """x and y (m), yaw and tilt (rad) of the platform, or None if there is no platform."""
         self.bricks: list[Any] = []
-        """The transforms of the brick so far."""
+        """All transforms of the brick."""
         self.nodes: list[Any] = [
             live.add(kind, '-p', 'use_sim_time:=true') for kind in (Arena, *node_types)]
         for node in self.nodes:
@@ -81,20 +81,20 @@ class SteppedGraph:
             node.timer = PUNCTUAL_TIMER
         self.arena = self.nodes[0]
         self.world = self.arena.world
-        self.arena.tf_broadcaster.sendTransform = self.hear
+        self.arena.tf_broadcaster.sendTransform = self.send_transforms
         self.tick()
 
-    def hear(self, transforms: list[Any]) -> None:
-        """Let every node hear of transforms, and keep those of the brick."""
+    def send_transforms(self, transforms: list[Any]) -> None:
+        """Send transforms to every node, and record those of the brick."""
         self.bricks += [one for one in transforms if one.child_frame_id == BRICK]
         for node in self.nodes:
             node.tf_listener.callback(TFMessage(transforms=transforms))
 
     def move(self, seconds: float) -> None:
-        """Move the platform, as the time goes on."""
+        """Move the platform for a time (s). Subclasses override this method."""
 
     def tick(self, by: int = TICK_NS) -> None:
-        """Let the time go on (ns), or jump, and every node do what is due."""
+        """Advance the time (ns), and execute the due work of every node."""
         self.now += by
         self.move(by / NS_PER_SECOND)
         now = Time(nanoseconds=self.now, clock_type=ClockType.ROS_TIME)
@@ -102,19 +102,19 @@ class SteppedGraph:
             node.get_clock().set_ros_time_override(now)
         if self.platform:
             x, y, yaw, tilt = self.platform
-            self.hear([transform_message(WORLD, PLATFORM, Pose(
+            self.send_transforms([transform_message(WORLD, PLATFORM, Pose(
                 (x, y, PARAMETERS.platform_height - PARAMETERS.platform_thickness),
                 multiply(from_yaw(yaw), from_pitch(tilt))), now.to_msg())])
         for node in self.nodes:
             node.on_timer()
 
     def run(self, seconds: float) -> None:
-        """Let a time (s) go by."""
+        """Advance the time (s) in ticks."""
         for _ in range(round(seconds * NS_PER_SECOND / TICK_NS)):
             self.tick()
 
     def until(self, condition: Callable[[], Any] | Phase, what: str = '') -> None:
-        """Let the time go on until something is so, or the brick is in a phase."""
+        """Advance the time until a condition is true or the brick is in a phase."""
         if isinstance(condition, Phase):
             phase, condition, what = condition, lambda: self.world.phase is phase, condition.value
         end = self.now + MAX_DURATION * NS_PER_SECOND
@@ -123,10 +123,10 @@ class SteppedGraph:
             self.tick()
 
     def place(self, x: float, y: float, z: float) -> Place.Response:
-        """Ask the arena to place the brick (m)."""
+        """Call the service place (m)."""
         return self.arena.on_place(
             Place.Request(location=Point(x=x, y=y, z=z)), Place.Response())
 
     def drop(self) -> Trigger.Response:
-        """Ask the arena to drop the brick."""
+        """Call the service drop."""
         return self.arena.on_drop(Trigger.Request(), Trigger.Response())

@@ -11,23 +11,23 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""What tests of laws share: how many random cases, times in ns, and the installed parameters."""
+"""Helpers for property-based tests: settings, times and the installed parameters."""
 
 from hypothesis import settings
 from turtle_brick.core.parameters import load
 from turtle_brick.core.reachability import resting_height
+from turtle_brick.core.time_steps import NS_PER_SECOND
 
 PARAMETERS = load()
 GRAVITY = PARAMETERS.gravity_accel
 REST_Z = resting_height(PARAMETERS)
-NS_PER_SECOND = 1_000_000_000
 
 
 def law(examples: int) -> settings:
-    """Check so many random cases, the same ones every time."""
+    """Run a test with a number of random examples, which are the same in every run."""
     return settings(max_examples=examples, derandomize=True, deadline=None)
 
 
 def seconds(time: float) -> int:
-    """Return a time (s) in ns."""
-    return round(time * 1e9)
+    """Convert a time from seconds to nanoseconds."""
+    return round(time * NS_PER_SECOND)

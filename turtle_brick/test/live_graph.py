@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Live tests: a graph of one's own in this process, nodes in processes, what is heard of them.
+Helpers for live tests: nodes in this process, nodes in other processes, and recordings of topics.
 
     with graph(domain_id) as live:
         live.add_robot()
@@ -21,8 +21,7 @@ Live tests: a graph of one's own in this process, nodes in processes, what is he
         live.wait_for(lambda: len(odom.messages) > 200, 20.0, '200 odometry messages')
     assert all(message.child_frame_id == 'base_link' for message in odom.messages)
 
-The nodes work while the test waits. The fixture `domain_id` (conftest.py) gives a test a ROS
-domain that nobody else is in.
+The nodes run while the test waits. The fixture `domain_id` (conftest.py) reserves a ROS domain.
 """
 
 from __future__ import annotations
@@ -43,105 +42,105 @@ from turtle_referee.graph_client.processes import Process
 from turtle_referee.graph_client.record import message_rate
 
 FETCH_PERIOD = 0.005
-"""How often (s) one looks at what has come."""
+"""Shortest time between two fetches of received messages (s)."""
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""To hear the last messages of a latched topic, however many publish it, or to latch some."""
+"""QoS of a latched topic with up to ten messages."""
 
 TIMEOUT = 30.0
-"""How long (s) something may take that comes at once on a quiet machine."""
+"""Time limit for events that are immediate on an idle machine (s)."""
 
-ENDED = (0, -signal.SIGALRM)
-"""The status of what was asked to end: the second one where the middleware kept it from ending."""
+EXIT_STATUSES = (0, -signal.SIGALRM)
+"""Valid exit statuses. SIGALRM ends a node if the middleware blocks its shutdown."""
 
 
 class Recording:
-    """The messages of a topic, in the order of their arrival."""
+    """Messages of a topic in the order of their arrival."""
 
     def __init__(self) -> None:
-        """Start with none."""
+        """Create an empty recording."""
         self.messages: list[Any] = []
         self.times: list[float] = []
-        """When each message was published, by the system's clock (s)."""
+        """Publication time of each message by the system clock (s)."""
 
-    def keep(self, message: Any, info: Mapping[str, int]) -> None:
-        """Keep a message."""
+    def add(self, message: Any, info: Mapping[str, int]) -> None:
+        """Add a received message."""
         self.times.append(info['source_timestamp'] * 1e-9)
         self.messages.append(message)
 
     def clear(self) -> None:
-        """Forget what has arrived so far."""
+        """Delete all recorded messages."""
         del self.messages[:], self.times[:]
 
     @property
     def last(self) -> Any:
-        """Return the latest message, or None if there is none."""
+        """Return the latest message, or None."""
         return self.messages[-1] if self.messages else None
 
 
 class LiveGraph(Graph):
-    """A graph with somebody in it who listens and asks."""
+    """A graph with nodes that record topics, publish messages and call services."""
 
     def __init__(self, domain_id: int, **options: Any) -> None:
-        """Start in a ROS domain; see Graph."""
+        """Create a graph in a ROS domain. The options are those of Graph."""
         super().__init__(domain_id, **options)
-        self._fetched = 0.0
-        self._ears = PollingNode('ears', context=self.context, namespace=self.namespace)
+        self._fetch_time = 0.0
+        self._recorder = PollingNode('recorder', context=self.context, namespace=self.namespace)
         self.listener = self.add(Node, parameters=False, node_name='listener',
                                  start_parameter_services=False)
-        """Who publishes and asks."""
 
     def close(self) -> None:
-        """End every node."""
-        self._ears.destroy_node()
+        """Stop all nodes."""
+        self._recorder.destroy_node()
         super().close()
 
     def wait_for(self, predicate: Callable[[], Any], timeout: float, what: str) -> Any:
         """
-        Let the nodes work until something is so, and return what the predicate then returns.
+        Run the nodes until the predicate returns a true value, and return that value.
 
-        :param timeout: how long (s) at most
-        :raises TimeoutError: It was not so in time; the message says what was waited for.
+        :param timeout: longest time (s)
+        :param what: description of the awaited event for the error message
+        :raises TimeoutError: the event did not happen in time
         """
-        found: list[Any] = []
+        result: list[Any] = []
 
-        def look() -> bool:
-            if monotonic() > self._fetched + FETCH_PERIOD:
-                self.hear()
-            found[:] = [predicate()]
-            return bool(found[0])
+        def check() -> bool:
+            if monotonic() > self._fetch_time + FETCH_PERIOD:
+                self.fetch()
+            result[:] = [predicate()]
+            return bool(result[0])
 
-        self.spin_until(look, timeout, what)
-        return found[0]
+        self.spin_until(check, timeout, what)
+        return result[0]
 
-    def hear(self) -> None:
-        """Add to the recordings what has come."""
-        self._ears.fetch()
-        self._fetched = monotonic()
+    def fetch(self) -> None:
+        """Add the received messages to the recordings."""
+        self._recorder.fetch()
+        self._fetch_time = monotonic()
 
     def record(self, topic: str, message_type: type, qos: QoSProfile | int = DEPTH) -> Recording:
-        """Record a topic from now on, while the nodes work; deep, so that nothing is lost."""
+        """Record a topic from now on."""
         recording = Recording()
-        self._ears.subscribe(message_type, topic, recording.keep, qos)
+        self._recorder.subscribe(message_type, topic, recording.add, qos)
         return recording
 
     def record_transforms(self, child: str, topic: str = '/tf',
                           qos: QoSProfile | int = DEPTH) -> Recording:
-        """Record the transforms to a frame from now on, as they come on /tf or /tf_static."""
+        """Record the transforms to a child frame from now on."""
         recording = Recording()
 
-        def keep(message: TFMessage, info: Mapping[str, int]) -> None:
+        def add(message: TFMessage, info: Mapping[str, int]) -> None:
             for transform in message.transforms:
                 if transform.child_frame_id == child:
-                    recording.keep(transform, info)
+                    recording.add(transform, info)
 
-        self._ears.subscribe(TFMessage, topic, keep, qos)
+        self._recorder.subscribe(TFMessage, topic, add, qos)
         return recording
 
     def rates(self, recordings: Sequence[Recording], count: int) -> list[float]:
-        """Return how often (Hz) the next messages of recordings are published, so many of each."""
+        """Return the publication rates (Hz) of the next messages in recordings."""
         self.wait_for(lambda: all(recording.messages for recording in recordings), TIMEOUT,
-                      'all to be heard')
+                      'a message on each topic')
         for recording in recordings:
             recording.clear()
         self.wait_for(lambda: all(len(recording.times) >= count for recording in recordings),
@@ -149,31 +148,31 @@ class LiveGraph(Graph):
         return [message_rate(recording.times) for recording in recordings]
 
     def publisher(self, topic: str, message_type: type, qos: QoSProfile | int = 10) -> Publisher:
-        """Make a publisher that somebody hears."""
+        """Create a publisher, and wait for a subscription to its topic."""
         publisher = self.listener.create_publisher(message_type, topic, qos)
-        self.wait_for(publisher.get_subscription_count, TIMEOUT, f'somebody to hear {topic}')
+        self.wait_for(publisher.get_subscription_count, TIMEOUT, f'a subscription to {topic}')
         return publisher
 
     def call(self, service: str, service_type: type, request: Any = None) -> Any:
-        """Return a service's response."""
+        """Call a service, and return its response."""
         client = self.listener.create_client(service_type, service)
         self.wait_for(client.service_is_ready, TIMEOUT, f'the service {service}')
         future = client.call_async(service_type.Request() if request is None else request)
-        self.wait_for(future.done, TIMEOUT, f'an answer of {service}')
+        self.wait_for(future.done, TIMEOUT, f'a response from {service}')
         self.listener.destroy_client(client)
         return future.result()
 
 
 graph = LiveGraph
-"""What tests call it: `with graph(domain_id) as live`."""
+"""Short name for tests: `with graph(domain_id) as live`."""
 
 
 class NodeProcess(Process):
-    """A process in a ROS domain, with what it prints."""
+    """A process in a ROS domain, with its output."""
 
     def __init__(self, command: Sequence[str], domain_id: int,
                  environment: Mapping[str, str] = {}) -> None:
-        """Start a program with its arguments, and with further variables."""
+        """Start a program with its arguments and additional environment variables."""
         super().__init__(command, {**environment, 'ROS_DOMAIN_ID': str(domain_id),
                                    'PYTHONFAULTHANDLER': '1'})
 
@@ -182,17 +181,17 @@ class NodeProcess(Process):
 def process(command: Sequence[str], domain_id: int, *, stop: int | None = signal.SIGINT,
             timeout: float = TIMEOUT) -> Iterator[NodeProcess]:
     """
-    Run a program with its arguments, and see that it ends as it should.
+    Run a program with its arguments, and check its exit status.
 
-    :param stop: the signal that ends it; None if the test has ended it or does not care
-    :param timeout: how long (s) it may take to end
+    :param stop: signal that ends the program, or None to skip the check
+    :param timeout: longest time for the end of the program (s)
     """
     running = NodeProcess(command, domain_id)
     try:
         yield running
         if stop is not None:
             status = running.stop(stop, timeout)
-            assert status in ENDED, (
+            assert status in EXIT_STATUSES, (
                 f'{running.command} ended with status {status}; it printed:\n{running.output}')
     finally:
         running.kill()

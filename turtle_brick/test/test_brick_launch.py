@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The node turtle_robot, launched alone, publishes cmd_vel at 100 Hz."""
+"""Launch test: turtle_robot publishes cmd_vel at 100 Hz."""
 
 import os
 import time
@@ -30,12 +30,12 @@ from turtle_referee.graph_client.domains import reserved_domain
 DOMAIN = reserved_domain()
 
 WARM_UP, COUNT = 50, 400
-"""How many commands come first and do not count, as the node has just been started, and do."""
+"""Number of commands that are ignored after the start, and number that are measured."""
 
 
 @pytest.mark.launch_test
 def generate_test_description():
-    """Launch turtle_robot, with nothing that it could drive, in a ROS domain of its own."""
+    """Launch only turtle_robot in an unused ROS domain."""
     os.environ['ROS_DOMAIN_ID'] = str(DOMAIN.__enter__())
     parameters = PathJoinSubstitution([FindPackageShare('turtle_brick'), 'config', 'turtle.yaml'])
     return LaunchDescription([
@@ -45,25 +45,25 @@ def generate_test_description():
 
 
 class TestCmdVel(unittest.TestCase):
-    """What the launched node publishes."""
+    """Tests of the commands published by the launched node."""
 
     @classmethod
     def tearDownClass(cls):
-        """Give the domain back."""
+        """Release the ROS domain."""
         DOMAIN.__exit__(None, None, None)
 
     def setUp(self):
-        """Make a node that listens."""
+        """Create a node for the subscription."""
         rclpy.init()
         self.node = rclpy.create_node('listener')
 
     def tearDown(self):
-        """Leave nothing of it behind."""
+        """Destroy the node."""
         self.node.destroy_node()
         rclpy.shutdown()
 
     def test_rate(self):
-        """The mean rate of 400 commands in a row, by when they were published, is 100 Hz."""
+        """The mean publication rate of 400 successive commands is 100 Hz."""
         stamps = []
         self.node.create_subscription(
             Twist, 'cmd_vel', lambda _, info: stamps.append(info['source_timestamp'] * 1e-9), 100)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The harness of the live tests hides nothing."""
+"""Tests of the helpers for live tests."""
 
 import sys
 
@@ -21,15 +21,15 @@ import pytest
 from turtle_referee.graph_client.record import message_rate
 
 
-def test_an_error_in_a_node_and_what_does_not_come_are_the_tests(domain_id):
+def test_node_errors_and_timeouts_fail_the_test(domain_id):
     with pytest.raises(ZeroDivisionError), graph(domain_id) as live:
-        with pytest.raises(TimeoutError, match='Godot'):
-            live.wait_for(lambda: False, 0.1, 'Godot')
+        with pytest.raises(TimeoutError, match='nothing'):
+            live.wait_for(lambda: False, 0.1, 'nothing')
         live.listener.create_timer(0.01, lambda: 1 / 0)
         live.wait_for(lambda: False, 10.0, 'an error')
 
 
-PATIENT = """
+SIGNAL_HANDLER = """
 import signal, sys
 signal.signal(signal.SIGINT, lambda *_: sys.exit(int(sys.argv[1])))
 print('ready', flush=True)
@@ -37,16 +37,15 @@ signal.pause()
 """
 
 
-def test_a_process_that_ends_when_asked_is_accepted_with_status_0_only(domain_id):
-    with process([sys.executable, '-c', PATIENT, '0'], domain_id) as running:
+def test_process_must_end_with_status_0(domain_id):
+    with process([sys.executable, '-c', SIGNAL_HANDLER, '0'], domain_id) as running:
         running.wait_for_output('ready', 10.0)
     with pytest.raises(AssertionError, match='status 3.*\nready'):
-        with process([sys.executable, '-c', PATIENT, '3'], domain_id) as running:
+        with process([sys.executable, '-c', SIGNAL_HANDLER, '3'], domain_id) as running:
             running.wait_for_output('ready', 10.0)
 
 
-def test_a_rate_is_that_of_even_steps_however_late_some_are():
-    """All that was to come during a stall comes at its end; what was left out counts."""
+def test_rate_ignores_late_messages_but_not_missing_ones():
     times = [number * 0.01 for number in range(300)]
     for begin in (0.0, 0.4, 1.5, 2.8):
         late = [max(time, begin + 0.2) if time >= begin else time for time in times]

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The types of the package hold."""
+"""Static type check of both packages."""
 
 import os
 from pathlib import Path
@@ -24,14 +24,14 @@ HERE = Path(__file__).resolve().parents[1]
 
 HOME = os.environ.get('TURTLE_BRICK_HOME')
 CACHE = os.path.join(HOME, 'mypy') if HOME else os.devnull
-"""Where mypy keeps what it knows: the next time it takes a few seconds less."""
+"""Cache directory of mypy."""
 
 
 @pytest.mark.linter
 @pytest.mark.mypy
 def test_mypy():
     api = pytest.importorskip('mypy.api', reason='mypy is not installed')
-    report, complaint, status = api.run(
+    report, errors, status = api.run(
         ['--config-file', os.devnull, '--cache-dir', CACHE, '--ignore-missing-imports',
          '--warn-unused-ignores', *(str(HERE / package) for package in PACKAGES)])
-    assert status == 0, report + complaint
+    assert status == 0, report + errors

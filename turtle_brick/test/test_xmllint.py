@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The XML of both packages is well-formed, and as its schema has it."""
+"""XML lint of both packages."""
 
 from pathlib import Path
 import shutil
@@ -27,7 +27,7 @@ INTERFACES = PACKAGE.parent / 'turtle_brick_interfaces'
 @pytest.mark.xmllint
 def test_xmllint():
     main = pytest.importorskip(
-        'ament_xmllint.main', reason='ament_xmllint is not installed, nor is it a wheel').main
+        'ament_xmllint.main', reason='ament_xmllint is not installed').main
     if not shutil.which('xmllint'):
         pytest.skip('xmllint is not installed (libxml2-utils)')
     schema = 'http://download.ros.org/schema/package_format3.xsd'
@@ -35,6 +35,6 @@ def test_xmllint():
         ['xmllint', '--noout', '--schema', schema, str(PACKAGE / 'package.xml')],
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     if 'failed to load' in probe.stdout:
-        pytest.skip(f'the schema of package.xml, {schema}, is out of reach')
+        pytest.skip(f'the schema of package.xml is not available: {schema}')
     assert main(argv=['--extensions', 'xml', 'xacro', '--', str(PACKAGE), str(INTERFACES)]) == 0, \
         'invalid XML'

@@ -13,32 +13,31 @@
 # limitations under the License.
 
 """
-arena: the walls, and a brick that can be placed and dropped.
+arena: simulates the brick, and shows the brick and the walls.
 
 Broadcasts:
-    world -> brick: the brick's center, once per step of the physics, 250 times per second; while
-        the brick rides platform -> brick instead, so that it moves with the platform exactly
+    world -> brick: pose of the brick's center at each physics step (250 Hz);
+        platform -> brick instead while the brick rides, so that it moves with the platform
 
-Publishes:
-    walls (visualization_msgs/MarkerArray, latched): the boundary of the arena
-    brick_marker (visualization_msgs/Marker, latched): the brick in its own frame, with its phase
-        as text and color; once per second and when the phase changes. The page in the browser
-        takes the phase from that text, which rviz2 does not show
-    brick_state (std_msgs/String, latched): hovering, falling, riding, floating or grounded;
-        published at the start and when it changes
+Publishes, latched:
+    walls (visualization_msgs/MarkerArray): walls around the arena
+    brick_marker (visualization_msgs/Marker): the brick, with a color for each state; published
+        every second and when the state changes
+    brick_state (std_msgs/String): hovering, falling, riding, floating or grounded; published at
+        the start and when the state changes
 
 Services:
-    place (turtle_brick_interfaces/Place): let the brick hover at a point of the world (m)
-    drop (std_srvs/Trigger): let a hovering or floating brick fall
+    place (turtle_brick_interfaces/Place): move the brick to a point in the world frame (m)
+    drop (std_srvs/Trigger): release a hovering or floating brick
 
 Subscribes:
-    /tf, /tf_static: the frame platform, whatever robot it belongs to
+    /tf, /tf_static: pose of the frame platform
 
 Parameters, read-only:
     gravity_accel (double, m/s^2): acceleration due to gravity
-    platform_radius, platform_thickness (double, m): the platform that the brick can land on
+    platform_radius, platform_thickness (double, m): dimensions of the platform
     brick_size (double[3], m): size of the brick along its own x, y and z
-    brick_start (double[3], m): where the center of the brick hovers at first, in the world
+    brick_start (double[3], m): initial location of the brick's center in the world frame
     wall_height (double, m): height of the walls
 """
 
@@ -65,11 +64,10 @@ from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
 MARKER_PERIOD = 1.0
-"""Time (s) after which the brick's marker is published again: rviz2 drops for good a marker that
-arrives before its frame is known, as may happen during discovery."""
+"""Time between two brick markers (s). rviz2 discards a marker whose frame is not yet known."""
 
 WALL_THICKNESS = 0.1
-"""Thickness of the walls (m), which stand outside the arena."""
+"""Thickness of the walls (m)."""
 
 WALL_COLOR: Color = (0.55, 0.62, 0.72, 1.0)
 
@@ -80,7 +78,6 @@ BRICK_COLORS: dict[Phase, Color] = {
     Phase.FLOATING: (0.65, 0.35, 0.85, 1.0),
     Phase.GROUNDED: (0.45, 0.30, 0.25, 1.0),
 }
-"""The color tells what the brick does."""
 
 
 class Arena(Node):
@@ -88,44 +85,44 @@ class Arena(Node):
 
     def __init__(self, **node_options: Any) -> None:
         """
-        Let the brick hover at its start.
+        Start with the brick hovering at its configured location.
 
-        :param node_options: passed on to rclpy.node.Node
-        :raises ParameterError: a parameter is missing or inadmissible
+        :param node_options: options for rclpy.node.Node
+        :raises ParameterError: a parameter is missing or invalid
         """
         super().__init__('arena', **node_options)
         parameters = declare_parameters(self, ArenaParameters)
+
         self.world = World.from_parameters(parameters)
         self.phase = self.world.phase
-        """The brick's phase at the last step."""
+        """Phase of the brick that was published last."""
         self.step_clock = StepClock(STEP_NS)
         self.last_run = monotonic()
-        """When the physics ran last, by a clock that nobody sets (s)."""
+        """Time of the last call of on_timer (s), independent of the system clock."""
         self.is_answering = False
-        """Whether the answer to `drop` may still be on its way out."""
+        """Whether the response to `drop` may not have been sent yet."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self)
         self.tf_broadcaster = TransformBroadcaster(self)
 
         self.walls_publisher = self.create_publisher(MarkerArray, 'walls', LATCHED)
-        self.walls_publisher.publish(walls(ARENA_SIZE, parameters.wall_height))
         self.marker_publisher = self.create_publisher(Marker, 'brick_marker', LATCHED)
         self.state_publisher = self.create_publisher(String, 'brick_state', LATCHED)
+        self.walls_publisher.publish(wall_markers(ARENA_SIZE, parameters.wall_height))
         self.publish_marker()
         self.publish_state()
 
         place = self.create_service(Place, 'place', self.on_place)
         drop = self.create_service(Trigger, 'drop', self.on_drop)
-        self.get_logger().info('\n  '.join((
-            'To place the brick and to drop it:',
-            *commands(place.service_name, drop.service_name, parameters.brick_start))))
+        commands = shell_commands(place.service_name, drop.service_name, parameters.brick_start)
+        self.get_logger().info('\n  '.join(('To place the brick and to drop it:', *commands)))
 
         self.create_timer(MARKER_PERIOD, self.publish_marker)
         self.timer = self.create_timer(STEP_NS * SECONDS_PER_NS, self.on_timer)
 
     def on_place(self, request: Place.Request, response: Place.Response) -> Place.Response:
-        """Place the brick, or say why it can't be there."""
+        """Place the brick, or return the reason for a refusal."""
         location = (request.location.x, request.location.y, request.location.z)
         try:
             self.world.brick = location
@@ -137,8 +134,8 @@ class Arena(Node):
         return response
 
     def on_drop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Let the brick fall from the first step after the answer on, or say why it can't."""
-        self.on_timer()  # What is due already shows the brick as it was before.
+        """Release the brick, or return the reason for a refusal."""
+        self.on_timer()  # All steps before this request must show the brick at rest.
         try:
             self.world.release()
         except ValueError as error:
@@ -150,28 +147,23 @@ class Arena(Node):
         return response
 
     def on_timer(self) -> None:
-        """Take every step that is due, and broadcast where the brick was at each of them."""
+        """Take all due steps, broadcast their transforms and publish a change of the state."""
         now = self.get_clock().now().nanoseconds
         if now == 0:
-            return  # Simulated time that has not begun.
-        # A brick that rides is a step ahead: its latest transform is then no older than the
-        # platform's, and a lookup of the latest sees both at one instant.
+            return  # Simulated time has not started.
+        # A riding brick is simulated one step ahead. Its latest transform is then never older than
+        # the platform's, and a lookup of the latest pose uses both at the same time.
         ahead = STEP_NS if self.world.phase is Phase.RIDING else 0
-        instants = self.step_clock.due(now + ahead, due_time(self.timer, now))
-        jump = self.step_clock.jump * SECONDS_PER_NS
-        stood, self.last_run = monotonic() - self.last_run, monotonic()
-        if jump:
-            what = ('The clock was set back by' if jump < 0.0 else
-                    'This node was stopped, or the machine too busy to run it, for'
-                    if stood > jump / 2.0 else 'The clock went ahead by')
-            self.get_logger().warning(f'{what} {abs(jump):.3g} s: the physics goes on from now')
-        if not instants:
+        times = self.step_clock.due(now + ahead, due_time(self.timer, now))
+        self.warn_of_clock_jump()
+        if not times:
             return
-        # By now the answer is out. Where that took long, only the latest step is not before it.
-        begin = instants[-1] if self.is_answering else instants[0]
+        # The response to `drop` has been sent by now. If that took several steps, hold the brick
+        # in all of them but the last.
+        first_moving = times[-1] if self.is_answering else times[0]
         self.is_answering = False
         self.tf_broadcaster.sendTransform(
-            [self.step(instant, is_held=instant < begin) for instant in instants])
+            [self.step(time, is_held=time < first_moving) for time in times])
         if self.world.phase is not self.phase:
             self.phase = self.world.phase
             self.get_logger().info('The brick is {} at ({:.2f}, {:.2f}, {:.2f})'.format(
@@ -179,20 +171,41 @@ class Arena(Node):
             self.publish_marker()
             self.publish_state()
 
-    def step(self, instant: int, is_held: bool) -> TransformStamped:
-        """Take the step that belongs to an instant (ns), or hold; return where the brick is."""
-        pose = recent_pose(self.tf_buffer, PLATFORM, instant)
+    def warn_of_clock_jump(self) -> None:
+        """Log the cause if the step clock has just restarted."""
+        jump = self.step_clock.jump * SECONDS_PER_NS
+        pause, self.last_run = monotonic() - self.last_run, monotonic()
+        if not jump:
+            return
+        if jump < 0.0:
+            cause = 'The clock was set back by'
+        elif pause > jump / 2.0:
+            cause = 'This node was stopped, or the machine too busy to run it, for'
+        else:
+            cause = 'The clock jumped ahead by'
+        self.get_logger().warning(
+            f'{cause} {abs(jump):.3g} s. The physics continues from the current time.')
+
+    def step(self, time: int, is_held: bool) -> TransformStamped:
+        """
+        Take one physics step.
+
+        :param time: timestamp of the step (ns)
+        :param is_held: whether the brick must stay at its place
+        :return: transform of the brick after the step
+        """
+        pose = recent_pose(self.tf_buffer, PLATFORM, time)
         self.world.platform = Platform(pose) if pose else None
         if not is_held:
             self.world.step()
-        stamp = Time(nanoseconds=instant).to_msg()
+        stamp = Time(nanoseconds=time).to_msg()
         if self.world.pose_on_platform is not None:
             return transform_message(PLATFORM, BRICK, self.world.pose_on_platform, stamp)
         return transform_message(
             WORLD, BRICK, Pose(self.world.brick, self.world.orientation), stamp)
 
     def publish_marker(self) -> None:
-        """Show the brick and its phase."""
+        """Publish the marker of the brick."""
         self.marker_publisher.publish(brick_marker(self.phase, self.world.size))
 
     def publish_state(self) -> None:
@@ -201,24 +214,23 @@ class Arena(Node):
 
 
 def brick_marker(phase: Phase, size: Vector) -> Marker:
-    """Return the brick (m) in its own frame, with its phase as text and color."""
-    marker = box(BRICK, 'brick', 0, (0.0, 0.0, 0.0), size, BRICK_COLORS[phase])
-    marker.text = phase.value
+    """Return a marker of the brick (m) in the frame brick, colored by its phase."""
+    marker = box_marker(BRICK, 'brick', 0, (0.0, 0.0, 0.0), size, BRICK_COLORS[phase])
     marker.frame_locked = True
     return marker
 
 
-def commands(place: str, drop: str, brick: Vector) -> tuple[str, str]:
-    """Return what to type to place the brick (m) and to drop it, by the names of the services."""
-    x, y, z = brick
+def shell_commands(place: str, drop: str, location: Vector) -> tuple[str, str]:
+    """Return shell commands that place the brick at a location (m) and drop it."""
+    x, y, z = location
     return (f'ros2 service call {place} turtle_brick_interfaces/srv/Place '
             f'"{{location: {{x: {x:g}, y: {y:g}, z: {z:g}}}}}"',
             f'ros2 service call {drop} std_srvs/srv/Trigger')
 
 
-def box(frame: str, namespace: str, number: int, center: Vector, size: Vector, color: Color
-        ) -> Marker:
-    """Return the marker of a box in a frame (m), without a stamp: it holds at any time."""
+def box_marker(frame: str, namespace: str, number: int, center: Vector, size: Vector,
+               color: Color) -> Marker:
+    """Return the marker of a box (m). Its zero stamp makes it valid at any time."""
     marker = Marker(ns=namespace, id=number, type=Marker.CUBE, action=Marker.ADD)
     marker.header.frame_id = frame
     position = marker.pose.position
@@ -228,20 +240,20 @@ def box(frame: str, namespace: str, number: int, center: Vector, size: Vector, c
     return marker
 
 
-def walls(size: float, height: float) -> MarkerArray:
-    """Return the walls around the square from (0, 0) to (size, size) of the world (m)."""
+def wall_markers(size: float, height: float) -> MarkerArray:
+    """Return walls outside the square from (0, 0) to (size, size) in the world frame (m)."""
     middle, outside = size / 2.0, WALL_THICKNESS / 2.0
     along_x = (size + 2.0 * WALL_THICKNESS, WALL_THICKNESS, height)
     along_y = (WALL_THICKNESS, size, height)
-    places = ((middle, -outside, along_x), (middle, size + outside, along_x),
-              (-outside, middle, along_y), (size + outside, middle, along_y))
+    walls = ((middle, -outside, along_x), (middle, size + outside, along_x),
+             (-outside, middle, along_y), (size + outside, middle, along_y))
     return MarkerArray(markers=[
-        box(WORLD, 'walls', number, (x, y, height / 2.0), scale, WALL_COLOR)
-        for number, (x, y, scale) in enumerate(places)])
+        box_marker(WORLD, 'walls', number, (x, y, height / 2.0), scale, WALL_COLOR)
+        for number, (x, y, scale) in enumerate(walls)])
 
 
 def main(args: list[str] | None = None) -> None:
-    """Run the node until it is interrupted."""
+    """Run the arena until it is interrupted."""
     with init(args):
         spin(Arena())
 

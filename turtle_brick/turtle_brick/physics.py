@@ -13,15 +13,19 @@
 # limitations under the License.
 
 """
-The physics of the arena: a brick that hovers, falls, rides on a platform, slides off and floats.
+The physics of the arena: a brick that falls onto a platform, rides on it and slides off.
 
-A fall is free fall in closed form, z = z0 - g t^2 / 2 of the whole time since the release, not a
-sum of steps; a slide is that of a body on a smooth incline, with the constant acceleration
-g sin(angle) over each step.
+    HOVERING --> FALLING --> RIDING --> FLOATING
+                    |  ^-------------------'
+                    '--> GROUNDED
 
-The brick is a box; its location is its center, and it touches something with its bottom, half its
-height below. It is inclined like the platform at all times, or as the platform was seen last; it
-is flat only where no platform was ever seen.
+Release starts a fall. Placing the brick returns it to HOVERING from any phase.
+
+A fall follows the closed form z = z0 - g t^2 / 2, where t is the time since the release, so that
+no error accumulates. A brick on a tilted platform slides with the acceleration g sin(tilt).
+
+The location of the brick is its center. Its bottom touches the platform or the ground.
+The brick always has the inclination of the platform.
 """
 
 from __future__ import annotations
@@ -35,21 +39,20 @@ from turtle_brick.core.geometry import (distance_to_rectangle, from_yaw, multipl
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 if TYPE_CHECKING:
-    # No more than the names of the numbers: physics reads no configuration.
     from turtle_brick.core.parameters import ArenaParameters
 
 STEP_NS = 4_000_000
-"""Time (ns) of one step in the arena: 250 Hz."""
+"""Duration of one physics step in the arena (ns), which gives 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
-"""How far (m) below a platform's top the brick's bottom may be and still count as above it."""
+"""Greatest depth below the platform's top (m) from which the brick can still land."""
 
-VERTICAL = 1e-9
-"""Upward part of a platform's normal at and below which the platform is tilted by 90 degrees."""
+MIN_NORMAL_Z = 1e-9
+"""Smallest vertical component of the normal of a platform that can still hold the brick."""
 
 
 class Phase(Enum):
-    """What the brick does."""
+    """Phases in the motion of the brick."""
 
     HOVERING = 'hovering'
     FALLING = 'falling'
@@ -62,11 +65,11 @@ class World:
     """
     Keep track of the physics of the world.
 
-    The four arguments alone make a brick that is a point and a platform of no thickness, which is
-    nowhere until it is set: `size`, `thickness` and `platform` say more.
+    By default the brick is a point, and there is no platform. Set `size`, `thickness` and
+    `platform` to change this.
 
-    Like the setter of `brick`, the constructor raises ValueError if the location is not three
-    finite numbers, or so low that the brick's bottom would be under the ground.
+    The constructor and the setter of `brick` raise ValueError if the location is not finite, or if
+    the bottom of the brick would be below the ground.
     """
 
     def __init__(self, brick, gravity, radius, dt):  # noqa: D406,D407,D413,D417
@@ -83,30 +86,33 @@ class World:
         self._gravity = gravity
         self._radius = radius
         self._dt = dt
+
         self.size: Vector = (0.0, 0.0, 0.0)
-        """Length, width and height (m) of the brick; a point unless set."""
+        """Length, width and height of the brick (m)."""
         self.thickness = 0.0
-        """Distance (m) from the platform's frame to its top, where bricks land; 0 unless set."""
+        """Distance from the origin of the platform frame to the top of the platform (m)."""
         self._platform: Platform | None = None
         self._last_platform: Platform | None = None
-        """As it was seen last."""
-        self._release_height = 0.0
-        self._steps_fallen = 0
-        """Steps since the beginning of the fall, which is the step after a release."""
-        self._place: tuple[float, float] = (0.0, 0.0)
-        """Where the brick is on the platform, along its x and y (m)."""
-        self._speed: tuple[float, float] = (0.0, 0.0)
-        """How fast it slides there (m/s)."""
-        self._relative_yaw = 0.0
-        """Heading of the brick relative to the hinge (rad)."""
+        """Latest known platform, which still determines the inclination of the brick."""
+
         self._yaw = 0.0
-        """Heading of the brick in the world (rad)."""
-        self._phase = Phase.HOVERING
+        """Heading of the brick in the world frame (rad)."""
+        self._release_height = 0.0
+        """Height of the brick at its release (m)."""
+        self._steps_fallen = 0
+        """Number of steps since the start of the fall."""
+
+        self._slide_position: tuple[float, float] = (0.0, 0.0)
+        """Position of the riding brick along x and y of the platform (m)."""
+        self._slide_velocity: tuple[float, float] = (0.0, 0.0)
+        """Velocity of the riding brick along x and y of the platform (m/s)."""
+        self._relative_yaw = 0.0
+        """Heading of the riding brick relative to the hinge (rad)."""
         self.brick = brick
 
     @classmethod
     def from_parameters(cls, parameters: ArenaParameters) -> World:
-        """Return the world with these parameters and STEP_NS as its timestep."""
+        """Return a world with the configured brick and platform, and a timestep of STEP_NS."""
         world = cls(parameters.brick_start, parameters.gravity_accel, parameters.platform_radius,
                     STEP_NS * SECONDS_PER_NS)
         world.size = parameters.brick_size
@@ -134,11 +140,9 @@ class World:
         x, y, z = (float(value) for value in location)
         if not (isfinite(x) and isfinite(y) and isfinite(z)):
             raise ValueError(f'the location ({x:g}, {y:g}, {z:g}) is not finite')
-        height = self.size[2]
-        if z < height / 2.0:
-            below = f', {height / 2.0:g} m below its center,' if height else ''
-            raise ValueError(
-                f'at z = {z:g} m the bottom of the brick{below} would be under the ground')
+        if z < self._half_height:
+            raise ValueError(f'z is {z:g} m, but must be at least {self._half_height:g} m so that '
+                             'the bottom of the brick is not below the ground')
         self._brick: Vector = (x, y, z)
         self._phase = Phase.HOVERING
         self._yaw = 0.0
@@ -152,28 +156,24 @@ class World:
             self._fall()
 
     @property
+    def phase(self) -> Phase:
+        """Current phase of the brick."""
+        return self._phase
+
+    @property
     def platform(self) -> Platform | None:
-        """Where the platform is in the world; None if it is not known."""
+        """Current platform, or None if its pose is unknown."""
         return self._platform
 
     @platform.setter
     def platform(self, platform: Platform | None) -> None:
         self._platform = platform
-        self._last_platform = platform or self._last_platform
-
-    @property
-    def phase(self) -> Phase:
-        """Get what the brick does."""
-        return self._phase
+        if platform is not None:
+            self._last_platform = platform
 
     @property
     def orientation(self) -> Quaternion:
-        """
-        Orientation of the brick in the world.
-
-        Its inclination is the platform's at all times; its heading is its own, and turns with the
-        platform while the brick is on it.
-        """
+        """Orientation in the world frame, with the inclination of the platform."""
         platform = self._last_platform
         if platform is None:
             return from_yaw(self._yaw)
@@ -181,21 +181,17 @@ class World:
 
     @property
     def pose_on_platform(self) -> Pose | None:
-        """
-        Pose of the brick in the platform's frame while it rides on a platform in sight, else None.
-
-        It holds also where the platform's own pose is known later or better than here.
-        """
+        """Pose in the platform frame, or None if the brick is not on a known platform."""
         if self._phase is not Phase.RIDING or self._platform is None:
             return None
-        u, v = self._place
-        return Pose((u, v, self._height_on_platform), from_yaw(self._relative_yaw))
+        x, y = self._slide_position
+        return Pose((x, y, self.thickness + self._half_height), from_yaw(self._relative_yaw))
 
     def release(self) -> None:
         """
-        Let the brick go: at the next step, which shows it still at its place, its fall begins.
+        Release the brick. The next step starts the fall, with the brick still at its place.
 
-        :raises ValueError: it is neither hovering nor floating; the text says what it does instead
+        :raises ValueError: the brick is neither hovering nor floating
         """
         if self._phase is Phase.FALLING:
             raise ValueError('the brick is already falling')
@@ -208,68 +204,75 @@ class World:
         self._steps_fallen = -1
 
     def step(self) -> None:
-        """Advance by one timestep: a falling brick drops, one on the platform rides with it."""
+        """Advance the simulation by one timestep."""
         if self._phase is Phase.FALLING:
-            self.drop()
+            self._fall()
         elif self._phase is Phase.RIDING and self._platform is not None:
-            self._ride(self._platform)
+            self._slide(self._platform)
+
+    @property
+    def _half_height(self) -> float:
+        """Distance from the bottom of the brick to its center (m)."""
+        return self.size[2] / 2.0
 
     def _fall(self) -> None:
-        """Fall for one timestep, onto the platform or the ground if they are in the way."""
-        x, y, previous = self._brick
+        """Fall for one timestep, and stop at the platform or the ground."""
+        x, y, previous_z = self._brick
         self._steps_fallen += 1
         time = self._steps_fallen * self._dt
         z = self._release_height - 0.5 * self._gravity * time * time
-        half_height = self.size[2] / 2.0
-        platform = self._platform
-        if platform is not None and platform.is_level:
-            top_x, top_y, top_z = platform.point(0.0, 0.0, self.thickness)
-            rest = top_z + half_height
-            if (previous >= rest - CONTACT_TOLERANCE and z < rest
-                    and hypot(x - top_x, y - top_y) <= self._radius):
-                self._land(platform, (x, y, top_z))
-                return
-        if z <= half_height:
-            z = half_height
+        if self._platform is not None and self._lands_on(self._platform, previous_z, z):
+            self._land(self._platform)
+            return
+        if z <= self._half_height:
+            z = self._half_height
             self._phase = Phase.GROUNDED
         self._brick = (x, y, z)
 
-    def _land(self, platform: Platform, contact: Vector) -> None:
-        """Come to rest on the platform: from here on the place on it is what counts."""
-        self._place = platform.coordinates_of(contact)
-        self._speed = (0.0, 0.0)
+    def _lands_on(self, platform: Platform, previous_z: float, z: float) -> bool:
+        """Return whether the brick reaches the level platform's top between two heights (m)."""
+        if not platform.is_level:
+            return False
+        top_x, top_y, top_z = platform.point(0.0, 0.0, self.thickness)
+        resting_z = top_z + self._half_height
+        distance = hypot(self._brick[0] - top_x, self._brick[1] - top_y)
+        return (previous_z >= resting_z - CONTACT_TOLERANCE and z < resting_z
+                and distance <= self._radius)
+
+    def _land(self, platform: Platform) -> None:
+        """Stop on the platform."""
+        x, y, _ = self._brick
+        top_z = platform.point(0.0, 0.0, self.thickness)[2]
+        self._slide_position = platform.coordinates_of((x, y, top_z))
+        self._slide_velocity = (0.0, 0.0)
         self._relative_yaw = self._yaw - platform.hinge_yaw
         self._phase = Phase.RIDING
-        self._carry(platform)
+        self._follow(platform)
 
-    def _ride(self, platform: Platform) -> None:
-        """Slide along the platform for one timestep and go where it goes."""
-        ex, ey, normal = platform.axes
-        u, v = place = self._place
-        speed_u, speed_v = self._speed
-        # Gravity along the platform's x and y, g sin(angle) in all.
-        pull_u = -self._gravity * ex[2]
-        pull_v = -self._gravity * ey[2]
+    def _slide(self, platform: Platform) -> None:
+        """Slide on the platform for one timestep, and float when the brick has left it."""
+        axis_x, axis_y, normal = platform.axes
+        x, y = before = self._slide_position
+        velocity_x, velocity_y = self._slide_velocity
+        # Components of gravity along the x and y axes of the platform.
+        gravity_x = -self._gravity * axis_x[2]
+        gravity_y = -self._gravity * axis_y[2]
         dt = self._dt
-        self._place = (u + speed_u * dt + 0.5 * pull_u * dt * dt,
-                       v + speed_v * dt + 0.5 * pull_v * dt * dt)
-        self._speed = (speed_u + pull_u * dt, speed_v + pull_v * dt)
-        self._carry(platform)
-        if normal[2] <= VERTICAL or self._place != place and self._is_clear():
+        self._slide_position = (x + velocity_x * dt + 0.5 * gravity_x * dt * dt,
+                                y + velocity_y * dt + 0.5 * gravity_y * dt * dt)
+        self._slide_velocity = (velocity_x + gravity_x * dt, velocity_y + gravity_y * dt)
+        self._follow(platform)
+        has_moved = self._slide_position != before
+        if normal[2] <= MIN_NORMAL_Z or (has_moved and self._is_beside_platform()):
             self._phase = Phase.FLOATING
 
-    def _carry(self, platform: Platform) -> None:
-        """Set the brick's location and heading in the world from its place on the platform."""
-        self._brick = platform.point(*self._place, self._height_on_platform)
+    def _follow(self, platform: Platform) -> None:
+        """Compute the location and heading of a riding brick in the world frame."""
+        self._brick = platform.point(*self._slide_position, self.thickness + self._half_height)
         self._yaw = platform.hinge_yaw + self._relative_yaw
 
-    @property
-    def _height_on_platform(self) -> float:
-        """Height (m) of a riding brick's center in the platform's frame."""
-        return self.thickness + self.size[2] / 2.0
-
-    def _is_clear(self) -> bool:
-        """Tell whether no point of the brick's bottom is within the platform's radius."""
+    def _is_beside_platform(self) -> bool:
+        """Return whether the whole bottom of the brick is outside the platform's radius."""
         length, width, _ = self.size
         return distance_to_rectangle(
-            *self._place, self._relative_yaw, length, width) > self._radius
+            *self._slide_position, self._relative_yaw, length, width) > self._radius

@@ -13,33 +13,34 @@
 # limitations under the License.
 
 """
-turtle_robot: makes turtlesim's turtle a robot with odometry, joints and a goal to drive to.
+turtle_robot: drives turtlesim's turtle as a robot with odometry and joints.
 
-Units and axes are those of REP 103, the frames those of REP 105, with world in the place of map.
+Units and axes follow REP 103. The frames follow REP 105, with world instead of map.
 
-Publishes, each 100 times per second, whether the robot moves or not:
-    cmd_vel (geometry_msgs/Twist): velocity in the robot's own frame (m/s); zero at rest, without
-        a goal and before the first pose of the turtle
-    odom (nav_msgs/Odometry): pose of base_link in odom, twist as commanded; from the first pose on
-    joint_states (sensor_msgs/JointState): stem_joint, wheel_joint, platform_joint: positions (rad)
-        and velocities (rad/s). At rest the stem turns to the direction of a command as soon as
-        that is published, in motion it points along the motion; the wheel turns at forward speed /
-        wheel_radius; stem and platform are in their new positions at once
+Publishes at 100 Hz, moving or at rest:
+    cmd_vel (geometry_msgs/Twist): velocity command in the robot's own frame (m/s); zero at the
+        goal, without a goal and before the first pose of the turtle
+    odom (nav_msgs/Odometry): pose of base_link in odom, and the latest command as the twist;
+        published after the first pose of the turtle
+    joint_states (sensor_msgs/JointState): positions (rad) and velocities (rad/s) of
+        stem_joint: direction of motion, or of the command while the robot is at rest
+        wheel_joint: angle of the wheel, which rolls without slipping
+        platform_joint: angle received on tilt
 
 Broadcasts:
-    odom -> base_link, 100 times per second, equal to the odometry; base_link is on the ground
-    world -> odom, static: the first pose of the turtle, heading included; it never changes
+    odom -> base_link at 100 Hz: same pose as in odom; base_link is on the ground
+    world -> odom, static: first pose of the turtle, including its heading
 
 Subscribes:
-    turtle1/pose (turtlesim/Pose): where the turtle is
-    goal_pose (geometry_msgs/PoseStamped): where to drive, in any frame that TF connects with the
-        world; the robot is omnidirectional and ignores the goal's orientation
+    turtle1/pose (turtlesim/Pose): current pose of the turtle
+    goal_pose (geometry_msgs/PoseStamped): point to drive to, in any frame connected to world;
+        the orientation is ignored because the robot is omnidirectional
     tilt (turtle_brick_interfaces/Tilt): angle of the platform (rad)
-    /tf, /tf_static: from the first goal on in another frame than world, odom and base_link
+    /tf, /tf_static: subscribed when a goal arrives in a frame other than world, odom or base_link
 
 Parameters, read-only:
-    max_velocity (double, m/s): greatest speed of the robot
-    wheel_radius (double, m): radius of the wheel, which rolls without slipping
+    max_velocity (double, m/s): maximum speed of the robot
+    wheel_radius (double, m): radius of the wheel
 """
 
 from math import isfinite
@@ -58,42 +59,41 @@ from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.parameters import RobotParameters
 from turtle_brick.core.time_steps import due_time, NS_PER_SECOND, StepClock
 from turtle_brick.core.turtlesim_kinematics import TurtlePose, within_arena
-from turtle_brick.ros.node_main import init, spin, Warner
+from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.ros.tf import (BASE_LINK, BEST_EFFORT, GuardedListener, LATEST_TIME, ODOM,
-                                 pose_of, set_transform, transform_message, WORLD)
+                                 pose_of, set_transform, transform_message, WARNING_PERIOD, WORLD)
 from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage
 
-FRAME_PATIENCE = 1.0
-"""Time (s) for which a goal waits until its frame is known."""
+FRAME_TIMEOUT = 1.0
+"""Time that a goal waits for the transform of its frame (s)."""
 
 
 class TurtleRobot(Node):
-    """Bridge between turtlesim and the interfaces of a robot."""
+    """Connect turtlesim to the interfaces of a robot."""
 
     def __init__(self, **node_options: Any) -> None:
         """
-        Start at rest, with a level platform.
+        Start at rest with a level platform.
 
-        :param node_options: passed on to rclpy.node.Node
-        :raises ParameterError: a parameter is missing or inadmissible
+        :param node_options: options for rclpy.node.Node
+        :raises ParameterError: a parameter is missing or invalid
         """
         super().__init__('turtle_robot', **node_options)
         parameters = declare_parameters(self, RobotParameters)
         self.driver = Driver(parameters.max_velocity)
         self.odometer = Odometer(parameters.wheel_radius)
         self.tilt_angle = 0.0
-        self.warner = Warner(self)
-        self.pending: tuple[str, Vector, float] | None = None
-        """A goal whose frame is not known yet: frame, point (m), and until when (s) it waits."""
+        self.pending_goal: tuple[str, Vector, float] | None = None
+        """Goal that waits for its frame: name of the frame, point (m), and deadline (s)."""
 
         self.tf_buffer = Buffer()
         self.tf_listener: GuardedListener | None = None
         self.tf_broadcaster = TransformBroadcaster(self)
         self.static_broadcaster = StaticTransformBroadcaster(self)
 
-        # Made once: made anew in each cycle they take 15 % more of this node's processor time.
+        # Reusing the messages saves 15 % of this node's processor time.
         self.twist = Twist()
         self.joints = JointState(name=['stem_joint', 'wheel_joint', 'platform_joint'])
         self.transform = transform_message(ODOM, BASE_LINK)
@@ -107,101 +107,108 @@ class TurtleRobot(Node):
         self.create_subscription(PoseStamped, 'goal_pose', self.on_goal, 10)
         self.create_subscription(Tilt, 'tilt', self.on_tilt, 10)
 
-        # turtlesim ticks by the wall clock, whatever /clock says, so what steers it does too.
-        # Missed cycles are made up for: turtlesim's queue is then full and predictable again.
+        # turtlesim ignores simulated time, so this timer does too. Missed cycles are repeated,
+        # because turtlesim's queue is predictable only when it is full.
         self.cycles = StepClock(round(COMMAND_PERIOD * NS_PER_SECOND))
         self.timer = self.create_timer(
             COMMAND_PERIOD, self.on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def on_pose(self, message: TurtlePoseMessage) -> None:
-        """Note where the turtle is; the first pose places the odom frame."""
+        """Update the pose of the turtle. The first pose defines the odom frame."""
         pose = TurtlePose(message.x, message.y, message.theta,
                           message.linear_velocity, message.angular_velocity)
-        place = (pose.x, pose.y)
-        if not all(map(isfinite, pose)) or place != within_arena(*place):
-            self.warner.warn(
-                'pose', f'Ignored a pose that no turtle has: ({pose.x:g}, {pose.y:g}), heading '
-                f'{pose.theta:g} rad, at {pose.linear_velocity:g} m/s')
+        position = (pose.x, pose.y)
+        if not all(map(isfinite, pose)) or position != within_arena(*position):
+            self.get_logger().warning(
+                f'Ignored a pose that is invalid or outside the arena: ({pose.x:g}, {pose.y:g}), '
+                f'heading {pose.theta:g} rad, speed {pose.linear_velocity:g} m/s',
+                throttle_duration_sec=WARNING_PERIOD)
             return
         now = monotonic()
         self.driver.observe(now, pose)
-        first = self.odometer.origin is None
+        is_first = self.odometer.origin is None
         self.odometer.observe(now, pose)
-        if first:
+        if is_first:
             origin = Pose2D(pose.x, pose.y, pose.theta)
             self.static_broadcaster.sendTransform(transform_message(
                 WORLD, ODOM, upright(origin), self.get_clock().now().to_msg()))
-            self.get_logger().info(f'The turtle is at ({pose.x:.3f}, {pose.y:.3f}), '
-                                   f'heading {pose.theta:.3f} rad: this is where odom is')
+            self.get_logger().info(
+                f'The turtle starts at ({pose.x:.3f}, {pose.y:.3f}), heading {pose.theta:.3f} '
+                'rad. This pose defines odom.')
 
     def on_goal(self, message: PoseStamped) -> None:
-        """Drive to a goal, once its frame is known; ignore one that is not finite."""
+        """Drive to a goal, or wait for the transform of its frame."""
         position = message.pose.position
         point = (position.x, position.y, position.z)
         if not all(isfinite(value) for value in point):
-            self.warner.warn(
-                'finite', 'Ignored the goal ({:g}, {:g}, {:g}): it is not finite'.format(*point))
+            self.get_logger().warning(
+                'Ignored the goal ({:g}, {:g}, {:g}), because it is not finite'.format(*point),
+                throttle_duration_sec=WARNING_PERIOD)
             return
         frame = message.header.frame_id
         if not frame:
             frame = WORLD
-            self.get_logger().info(f'A goal without a frame_id is taken to be in "{WORLD}"')
-        known = self.pose_of_frame(frame)
-        if known is not None:
-            self.pending = None
-            self.drive_to(known, point)
+            self.get_logger().info(f'The goal has no frame_id. Using "{WORLD}".')
+        frame_pose = self.pose_of_frame(frame)
+        if frame_pose is not None:
+            self.pending_goal = None
+            self.drive_to(frame_pose, point)
             return
         if self.tf_listener is None:
-            # Not from the start: hearing all transforms adds 70 % to this node's processor time.
+            # Listening from the start would add 70 % to this node's processor time.
             self.tf_listener = GuardedListener(self.tf_buffer, self)
-        self.pending = (frame, point, monotonic() + FRAME_PATIENCE)
-        self.try_pending_goal(*self.pending)
+        self.pending_goal = (frame, point, monotonic() + FRAME_TIMEOUT)
+        self.try_pending_goal(*self.pending_goal)
 
-    def try_pending_goal(self, name: str, point: Vector, deadline: float) -> None:
-        """Drive to the goal that waits for its frame; after the deadline (s) give it up."""
+    def try_pending_goal(self, frame: str, point: Vector, deadline: float) -> None:
+        """Drive to the pending goal if its frame is known. Discard it after the deadline (s)."""
         try:
-            transform = self.tf_buffer.lookup_transform(WORLD, name, LATEST_TIME).transform
+            transform = self.tf_buffer.lookup_transform(WORLD, frame, LATEST_TIME).transform
         except TransformException as error:
             if monotonic() > deadline:
-                self.pending = None
-                self.warner.warn(
-                    'frame', f'Ignored a goal in the frame "{name[:40]}": {str(error)[:200]}')
+                self.pending_goal = None
+                self.get_logger().warning(
+                    f'Ignored a goal in the frame "{frame[:40]}": {str(error)[:200]}',
+                    throttle_duration_sec=WARNING_PERIOD)
             return
-        self.pending = None
+        self.pending_goal = None
         self.drive_to(pose_of(transform), point)
 
     def drive_to(self, frame: Pose, point: Vector) -> None:
-        """Drive to a point (m) of a frame whose pose in the world is given."""
+        """Drive to a point (m) in a frame with the given pose in the world frame."""
         goal = frame.transform(point)[:2]
         if not all(map(isfinite, goal)):
-            self.warner.warn(
-                'far', 'Ignored the goal ({:g}, {:g}, {:g}): it is too far away'.format(*point))
+            self.get_logger().warning(
+                'Ignored the goal ({:g}, {:g}, {:g}), because it is too far away'.format(*point),
+                throttle_duration_sec=WARNING_PERIOD)
             return
         x, y = within_arena(*goal)
         if (x, y) != goal:
-            self.warner.warn(
-                'outside', f'The goal ({goal[0]:.4g}, {goal[1]:.4g}) is outside the arena: '
-                f'driving to ({x:.3f}, {y:.3f})')
+            self.get_logger().warning(
+                f'The goal ({goal[0]:.4g}, {goal[1]:.4g}) is outside the arena. '
+                f'Driving to ({x:.3f}, {y:.3f}) instead.', throttle_duration_sec=WARNING_PERIOD)
         self.get_logger().debug(f'Driving to ({x:.3f}, {y:.3f})')
         self.driver.drive_to(x, y)
 
     def on_tilt(self, message: Tilt) -> None:
-        """Set the platform's angle, if it is finite."""
+        """Set the angle of the platform."""
         if not isfinite(message.angle):
-            self.warner.warn('tilt', f'Ignored a tilt of {message.angle} rad')
+            self.get_logger().warning(
+                f'Ignored the tilt {message.angle} rad, because it is not finite',
+                throttle_duration_sec=WARNING_PERIOD)
             return
         self.tilt_angle = message.angle
 
     def on_timer(self) -> None:
-        """Go through every cycle that is due."""
-        if self.pending is not None:
-            self.try_pending_goal(*self.pending)
+        """Execute all due cycles."""
+        if self.pending_goal is not None:
+            self.try_pending_goal(*self.pending_goal)
         now = monotonic_ns()
         for _ in self.cycles.due(now, due_time(self.timer, now)):
             self.cycle()
 
     def cycle(self) -> None:
-        """Publish a command, the joints' positions and where the robot is."""
+        """Publish the command, the joint states and the odometry."""
         stamp = self.get_clock().now().to_msg()
         velocity = self.driver.command(monotonic())
         self.twist.linear.x, self.twist.linear.y = velocity
@@ -228,7 +235,7 @@ class TurtleRobot(Node):
         self.odom_publisher.publish(self.odometry)
 
     def pose_of_frame(self, name: str) -> Pose | None:
-        """Return the pose of one of the robot's own frames in the world, None of another."""
+        """Return the pose of world, odom or base_link, or None for other or unknown frames."""
         origin, pose = self.odometer.origin, self.odometer.pose
         if name == WORLD:
             return upright(Pose2D(0.0, 0.0, 0.0))
@@ -238,12 +245,12 @@ class TurtleRobot(Node):
 
 
 def upright(pose: Pose2D) -> Pose:
-    """Return a pose in the plane as a pose in space."""
+    """Return the three-dimensional pose of a pose in the plane."""
     return Pose((pose.x, pose.y, 0.0), from_yaw(pose.yaw))
 
 
 def main(args: list[str] | None = None) -> None:
-    """Run the node until it is interrupted."""
+    """Run turtle_robot until it is interrupted."""
     with init(args):
         spin(TurtleRobot())
 

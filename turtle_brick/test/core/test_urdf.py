@@ -22,7 +22,7 @@ from laws import law
 import numpy as np
 import pytest
 from test_parameters import DEFAULTS, written
-from turtle_brick.core.dimensions import least_height
+from turtle_brick.core.parameters import least_height
 from turtle_brick.core.parameters import default_path, load, PARAMETER_RULES, ParameterError
 from turtle_referee.rules.robot_model import RobotModel
 import xacro

@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-The launch files: each pair in Python and XML does the same, and what they launch works and ends.
+Tests of the launch files: the Python and XML files are equivalent, and the arena works.
 
-Both twins are loaded by launch, and every argument, command line, parameter, environment and
-condition in them is evaluated. One file is run.
+The tests evaluate every argument, command line, parameter, variable and condition in both files of
+a pair. One test runs the complete arena.
 """
 
 from pathlib import Path
@@ -25,8 +25,7 @@ import sys
 
 from geometry_msgs.msg import Point, Twist
 from launch import LaunchContext
-from launch.actions import (DeclareLaunchArgument, IncludeLaunchDescription, LogInfo,
-                            SetLaunchConfiguration)
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, LogInfo
 from launch.launch_description_sources import AnyLaunchDescriptionSource
 from launch.utilities import normalize_to_list_of_substitutions, perform_substitutions
 from launch_ros.actions import Node
@@ -40,79 +39,80 @@ import yaml
 SHARE = default_path().parents[1]
 NAMES = ('show_turtle', 'run_turtle', 'turtle_arena')
 
-#: What the displays of rviz listen to, with the QoS of the publishers.
 TOPICS = {
     'robot_description': ('RobotModel', 'Transient Local'),
     'walls': ('MarkerArray', 'Transient Local'),
     'brick_marker': ('Marker', 'Transient Local'),
     'catcher_marker': ('Marker', 'Volatile'),
 }
+"""Display type and durability of each topic in the rviz configurations."""
 
 
-def evaluated(name, language, only_arguments=False, **given):
-    """
-    Load a launch file and evaluate everything, or its arguments only, for values of theirs.
+class LoadedLaunchFile:
+    """A launch file that is loaded with values for its arguments."""
 
-    :return: Arguments, nodes, messages and included files, in order: a tuple for each that begins
-        with 'arg', 'node', 'log' or 'include'.
-    """
-    context = LaunchContext()
-    context.launch_configurations.update(given)
+    def __init__(self, name, language, **given):
+        self.context = LaunchContext()
+        self.context.launch_configurations.update(given)
+        path = SHARE / 'launch' / f'{name}.launch.{language}'
+        include = IncludeLaunchDescription(AnyLaunchDescriptionSource(str(path)))
+        include.execute(self.context)  # This defines the directory of the launch file.
+        source = include.launch_description_source
+        self.actions = source.get_launch_description(self.context).entities
+        self.arguments = {}
+        """Default value, description, choices and current value of each argument."""
+        for action in self.actions:
+            if isinstance(action, DeclareLaunchArgument):
+                action.execute(self.context)
+                self.arguments[action.name] = (
+                    self.value(action.default_value), action.description, action.choices,
+                    self.context.launch_configurations[action.name])
 
-    def value(substitutions):
-        return perform_substitutions(context, normalize_to_list_of_substitutions(substitutions))
+    def value(self, substitutions):
+        """Evaluate substitutions."""
+        return perform_substitutions(
+            self.context, normalize_to_list_of_substitutions(substitutions))
 
-    actions = []
-    path = SHARE / 'launch' / f'{name}.launch.{language}'
-    file = IncludeLaunchDescription(AnyLaunchDescriptionSource(str(path)))
-    file.execute(context)  # from here on, launch knows the folder
-    for action in file.launch_description_source.get_launch_description(context).entities:
-        condition = action.condition is None or action.condition.evaluate(context)
-        if isinstance(action, SetLaunchConfiguration):
-            if condition:
-                action.execute(context)
-        elif isinstance(action, DeclareLaunchArgument):
-            action.execute(context)
-            actions.append(('arg', action.name, value(action.default_value), action.description,
-                            action.choices, context.launch_configurations[action.name]))
-        elif only_arguments:
-            pass
-        elif isinstance(action, Node):
-            action._perform_substitutions(context)
-            if hasattr(action, 'expanded_node_namespace'):  # which it tells when it executes
-                context.extend_locals({'ros_specific_arguments': {
-                    'ns': f'__ns:={action.expanded_node_namespace}'}})
-            # The first part finds the executable, of a package that need not be here.
-            words = [value(part) for part in action.cmd[1:]]
-            parameters = {}
-            while '--params-file' in words:
-                place = words.index('--params-file')
-                _, file = words[place:place + 2]
-                del words[place:place + 2]
-                for node, section in yaml.safe_load(Path(file).read_text('utf-8')).items():
-                    parameters.setdefault(node, {}).update(section['ros__parameters'])
-            environment = action.additional_env or {}
-            actions.append((
-                'node', value(action.node_package), value(action.node_executable), words,
-                parameters,
-                [(value(key), value(entry)) for key, entry in
-                 getattr(environment, 'items', lambda: environment)()],
-                condition))
-        elif isinstance(action, LogInfo):
-            actions.append(('log', value(action.msg), condition))
-        else:
-            action.launch_description_source.get_launch_description(context)
-            location = Path(action.launch_description_source.location)
-            assert location.suffix == f'.{language}'
-            actions.append((
-                'include', location.name.partition('.')[0],
-                {value(key): value(entry) for key, entry in action.launch_arguments}))
-    return actions
+    def holds(self, action):
+        """Evaluate the condition of an action."""
+        return action.condition is None or action.condition.evaluate(self.context)
 
+    def nodes(self):
+        """Return command line, parameters, environment and condition of each executable."""
+        return {self.value(action.node_executable): self.node(action)
+                for action in self.actions if isinstance(action, Node)}
 
-def arguments(name, language='py', **given):
-    """Return a launch file's arguments by name: default, description, choices and value."""
-    return {found: rest for _, found, *rest in evaluated(name, language, True, **given)}
+    def node(self, action):
+        """Evaluate a node action."""
+        # The first word is the path of the executable, whose package may not be installed.
+        words = [self.value(part) for part in action.cmd[1:]]
+        parameters = {}
+        while '--params-file' in words:
+            index = words.index('--params-file')
+            _, file = words[index:index + 2]
+            del words[index:index + 2]
+            for node, section in yaml.safe_load(Path(file).read_text('utf-8')).items():
+                parameters.setdefault(node, {}).update(section['ros__parameters'])
+        environment = action.additional_env or []
+        pairs = environment.items() if isinstance(environment, dict) else environment
+        variables = [(self.value(key), self.value(entry)) for key, entry in pairs]
+        return words, parameters, variables, self.holds(action)
+
+    def messages(self):
+        """Return text and condition of each log message."""
+        return [(self.value(action.msg), self.holds(action))
+                for action in self.actions if isinstance(action, LogInfo)]
+
+    def includes(self):
+        """Return name and passed arguments of each included launch file."""
+        found = []
+        for action in self.actions:
+            if isinstance(action, IncludeLaunchDescription):
+                action.launch_description_source.get_launch_description(self.context)
+                location = Path(action.launch_description_source.location)
+                found.append((location.name, {
+                    self.value(key): self.value(entry) for key, entry in action.launch_arguments}))
+        return found
 
 
 @pytest.fixture(autouse=True)

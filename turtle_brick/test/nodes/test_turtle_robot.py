@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""turtle_robot: its rates with turtlesim; frames, goals and what it must refuse."""
+"""turtle_robot: rates with turtlesim, frames, goals and invalid messages."""
 
 from itertools import cycle
 from math import cos, dist, inf, nan, sin
@@ -33,7 +33,7 @@ from turtlesim.msg import Pose as TurtlePoseMessage
 
 
 def goal_at(x, y, frame='world'):
-    """Return a goal."""
+    """Return a goal_pose message."""
     goal = PoseStamped()
     goal.header.frame_id = frame
     goal.pose.position.x, goal.pose.position.y = x, y
@@ -42,14 +42,14 @@ def goal_at(x, y, frame='world'):
 
 @pytest.fixture
 def live(domain_id):
-    """Bring up a graph."""
+    """Create a graph."""
     with graph(domain_id, namespace='left') as live:
         yield live
 
 
 @pytest.fixture
 def robot(live):
-    """Bring up a robot that has seen its turtle at (3, 4), and then at (8, 2)."""
+    """Create a robot that received the poses (3, 4) and (8, 2)."""
     robot = live.add_robot()
     robot.on_pose(TurtlePoseMessage(x=3.0, y=4.0, theta=1.0))
     robot.on_pose(TurtlePoseMessage(x=8.0, y=2.0, theta=-2.0))
@@ -58,15 +58,15 @@ def robot(live):
 
 @pytest.fixture
 def warned(capfd):
-    """Return a function that tells what was warned of since, from standard error."""
+    """Return a function that returns the new warnings on standard error."""
     return lambda: [line for line in capfd.readouterr().err.splitlines() if '[WARN]' in line]
 
 
-def test_each_output_comes_at_100_hz_idle_and_driving(live):
+def test_all_outputs_have_100_hz_at_rest_and_in_motion(live):
     """
-    Within 1 %, by when it is published, from one publisher; where odom is, is said once.
+    Each output has one publisher and a rate of 100 Hz within 1 %.
 
-    At the same instants the odometry equals the transform, and its twist is the command.
+    The odometry equals the transform with the same stamp, and its twist is the command.
     """
     live.add_turtlesim()
     live.add_robot()
@@ -93,7 +93,7 @@ def test_each_output_comes_at_100_hz_idle_and_driving(live):
     assert joints.last.position[2] == -7.0
     transforms = {(transform.header.stamp.sec, transform.header.stamp.nanosec): transform
                   for transform in base_link.messages}
-    for message in odometry.messages[10:90]:  # those at the ends may have come alone
+    for message in odometry.messages[10:90]:  # The other topic may lack the first and last ones.
         transform = transforms[message.header.stamp.sec, message.header.stamp.nanosec]
         assert (message.header.frame_id, message.child_frame_id) == ('odom', 'base_link') == (
             transform.header.frame_id, transform.child_frame_id)
@@ -104,19 +104,18 @@ def test_each_output_comes_at_100_hz_idle_and_driving(live):
     assert all(command in twists for command in commands.messages[10:90])
     goals.publish(goal_at(4.0, 3.0))
     live.wait_for(lambda: dist((poses.last.x, poses.last.y), (4.0, 3.0)) < 0.005
-                  and commands.messages[-20:] == 20 * [Twist()], TIMEOUT, 'it arrives')
+                  and commands.messages[-20:] == 20 * [Twist()], TIMEOUT, 'the robot arrives')
 
 
-def test_odom_is_the_first_pose_heading_included(live, robot):
-    """World to odom is latched, and outlives teleports, which roll no wheel."""
+def test_odom_is_the_first_pose_including_its_heading(live, robot):
+    """The transform is latched and does not change. A teleport does not roll the wheel."""
     statics = live.record_transforms('odom', '/tf_static', LATCHED)
-    live.wait_for(lambda: statics.messages, TIMEOUT, 'a late joiner gets world -> odom')
+    live.wait_for(lambda: statics.messages, TIMEOUT, 'world -> odom for a late joiner')
     (transform,) = statics.messages
     assert transform.header.frame_id == 'world'
     place, turn = transform.transform.translation, transform.transform.rotation
     assert (place.x, place.y, place.z) == pytest.approx((3.0, 4.0, 0.0))
     assert (turn.x, turn.y, turn.z, turn.w) == pytest.approx(from_yaw(1.0))
-    # In odom the turtle is where a look from there would find it.
     odometry = record_published(robot.odom_publisher)
     robot.cycle()
     place, turn = odometry[-1].pose.pose.position, odometry[-1].pose.pose.orientation
@@ -126,64 +125,65 @@ def test_odom_is_the_first_pose_heading_included(live, robot):
     assert robot.odometer.wheel_angle == 0.0
 
 
-def test_goals_in_frames_of_its_own_and_of_others(live, robot, monkeypatch):
-    """TF is listened to from the first goal on that needs it, and a frame may come after it."""
+def test_goals_in_known_and_later_frames(live, robot, monkeypatch):
+    """The robot subscribes to TF when a goal requires it, and waits for the frame."""
     def goes_to(x, y):
         live.wait_for(lambda: robot.driver.goal == pytest.approx((x, y)), TIMEOUT, f'{x}, {y}')
-        assert robot.pending is None
+        assert robot.pending_goal is None
 
     robot.on_goal(goal_at(1.0, -1.0, 'odom'))
     goes_to(3.0 + cos(1.0) + sin(1.0), 4.0 + sin(1.0) - cos(1.0))
     robot.on_goal(goal_at(1.0, 0.5, 'base_link'))
     goes_to(8.0 + cos(2.0) + 0.5 * sin(2.0), 2.0 - sin(2.0) + 0.5 * cos(2.0))
-    robot.on_goal(goal_at(7.0, 6.0, ''))  # As `ros2 topic pub --once goal_pose` sends it.
+    robot.on_goal(goal_at(7.0, 6.0, ''))  # `ros2 topic pub` sends an empty frame_id.
     goes_to(7.0, 6.0)
     assert robot.tf_listener is None
-    monkeypatch.setattr(turtle_robot, 'FRAME_PATIENCE', TIMEOUT)
+    monkeypatch.setattr(turtle_robot, 'FRAME_TIMEOUT', TIMEOUT)
     broadcaster = StaticTransformBroadcaster(live.listener)
     broadcaster.sendTransform(transform_message(
         'odom', 'beside', Pose((0.0, 1.0, 0.0), from_yaw(-1.0))))
     robot.on_goal(goal_at(0.5, 1.0, 'beside'))
     goes_to(3.0 - sin(1.0) + 0.5, 4.0 + cos(1.0) + 1.0)
     robot.on_goal(goal_at(0.5, 0.5, 'elsewhere'))
-    robot.on_goal(goal_at(nan, 0.5))  # changes nothing
+    robot.on_goal(goal_at(nan, 0.5))  # This goal is ignored.
     broadcaster.sendTransform(transform_message(
         'world', 'elsewhere', Pose((2.0, 3.0, 0.0), from_yaw(0.0))))
     goes_to(2.5, 3.5)
     robot.on_goal(goal_at(0.5, 0.5, 'nowhere'))
-    assert robot.pending is not None
-    robot.on_goal(goal_at(3.0, 3.0))  # takes its place
+    assert robot.pending_goal is not None
+    robot.on_goal(goal_at(3.0, 3.0))  # This goal replaces the pending one.
     goes_to(3.0, 3.0)
 
 
-def test_what_makes_no_sense_is_refused(robot, warned, monkeypatch):
-    """With one warning that names it, and nothing changes; a goal makes sense up to the wall."""
+def test_invalid_messages_are_ignored_with_a_warning(live, warned, monkeypatch):
+    """Goal, tilt and pose do not change. A goal outside the arena is moved to its edge."""
+    robot = live.add_robot()
+    robot.on_pose(TurtlePoseMessage(x=8.0, y=2.0))
     robot.on_tilt(Tilt(angle=0.5))
     robot.on_goal(goal_at(5.0, 5.0))
     warned()
-    for refused, message, words in (
-            (robot.on_goal, goal_at(nan, 1.0), '(nan, 1, 0): it is not finite'),
-            (robot.on_goal, goal_at(1.0, inf), '(1, inf, 0): it is not finite'),
-            (robot.on_tilt, Tilt(angle=nan), 'a tilt of nan'),
-            (robot.on_tilt, Tilt(angle=-inf), 'a tilt of -inf'),
-            (robot.on_pose, TurtlePoseMessage(x=1e30, y=5.0), 'that no turtle has'),
-            (robot.on_pose, TurtlePoseMessage(x=-3.0, y=5.0), 'that no turtle has'),
-            (robot.on_pose, TurtlePoseMessage(x=nan, y=5.0), 'that no turtle has'),
-            (robot.on_pose, TurtlePoseMessage(linear_velocity=inf), 'that no turtle has')):
-        refused(message)
-        (warning,) = warned()
-        assert words in warning
+    for callback, messages, words in (
+            ('on_goal', (goal_at(nan, 1.0), goal_at(1.0, inf)), ('(nan, 1, 0)', '(1, inf, 0)')),
+            ('on_tilt', (Tilt(angle=nan), Tilt(angle=-inf)), ('tilt nan', 'tilt -inf')),
+            ('on_pose', (TurtlePoseMessage(x=1e30, y=5.0), TurtlePoseMessage(x=-3.0, y=5.0),
+                         TurtlePoseMessage(x=nan, y=5.0), TurtlePoseMessage(linear_velocity=inf)),
+             ('(1e+30, 5)', '(-3, 5)', '(nan, 5)', 'speed inf'))):
+        for message, word in zip(messages, words):
+            robot.get_logger().contexts.clear()  # Do not throttle the next warning.
+            getattr(robot, callback)(message)
+            (warning,) = warned()
+            assert 'Ignored' in warning and word in warning
     robot.drive_to(Pose((1e308, 1e308, 0.0), from_yaw(0.8)), (1.7e308, 1.7e308, 0.0))
     (warning,) = warned()
     assert 'too far' in warning and len(warning) < 300
     robot.on_goal(goal_at(1.0, 1.0, 'nowhere'))
     assert warned() == []
-    deadline = turtle_robot.monotonic() + turtle_robot.FRAME_PATIENCE
+    deadline = turtle_robot.monotonic() + turtle_robot.FRAME_TIMEOUT
     monkeypatch.setattr(turtle_robot, 'monotonic', lambda: deadline)
-    robot.try_pending_goal(*robot.pending)
+    robot.try_pending_goal(*robot.pending_goal)
     (warning,) = warned()
     assert 'Ignored a goal in the frame "nowhere"' in warning
-    assert (robot.pending, robot.driver.goal, robot.tilt_angle) == (None, (5.0, 5.0), 0.5)
+    assert (robot.pending_goal, robot.driver.goal, robot.tilt_angle) == (None, (5.0, 5.0), 0.5)
     assert (robot.driver.pose.x, robot.driver.pose.y) == (8.0, 2.0)
     robot.on_goal(goal_at(14.0, 6.0))
     (warning,) = warned()
@@ -191,10 +191,11 @@ def test_what_makes_no_sense_is_refused(robot, warned, monkeypatch):
     assert robot.driver.goal == (ARENA_SIZE, 6.0)
 
 
-def test_without_a_turtle_nothing_is_to_move(live):
+def test_robot_stands_still_without_a_turtle(live):
     robot = live.add_robot()
-    commands, odometry = record_published(robot.cmd_vel_publisher), record_published(robot.odom_publisher)
+    commands = record_published(robot.cmd_vel_publisher)
+    odometry = record_published(robot.odom_publisher)
     robot.on_goal(goal_at(1.0, 1.0))
     robot.on_goal(goal_at(1.0, 1.0, 'base_link'))
     robot.cycle()
-    assert robot.pending and commands == [Twist()] and not odometry
+    assert robot.pending_goal and commands == [Twist()] and not odometry

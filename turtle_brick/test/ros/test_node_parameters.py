@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The parameters of every node, as they arrive and as they are declared."""
+"""Declaration of the parameters of each node."""
 
 from collections.abc import Iterator
 from dataclasses import asdict, fields, replace
@@ -38,7 +38,7 @@ DEFAULTS = {name: list(value) if isinstance(value, tuple) else value
 
 @pytest.fixture(scope='module')
 def context() -> Iterator[Context]:
-    """Return a ROS context of these tests' own."""
+    """Return a ROS context in an unused domain."""
     context = Context()
     with reserved_domain() as domain:
         rclpy.init(args=[], context=context, domain_id=domain)
@@ -47,24 +47,25 @@ def context() -> Iterator[Context]:
 
 
 def overrides(values: dict) -> list[Parameter]:
-    """Return values as a node is given them."""
+    """Return values as parameter overrides of a node."""
     return [Parameter(name, value=value) for name, value in values.items()]
 
 
-def declare(context: Context, used: type[AnyParameterSet], **values: object) -> AnyParameterSet:
-    """Make a node to which these parameters are given, and let it declare those that it uses."""
+def declare(context: Context, parameter_set: type[AnyParameterSet],
+            **values: object) -> AnyParameterSet:
+    """Create a node with parameter overrides, and declare a parameter set."""
     node = Node('probe', context=context, parameter_overrides=overrides(values),
                 start_parameter_services=False, enable_rosout=False)
     try:
-        return declare_parameters(node, used)
+        return declare_parameters(node, parameter_set)
     finally:
         node.destroy_node()
 
 
-@pytest.mark.parametrize('node_type, used', [
+@pytest.mark.parametrize('node_type, parameter_set', [
     (TurtleRobot, RobotParameters), (Arena, ArenaParameters), (CatcherNode, CatcherParameters)])
-def test_a_node_needs_its_own_parameters_and_no_others(context, node_type, used):
-    own = {entry.name: DEFAULTS[entry.name] for entry in fields(used)}
+def test_each_node_requires_only_its_own_parameters(context, node_type, parameter_set):
+    own = {entry.name: DEFAULTS[entry.name] for entry in fields(parameter_set)}
     node = node_type(context=context, parameter_overrides=overrides(own))
     declared = {name for name in PARAMETER_RULES if node.has_parameter(name)}
     assert declared == set(own)
@@ -72,11 +73,10 @@ def test_a_node_needs_its_own_parameters_and_no_others(context, node_type, used)
     for name in own:
         given = {other: value for other, value in own.items() if other != name}
         with pytest.raises(MissingParameterError, match=f'^missing parameters: {name}; add --ros'):
-            declare(context, used, **given)
+            declare(context, parameter_set, **given)
 
 
-def test_values_arrive_and_are_described_and_read_only(context):
-    # Integers are as good as floats.
+def test_parameters_have_values_descriptions_and_are_read_only(context):
     given = {**DEFAULTS, 'max_velocity': 3, 'brick_start': [7, 6, 5]}
     node = Node('probe', context=context, parameter_overrides=overrides(given))
     assert declare_parameters(node, Parameters) == replace(
@@ -84,27 +84,13 @@ def test_values_arrive_and_are_described_and_read_only(context):
     for name, rule in PARAMETER_RULES.items():
         descriptor, held = node.describe_parameter(name), node.get_parameter(name)
         assert descriptor.description == rule.description
-        assert descriptor.additional_constraints == f'{name} must be {rule.expectation()}'
+        assert descriptor.additional_constraints == f'{name} must be {rule.allowed_values()}'
         (result,) = node.set_parameters([held])
         assert not result.successful and 'read-only' in result.reason
     node.destroy_node()
 
 
-@pytest.mark.parametrize('text, given, sentence', [
-    ('wheel_radius: -1', {'wheel_radius': -1}, '{path}: wheel_radius is -1, but must be a number '
-     'from 0.01 to 10 m'),
-    # What is wrong is not in the file.
-    ('# none', {'wheel_radius': -1}, 'wheel_radius is -1, but must be a number from 0.01 to 10 m'),
-    ('# none', {}, '{path}: missing parameters: wheel_radius'),
-    ('wheel_radios: 0.2', {}, '{path}: unknown wheel_radios, did you mean wheel_radius?'),
-])
-def test_a_fault_names_the_parameter_file_that_has_it(
-        context, tmp_path, monkeypatch, text, given, sentence):
-    path = tmp_path / 'turtle.yaml'
-    path.write_text(default_path().read_text().replace('wheel_radius: 0.2', text))
-    monkeypatch.setattr('sys.argv', [
-        'turtle_robot', '--ros-args', '--params-file', str(default_path()),
-        '--params-file', str(path), '-p', 'x:=1'])
+def test_invalid_value_is_reported_with_the_valid_range(context):
     with pytest.raises(ParameterError) as caught:
-        declare(context, RobotParameters, max_velocity=3.0, **given)
-    assert str(caught.value) == sentence.format(path=path)
+        declare(context, RobotParameters, max_velocity=3.0, wheel_radius=-1)
+    assert str(caught.value) == 'wheel_radius is -1, but must be a number from 0.01 to 10 m'

@@ -11,4 +11,4 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The exercise, pure: no ROS, no clock; the names of the modules say what each knows."""
+"""Pure modules of the exercise. They use neither ROS nor a clock."""

@@ -13,71 +13,72 @@
 # limitations under the License.
 
 """
-Drive turtlesim's turtle to a goal at full speed, and stop there, through its slow command path.
+A controller that drives the turtle to a goal at full speed and stops it there.
 
-turtlesim keeps the last seven commands and takes the oldest of them every 16 ms. Commands at
-100 Hz keep this queue full: each is taken 60 to 70 ms after it was published, and some never are.
-A controller that steers by the last pose therefore overshoots by 0.07 s of motion and hunts about
-the goal. This one mirrors the queue (`CommandQueue`), predicts where the turtle will be when the
-next command takes effect, and steers from there (`Driver`): a Smith predictor.
+turtlesim queues up to seven commands and takes the oldest one every 16 ms. Commands at 100 Hz keep
+this queue full. A command therefore takes effect 60 to 70 ms after its publication, or is
+discarded. A controller that uses the latest pose overshoots and oscillates. This controller is a
+Smith predictor: it models the queue (`CommandQueue`), predicts the pose at which its next command
+takes effect, and steers from there (`Driver`).
 
-No clock is read here: times are passed in, in seconds of one steady clock.
+All times are in seconds of one steady clock. The caller passes the current time.
 """
 
 from collections import deque
 from math import cos, hypot, inf, isfinite, log, sin
 
-from turtle_brick.core.turtlesim_kinematics import (ARENA_SIZE, QUEUE_DEPTH, TICK, TurtlePose,
-                                                    within_arena)
+from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK, TurtlePose, within_arena
 
 COMMAND_PERIOD = 0.010
-"""Time (s) between two commands: cmd_vel is published at 100 Hz."""
+"""Period of cmd_vel (s)."""
 
 TRANSPORT_DELAY = 0.0004
-"""Time (s) that a message takes from one node to another on one machine (0.2 to 0.6 ms)."""
+"""Delay of a message between two nodes on one machine (s), measured as 0.2 to 0.6 ms."""
 
 POSE_TIMEOUT = 0.25
-"""Age (s) at which the last pose no longer tells where the turtle is."""
+"""Greatest age of a pose that is used for driving (s)."""
 
 APPROACH_FRACTION = 0.5
-"""Part of the remaining way that a command covers in its one tick. At 1 the turtle would arrive in
-one step, and overshoot by a whole step if a tick took another command than predicted; at 0.5
-neighboring commands differ by little, so that it hardly matters which of them a tick takes."""
+"""Fraction of the remaining distance that the turtle drives per tick near its goal. With 1, it
+would overshoot by a full step if a tick took another command than predicted. With 0.5, neighboring
+commands differ little."""
 
 STOP_DISTANCE = 0.0005
-"""Distance (m) from the goal at which the turtle stops."""
+"""Distance from the goal (m) at which the turtle stops."""
 
 START_DISTANCE = 0.003
-"""Distance (m) from the goal at which a turtle that has stopped moves again."""
+"""Distance from the goal (m) at which a stopped turtle starts again."""
 
 
 class TickClock:
     """
-    Estimate when turtlesim ticks from the arrival of its poses: one pose is one tick.
+    Estimate the times of turtlesim's ticks from the arrival times of its poses.
 
-    Ticks keep to a grid of 16 ms; poses arrive some time after them, never before.
+    turtlesim publishes one pose per tick. The ticks form a grid of 16 ms. A pose arrives some time
+    after its tick, but never before.
     """
 
     GAIN = 0.05
-    """Part of an arrival's deviation that the grid follows."""
+    """Fraction of the deviation of a pose by which the grid is corrected."""
 
     EARLY = 0.6
-    """Part of a tick: a pose that comes earlier than that shows that the grid is late."""
+    """Fraction of a tick. A pose that is earlier than this restarts the grid."""
 
     LATE_POSES = 3
-    """Number of poses in a row, each over half a tick late, that show that turtlesim lost time."""
+    """Number of successive poses, each more than half a tick late, that restart the grid."""
 
     def __init__(self) -> None:
-        """Know nothing before the first pose."""
+        """Create a clock without ticks."""
         self.last = inf
-        """When the last tick was (s); infinity before the first pose, which begins the grid."""
+        """Estimated time of the last tick (s), or infinity before the first pose."""
         self._late = 0
 
     def observe(self, now: float) -> float:
         """
-        Note a pose that arrives now (s).
+        Record the arrival of a pose.
 
-        :return: The likely time of its tick (s): its arrival, or the grid's if it was delayed.
+        :param now: current time (s)
+        :return: probable time of the tick (s)
         """
         self.last += TICK
         deviation = now - self.last
@@ -96,51 +97,50 @@ class TickClock:
         return self.last
 
     def forget(self) -> None:
-        """Begin a new grid with the next pose."""
+        """Restart the grid with the next pose."""
         self.last = inf
         self._late = 0
 
 
 class CommandQueue:
     """
-    Mirror turtlesim's queue: which commands are on their way, and where they lead.
+    Model turtlesim's command queue, and predict where the queued commands lead.
 
-    It follows from the times at which commands were published, from the ticks that the poses mark,
-    and, where these leave a doubt, from the speed that each pose reports: that of the command that
-    its tick has taken.
+    The model uses the publication times of the commands and the ticks derived from the poses. If
+    the taken command is uncertain, it is identified by the speed reported in the pose.
     """
 
     MEMORY = 64
-    """Number of commands remembered, several times those that can be on their way."""
+    """Number of recorded commands, several times the length of turtlesim's queue."""
 
     def __init__(self) -> None:
-        """Start with an empty queue and no pose."""
+        """Create an empty queue without a pose."""
         self.pose: TurtlePose | None = None
-        """The last one."""
+        """Latest pose."""
         self.pose_time = 0.0
-        """When it arrived (s)."""
+        """Arrival time of the latest pose (s)."""
         self._ticks = TickClock()
         self._sent: deque[tuple[float, float, float]] = deque(maxlen=self.MEMORY)
         self._count = 0
-        """Number of commands published so far."""
+        """Number of published commands."""
         self._taken = -1
-        """Index of the command taken last."""
+        """Index of the command that turtlesim took last."""
         self._moving = -1
         """Index of the last command that is not zero."""
 
     def publish(self, now: float, linear_x: float, linear_y: float) -> None:
-        """Note a command that is published now (s): its velocities in the turtle's frame (m/s)."""
+        """Record a command (m/s, in the turtle's frame) that is published now (s)."""
         self._sent.append((now, linear_x, linear_y))
         if linear_x or linear_y:
             self._moving = self._count
         self._count += 1
 
     def observe(self, now: float, pose: TurtlePose) -> None:
-        """Note a pose that arrives now (s), and so a tick; ignore it if it is not finite."""
+        """Record a pose that arrives now (s). Ignore a pose that is not finite."""
         if not all(map(isfinite, pose)):
             return
         if self.is_stale(now):
-            # A turtlesim that was away has taken none of the commands published meanwhile.
+            # After a pause of turtlesim, its queue is empty.
             self._ticks.forget()
             self._taken = self._count - 1
         tick = self._ticks.observe(now)
@@ -151,22 +151,22 @@ class CommandQueue:
         self._taken = max(self._taken, min(expected, self._count - 1))
 
     def is_stale(self, now: float) -> bool:
-        """Tell whether there is no pose, or only one that is too old to act on."""
+        """Return whether the latest pose is missing or too old to be used."""
         return self.pose is None or now - self.pose_time > POSE_TIMEOUT
 
     def predict(self, now: float) -> tuple[float, float]:
         """
-        Return where the turtle will be when a command published now (s) takes effect.
+        Predict the turtle's position at the tick that takes a command published now (s).
 
-        :return: x and y in the world (m), after all ticks that earlier commands will govern
-        :raises ValueError: there has been no pose yet
+        :return: x and y in the world frame (m)
+        :raises ValueError: no pose has been recorded
         """
         pose = self.pose
         if pose is None:
-            raise ValueError('there has been no pose yet')
+            raise ValueError('no pose has been received')
         x, y = pose.x, pose.y
         if self._moving < self._taken:
-            return x, y  # it obeys zero, and nothing else is on its way
+            return x, y  # Only zero commands remain.
         c, s = cos(pose.theta), sin(pose.theta)
         sent = self._sent
         first = self._count - len(sent)
@@ -193,13 +193,13 @@ class CommandQueue:
 
     @staticmethod
     def _head(taken: int, latest: int) -> int:
-        """Return the command that a tick takes: the oldest in the queue; `taken` if none is."""
+        """Return the index of the oldest queued command, or `taken` if the queue is empty."""
         if latest <= taken:
             return taken
         return max(latest - QUEUE_DEPTH + 1, taken + 1)
 
     def _published_by(self, time: float) -> int:
-        """Return the index of the last command that was published by then."""
+        """Return the index of the last command published by a time (s)."""
         index = self._count - 1
         for published, _, _ in reversed(self._sent):
             if published <= time:
@@ -208,41 +208,41 @@ class CommandQueue:
         return index
 
     def _recognize(self, expected: int, speed: float) -> int:
-        """Return the command nearest to the expected one that has the reported speed."""
+        """Return the index nearest to the expected one whose command has a speed (m/s)."""
         first = self._count - len(self._sent)
         lowest, highest = max(self._taken, first), self._count - 1
         for offset in (0, 1, -1, 2, -2, 3, -3):
             index = expected + offset
             if lowest <= index <= highest:
                 _, linear_x, linear_y = self._sent[index - first]
-                # The pose is a float32: seven digits.
+                # The reported speed is a float32 with about seven digits.
                 if abs(hypot(linear_x, linear_y) - speed) <= 1e-6 * (1.0 + speed):
                     return index
         return expected
 
 
 class Driver:
-    """Bring the turtle to a goal, straight and at full speed, and keep it there."""
+    """Drive the turtle straight to a goal at full speed, and keep it there."""
 
     def __init__(self, max_velocity: float) -> None:
-        """Stand still until there is a goal; never ask for more than max_velocity (m/s)."""
+        """Create a driver without a goal, with a speed limit (m/s)."""
         self.max_velocity = max_velocity
         self.goal: tuple[float, float] | None = None
-        """Where to drive, in the world (m)."""
+        """Goal in the world frame (m)."""
         self.arrived = False
-        """Whether the commands on their way stop the turtle at its goal, or have done so."""
-        self._path = CommandQueue()
+        """Whether the published commands stop the turtle at its goal."""
+        self._queue = CommandQueue()
 
     @property
     def pose(self) -> TurtlePose | None:
-        """Last pose of the turtle in the world, None before the first."""
-        return self._path.pose
+        """Latest pose of the turtle in the world frame, or None before the first pose."""
+        return self._queue.pose
 
     def drive_to(self, x: float, y: float) -> None:
         """
-        Drive to a point of the arena (m) from now on; the one where it stands changes nothing.
+        Set the goal (m) in the world frame. A goal equal to the current one has no effect.
 
-        :raises ValueError: the goal is not finite; the present one stays
+        :raises ValueError: the goal is not finite
         """
         if not (isfinite(x) and isfinite(y)):
             raise ValueError(f'the goal ({x:g}, {y:g}) is not finite')
@@ -251,53 +251,55 @@ class Driver:
             self.arrived = False
 
     def observe(self, now: float, pose: TurtlePose) -> None:
-        """Note a pose of the turtle that arrives now (s)."""
-        self._path.observe(now, pose)
+        """Record a pose of the turtle that arrives now (s)."""
+        self._queue.observe(now, pose)
 
     def command(self, now: float) -> tuple[float, float]:
         """
-        Return the command to publish now (s), and count on it; to be called at 100 Hz.
+        Return the command to publish now (s), and record it as published. Call this at 100 Hz.
 
-        :return: linear.x and linear.y (m/s) in the turtle's own frame; zero without a goal, at the
+        :return: linear.x and linear.y (m/s) in the turtle's frame; zero without a goal, at the
             goal and without a recent pose
         """
         velocity = self._steer(now)
-        self._path.publish(now, *velocity)
+        self._queue.publish(now, *velocity)
         return velocity
 
     def _steer(self, now: float) -> tuple[float, float]:
-        """Return the velocity in the turtle's frame (m/s) from where it will be to the goal."""
-        pose = self._path.pose
-        if self.goal is None or pose is None or self._path.is_stale(now):
+        """Return the velocity (m/s, in the turtle's frame) from the predicted pose to the goal."""
+        pose = self._queue.pose
+        if self.goal is None or pose is None or self._queue.is_stale(now):
             return (0.0, 0.0)
-        x, y = self._path.predict(now)
+        x, y = self._queue.predict(now)
         dx, dy = self.goal[0] - x, self.goal[1] - y
         distance = hypot(dx, dy)
         self.arrived = distance < (START_DISTANCE if self.arrived else STOP_DISTANCE)
         if self.arrived:
             return (0.0, 0.0)
         speed = min(self.max_velocity, APPROACH_FRACTION * distance / TICK)
-        ex, ey = speed * dx / distance, speed * dy / distance
+        world_x, world_y = speed * dx / distance, speed * dy / distance
         c, s = cos(pose.theta), sin(pose.theta)
-        return (c * ex + s * ey, c * ey - s * ex)
+        return (c * world_x + s * world_y, c * world_y - s * world_x)
 
 
 def travel_time(distance: float, radius: float, max_velocity: float) -> float:
     """
-    Return how long the Driver moves until the goal is within a radius.
+    Return the time (s) that the Driver needs to bring the turtle from rest near a goal.
 
-    :param distance: from the turtle at rest to the goal (m)
-    :param radius: how near is near enough (m)
-    :param max_velocity: the turtle's speed (m/s)
-    :return: The time (s) from the first motion on: (distance - radius) / max_velocity as long as
-        the radius covers the last stretch, where each tick covers a fixed part of the way left.
+    The time starts with the first motion. It is (distance - radius) / max_velocity if the radius
+    covers the final approach, where the turtle slows down.
+
+    :param distance: distance to the goal (m)
+    :param radius: distance from the goal at which the time ends (m)
+    :param max_velocity: speed of the turtle (m/s)
     """
     if distance <= radius:
         return 0.0
-    least = (distance - radius) / max_velocity
-    stretch = max_velocity * TICK / APPROACH_FRACTION
-    if radius >= stretch:
-        return least
-    cruise = max(distance - stretch, 0.0) / max_velocity
-    approach = TICK * log(min(distance, stretch) / radius) / -log(1.0 - APPROACH_FRACTION)
-    return max(least, cruise + approach)
+    shortest = (distance - radius) / max_velocity
+    approach_distance = max_velocity * TICK / APPROACH_FRACTION
+    if radius >= approach_distance:
+        return shortest
+    cruise = max(distance - approach_distance, 0.0) / max_velocity
+    approach = (TICK * log(min(distance, approach_distance) / radius)
+                / -log(1.0 - APPROACH_FRACTION))
+    return max(shortest, cruise + approach)

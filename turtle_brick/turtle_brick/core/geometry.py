@@ -15,9 +15,9 @@
 """
 Vectors, rotations, poses and colors as plain tuples.
 
-Units and axes are those of REP 103: SI, right-handed, z up, yaw counter-clockwise. Quaternions are
-unit quaternions (x, y, z, w), in the order of geometry_msgs/Quaternion; a pose maps a point p of
-its own frame to rotate(orientation, p) + position in the parent frame.
+Units and axes follow REP 103: SI units, right-handed frames, z up, yaw counter-clockwise.
+Quaternions are unit quaternions (x, y, z, w). A pose maps a point p in its own frame to
+rotate(orientation, p) + position in the parent frame.
 """
 
 from math import cos, hypot, sin
@@ -27,12 +27,12 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 Color = tuple[float, float, float, float]
-"""Red, green, blue and opacity, each in [0, 1]."""
+"""Red, green, blue and opacity, each from 0 to 1."""
 
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 MAX_COORDINATE = 1e9
-"""Largest coordinate (m) that is accepted: squares and products of such numbers stay finite."""
+"""Largest valid coordinate (m). Squares and products of such numbers are finite."""
 
 
 class Pose(NamedTuple):
@@ -42,12 +42,12 @@ class Pose(NamedTuple):
     orientation: Quaternion
 
     def transform(self, point: Vector) -> Vector:
-        """Return a point (m) of this frame in its parent frame."""
+        """Return a point (m) of this frame in the parent frame."""
         x, y, z = rotate(self.orientation, point)
         return (x + self.position[0], y + self.position[1], z + self.position[2])
 
     def compose(self, other: 'Pose') -> 'Pose':
-        """Return the pose `other`, given in this pose's frame, in this pose's parent frame."""
+        """Return the pose `other`, given in this frame, in the parent frame."""
         return Pose(self.transform(other.position),
                     multiply(self.orientation, other.orientation))
 
@@ -60,30 +60,30 @@ class Pose2D(NamedTuple):
     yaw: float
 
     def compose(self, other: 'Pose2D') -> 'Pose2D':
-        """Return the pose `other`, given in this pose's frame, in this pose's parent frame."""
+        """Return the pose `other`, given in this frame, in the parent frame."""
         c, s = cos(self.yaw), sin(self.yaw)
         return Pose2D(self.x + c * other.x - s * other.y,
                       self.y + s * other.x + c * other.y,
                       self.yaw + other.yaw)
 
     def inverse(self) -> 'Pose2D':
-        """Return the pose of the parent frame in this pose's frame."""
+        """Return the pose of the parent frame in this frame."""
         c, s = cos(self.yaw), sin(self.yaw)
         return Pose2D(-c * self.x - s * self.y, s * self.x - c * self.y, -self.yaw)
 
 
 def from_yaw(yaw: float) -> Quaternion:
-    """Return the rotation by `yaw` (rad) about z."""
+    """Return the rotation by an angle (rad) about z."""
     return (0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0))
 
 
 def from_pitch(pitch: float) -> Quaternion:
-    """Return the rotation by `pitch` (rad) about y; a positive one lowers the +x side."""
+    """Return the rotation by an angle (rad) about y. A positive angle lowers the +x side."""
     return (0.0, sin(pitch / 2.0), 0.0, cos(pitch / 2.0))
 
 
 def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
-    """Return the rotation by q and then by p (Hamilton product p q)."""
+    """Return the rotation by q followed by the rotation by p (Hamilton product p q)."""
     px, py, pz, pw = p
     qx, qy, qz, qw = q
     return (pw * qx + px * qw + py * qz - pz * qy,
@@ -93,7 +93,7 @@ def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
 
 
 def axes(q: Quaternion) -> tuple[Vector, Vector, Vector]:
-    """Return the unit vectors x, y, z of a frame with orientation q, in its parent frame."""
+    """Return the unit vectors x, y, z of a frame with orientation q in its parent frame."""
     x, y, z, w = q
     return ((1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)),
             (2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)),
@@ -101,7 +101,7 @@ def axes(q: Quaternion) -> tuple[Vector, Vector, Vector]:
 
 
 def rotate(q: Quaternion, v: Vector) -> Vector:
-    """Return the vector v, given in a frame with orientation q, in that frame's parent."""
+    """Return the vector v, given in a frame with orientation q, in the parent frame."""
     ex, ey, ez = axes(q)
     return (v[0] * ex[0] + v[1] * ey[0] + v[2] * ez[0],
             v[0] * ex[1] + v[1] * ey[1] + v[2] * ez[1],
@@ -110,14 +110,13 @@ def rotate(q: Quaternion, v: Vector) -> Vector:
 
 def distance_to_rectangle(x: float, y: float, yaw: float, length: float, width: float) -> float:
     """
-    Return how far (m) the nearest point of a rectangle is from the origin of its plane.
+    Return the distance (m) from the origin to a rectangle, or 0 if it covers the origin.
 
-    :param x: center of the rectangle (m)
-    :param y: center of the rectangle (m)
-    :param yaw: heading of its length (rad)
-    :param length: size along that heading (m)
-    :param width: size across it (m)
-    :return: The distance (m), 0 if the rectangle covers the origin.
+    :param x: x of the rectangle's center (m)
+    :param y: y of the rectangle's center (m)
+    :param yaw: heading of the rectangle's length (rad)
+    :param length: length of the rectangle (m)
+    :param width: width of the rectangle (m)
     """
     c, s = cos(yaw), sin(yaw)
     along = abs(c * x + s * y) - length / 2.0

@@ -14,14 +14,14 @@
 
 
 """
-The configured numbers: what each may be (PARAMETER_RULES), and who uses which.
+The parameters in config/turtle.yaml: their valid ranges, and the parameter set of each node.
 
-`load` reads the ROS parameter file config/turtle.yaml without ROS; a node declares what it uses
-with `turtle_brick.ros.node_parameters.declare_parameters`. Either way a value that is missing or
-inadmissible raises a ParameterError, whose one sentence names it and what is admissible.
+`load` reads the file without ROS. A node declares its parameters with
+`turtle_brick.ros.node_parameters.declare_parameters`. Both raise a ParameterError for a missing or
+invalid value. The error names the parameter, its value and the valid range.
 
-A new number takes a line in config/turtle.yaml, a row of PARAMETER_RULES, and a field in the parameters of
-who uses it.
+To add a parameter, add a line to config/turtle.yaml, a rule to PARAMETER_RULES, and a field to the
+parameter set of each node that uses it.
 """
 
 from __future__ import annotations
@@ -29,97 +29,99 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from difflib import get_close_matches
+from math import hypot
 from pathlib import Path
 import sys
 from typing import Any, NamedTuple, TypeVar
 
-from turtle_brick.core.dimensions import check_dimensions
 import yaml
 
 Triple = tuple[float, float, float]
 
 AnyParameterSet = TypeVar('AnyParameterSet', bound='ParameterSet')
-"""The parameters of somebody."""
 
 
 class ParameterError(ValueError):
-    """A parameter is missing or inadmissible."""
+    """A parameter is missing or invalid."""
 
 
 class MissingParameterError(ParameterError):
-    """A parameter has no value."""
+    """A parameter is missing."""
 
 
 class ParameterRule(NamedTuple):
-    """What a parameter means and which values are admissible."""
+    """Meaning and valid range of a parameter."""
 
     description: str
     unit: str
+    """Unit, or an empty string for a ratio."""
     lower: float
-    """The least admissible value, for a vector of each component."""
+    """Smallest valid value of the number, or of each component of a vector."""
     upper: float
-    """The greatest admissible value, for a vector of each component."""
+    """Greatest valid value of the number, or of each component of a vector."""
     length: int = 1
-    """3 for a vector, 1 for a number."""
+    """Number of components, which is 3 for a vector."""
 
-    def expectation(self) -> str:
-        """Say what is admissible, to follow the words 'must be'."""
+    def allowed_values(self) -> str:
+        """Return a phrase such as 'a number from 0.01 to 10 m'."""
         kind = 'a number' if self.length == 1 else f'{self.length} numbers'
-        return f'{kind} from {self.lower:g} to {self.upper:g} {self.unit}'
+        return f'{kind} from {self.lower:g} to {self.upper:g} {self.unit}'.rstrip()
 
-    def admits(self, value: Any) -> bool:
-        """Tell whether a value is admissible: integers are as good as floats, bools are not."""
+    def allows(self, value: Any) -> bool:
+        """Return whether a value is valid. Integers are valid, bools are not."""
         numbers = [value] if self.length == 1 else value
         if not isinstance(numbers, (list, tuple)) or len(numbers) != self.length:
             return False
-        # A comparison with NaN is false.
+        # NaN fails because every comparison with NaN is false.
         return all(isinstance(number, (int, float)) and not isinstance(number, bool)
                    and self.lower <= number <= self.upper for number in numbers)
 
 
 PARAMETER_RULES = {
-    'platform_height': ParameterRule("Height of the level platform's top above the ground", 'm', 0.01, 100),
+    'platform_height': ParameterRule(
+        "Height of the level platform's top above the ground", 'm', 0.01, 100),
     'platform_radius': ParameterRule('Radius of the platform', 'm', 0.01, 10),
     'platform_thickness': ParameterRule('Thickness of the platform', 'm', 0.001, 10),
     'wheel_radius': ParameterRule('Radius of the wheel', 'm', 0.01, 10),
-    'max_velocity': ParameterRule('Greatest translational speed of the robot', 'm/s', 0.01, 10),
-    'tilt_angle': ParameterRule('Tilt of the platform with which a brick is tipped off', 'rad', 0.05, 1.5),
+    'max_velocity': ParameterRule('Maximum translational speed of the robot', 'm/s', 0.01, 10),
+    'tilt_angle': ParameterRule('Platform angle for tipping off a brick', 'rad', 0.05, 1.5),
     'gravity_accel': ParameterRule('Acceleration due to gravity, downward', 'm/s^2', 0.01, 100),
     'brick_size': ParameterRule('Size of the brick along its own x, y and z', 'm', 0.001, 10, 3),
     'brick_start': ParameterRule(
-        'Center of the brick in world before it is placed anywhere else', 'm', -1000, 1000, 3),
+        "Initial location of the brick's center in the world frame", 'm', -1000, 1000, 3),
     'wall_height': ParameterRule("Height of the arena's walls", 'm', 0.001, 100),
 }
 
 
 @dataclass(frozen=True)
 class ParameterSet:
-    """Values that are always admissible: others raise ParameterError, also in `replace`."""
+    """Base class of parameter sets. Every instance is valid, including those from `replace`."""
 
     def __post_init__(self) -> None:
-        """Check the values and make floats of them."""
-        for name in [entry.name for entry in fields(self)]:
+        """Check all values and convert them to floats."""
+        for name in [field.name for field in fields(self)]:
             rule, value = PARAMETER_RULES[name], getattr(self, name)
-            if not rule.admits(value):
-                raise ParameterError(f'{name} is {value!r:.80}, but must be {rule.expectation()}')
+            if not rule.allows(value):
+                raise ParameterError(
+                    f'{name} is {value!r:.80}, but must be {rule.allowed_values()}')
             value = float(value) if rule.length == 1 else tuple(map(float, value))
             object.__setattr__(self, name, value)
 
     @classmethod
     def from_mapping(cls: type[AnyParameterSet], mapping: Mapping[Any, Any]) -> AnyParameterSet:
         """
-        Take the values from a mapping that may hold more.
+        Create a parameter set from a mapping. Ignore parameters that are not in the set.
 
         :raises MissingParameterError: a value is missing
-        :raises ParameterError: a name is misspelled, or a value is inadmissible
+        :raises ParameterError: a name is misspelled, or a value is invalid
         """
-        names = [entry.name for entry in fields(cls)]
+        names = [field.name for field in fields(cls)]
         missing = [name for name in names if name not in mapping]
         unknown = [str(name) for name in mapping if name not in PARAMETER_RULES]
         for name in missing:
-            slips = get_close_matches(name, unknown, 1, 0.7)
-            if slips:
-                raise ParameterError(f'unknown {slips[0]}, did you mean {name}?')
+            similar = get_close_matches(name, unknown, 1, 0.7)
+            if similar:
+                raise ParameterError(f'unknown {similar[0]}, did you mean {name}?')
         if missing:
             raise MissingParameterError(f'missing parameters: {", ".join(sorted(missing))}')
         return cls(**{name: mapping[name] for name in names})
@@ -127,7 +129,7 @@ class ParameterSet:
 
 @dataclass(frozen=True)
 class RobotParameters(ParameterSet):
-    """What turtle_robot uses; SI units, radians."""
+    """Parameters of turtle_robot in SI units."""
 
     max_velocity: float
     wheel_radius: float
@@ -135,7 +137,7 @@ class RobotParameters(ParameterSet):
 
 @dataclass(frozen=True)
 class ArenaParameters(ParameterSet):
-    """What the arena and its physics use; SI units, radians."""
+    """Parameters of the arena and its physics in SI units."""
 
     gravity_accel: float
     platform_radius: float
@@ -145,7 +147,7 @@ class ArenaParameters(ParameterSet):
     wall_height: float
 
     def __post_init__(self) -> None:
-        """Check the values, and that the brick starts above the ground."""
+        """Check all values, and that the brick starts above the ground."""
         super().__post_init__()
         half_height = self.brick_size[2] / 2
         if self.brick_start[2] < half_height:
@@ -156,7 +158,7 @@ class ArenaParameters(ParameterSet):
 
 @dataclass(frozen=True)
 class CatcherParameters(ParameterSet):
-    """What the catcher uses; SI units, radians."""
+    """Parameters of the catcher in SI units."""
 
     max_velocity: float
     platform_height: float
@@ -168,51 +170,68 @@ class CatcherParameters(ParameterSet):
 
 @dataclass(frozen=True)
 class Parameters(RobotParameters, ArenaParameters, CatcherParameters):
-    """All of config/turtle.yaml: also a robot that can be; SI units, radians."""
+    """All parameters of config/turtle.yaml in SI units, with a robot that can be built."""
 
     def __post_init__(self) -> None:
-        """Check the values, and that the platform can turn over."""
+        """Check all values, and that the platform can turn over."""
         super().__post_init__()
-        try:
-            check_dimensions(self.platform_height, self.platform_radius, self.platform_thickness,
-                             self.wheel_radius)
-        except ValueError as error:
-            raise ParameterError(str(error)) from None
+        self._check_proportion()
+        least = least_height(self.platform_radius, self.platform_thickness, self.wheel_radius)
+        if self.platform_height < least:
+            raise ParameterError(
+                f'platform_height is {self.platform_height:g} m, but with platform_radius '
+                f'{self.platform_radius:g} m, platform_thickness {self.platform_thickness:g} m '
+                f'and wheel_radius {self.wheel_radius:g} m it must be at least {least:g} m so '
+                'that the platform can turn over')
+
+    def _check_proportion(self) -> None:
+        """Check that neither the platform nor the wheel is too large for the other."""
+        least, greatest = self.wheel_radius / 3, self.wheel_radius * 20
+        if not least <= self.platform_radius <= greatest:
+            raise ParameterError(
+                f'platform_radius is {self.platform_radius:g} m, but with wheel_radius '
+                f'{self.wheel_radius:g} m it must be from {least:g} to {greatest:g} m')
+
+
+def least_height(platform_radius: float, platform_thickness: float, wheel_radius: float) -> float:
+    """
+    Return the least platform_height (m) with which the platform can turn over.
+
+    The platform turns about a hinge in the center of its base, so it stays inside a sphere around
+    the hinge. The wheel, a neck and the cube of base_link must fit below this sphere. Neck and
+    cube get at least 5 cm, so that the cube is visible.
+    """
+    sphere_radius = hypot(platform_radius, platform_thickness)
+    neck_and_cube = max(0.05, wheel_radius, platform_radius / 5)
+    return 2 * wheel_radius + sphere_radius + platform_thickness + neck_and_cube
 
 
 def default_path() -> Path:
-    """
-    Find config/turtle.yaml.
-
-    :return: The installed file in the package's share directory, or, where the package is not
-        installed, the one in the source tree.
-    """
+    """Return the path of config/turtle.yaml: the installed file, else the one in the sources."""
     try:
         from ament_index_python.packages import get_package_share_path
         share = get_package_share_path('turtle_brick')
     except (ImportError, LookupError, OSError):
-        # No ament here, this package unknown to it, or no AMENT_PREFIX_PATH at all.
+        # ament or the package is not installed, or AMENT_PREFIX_PATH is not set.
         share = Path(__file__).resolve().parents[2]
     return share / 'config' / 'turtle.yaml'
 
 
 def load(path: str | Path | None = None) -> Parameters:
     """
-    Read a ROS parameter file without ROS; see `read`.
+    Read all parameters from a ROS parameter file, without ROS.
 
-    :param path: the file; config/turtle.yaml if None
+    :param path: path of the file; config/turtle.yaml by default
     """
     return read(default_path() if path is None else path, Parameters)
 
 
-def read(path: str | Path, used: type[AnyParameterSet]) -> AnyParameterSet:
+def read(path: str | Path, parameter_set: type[AnyParameterSet]) -> AnyParameterSet:
     """
-    Read from a ROS parameter file what somebody uses.
+    Read a parameter set from the section `/**: ros__parameters:` of a ROS parameter file.
 
-    Only its section `/**: ros__parameters:` is read, the one that holds for every node.
-
-    :raises ParameterError: The file cannot be read, is no parameter file, or a value in it is
-        missing or inadmissible; the sentence begins with the file.
+    :raises ParameterError: the file cannot be read or is not a parameter file, or a value is
+        missing or invalid; the message begins with the path
     """
     try:
         section = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
@@ -226,13 +245,13 @@ def read(path: str | Path, used: type[AnyParameterSet]) -> AnyParameterSet:
     if not isinstance(section, dict):
         raise ParameterError(f"{path}: there are no parameters under '/**: ros__parameters:'")
     try:
-        return used.from_mapping(section)
+        return parameter_set.from_mapping(section)
     except ParameterError as error:
         raise type(error)(f'{path}: {error}') from None
 
 
 def main() -> int:
-    """Say what is wrong with a parameter file, config/turtle.yaml by default; return a status."""
+    """Check a parameter file, by default config/turtle.yaml, and return the exit status."""
     try:
         load(*sys.argv[1:])
     except ParameterError as error:

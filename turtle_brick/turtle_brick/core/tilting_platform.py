@@ -13,7 +13,7 @@
 # limitations under the License.
 
 
-"""The platform that a brick lands on, rides on and slides off; axes as in REP 103."""
+"""Geometry of the platform that carries the brick. The axes follow REP 103."""
 
 from __future__ import annotations
 
@@ -24,43 +24,43 @@ from math import atan2
 from turtle_brick.core.geometry import axes, Pose, Vector
 
 LEVEL_TOLERANCE = 1e-3
-"""The largest angle (rad) of a platform that counts as level, so that a brick can land on it."""
+"""Largest inclination of a level platform (rad)."""
 
 
 @dataclass(frozen=True)
 class Platform:
-    """Where a platform is and how it is turned; what follows from that is computed once."""
+    """A platform at a pose. Derived values are computed once."""
 
     pose: Pose
-    """Pose of its frame, in the center of its base, in the world."""
+    """Pose of the platform frame in the world frame. Its origin is in the center of the base."""
 
     @cached_property
     def axes(self) -> tuple[Vector, Vector, Vector]:
-        """Return the unit vectors x, y, z of its frame in the world: y is its hinge."""
+        """Return the unit vectors of the platform frame in the world frame. The hinge is y."""
         return axes(self.pose.orientation)
 
     @cached_property
     def hinge_yaw(self) -> float:
-        """Return the turn about z (rad) that leads to its hinge, at any tilt."""
+        """Return the heading of the hinge (rad), which does not depend on the tilt."""
         hinge_x, hinge_y, _ = self.axes[1]
         return atan2(-hinge_x, hinge_y)
 
     @property
     def is_level(self) -> bool:
-        """Tell whether a brick can land on it."""
+        """Return whether the platform is level, so that a brick can land on it."""
         x, y, _, _ = self.pose.orientation
-        # sin^2 of half the angle between its normal and the vertical.
+        # x^2 + y^2 is the squared sine of half the inclination.
         return x * x + y * y < (LEVEL_TOLERANCE / 2.0) ** 2
 
-    def point(self, u: float, v: float, w: float) -> Vector:
-        """Return where in the world (m) something at u, v, w (m) of its frame is."""
+    def point(self, x: float, y: float, z: float) -> Vector:
+        """Return a point (m) of the platform frame in the world frame."""
         (px, py, pz), (ex, ey, ez) = self.pose.position, self.axes
-        return (px + u * ex[0] + v * ey[0] + w * ez[0],
-                py + u * ex[1] + v * ey[1] + w * ez[1],
-                pz + u * ex[2] + v * ey[2] + w * ez[2])
+        return (px + x * ex[0] + y * ey[0] + z * ez[0],
+                py + x * ex[1] + y * ey[1] + z * ez[1],
+                pz + x * ex[2] + y * ey[2] + z * ez[2])
 
     def coordinates_of(self, point: Vector) -> tuple[float, float]:
-        """Return where a point of the world (m) is along its x and y (m)."""
+        """Return x and y in the platform frame of a point (m) in the world frame."""
         ex, ey, _ = self.axes
         dx, dy, dz = (a - b for a, b in zip(point, self.pose.position))
         return (dx * ex[0] + dy * ex[1] + dz * ex[2], dx * ey[0] + dy * ey[1] + dz * ey[2])

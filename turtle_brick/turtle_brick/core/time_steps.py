@@ -12,77 +12,73 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A clock of equal steps that does not drift when callbacks are late."""
+"""A step clock that does not drift when callbacks are late, and conversions of times."""
 
 from typing import Any
 
 NS_PER_SECOND = 1_000_000_000
-"""Nanoseconds in a second."""
+"""Number of nanoseconds in a second."""
 
 SECONDS_PER_NS = 1e-9
-"""A nanosecond (s)."""
+"""One nanosecond (s)."""
 
 
 class StepClock:
     """
     Count the steps of a fixed period that have become due.
 
-    Step k belongs to the instant t0 + k * period, in integer nanoseconds, so that rounding errors
-    don't add up. A timer that is late or loses a period only delays steps: the next call returns
-    every one that is due.
+    Step k has the time t0 + k * period in integer nanoseconds, so that rounding errors do not
+    accumulate. After a late or skipped timer callback, the next call returns all due steps.
     """
 
     def __init__(self, period: int, longest_gap: int = NS_PER_SECOND) -> None:
         """
-        Wait for the first call of `due`, which sets t0.
+        Create a clock that starts at the first call of `due`.
 
         :param period: time between two steps (ns)
-        :param longest_gap: time since the last step (ns) beyond which t0 is set anew
+        :param longest_gap: longest time after the last step (ns) that does not restart the clock
         """
         self.period = period
         self.longest_gap = longest_gap
         self.last: int | None = None
-        """Instant (ns) of the last step."""
+        """Time of the last step (ns)."""
         self.jump = 0
-        """How far (ns) the clock had jumped if `due` has just set t0 anew, else 0."""
+        """Time skipped by a restart in the latest call of `due` (ns), or 0 without a restart."""
 
-    def due(self, now: int, begin: int | None = None) -> list[int]:
+    def due(self, now: int, start: int | None = None) -> list[int]:
         """
-        Return the instants (ns) of the steps that have become due since the last call.
+        Return the times (ns) of the steps that have become due since the last call.
 
-        :param now: the present instant (ns)
-        :param begin: t0 if it is set in this call, at most `now`, the default; the instant at
-            which the timer was due is best, so that a step is due in each of its calls
-        :return: The instants in order. If the last step is more than `longest_gap` ago, or more
-            than a period ahead because the clock was set back, t0 is set anew: [begin].
+        The clock restarts with the single step [start] if the last step was more than
+        `longest_gap` ago, or if it is more than one period ahead because the clock was set back.
+
+        :param now: current time (ns)
+        :param start: time of the first step (ns) after a start or restart, at most `now`. The
+            default is `now`. With the time at which the timer was due, each timer callback has a
+            step.
         """
         self.jump = 0
         if self.last is not None:
             elapsed = now - self.last
             if -self.period <= elapsed <= self.longest_gap:
-                instants = list(range(self.last + self.period, now + 1, self.period))
-                self.last += len(instants) * self.period
-                return instants
+                times = list(range(self.last + self.period, now + 1, self.period))
+                self.last += len(times) * self.period
+                return times
             self.jump = elapsed
-        self.last = now if begin is None else begin
+        self.last = now if start is None else start
         return [self.last]
 
 
 def due_time(timer: Any, now: int) -> int:
     """
-    Return when the timer was due whose callback runs now.
+    Return the time (ns), at most `now`, at which a timer was due. Call it in the timer's callback.
 
     :param timer: an rclpy.timer.Timer
-    :param now: the present instant of its clock (ns)
-    :return: The instant (ns), at most `now`.
+    :param now: current time of the timer's clock (ns)
     """
     return now - max(timer.timer_period_ns - timer.time_until_next_call(), 0)
 
 
 def nanoseconds_of(stamp: Any) -> int:
-    """
-    Return the instant (ns) of a message's stamp.
-
-    :param stamp: a builtin_interfaces/Time
-    """
+    """Return a builtin_interfaces/Time in nanoseconds."""
     return stamp.sec * NS_PER_SECOND + stamp.nanosec

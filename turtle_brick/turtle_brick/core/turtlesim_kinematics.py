@@ -12,17 +12,20 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The kinematics of turtlesim, tick for tick and bit for bit, without ROS.
+The kinematics of turtlesim 1.8 without ROS, equal to the real program in every bit.
 
-What turtlesim 1.8 does every 16 ms, in its order (TurtleFrame::onUpdate, Turtle::update): each
-turtle takes at most one velocity command from its queue of seven, carries out the teleports that
-are waiting, stops if the last command is more than a second old, turns, moves along the new
-heading, is clamped to the arena, and publishes its pose. The time step is always 0.016 s, however
-late a tick is.
+Every 16 ms each turtle executes these steps (TurtleFrame::onUpdate, Turtle::update):
 
-Positions are kept as turtlesim keeps them: x to the right and y downward from the upper left
-corner, in double precision. Arguments and results have y upward and, as in turtlesim's messages,
-the precision of float32.
+1. Take one velocity command from its queue of seven.
+2. Execute all requested teleports.
+3. Stop if the last command is more than one second old.
+4. Turn, move along the new heading, and stay inside the arena.
+5. Publish the pose.
+
+The time step is always 0.016 s, even if a tick is late.
+
+Internal positions use double precision, with y pointing down from the upper left corner. Arguments
+and results use float32, with y pointing up, like turtlesim's messages.
 """
 
 from collections import deque
@@ -35,7 +38,7 @@ _FLOATS = struct.Struct('5f')
 
 
 def float32(value: float) -> float:
-    """Return the nearest float32, as a message's field keeps it; infinity beyond its range."""
+    """Return the nearest float32, or infinity if the value is out of range."""
     try:
         return _FLOAT.unpack(_FLOAT.pack(value))[0]
     except OverflowError:
@@ -43,49 +46,49 @@ def float32(value: float) -> float:
 
 
 TICK = 0.001 * 16
-"""Time step of a tick and period of the ticks (s)."""
+"""Duration of a tick (s)."""
 
 QUEUE_DEPTH = 7
-"""Number of unread velocity commands that a turtle keeps, turtlesim's QoS KeepLast(7)."""
+"""Length of the queue of velocity commands (QoS KeepLast(7))."""
 
 COMMAND_TIMEOUT = 1.0
-"""Time (s) for which a turtle follows its last velocity command."""
+"""Time after its last velocity command at which a turtle stops (s)."""
 
 ARENA_SIZE = float32(499 / 45)
-"""Width and height of the arena (m): 499 pixels of 1/45 m, in single precision."""
+"""Width and height of the arena (m): 499 pixels of 1/45 m as a float32."""
 
 ARENA_CENTER = float32(ARENA_SIZE / 2)
-"""x and y of the arena's center (m), where the first turtle starts."""
+"""x and y of the center of the arena (m)."""
 
 _PI = 3.14159265
-"""turtlesim's own pi, shorter than math.pi: the last bits of every heading depend on it."""
+"""Value of pi in turtlesim. It has fewer digits than math.pi, which changes the headings."""
 
 _TWO_PI = 2.0 * _PI
 
 
 def within_arena(x: float, y: float) -> tuple[float, float]:
-    """Return the point of the arena nearest to (x, y), in the world (m)."""
+    """Return the point (m) of the arena nearest to (x, y) in the world frame."""
     return (0.0 if x < 0.0 else ARENA_SIZE if x > ARENA_SIZE else x,
             0.0 if y < 0.0 else ARENA_SIZE if y > ARENA_SIZE else y)
 
 
 class TurtlePose(NamedTuple):
-    """What turtlesim publishes about a turtle; every number is a float32."""
+    """Pose message of turtlesim. Every number is a float32."""
 
     x: float
     """Distance from the left wall (m)."""
     y: float
     """Distance from the lower wall (m)."""
     theta: float
-    """Heading (rad), counter-clockwise from +x, in [-pi, pi)."""
+    """Heading (rad) in [-pi, pi), counter-clockwise from +x."""
     linear_velocity: float
-    """Commanded speed (m/s), never negative, also when driving backward."""
+    """Commanded speed (m/s), which is positive in every direction."""
     angular_velocity: float
     """Commanded turn rate (rad/s), counter-clockwise."""
 
 
 def _normalize(angle: float) -> float:
-    """Bring an angle (rad) into [-pi, pi) with turtlesim's pi; NaN if it is not finite."""
+    """Return the equivalent angle (rad) in [-pi, pi), or NaN if the angle is not finite."""
     try:
         return angle - _TWO_PI * math.floor((angle + _PI) / _TWO_PI)
     except (OverflowError, ValueError):
@@ -93,18 +96,18 @@ def _normalize(angle: float) -> float:
 
 
 class Turtle:
-    """One turtle of turtlesim."""
+    """A turtle of turtlesim."""
 
     def __init__(self, x: float = ARENA_CENTER, y: float = ARENA_CENTER, theta: float = 0.0,
                  holonomic: bool = False, now: float = 0.0) -> None:
         """
-        Put a turtle at rest into the arena.
+        Create a turtle at rest.
 
-        :param x: distance from the left wall (m); outside the arena, the first tick clamps it
-        :param y: distance from the lower wall (m); likewise
+        :param x: distance from the left wall (m)
+        :param y: distance from the lower wall (m)
         :param theta: heading (rad)
-        :param holonomic: whether velocity commands may have a sideways part
-        :param now: the time (s), on the clock that tick() is given
+        :param holonomic: whether the turtle can move sideways
+        :param now: current time (s)
         """
         self._x = float32(x)
         self._y_down = float32(ARENA_SIZE - float32(y))
@@ -116,42 +119,42 @@ class Turtle:
         self._queue: deque[tuple[float, float, float]] = deque(maxlen=QUEUE_DEPTH)
         self._teleports: list[tuple[bool, float, float, float]] = []
         self.holonomic = holonomic
-        """Whether velocity commands may have a sideways part; otherwise it is left as it was."""
+        """Whether the turtle can move sideways. If not, its sideways velocity does not change."""
         self.clamped: tuple[float, float] | None = None
-        """Where the turtle would be without the wall that stopped it in the last tick: x and y
-        downward (m); None if no wall did."""
+        """Position (m, y down) that the last tick would have reached without the walls, or None if
+        the turtle did not hit a wall."""
         self.pose = self._rounded_pose()
-        """The pose after the last tick, or the initial one."""
+        """Pose after the last tick."""
 
     def command(self, linear_x: float, linear_y: float, angular_z: float) -> None:
         """
-        Append velocities (m/s, rad/s) to the queue of commands; a full one loses its oldest.
+        Append a command (m/s, rad/s) to the queue. A full queue discards its oldest command.
 
-        Its sideways part, to the left, is ignored unless the turtle is holonomic when it takes it.
+        The sideways velocity linear_y is ignored unless the turtle is holonomic.
         """
         self._queue.append((linear_x, linear_y, angular_z))
 
     def teleport_absolute(self, x: float, y: float, theta: float) -> None:
         """
-        Ask for a jump to a pose, which the next tick makes; the velocity stays.
+        Request a jump to a pose at the next tick. The velocity does not change.
 
         :param x: distance from the left wall (m)
-        :param y: distance from the lower wall (m); beyond the upper wall it counts as at it
+        :param y: distance from the lower wall (m), limited to the upper wall
         :param theta: heading (rad)
         """
         self._teleports.append((False, float32(x), float32(y), float32(theta)))
 
     def teleport_relative(self, linear: float, angular: float) -> None:
         """
-        Ask for a turn and then a jump along the new heading, which the next tick makes.
+        Request a turn, followed by a jump along the new heading, at the next tick.
 
-        :param linear: distance (m)
-        :param angular: turn (rad), counter-clockwise
+        :param linear: distance of the jump (m)
+        :param angular: angle of the turn (rad), counter-clockwise
         """
         self._teleports.append((True, float32(linear), 0.0, float32(angular)))
 
     def take_command(self, now: float) -> None:
-        """Take the oldest command of the queue, if there is one: the first half of a tick."""
+        """Take the oldest command from the queue, which is the first half of a tick."""
         if self._queue:
             self._linear_x, linear_y, self._angular = self._queue.popleft()
             if self.holonomic:
@@ -160,10 +163,10 @@ class Turtle:
 
     def update(self, now: float) -> TurtlePose:
         """
-        Move by one time step: the second half of a tick.
+        Move for one time step, which is the second half of a tick.
 
-        :param now: the time (s); only the age of the last command depends on it
-        :return: the new pose
+        :param now: current time (s), used for the age of the last command
+        :return: new pose
         """
         if self._teleports:
             self._teleport()
@@ -173,14 +176,14 @@ class Turtle:
         linear_y = self._linear_y
         angular = self._angular
 
-        # Turning first, then moving along the new heading, is what turtlesim does.
+        # Like turtlesim, turn first and then move along the new heading.
         theta = _normalize(self._theta + angular * TICK)
         cos = math.cos(theta)
         sin = math.sin(theta)
         x = self._x + (cos * linear_x * TICK - sin * linear_y * TICK)
         y_down = self._y_down - (cos * linear_y * TICK + sin * linear_x * TICK)
 
-        # A NaN passes, as it does in turtlesim.
+        # Like in turtlesim, NaN is not clamped.
         if x < 0.0 or x > ARENA_SIZE or y_down < 0.0 or y_down > ARENA_SIZE:
             self.clamped = (x, y_down)
             x = 0.0 if x < 0.0 else ARENA_SIZE if x > ARENA_SIZE else x
@@ -194,16 +197,16 @@ class Turtle:
         return self.pose
 
     def tick(self, now: float) -> TurtlePose:
-        """Do what a tick of turtlesim does to a turtle; return the pose that it publishes."""
+        """Execute one tick, and return the pose to publish."""
         self.take_command(now)
         return self.update(now)
 
     def _teleport(self) -> None:
-        """Carry out the teleports that are waiting, in order."""
+        """Execute the requested teleports in order."""
         for relative, x_or_linear, y, theta in self._teleports:
             if relative:
                 self._theta += theta
-                # Only a finite angle has a cosine in Python, every one has in C++.
+                # Python raises an exception for the cosine of infinity, where C++ returns NaN.
                 heading = self._theta if math.isfinite(self._theta) else math.nan
                 self._x += math.cos(heading) * x_or_linear
                 self._y_down += -math.sin(heading) * x_or_linear
@@ -214,23 +217,23 @@ class Turtle:
         self._teleports.clear()
 
     def _rounded_pose(self) -> TurtlePose:
-        """Return where the turtle is, rounded to what a message can carry."""
+        """Return the pose rounded to float32."""
         speed = math.sqrt(self._linear_x * self._linear_x + self._linear_y * self._linear_y)
         numbers = (self._x, ARENA_SIZE - self._y_down, self._theta, speed, self._angular)
         try:
-            # At once, which takes half the time of each by itself.
+            # Packing all numbers at once takes half the time.
             return TurtlePose._make(_FLOATS.unpack(_FLOATS.pack(*numbers)))
         except OverflowError:
             return TurtlePose._make(map(float32, numbers))
 
 
 class TurtleSim:
-    """All turtles of one turtlesim, by name; a new one holds turtle1 in the arena's center."""
+    """A turtlesim with its turtles. It starts with turtle1 in the center of the arena."""
 
     def __init__(self, holonomic: bool = False, now: float = 0.0) -> None:
-        """Start a simulator at a time (s) of the clock that tick() is given."""
+        """Create a simulator at the current time (s)."""
         self.turtles: dict[str, Turtle] = {}
-        """The turtles by name, in the order in which a tick updates them."""
+        """Turtles by name, in the order in which a tick updates them."""
         self._holonomic = holonomic
         self._names = 0
         self._started = False
@@ -238,7 +241,7 @@ class TurtleSim:
 
     @property
     def holonomic(self) -> bool:
-        """Whether velocity commands may have a sideways part, for all turtles."""
+        """Whether all turtles can move sideways."""
         return self._holonomic
 
     @holonomic.setter
@@ -251,8 +254,8 @@ class TurtleSim:
         """
         Add a turtle.
 
-        :param name: its name; if empty, the next free one of turtle1, turtle2, and so on
-        :return: the turtle's name, or an empty string if the name was taken
+        :param name: name of the turtle, or an empty string to use the next free turtle number
+        :return: name of the turtle, or an empty string if the name is not free
         """
         if name in self.turtles:
             return ''
@@ -265,21 +268,22 @@ class TurtleSim:
         return name
 
     def kill(self, name: str) -> bool:
-        """Remove a turtle; tell whether there was one of that name."""
+        """Remove a turtle, and return whether it existed."""
         return self.turtles.pop(name, None) is not None
 
     def reset(self, now: float = 0.0) -> None:
-        """Remove all turtles and start again with turtle1 in the center, at rest."""
+        """Remove all turtles, and add turtle1 at rest in the center."""
         self.turtles = {}
         self._names = 0
         self.spawn(ARENA_CENTER, ARENA_CENTER, 0.0, now=now)
 
     def tick(self, now: float) -> dict[str, TurtlePose]:
         """
-        Do what one 16 ms tick of turtlesim does.
+        Execute one 16 ms tick.
 
-        :return: The pose of each turtle. The very first tick takes commands, but nothing moves
-            and there are no poses: it only starts turtlesim's clock.
+        The first tick only takes commands and starts turtlesim's clock.
+
+        :return: poses of the turtles by name, empty at the first tick
         """
         if not self._started:
             self._started = True

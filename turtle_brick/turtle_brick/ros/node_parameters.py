@@ -12,55 +12,37 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The parameters of a node: those of config/turtle.yaml that it uses, declared and read-only."""
+"""Declaration of the parameters that a node uses from config/turtle.yaml."""
 
 from array import array
 from dataclasses import fields
-from itertools import pairwise
-import sys
 
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 from turtle_brick.core.parameters import (AnyParameterSet, default_path, MissingParameterError,
-                                          PARAMETER_RULES, ParameterError, read)
+                                          PARAMETER_RULES)
 
 
-def declare_parameters(node: Node, used: type[AnyParameterSet]) -> AnyParameterSet:
+def declare_parameters(node: Node, parameter_set: type[AnyParameterSet]) -> AnyParameterSet:
     """
-    Declare the parameters that a node uses, read-only, and return their values.
+    Declare the parameters of a set as read-only, and return their values.
 
-    The values come from the node's parameter overrides (a parameter file, `-p name:=value`); there
-    are no defaults.
+    There are no defaults. The values come from a parameter file or from `-p name:=value`.
 
-    :param node: the node, on which none of them is declared yet
-    :param used: the parameters
-    :raises ParameterError: A value is missing or inadmissible.
+    :raises ParameterError: a value is missing or invalid
     """
-    given = {}
-    for entry in fields(used):
-        rule = PARAMETER_RULES[entry.name]
-        # Of any type: 3 is as good as 3.0, and our rules refuse the rest, in their own words.
-        value = node.declare_parameter(entry.name, None, ParameterDescriptor(
+    values = {}
+    for field in fields(parameter_set):
+        rule = PARAMETER_RULES[field.name]
+        # Dynamic typing accepts 3 for 3.0. PARAMETER_RULES rejects all other types.
+        value = node.declare_parameter(field.name, None, ParameterDescriptor(
             description=rule.description,
-            additional_constraints=f'{entry.name} must be {rule.expectation()}',
+            additional_constraints=f'{field.name} must be {rule.allowed_values()}',
             dynamic_typing=True, read_only=True)).value
         if value is not None:
-            given[entry.name] = value.tolist() if isinstance(value, array) else value
+            values[field.name] = value.tolist() if isinstance(value, array) else value
     try:
-        return used.from_mapping(given)
-    except ParameterError as error:
-        raise _located(error, used) from None
-
-
-def _located(error: ParameterError, used: type[AnyParameterSet]) -> ParameterError:
-    """Return the error as the parameter file of this process has it, if it is in there."""
-    missing = isinstance(error, MissingParameterError)
-    for option, path in pairwise(sys.argv):
-        if option == '--params-file':
-            try:
-                read(path, used)
-            except ParameterError as found:
-                if missing or str(found).endswith(str(error)):
-                    return found
-    hint = f'; add --ros-args --params-file {default_path()}' if missing else ''
-    return type(error)(f'{error}{hint}')
+        return parameter_set.from_mapping(values)
+    except MissingParameterError as error:
+        raise MissingParameterError(
+            f'{error}; add --ros-args --params-file {default_path()}') from None

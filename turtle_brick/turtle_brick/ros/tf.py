@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What the nodes share about TF: names of frames, transform messages, and listeners."""
+"""TF helpers shared by the nodes: frame names, transform messages, lookups and a listener."""
 
 from collections.abc import Callable
 from typing import Any
@@ -26,7 +26,6 @@ from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer, TransformException, TransformListener
 from turtle_brick.core.geometry import IDENTITY, MAX_COORDINATE, Pose
 from turtle_brick.core.time_steps import nanoseconds_of, NS_PER_SECOND
-from turtle_brick.ros.node_main import Warner
 
 WORLD = 'world'
 ODOM = 'odom'
@@ -35,32 +34,35 @@ PLATFORM = 'platform'
 BRICK = 'brick'
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""For what seldom changes and late joiners need."""
+"""QoS of topics that change rarely and that late joiners need."""
 
 BEST_EFFORT = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""For subscriptions to what only the latest value of counts: a message that got lost does not hold
-back those that follow. Room for the transforms of 0.2 s: three nodes broadcast 450 per second."""
+"""QoS of state subscriptions. A lost message does not delay the following ones. The queue holds
+messages for 0.2 s, because the three nodes broadcast 450 transforms per second."""
 
 MAX_AGE_NS = 500_000_000
-"""Age (ns) above which a transform no longer tells where a moving frame is."""
+"""Greatest age of a transform of a moving frame (ns)."""
 
 MAX_AHEAD_NS = NS_PER_SECOND
-"""How far (ns) ahead of a node's clock the stamp of a transform may be. tf2 drops what is 10 s
-older than the latest transform of a frame: one from far ahead would shut out all that follow."""
+"""Greatest time by which a stamp may be ahead of the node's clock (ns). tf2 discards transforms
+that are 10 s older than the latest one, so a stamp far ahead would block all later transforms."""
 
 BUFFER_DURATION_NS = 10_000_000_000
-"""Age (ns) above which tf2 drops a transform, each with a message in the log."""
+"""Age beyond which tf2 discards a transform and logs a message (ns)."""
 
 LENGTH_TOLERANCE = 0.01
-"""Largest deviation of the square of a quaternion's length from 1."""
+"""Greatest deviation of the squared length of a quaternion from 1."""
 
 LATEST_TIME = Time()
-"""The time that asks tf2 for the latest transform."""
+"""Time that requests the latest transform from tf2."""
+
+WARNING_PERIOD = 10.0
+"""Shortest time between two warnings of the same kind (s)."""
 
 
 def transform_message(parent: str, child: str, pose: Pose = Pose((0.0, 0.0, 0.0), IDENTITY),
                       stamp: TimeMessage | None = None) -> TransformStamped:
-    """Return the message that the frame `child` has a pose in the frame `parent`."""
+    """Return a message with the pose of the frame `child` in the frame `parent`."""
     message = TransformStamped(child_frame_id=child)
     message.header.frame_id = parent
     if stamp is not None:
@@ -70,7 +72,7 @@ def transform_message(parent: str, child: str, pose: Pose = Pose((0.0, 0.0, 0.0)
 
 
 def set_transform(transform: Transform, pose: Pose) -> None:
-    """Write a pose into a transform message."""
+    """Write a pose to a transform message."""
     translation, rotation = transform.translation, transform.rotation
     translation.x, translation.y, translation.z = pose.position
     rotation.x, rotation.y, rotation.z, rotation.w = pose.orientation
@@ -84,7 +86,7 @@ def pose_of(transform: Transform) -> Pose:
 
 
 def latest_transform(buffer: Buffer, frame: str) -> TransformStamped | None:
-    """Return the latest transform from the world to a frame, None if there is none yet."""
+    """Return the latest transform from the world frame to a frame, or None if it is unknown."""
     try:
         return buffer.lookup_transform(WORLD, frame, LATEST_TIME)
     except TransformException:
@@ -93,12 +95,12 @@ def latest_transform(buffer: Buffer, frame: str) -> TransformStamped | None:
 
 def recent_pose(buffer: Buffer, frame: str, now: int) -> Pose | None:
     """
-    Return the latest pose of a moving frame in the world.
+    Return the latest pose of a moving frame in the world frame.
 
-    :param buffer: what is known
-    :param frame: the frame
-    :param now: the present instant (ns)
-    :return: The pose, None if it is unknown or older than MAX_AGE_NS.
+    :param buffer: TF buffer for the lookup
+    :param frame: name of the frame
+    :param now: current time (ns)
+    :return: pose, or None if it is unknown or older than MAX_AGE_NS
     """
     transform = latest_transform(buffer, frame)
     if transform is None:
@@ -109,79 +111,79 @@ def recent_pose(buffer: Buffer, frame: str, now: int) -> Pose | None:
 
 def rejection_reason(transform: TransformStamped, static: bool, now: int) -> str:
     """
-    Tell whether a transform would do a buffer, or who reads it, harm that stays.
+    Return the reason why a transform must not be stored in a buffer, or an empty string.
 
-    Anybody may publish transforms, and what else is wrong with one is put right by the next.
+    Only lasting damage is a reason. All other errors are corrected by the next transform.
 
-    :param transform: the transform
-    :param static: whether it came on /tf_static
-    :param now: the present instant (ns)
-    :return: What is wrong with it, in words that name the value; empty if it can be used.
+    :param transform: received transform
+    :param static: whether it was received on /tf_static
+    :param now: current time (ns)
     """
-    place, turn = transform.transform.translation, transform.transform.rotation
-    if not abs(place.x) + abs(place.y) + abs(place.z) <= MAX_COORDINATE:
-        return f'leads to ({place.x:g}, {place.y:g}, {place.z:g})'
-    x, y, z, w = turn.x, turn.y, turn.z, turn.w
+    translation, rotation = transform.transform.translation, transform.transform.rotation
+    x, y, z = translation.x, translation.y, translation.z
+    if not abs(x) + abs(y) + abs(z) <= MAX_COORDINATE:
+        return f'has the translation ({x:g}, {y:g}, {z:g})'
+    x, y, z, w = rotation.x, rotation.y, rotation.z, rotation.w
     if not abs(x * x + y * y + z * z + w * w - 1.0) <= LENGTH_TOLERANCE:
-        return f'has the quaternion ({x:g}, {y:g}, {z:g}, {w:g}), which is no unit quaternion'
+        return f'has the rotation ({x:g}, {y:g}, {z:g}, {w:g}), which is not a unit quaternion'
     stamp = transform.header.stamp
     if stamp.sec < 0 or stamp.nanosec >= NS_PER_SECOND:
-        return f'has the stamp {stamp.sec} s {stamp.nanosec} ns, which is no time'
+        return f'has the invalid stamp {stamp.sec} s {stamp.nanosec} ns'
     age = now - nanoseconds_of(stamp)
     if not static and not -MAX_AHEAD_NS <= age <= BUFFER_DURATION_NS:
         return f'has a stamp that is {abs(age) * 1e-9:g} s {"old" if age > 0 else "ahead"}'
     if transform.child_frame_id.removeprefix('/') == WORLD:
-        return f'gives "{WORLD}" a parent, but it is the root of all frames'
+        return f'has the child "{WORLD}", which must not have a parent'
     return ''
 
 
 class GuardedListener(TransformListener):
-    """A TransformListener that leaves out, with a warning, what would do lasting harm."""
+    """A TransformListener that rejects harmful transforms with a warning."""
 
     def __init__(self, buffer: Buffer, node: Node,
                  on_transform: Callable[[TransformStamped, int], Any] = lambda *_: None) -> None:
         """
-        Listen to /tf, best effort, and to /tf_static.
+        Subscribe to /tf (best effort) and /tf_static.
 
-        :param buffer: what to fill
-        :param node: the node to listen with
-        :param on_transform: called with each transform of /tf, in order, once its message is in
-            the buffer, and with the instant (ns) at which that came; also with those that arrive
-            together because the machine was busy
+        :param buffer: TF buffer to fill
+        :param node: node that owns the subscriptions
+        :param on_transform: callback for each stored transform of /tf and its arrival time (ns);
+            it runs when all transforms of the message are in the buffer
         """
-        self._warner = Warner(node)
         self._on_transform = on_transform
         self._last = 0
         super().__init__(buffer, node, qos=BEST_EFFORT)
 
     def callback(self, data: TFMessage) -> None:
-        """Take in a message of /tf."""
+        """Store a message of /tf, and call `on_transform` for each transform."""
         now = self._now()
         for transform in self.store(data, False, now):
             self._on_transform(transform, now)
 
     def static_callback(self, data: TFMessage) -> None:
-        """Take in a message of /tf_static."""
+        """Store a message of /tf_static."""
         self.store(data, True, self._now())
 
     def store(self, message: TFMessage, static: bool, now: int) -> list[TransformStamped]:
-        """Fill the buffer with the transforms that can be used now (ns), and return them."""
+        """Store all harmless transforms of a message received now (ns), and return them."""
         if now < self._last:
-            self.buffer.clear()  # Else transforms from before the jump would stay the latest.
+            # After a jump back, the old transforms would remain the latest ones.
+            self.buffer.clear()
         self._last = now
-        keep = self.buffer.set_transform_static if static else self.buffer.set_transform
-        taken = []
+        store = self.buffer.set_transform_static if static else self.buffer.set_transform
+        stored = []
         for transform in message.transforms:
-            harm = rejection_reason(transform, static, now)
-            if harm:
-                self._warner.warn('/tf_static' if static else '/tf', (
-                    f'Left out: the transform from "{transform.header.frame_id[:40]}" to '
-                    f'"{transform.child_frame_id[:40]}" {harm}'))
+            reason = rejection_reason(transform, static, now)
+            if reason:
+                self.node.get_logger().warning(
+                    f'Ignored the transform from "{transform.header.frame_id[:40]}" to '
+                    f'"{transform.child_frame_id[:40]}", because it {reason}',
+                    throttle_duration_sec=WARNING_PERIOD)
             else:
-                keep(transform, 'default_authority')
-                taken.append(transform)
-        return taken
+                store(transform, 'default_authority')
+                stored.append(transform)
+        return stored
 
     def _now(self) -> int:
-        """Return the present instant (ns)."""
+        """Return the current time (ns)."""
         return self.node.get_clock().now().nanoseconds

@@ -1,0 +1,235 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+The laws of physics for World under random input: closed forms and invariants.
+
+The expected values are computed here or by the geometry of the referee, not by the tested modules.
+"""
+
+from math import cos, floor, hypot, pi, sin, sqrt
+
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from laws import law
+import numpy
+import pytest
+from turtle_brick.core.geometry import Pose
+from turtle_brick.core.tilting_platform import LEVEL_TOLERANCE, Platform
+from turtle_brick.physics import Phase, World
+from turtle_referee.graph_client.geometry import (distance_to_rectangle, Pose as Frame,
+                                                  pose as frame, turn)
+
+GRAVITY = 9.81
+RADIUS = 0.5
+DT = 0.004
+SIZE = (0.4, 0.2, 0.12)
+LIFT = SIZE[2] / 2.0
+THICKNESS = 0.04
+HINGE = 3.0
+TOP = HINGE + THICKNESS
+
+VISIBLY_TILTED = 0.002
+"""Smallest tilt (rad) with which a platform catches no brick."""
+
+headings = st.floats(-pi, pi)
+coordinates = st.floats(-20.0, 20.0)
+gravities = st.floats(0.5, 30.0)
+time_steps = st.sampled_from((0.004, 0.01, 0.0333))
+tilts = st.builds(lambda angle, sign: sign * angle,
+                  st.floats(0.1, 1.5), st.sampled_from((1.0, -1.0)))
+
+
+@st.composite
+def discs(draw, radius):
+    """Return a strategy for points within a radius around the origin."""
+    distance, angle = radius * sqrt(draw(st.floats(0.0, 0.999))), draw(headings)
+    return distance * cos(angle), distance * sin(angle)
+
+
+def frame_at(x, y, yaw, tilt):
+    """Return the frame of a platform with a yaw and a tilt (rad)."""
+    return Frame((x, y, HINGE), turn((0.0, 0.0, 1.0), yaw) @ turn((0.0, 1.0, 0.0), tilt))
+
+
+def on_platform(place, *where):
+    """Return the center, in the world frame, of a brick at a position on a platform."""
+    return frame_at(*where).transform((*place, THICKNESS + LIFT))
+
+
+def turned(yaw, tilt, right):
+    """Return the axes of a brick on a platform that is turned clockwise relative to it."""
+    return frame_at(0.0, 0.0, yaw, tilt).axes @ turn((0.0, 0.0, 1.0), -right)
+
+
+def axes_of(quaternion):
+    """Return the axes of a frame with an orientation."""
+    return frame((0.0, 0.0, 0.0), quaternion).axes
+
+
+def gap(one, other):
+    """Return the largest difference between two vectors or matrices."""
+    return numpy.abs(numpy.subtract(one, other)).max()
+
+
+def platform_at(x=0.0, y=0.0, yaw=0.0, tilt=0.0):
+    """Return a platform at the height HINGE."""
+    a, b = yaw / 2.0, tilt / 2.0
+    turn = (-sin(a) * sin(b), cos(a) * sin(b), sin(a) * cos(b), cos(a) * cos(b))
+    return Platform(Pose((x, y, HINGE), turn))
+
+
+def brick_in(brick, gravity=GRAVITY, dt=DT, radius=RADIUS, platform=None):
+    """Return a world with a brick of SIZE and a platform of THICKNESS."""
+    world = World(brick, gravity, radius, dt)
+    world.size, world.thickness = SIZE, THICKNESS
+    world.platform = platform
+    return world
+
+
+def fall(world):
+    """Step until the brick has landed."""
+    while world.phase is Phase.FALLING:
+        world.step()
+
+
+def riding(place=(0.0, 0.0), x=0.0, y=0.0, yaw=0.0, **keywords):
+    """Return a world whose brick lies on a level platform, with heading 0."""
+    above = on_platform(place, x, y, yaw, 0.0)
+    world = brick_in((above[0], above[1], above[2] + 0.02), platform=platform_at(x, y, yaw),
+                     **keywords)
+    world.release()
+    fall(world)
+    assert world.phase is Phase.RIDING
+    return world
+
+
+@pytest.mark.parametrize('steps', (1, 7, 250, 9_991))
+def test_drop_follows_the_closed_form_at_any_timestep(steps):
+    world = World((1.5, -2.5, 10.0), 9.81, 0.5, 1.0 / steps)
+    for step in range(1, steps + 1):
+        world.drop()
+        assert gap(world.brick, (1.5, -2.5, 10.0 - 9.81 / 2.0 * (step / steps) ** 2)) <= 1e-9
+
+
+@pytest.mark.parametrize('x, z, phase', [
+    (0.1, TOP + LIFT, Phase.RIDING), (0.1, TOP + LIFT + 1e-10, Phase.RIDING),
+    (0.1, TOP + LIFT - 0.9e-9, Phase.RIDING), (0.1, TOP + LIFT - 2e-9, Phase.GROUNDED),
+    (RADIUS, 5.0, Phase.RIDING), (RADIUS + 1e-9, 5.0, Phase.GROUNDED),
+    (0.1, LIFT, Phase.GROUNDED)])
+def test_brick_lands_on_edge_and_top_of_the_platform_and_on_the_ground(x, z, phase):
+    world = brick_in((x, 0.0, z), platform=platform_at())
+    world.release()
+    fall(world)
+    assert world.phase is phase
+    assert gap(world.brick, (x, 0.0, TOP + LIFT if phase is Phase.RIDING else LIFT)) <= 1e-12
+
+
+@law(15)
+@given(yaw=headings, tilt=st.floats(-0.999, 0.999) | st.sampled_from((-0.999, 0.999)))
+def test_platform_has_a_level_tolerance_and_consistent_coordinates(yaw, tilt):
+    assert platform_at(yaw=yaw, tilt=tilt * LEVEL_TOLERANCE).is_level
+    for over in (pi, 0.01, 1.001 * LEVEL_TOLERANCE):
+        assert not platform_at(yaw=yaw, tilt=over).is_level
+    leaning = platform_at(1.0, 2.0, yaw, tilt)
+    assert gap(leaning.coordinates_of(leaning.point(0.3, -0.2, 0.5)), (0.3, -0.2)) <= 1e-9
+
+
+@law(40)
+@given(place=discs(2.0), yaw=headings, height=st.floats(1e-3, 5.0), radius=st.floats(0.05, 2.0),
+       gravity=gravities, dt=time_steps, late=st.integers(-3, 3) | st.integers(0, 100),
+       comes=st.booleans(), away=st.sampled_from((None, 'elsewhere', VISIBLY_TILTED, pi)) | tilts)
+def test_brick_lands_only_if_the_platform_is_there_when_it_reaches_its_top(
+        place, yaw, height, radius, gravity, dt, late, comes, away):
+    """
+    The platform must be level and within its radius in this step, but not before or after it.
+
+    A brick that has passed the platform is never caught.
+    """
+    crossing = floor(sqrt(2.0 * height / gravity) / dt) + 1
+    after, before = (0.5 * gravity * (step * dt) ** 2 for step in (crossing, crossing - 1))
+    assume(before < height - 1e-6 and height + 1e-6 < after)
+    (u, v), x, y = place, 3.0, -2.0
+    assume(abs(hypot(u, v) - radius) > 1e-9)
+    here = platform_at(x, y, yaw)
+    if away is not None:
+        away = platform_at(x + 5.0, y) if away == 'elsewhere' else platform_at(x, y, yaw, away)
+    world = brick_in((x + u, y + v, TOP + LIFT + height), gravity, dt, radius,
+                     away if comes else here)
+    world.release()
+    world.step()  # This step starts the fall.
+    step = 0
+    while world.phase is Phase.FALLING:
+        course = TOP + LIFT + height - 0.5 * gravity * (step * dt) ** 2
+        assert gap(world.brick, (x + u, y + v, course)) <= 1e-9
+        step += 1
+        if step == max(crossing + late, 1):
+            world.platform = here if comes else away
+        world.step()
+    if comes == (late <= 0) and hypot(u, v) < radius:
+        assert (world.phase, step) == (Phase.RIDING, crossing)
+        assert gap(world.brick, (x + u, y + v, TOP + LIFT)) <= 1e-12
+    else:
+        assert world.phase is Phase.GROUNDED
+        assert gap(world.brick, (x + u, y + v, LIFT)) <= 1e-12
+
+
+@law(30)
+@given(place=discs(RADIUS), yaw=headings, gravity=gravities, dt=time_steps,
+       program=st.lists(st.tuples(st.floats(-1.5, 1.5) | st.just(0.0), st.integers(1, 40),
+                                  coordinates, coordinates, headings),
+                        min_size=1, max_size=5))
+def test_slide_on_a_moving_platform(place, yaw, gravity, dt, program):
+    """
+    Gravity along the platform's x is the only acceleration in the platform's plane.
+
+    A change of the angle keeps the speed. Driving and turning do not accelerate the brick. The
+    brick floats when its trailing edge has left the platform. A newly placed brick is inclined
+    like the platform.
+    """
+    world = riding(place, yaw=yaw, gravity=gravity, dt=dt)
+    (u, v), speed = place, 0.0
+    for tilt, steps, x, y, heading in program:
+        world.platform = platform_at(x, y, heading, tilt)
+        pull = gravity * sin(tilt)
+        for _ in range(steps):
+            if world.phase is not Phase.RIDING:
+                break
+            world.step()
+            u, speed = u + speed * dt + 0.5 * pull * dt ** 2, speed + pull * dt
+            assert gap(world.brick, on_platform((u, v), x, y, heading, tilt)) <= 1e-9
+            assert gap(axes_of(world.orientation), turned(heading, tilt, yaw)) <= 1e-9
+            if world.pose_on_platform:
+                seen = world.platform.pose.compose(world.pose_on_platform)
+                assert gap(seen.position, world.brick) <= 1e-9
+                assert gap(axes_of(seen.orientation), turned(heading, tilt, yaw)) <= 1e-9
+            # The heading of the brick was 0 when it landed.
+            distance = distance_to_rectangle((u, v), -yaw, SIZE[:2])
+            if abs(distance - RADIUS) > 1e-9:
+                assert world.phase is (Phase.FLOATING if distance > RADIUS else Phase.RIDING)
+    world.brick = place = (x, y, 9.0)
+    assert (world.brick, world.phase, world.pose_on_platform) == (place, Phase.HOVERING, None)
+    assert gap(axes_of(world.orientation), turned(heading, tilt, heading)) <= 1e-9
+
+
+@law(10)
+@given(roll=tilts)
+def test_slide_on_a_platform_with_roll(roll):
+    """A platform from another node may roll."""
+    world, axis = riding(), (1.0, 0.0, 0.0)
+    world.platform = Platform(Pose((0.0, 0.0, HINGE), (sin(roll / 2), 0.0, 0.0, cos(roll / 2))))
+    for step in range(1, 6):
+        world.step()
+        v = -0.5 * GRAVITY * sin(roll) * (step * DT) ** 2
+        leaning = Frame((0.0, 0.0, HINGE), turn(axis, roll))
+        assert gap(world.brick, leaning.transform((0.0, v, THICKNESS + LIFT))) <= 1e-12
