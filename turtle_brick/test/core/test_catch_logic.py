@@ -157,15 +157,6 @@ def test_catcher_waits_without_a_fall():
     assert bench.actions == []
 
 
-def test_reachable_brick_is_caught_carried_to_the_center_and_tipped_off():
-    bench = CatchBench()
-    bench.drop(7.0, 7.0, 16.0)
-    bench.reach_state(State.WAITING)
-    assert bench.states == COURSE
-    assert bench.published(DriveGoal) == [DriveGoal(7.0, 7.0), DriveGoal(*CENTER)]
-    assert bench.published(TiltCommand)[-1] == TiltCommand(0.0)
-
-
 def test_new_fall_is_reported_when_it_is_observed():
     catcher = Catcher(PARAMETERS)
     falls = [catcher.observe_brick(round(time * 1e9), (5.0, 5.0, 9.0 - 0.5 * GRAVITY * time ** 2))
@@ -174,7 +165,7 @@ def test_new_fall_is_reported_when_it_is_observed():
 
 
 @pytest.mark.parametrize('every', (1, 5), ids=('250 Hz', '50 Hz'))
-def test_any_number_of_bricks_is_caught(every):
+def test_bricks_are_caught_carried_to_the_center_and_tipped_off(every):
     bench = CatchBench(every=every)
     for x, y in ((7.0, 7.0), (4.0, 5.5), (5.5, 5.5), (9.0, 2.0)):
         bench.drop(x, y, 16.0)
@@ -218,8 +209,6 @@ def test_unreachable_brick_causes_one_decision_and_no_motion(brick):
         assert 0.0 <= brick[2] - decision.fall.position[2] < 0.01
         assert bench.states == []
 
-
-# ------------------------------------------------------------------------ unusual brick positions
 
 def test_brick_hovering_at_the_platform_is_carried_once():
     """The brick does not follow, so the robot returns below it and waits until it moves."""
@@ -342,8 +331,6 @@ def test_catch_continues_after_a_short_loss_of_the_robot(state, time):
     bench.assert_tipped_off()
 
 
-# ---------------------------------------------------------------- unavailable or controlled robot
-
 def test_newly_available_robot_may_be_moving():
     """The decision assumes motion until the robot has been observed for a while."""
     decisions = []
@@ -421,8 +408,6 @@ def test_goal_is_published_again_if_it_is_lost_or_overridden():
     bench.assert_tipped_off()
     assert bench.published(DriveGoal) == [DriveGoal(*CENTER)]
 
-
-# ------------------------------------------------------------------------------------------- laws
 
 @law(8)
 @given(angle=st.floats(-pi, pi), time=st.floats(0.0, 1.2), speed=st.floats(1.0, 10.0))

@@ -54,12 +54,9 @@ def test_robot_below_the_brick_needs_no_time():
     assert decide(5.0, 5.0, REST_Z).needed == 0.0
 
 
-def test_resting_height_is_half_a_brick_above_the_platform():
+def test_resting_height_and_fall_time():
     assert resting_height(PARAMETERS) == (
         PARAMETERS.platform_height + PARAMETERS.brick_size[2] / 2.0)
-
-
-def test_fall_time_onto_the_platform():
     assert fall_time(REST_Z + 0.5 * GRAVITY, PARAMETERS) == pytest.approx(1.0)
     assert fall_time(REST_Z - 1.0, PARAMETERS) == 0.0
 
@@ -79,7 +76,7 @@ def test_brick_below_the_platform_or_outside_the_arena_is_unreachable(x, y, z, w
 
 def test_brick_at_the_limit_of_arena_and_platform_is_reachable():
     for x, y, z in ((5.0, 5.0, REST_Z), (0.0, 5.0, 9.0), (5.0, ARENA_SIZE, 9.0)):
-        # The brick at rest height is already on the platform.
+        # A brick at the resting height is already on the platform.
         assert decide(x, y, z, RobotMotion(x, y), delay=0.02).reachable
     assert 'passed' in decide(5.0, 5.0, REST_Z - 0.01, speed=3.0).reason
     assert guaranteed_distance(REST_Z - 0.01, PARAMETERS) == -inf

@@ -20,8 +20,8 @@ A brick is reachable if its landing point is inside the arena and if
     latency + max(distance - platform_radius, 0) / max_velocity <= time until landing
 
 - The brick lands when its bottom reaches the top of the level platform. It falls without drag.
-- The distance is the horizontal distance from the robot to the landing point. For a moving robot, it
-  is the largest distance after the commands already sent.
+- The distance is horizontal, from the robot to the landing point. For a moving robot, it is the
+  largest distance after the commands already sent.
 - The latency is COMMAND_LATENCY, which holds for nodes on one machine, plus the excess latency of
   slow links and busy machines, which `latency` measures.
 - A robot already within platform_radius of the landing point needs no time. A platform that is not
