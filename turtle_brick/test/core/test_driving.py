@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The Driver with turtlesim's kinematics in the loop, at the real rates, and CommandQueue alone.
+Tests of the Driver in a closed loop with turtlesim's kinematics, and of the CommandQueue.
 
-turtlesim ticks every 16 ms and takes one command per tick from its queue of seven; commands are
-published every 10 ms; both jitter, and messages take some time.
+turtlesim takes one command per tick of 16 ms from its queue of seven. Commands are published every
+10 ms. Both periods have jitter, and messages have a delay.
 """
 
 from dataclasses import replace
@@ -34,12 +34,12 @@ from turtle_brick.core.turtlesim_kinematics import (ARENA_SIZE, TICK, Turtle, Tu
 from turtle_brick.tools.simulation import Delays, JITTER, Simulation
 
 RADIUS = 0.5
-# The longest time from publishing a command to the tick that takes it.
-QUEUE = 0.077
+QUEUE_DELAY = 0.077
+"""Longest time from the publication of a command to the tick that takes it (s)."""
 
 
 class Bench(Simulation):
-    """Robot and turtlesim of a simulation, watched, without arena and catcher; instants in s."""
+    """Robot and turtlesim of a simulation, without arena and catcher."""
 
     def __init__(self, speed, start=(5.5, 5.5, 0.0), seed=0, jitter=True, driver=None):
         super().__init__(replace(PARAMETERS, max_velocity=speed), seed,
@@ -62,7 +62,7 @@ class Bench(Simulation):
         self.commands.append((now * 1e-9, command))
 
     def restart_turtlesim(self, away, start):
-        """Replace turtlesim by a new one after a while; what is sent meanwhile is lost."""
+        """Replace turtlesim after a pause (s), in which all commands are lost."""
         self._tick_at = inf
         self.rest(away)
         self._to_turtle.clear()
@@ -70,17 +70,17 @@ class Bench(Simulation):
         self._tick_at = self._tick_grid = self.now
 
     def distance(self, goal):
-        """Return how far the turtle is from a goal."""
+        """Return the distance of the turtle from a goal (m)."""
         return dist(self.turtle.pose[:2], goal)
 
     def send(self, goal, part=0.0):
-        """Send the robot to a goal, and wait for a part of the time that the way takes."""
+        """Send a goal, and run for a fraction of the travel time."""
         way = self.distance(goal)
         self.driver.drive_to(*goal)
         self.rest(part * way / self.speed)
 
     def assert_rests(self, goal, after, time=0.3):
-        """See that from so long after now, for a time, the turtle is told to rest at its goal."""
+        """Check that the turtle rests at its goal after a delay (s)."""
         since = self.now * 1e-9 + after
         self.rest(after + time)
         assert self.poses[-1][0] > since + time - 0.1
@@ -89,13 +89,13 @@ class Bench(Simulation):
         assert self.driver.arrived
 
     def assert_arrives(self, goal):
-        """See that the turtle drives to its goal at once and rests there."""
-        # What is in the queue, and the wait for the next cycle, may lead away from it.
-        self.assert_rests(goal, self.distance(goal) / self.speed + 0.6 + QUEUE + COMMAND_PERIOD)
+        """Check that the turtle drives to its goal without a pause and rests there."""
+        # Queued commands may lead away from the goal.
+        self.assert_rests(goal, self.distance(goal) / self.speed + 0.6 + QUEUE_DELAY + COMMAND_PERIOD)
 
 
-def ways(start, goal, poses):
-    """Return how far poses are on the straight way to a goal: beyond the goal, and aside (m)."""
+def deviations(start, goal, poses):
+    """Return the distances (m) of poses beyond a goal and beside the line to it."""
     length = dist(goal, start[:2])
     ex, ey = (goal[0] - start[0]) / length, (goal[1] - start[1]) / length
     return [((pose.x - goal[0]) * ex + (pose.y - goal[1]) * ey,
@@ -103,7 +103,7 @@ def ways(start, goal, poses):
 
 
 def at_most(reach, start, place):
-    """Return the point on the way to a place that is at most so far (m) away."""
+    """Return the point on the line to a place within a distance (m)."""
     part = min(1.0, reach / max(dist(start[:2], place), 1e-9))
     return start[0] + part * (place[0] - start[0]), start[1] + part * (place[1] - start[1])
 
@@ -117,7 +117,7 @@ seeds = st.integers(0, 2 ** 32)
 
 @st.composite
 def drives(draw, longest=1.5, jitter=True):
-    """Draw a robot at rest and a goal that is at most so many seconds away."""
+    """Return a strategy for robots at rest and goals within a travel time (s)."""
     speed = draw(speeds)
     x, y = draw(places)
     angle = draw(headings)
@@ -127,12 +127,12 @@ def drives(draw, longest=1.5, jitter=True):
     return Bench(speed, (x, y, draw(headings)), draw(seeds), jitter), goal
 
 
-# --------------------------------------------------------------------------------- the closed loop
+# ------------------------------------------------------------------------------------ closed loop
 
 @law(24)
 @given(data=st.data(), jitter=st.booleans())
-def test_arrives_in_time_without_overshoot_and_rests(data, jitter):
-    """Straight; with ticks that jitter by 2 ms and commands that jitter by 0.3 ms, or without."""
+def test_driver_arrives_in_time_without_overshoot(data, jitter):
+    """The path is straight, with or without a jitter of 2 ms in ticks and 0.3 ms in commands."""
     bench, goal = data.draw(drives(jitter=jitter))
     start, distance, speed = bench.turtle.pose, bench.distance(goal), bench.speed
     begin = bench.now * 1e-9
@@ -141,20 +141,20 @@ def test_arrives_in_time_without_overshoot_and_rests(data, jitter):
     count, reached = next((index, time) for index, (time, pose) in enumerate(bench.poses)
                           if dist(pose[:2], goal) <= RADIUS)
     assert reached - begin <= max(distance - RADIUS, 0.0) / speed + 0.12
-    beyond, aside = zip(*ways(start, goal, bench.poses))
+    beyond, aside = zip(*deviations(start, goal, bench.poses))
     assert max(beyond) <= (0.020 * speed if jitter else 0.001 * speed + 1e-5)
-    # Beyond, what jitter makes it overshoot may lead it along a wall.
+    # An overshoot may move the turtle along a wall.
     assert max(aside[:count + 1]) <= 0.005
     assert max(hypot(*command) for _, command in bench.commands) == pytest.approx(
         min(speed, 0.5 * distance / TICK))
-    # The goal that is sent again moves nothing, not even the millimeter that jitter has left.
+    # A repeated goal does not move the turtle.
     bench.send(goal)
     bench.assert_rests(goal, 0.0)
 
 
-# --------------------------------------------------------------------------------- what goes wrong
+# ---------------------------------------------------------------------------------- missing poses
 
-def test_stands_still_without_a_goal_and_without_a_recent_pose():
+def test_driver_stops_without_a_goal_or_a_recent_pose():
     driver = Driver(3.0)
     driver.observe(1.0, TurtlePose(5.0, 5.0, 0.0, 0.0, 0.0))
     with pytest.raises(ValueError, match='is not finite'):
@@ -171,9 +171,9 @@ def test_stands_still_without_a_goal_and_without_a_recent_pose():
 @law(10)
 @given(drive=drives(1.0), restart=places, again=headings, after=st.floats(0.0, 0.4),
        away=st.floats(0.3, 1.5))
-def test_stands_while_the_pose_is_stale_and_goes_on_with_a_new_turtlesim(
+def test_driver_continues_after_a_restart_of_turtlesim(
         drive, restart, again, after, away):
-    """Which begins at another place, with another heading and an empty queue."""
+    """The new turtle has another pose and an empty queue. Without poses, the robot stops."""
     bench, goal = drive
     bench.send(goal)
     bench.rest(after)
@@ -187,7 +187,7 @@ def test_stands_while_the_pose_is_stale_and_goes_on_with_a_new_turtlesim(
 
 @pytest.mark.parametrize(('away', 'arrived'), [
     ((0.0004,), True), ((0.0006,), False), ((0.0004, 0.0029), True), ((0.0004, 0.0031), False)])
-def test_stops_at_its_goal_and_stays_until_it_is_farther_away(away, arrived):
+def test_driver_stops_near_its_goal_and_starts_again_farther_away(away, arrived):
     driver = Driver(3.0)
     driver.drive_to(5.0, 5.0)
     for tick, distance in enumerate(away):
@@ -196,10 +196,10 @@ def test_stops_at_its_goal_and_stays_until_it_is_farther_away(away, arrived):
     assert driver.arrived is arrived
 
 
-# ------------------------------------------------------------------------------ what it is made of
+# ------------------------------------------------------------------------------------- components
 
-def test_grid_of_ticks_follows_the_poses():
-    """Slowly; but at once when one comes far too early, or three in a row come late."""
+def test_tick_clock_follows_the_poses():
+    """It restarts after a pose that is far too early, and after three late poses."""
     for period in (0.99 * TICK, 1.01 * TICK):
         clock = TickClock()
         for number in range(1000):
@@ -212,7 +212,7 @@ def test_grid_of_ticks_follows_the_poses():
 
 
 class Wanderer(CommandQueue):
-    """A driver that turns at random; each of its commands has a speed of its own."""
+    """A driver that changes direction at random. Each command has a different speed."""
 
     def __init__(self, random, hold):
         super().__init__()
@@ -220,7 +220,7 @@ class Wanderer(CommandQueue):
         self.predicted = {}
 
     def command(self, now):
-        """Publish a command, and note where it is predicted to take effect."""
+        """Publish a command, and record the predicted position."""
         count, speed = len(self.predicted), 0.0
         if count % self.hold == 0:
             self.angle = self.random.uniform(-pi, pi)
@@ -234,8 +234,8 @@ class Wanderer(CommandQueue):
 
 @law(20)
 @given(seed=seeds, theta=headings, hold=st.integers(1, 30), x=st.sampled_from((0.05, 5.5)))
-def test_predicts_the_pose_at_which_a_command_takes_effect(seed, theta, hold, x):
-    """Whatever was commanded before, a while of standing still first; walls included."""
+def test_command_queue_predicts_the_position_at_which_a_command_takes_effect(seed, theta, hold, x):
+    """The prediction is valid for any earlier commands, and at walls."""
     driver = Wanderer(Random(seed), hold)
     bench = Bench(2.0, (x, 5.5, theta), seed, jitter=False, driver=driver)
     bench.rest(0.72)
@@ -245,15 +245,15 @@ def test_predicts_the_pose_at_which_a_command_takes_effect(seed, theta, hold, x)
         if predicted is not None:
             assert dist(before[:2], predicted) <= 1e-5
             compared += 1
-    # 62.5 of 100 are taken, less those that are on their way in the end.
+    # turtlesim takes 62.5 % of the commands.
     assert compared >= 55
 
 
 @law(24)
 @given(speed=speeds, radius=st.floats(0.02, 2.0), part=st.floats(0.0, 1.5), angle=headings,
        seed=seeds)
-def test_travel_time_is_what_the_way_takes_at_most(speed, radius, part, angle, seed):
-    """From the first pose that shows motion to the first one within the radius."""
+def test_travel_time_is_an_upper_bound(speed, radius, part, angle, seed):
+    """The time starts with the first motion and ends within the radius."""
     distance = min(radius + part * speed, 5.4)
     bench = Bench(speed, (5.5, 5.5, 0.3), seed, jitter=False)
     goal = 5.5 + distance * cos(angle), 5.5 + distance * sin(angle)
@@ -262,13 +262,13 @@ def test_travel_time_is_what_the_way_takes_at_most(speed, radius, part, angle, s
     bench.rest(0.6)
     first = next((time for time, pose in bench.poses if pose[:2] != start[:2]), 0.0)
     reached = next(time for time, pose in bench.poses if dist(pose[:2], goal) <= radius)
-    # The approach begins in the middle of a tick: that costs up to 0.09 of one.
+    # The approach starts within a tick, which costs up to 0.09 ticks.
     assert reached - first <= travel_time(distance, radius, speed) + 0.09 * TICK
 
 
 @law(30)
 @given(speed=speeds, part=st.floats(0.1, 1.0), ticks=st.integers(1, 8))
-def test_travel_time_is_a_tick_for_each_half_of_the_last_stretch(speed, part, ticks):
+def test_travel_time_is_one_tick_per_half_of_the_final_approach(speed, part, ticks):
     distance = part * 2.0 * speed * TICK
     time = travel_time(distance, distance * 0.5 ** ticks, speed)
     assert time == pytest.approx(ticks * TICK)
@@ -276,7 +276,7 @@ def test_travel_time_is_a_tick_for_each_half_of_the_last_stretch(speed, part, ti
 
 @law(30)
 @given(x=st.floats(-30.0, 30.0), y=st.floats(-30.0, 30.0), place=places)
-def test_within_arena_is_the_nearest_point(x, y, place):
+def test_within_arena_returns_the_nearest_point(x, y, place):
     nearest = within_arena(x, y)
     assert all(0.0 <= value <= ARENA_SIZE for value in nearest)
     assert dist(nearest, (x, y)) <= dist(place, (x, y))

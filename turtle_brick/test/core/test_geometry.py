@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Rotations and poses, by the laws that define them."""
+"""Examples and laws of rotations and poses."""
 
 from math import cos, pi, sin, sqrt
 
@@ -20,7 +20,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from laws import law
 import pytest
-from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose, Pose2D, rotate
+from turtle_brick.core.geometry import (distance_to_rectangle, from_pitch, from_yaw, multiply,
+                                        Pose, Pose2D, rotate)
 
 angles = st.floats(-2.0 * pi, 2.0 * pi)
 lengths = st.floats(-20.0, 20.0)
@@ -30,7 +31,7 @@ plane_poses = st.builds(Pose2D, lengths, lengths, angles)
 
 @st.composite
 def quaternions(draw):
-    """Any rotation, as a unit quaternion."""
+    """Return a strategy for unit quaternions."""
     parts = draw(st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(
         lambda q: sum(part * part for part in q) > 1e-3))
     norm = sqrt(sum(part * part for part in parts))
@@ -38,13 +39,25 @@ def quaternions(draw):
 
 
 def near(values):
-    """Compare tuples of numbers."""
+    """Return a value that is compared with a tolerance."""
     return pytest.approx(tuple(values), abs=1e-9)
+
+
+def test_pose_transforms_points():
+    left = Pose((1.0, 2.0, 3.0), from_yaw(pi / 2.0))
+    assert left.transform((1.0, 0.0, 0.0)) == near((1.0, 3.0, 3.0))
+    assert left.compose(left).position == near((-1.0, 3.0, 6.0))
+
+
+def test_distance_to_rectangle():
+    assert distance_to_rectangle(3.0, 0.0, 0.0, 2.0, 1.0) == pytest.approx(2.0)
+    assert distance_to_rectangle(3.0, 0.0, pi / 2.0, 2.0, 1.0) == pytest.approx(2.5)
+    assert distance_to_rectangle(0.5, 0.2, 0.0, 2.0, 1.0) == 0.0
 
 
 @law(12)
 @given(p=quaternions(), q=quaternions(), a=vectors, b=vectors, v=vectors)
-def test_product_and_pose_take_the_right_factor_first(p, q, a, b, v):
+def test_products_and_poses_apply_the_right_factor_first(p, q, a, b, v):
     assert rotate(multiply(p, q), v) == near(rotate(p, rotate(q, v)))
     outer, inner = Pose(a, p), Pose(b, q)
     assert outer.compose(inner).transform(v) == near(outer.transform(inner.transform(v)))
@@ -61,7 +74,7 @@ def test_yaw_turns_left_and_pitch_lowers_the_front(angle):
 
 @law(12)
 @given(a=plane_poses, b=plane_poses)
-def test_poses_in_the_plane_compose_as_in_space_and_have_inverses(a, b):
+def test_pose_2d_composes_like_pose_and_has_an_inverse(a, b):
     x, y, _ = rotate(from_yaw(a.yaw), (b.x, b.y, 0.0))
     assert a.compose(b) == near((a.x + x, a.y + y, a.yaw + b.yaw))
     assert a.compose(a.inverse()) == near((0.0, 0.0, 0.0))

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The laws of rolling, and that odom is where the turtle was first seen."""
+"""Laws of the wheel odometry."""
 
 from math import atan2, cos, hypot, isclose, pi, sin
 
@@ -28,7 +28,7 @@ angles = st.floats(-pi, pi)
 
 
 class Ride:
-    """A turtle that obeys, and an odometer that watches it."""
+    """A turtle with an odometer."""
 
     def __init__(self, **start):
         self.turtle, self.odometer = Turtle(holonomic=True, **start), Odometer(RADIUS)
@@ -36,7 +36,7 @@ class Ride:
         self.odometer.observe(0.0, self.turtle.tick(0.0))
 
     def drive(self, command, ticks):
-        """Obey a command for some ticks; return the path that the wheel rolls meanwhile (m)."""
+        """Execute a command for some ticks, and return the path of the wheel (m)."""
         before = self.odometer.wheel_angle
         for _ in range(ticks):
             last = self.turtle.pose
@@ -49,8 +49,8 @@ class Ride:
 
 @law(30)
 @given(direction=angles, speed=st.floats(0.1, 10.0), theta=angles)
-def test_wheel_rolls_without_slipping_and_no_farther_than_a_wall_lets_it(direction, speed, theta):
-    """Its angle times its radius is the path; the stem points along any motion."""
+def test_wheel_rolls_without_slipping_up_to_a_wall(direction, speed, theta):
+    """The wheel angle times the radius is the path. The stem points along the motion."""
     ride = Ride(theta=theta)
     for _ in range(120):
         rolled = ride.drive((speed * cos(direction), speed * sin(direction)), 1)
@@ -66,8 +66,8 @@ def test_wheel_rolls_without_slipping_and_no_farther_than_a_wall_lets_it(directi
 
 @law(15)
 @given(direction=angles, theta=angles)
-def test_stem_points_before_the_robot_moves_and_after(direction, theta):
-    """At rest it obeys the command, also against a wall; in motion it points along the motion."""
+def test_stem_points_along_the_command_before_a_motion(direction, theta):
+    """During and after the motion, it points along the motion."""
     ride = Ride(theta=theta)
     command = (cos(direction), sin(direction))
     ride.odometer.steer(command)
@@ -77,14 +77,14 @@ def test_stem_points_before_the_robot_moves_and_after(direction, theta):
     moving = ride.odometer.stem_angle
     ride.odometer.steer((-command[0], -command[1]))
     assert ride.odometer.stem_angle == moving
-    # A robot that stops looks where it went.
+    # The stem keeps its direction after a stop.
     assert ride.drive((0.0, 0.0), 2) == 0.0
     ride.odometer.steer((0.0, 0.0))
     assert (ride.odometer.stem_angle, ride.odometer.wheel_velocity) == (moving, 0.0)
 
 
-def test_lost_poses_turn_the_wheel_no_faster():
-    """Only how far it has turned makes up for them."""
+def test_lost_poses_do_not_change_the_wheel_velocity():
+    """The wheel angle includes the lost poses."""
     ride = Ride()
     ride.drive((2.0, 0.0), 5)
     for _ in range(4):
@@ -99,8 +99,8 @@ def test_lost_poses_turn_the_wheel_no_faster():
 @law(20)
 @given(poses=st.lists(st.tuples(st.integers(0, 11), st.integers(0, 11), angles), min_size=1,
                       max_size=10), speed=st.sampled_from([0.0, 1.0, 3.0]))
-def test_odom_stays_and_composes_and_no_wheel_rolls_in_a_teleport(poses, speed):
-    """The first pose is odom for ever; odom after base_link-in-odom is the pose in the world."""
+def test_teleports_change_neither_odom_nor_the_wheel(poses, speed):
+    """The first pose defines odom. Both transforms together give the pose in the world."""
     odometer = Odometer(RADIUS)
     for number, (x, y, theta) in enumerate(poses):
         odometer.observe(number * TICK, TurtlePose(x, y, theta, speed, 0.0))

@@ -12,8 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-
-"""What the parameter file may hold, by laws, and how a fault in it is told."""
+"""Valid and invalid parameter files, and the messages about them."""
 
 from dataclasses import asdict, fields, replace
 import math
@@ -33,80 +32,51 @@ import yaml
 DEFAULTS = asdict(load())
 
 
-def refused(mapping, used=Parameters):
-    """Return the sentence with which a mapping is refused."""
+def error_of(mapping, parameter_set=Parameters):
+    """Return the error message for an invalid mapping."""
     with pytest.raises(ParameterError) as caught:
-        used.from_mapping(mapping)
+        parameter_set.from_mapping(mapping)
     return str(caught.value)
 
 
 def written(directory, text):
-    """Write a parameter file, of a text or a section without its Ellipses; return its path."""
+    """Write a text or a mapping to a parameter file, and return its path."""
     path = directory / 'turtle.yaml'
     if not isinstance(text, str):
         section = {name: list(value) if isinstance(value, tuple) else value
-                   for name, value in text.items() if value is not ...}
+                   for name, value in text.items()}
         text = yaml.safe_dump({'/**': {'ros__parameters': section}})
     path.write_text(text, encoding='utf-8')
     return path
 
 
-def admissible(rule):
-    """Return a strategy for the values that a rule admits: floats and integers, the edges too."""
+def valid_values(rule):
+    """Return a strategy for the valid values of a rule, including its limits."""
     number = st.floats(rule.lower, rule.upper) | st.sampled_from((rule.lower, rule.upper)) | (
         st.integers(math.ceil(rule.lower), math.floor(rule.upper)))
     return number if rule.length == 1 else st.lists(number, min_size=3, max_size=3)
 
 
-def test_the_file_the_table_and_the_users_have_the_same_names():
+def test_file_rules_and_parameter_sets_have_the_same_names():
     content = yaml.safe_load(default_path().read_text(encoding='utf-8'))
-    names = [{entry.name for entry in fields(used)}
-             for used in (RobotParameters, ArenaParameters, CatcherParameters)]
+    names = [{field.name for field in fields(parameter_set)}
+             for parameter_set in (RobotParameters, ArenaParameters, CatcherParameters)]
     assert content == {'/**': {'ros__parameters': content['/**']['ros__parameters']}}
     assert set(content['/**']['ros__parameters']) == set(PARAMETER_RULES) == set.union(*names)
 
 
-@law(20)
-@given(st.fixed_dictionaries({name: admissible(rule) for name, rule in PARAMETER_RULES.items()}))
-def test_values_in_range_are_kept_unless_the_geometry_forbids(mapping):
-    height, radius = mapping['platform_height'], mapping['platform_radius']
-    thickness, wheel = mapping['platform_thickness'], mapping['wheel_radius']
-    needed = (2 * wheel + math.hypot(radius, thickness) + thickness
-              + max(0.05, wheel, radius / 5))
-    half_height = mapping['brick_size'][2] / 2
-    assume(abs(height - needed) > 1e-9)
-    if mapping['brick_start'][2] < half_height:
-        assert f'its z must be at least {half_height:g} m' in refused(mapping)
-    elif not wheel / 3 <= radius <= 20 * wheel:
-        sentence = refused(mapping)
-        for words in (f'{radius:g} m', f'{wheel:g} m', f'{wheel / 3:g} to {20 * wheel:g} m'):
-            assert words in sentence
-    elif height < needed:
-        sentence = refused(mapping)
-        for number in (height, radius, thickness, wheel, needed):
-            assert f'{number:g} m' in sentence
-        # But who knows less of the robot can't tell.
-        for used in (RobotParameters, ArenaParameters, CatcherParameters):
-            assert used.from_mapping(mapping)
-    else:
-        for name, kept in asdict(Parameters.from_mapping(mapping)).items():
-            vector = PARAMETER_RULES[name].length == 3
-            assert kept == (tuple(mapping[name]) if vector else mapping[name])
-            assert {type(number) for number in (kept if vector else [kept])} == {float}
-
-
 @pytest.mark.parametrize('name', PARAMETER_RULES)
-def test_a_number_that_cannot_be_is_refused_in_one_sentence(name):
+def test_invalid_number_is_reported_with_the_valid_range(name):
     rule = PARAMETER_RULES[name]
     for wrong in (math.nextafter(rule.lower, -math.inf), math.nextafter(rule.upper, math.inf),
                   math.nan, math.inf, 10 ** 400, True, '3', '', None, 1j, {}, (), [1.0]):
         values = [wrong] if rule.length == 1 else [
             [wrong, 1.0, 1.0], [1.0, 1.0, wrong], wrong, [1.0, 2.0], [1.0] * 4]
         for value in values:
-            sentence = refused({**DEFAULTS, name: value})
-            assert sentence.startswith(f'{name} is {value!r:.80}, but must be ')
-            assert f'from {rule.lower:g} to {rule.upper:g} {rule.unit}' in sentence
-            assert len(sentence) < 170
+            message = error_of({**DEFAULTS, name: value})
+            assert message.startswith(f'{name} is {value!r:.80}, but must be ')
+            assert f'from {rule.lower:g} to {rule.upper:g} {rule.unit}' in message
+            assert len(message) < 170
 
 
 def test_brick_may_start_on_the_ground():
@@ -115,13 +85,13 @@ def test_brick_may_start_on_the_ground():
         replace(lying, brick_start=(1.0, 1.0, math.nextafter(0.25, 0.0)))
 
 
-def test_what_is_missing_is_named_and_a_slip_is_told():
+def test_missing_and_misspelled_parameters_are_reported():
     some = {name: value for name, value in DEFAULTS.items() if 'brick' not in name}
     with pytest.raises(MissingParameterError, match='^missing parameters: brick_size, brick_st'):
         Parameters.from_mapping(some)
-    assert refused({**some, 'brick_size': (1, 1, 1), 'brick_strat': (1, 1, 1)}) == (
+    assert error_of({**some, 'brick_size': (1, 1, 1), 'brick_strat': (1, 1, 1)}) == (
         'unknown brick_strat, did you mean brick_start?')
-    # What is unknown and like nothing that is missing belongs to somebody else.
+    # Other unknown parameters are ignored.
     assert Parameters.from_mapping({
         **DEFAULTS, 'brick_start': [1, 2, 3], 'max_velocty': 1, 'port': 2, 3: 4}) == replace(
             load(), brick_start=(1.0, 2.0, 3.0))
@@ -134,7 +104,7 @@ def test_what_is_missing_is_named_and_a_slip_is_told():
     ('tilt_angle: 0.7', '', 'missing parameters: tilt_angle'),
     ('/**:', 'arena:', "there are no parameters under '/**: ros__parameters:'"),
 ])
-def test_a_fault_in_the_file_is_one_sentence_that_begins_with_it(tmp_path, before, after, words):
+def test_error_in_a_file_is_reported_with_its_path(tmp_path, before, after, words):
     path = written(tmp_path, default_path().read_text())
     assert load(path) == load(str(path)) == load()
     path = written(tmp_path, path.read_text().replace(before, after))
@@ -144,7 +114,7 @@ def test_a_fault_in_the_file_is_one_sentence_that_begins_with_it(tmp_path, befor
     assert '\n' not in str(caught.value)
 
 
-def test_a_file_that_is_no_yaml_or_cannot_be_read_is_refused(tmp_path):
+def test_a_file_that_is_no_yaml_or_cannot_be_read_is_error_of(tmp_path):
     path = written(tmp_path, '/**:\n  ros__parameters:\n    brick_size: [0.4, 0.2\n    wheel: 1\n')
     with pytest.raises(ParameterError, match=r'(?s)this is not YAML: .*\n +in line 3, column 17:'):
         load(path)
@@ -155,16 +125,16 @@ def test_a_file_that_is_no_yaml_or_cannot_be_read_is_refused(tmp_path):
             load(path)
 
 
-def test_the_file_is_checked_where_the_home_is_sourced(tmp_path, monkeypatch, capsys):
+def test_main_checks_a_file(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(sys, 'argv', ['parameters'])
     assert parameters.main() == 0
     monkeypatch.setattr(sys, 'argv', ['parameters', str(written(tmp_path, '/**: ['))])
     assert parameters.main() == 1
-    said, errors = capsys.readouterr()
-    assert said == '' and errors.startswith(f'turtle_brick: {tmp_path}/turtle.yaml: this is not')
+    output, errors = capsys.readouterr()
+    assert output == '' and errors.startswith(f'turtle_brick: {tmp_path}/turtle.yaml: this is not')
 
 
-def test_physics_needs_no_configuration_and_nothing_here_ros():
+def test_pure_modules_do_not_import_ros():
     code = """
 import sys
 sys.modules['rclpy'] = sys.modules['yaml'] = None
@@ -173,3 +143,32 @@ del sys.modules['yaml']
 import turtle_brick.core.parameters
 """
     subprocess.run([sys.executable, '-c', code], check=True)
+
+
+@law(20)
+@given(st.fixed_dictionaries({name: valid_values(rule) for name, rule in PARAMETER_RULES.items()}))
+def test_valid_values_are_kept_unless_the_robot_cannot_be_built(mapping):
+    height, radius = mapping['platform_height'], mapping['platform_radius']
+    thickness, wheel = mapping['platform_thickness'], mapping['wheel_radius']
+    least = (2 * wheel + math.hypot(radius, thickness) + thickness
+              + max(0.05, wheel, radius / 5))
+    half_height = mapping['brick_size'][2] / 2
+    assume(abs(height - least) > 1e-9)
+    if mapping['brick_start'][2] < half_height:
+        assert f'its z must be at least {half_height:g} m' in error_of(mapping)
+    elif not wheel / 3 <= radius <= 20 * wheel:
+        message = error_of(mapping)
+        for words in (f'{radius:g} m', f'{wheel:g} m', f'{wheel / 3:g} to {20 * wheel:g} m'):
+            assert words in message
+    elif height < least:
+        message = error_of(mapping)
+        for number in (height, radius, thickness, wheel, least):
+            assert f'{number:g} m' in message
+        # The parameter sets of the nodes do not contain all dimensions.
+        for parameter_set in (RobotParameters, ArenaParameters, CatcherParameters):
+            assert parameter_set.from_mapping(mapping)
+    else:
+        for name, kept in asdict(Parameters.from_mapping(mapping)).items():
+            vector = PARAMETER_RULES[name].length == 3
+            assert kept == (tuple(mapping[name]) if vector else mapping[name])
+            assert {type(number) for number in (kept if vector else [kept])} == {float}

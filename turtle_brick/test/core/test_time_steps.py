@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A clock of equal steps, under any pattern of late calls."""
+"""Tests of the step clock with late calls and clock jumps."""
 
 from random import Random
 from types import SimpleNamespace
@@ -32,12 +32,12 @@ starts = st.integers(0, 2 ** 62)
 @law(20)
 @given(start=starts, period=st.just(PERIOD) | st.integers(1, 10 ** 8),
        pauses=st.lists(st.floats(0.0, 3.0) | st.sampled_from((1.0, 249.0, 500.0)), max_size=30))
-def test_no_pattern_of_late_calls_makes_it_drift(start, period, pauses):
-    """Every step of the grid that is due has come, once, in order, and nothing else."""
+def test_late_calls_lose_no_step(start, period, pauses):
+    """Every due step of the grid is returned once and in order."""
     clock, now = StepClock(period, 500 * period), start
     steps = clock.due(now)
     for pause in pauses:
-        # The last step may be almost a period before the last call.
+        # The last step can be almost one period before the last call.
         now = min(now + round(pause * period), clock.last + 500 * period)
         steps += clock.due(now)
         assert clock.jump == 0
@@ -48,7 +48,7 @@ def test_no_pattern_of_late_calls_makes_it_drift(start, period, pauses):
 @law(20)
 @given(start=starts, jump=st.integers(GAP + 1, 100 * GAP) | st.integers(-100 * GAP, -PERIOD - 1)
        | st.sampled_from((GAP + 1, -PERIOD - 1)))
-def test_a_jump_begins_a_new_grid_with_the_instant_of_the_call(start, jump):
+def test_clock_jump_restarts_the_grid(start, jump):
     clock, restart = StepClock(PERIOD), start + jump
     clock.due(start)
     assert (clock.due(restart), clock.jump) == ([restart], jump)
@@ -57,8 +57,8 @@ def test_a_jump_begins_a_new_grid_with_the_instant_of_the_call(start, jump):
 
 
 @pytest.mark.parametrize('jump', (-PERIOD, -1, PERIOD, GAP))
-def test_the_grid_stays_up_to_the_longest_gap_and_when_a_clock_is_slewed_back(jump):
-    """No step comes twice and none is left out."""
+def test_grid_continues_after_gaps_up_to_the_limit(jump):
+    """No step is repeated or lost."""
     clock = StepClock(PERIOD)
     clock.due(7)
     steps = clock.due(7 + jump)
@@ -67,8 +67,8 @@ def test_the_grid_stays_up_to_the_longest_gap_and_when_a_clock_is_slewed_back(ju
 
 
 @pytest.mark.parametrize('first', (0.0, 0.9))
-def test_each_call_of_a_timer_has_its_step_on_the_timers_own_grid(first):
-    """However late the first call was; on the grid of the calls, some would come too early."""
+def test_each_timer_callback_has_one_step(first):
+    """The grid starts when the timer was due, not when its first callback ran."""
     clock, random = StepClock(PERIOD), Random(1)
     due = 1_700_000_000_000_000_123
     assert clock.due(due + round(first * PERIOD), due) == [due]
@@ -80,8 +80,8 @@ def test_each_call_of_a_timer_has_its_step_on_the_timers_own_grid(first):
 
 
 @pytest.mark.parametrize('until, due', [(30, 930), (100, 1000), (130, 1000), (-250, 650)])
-def test_a_timer_was_due_a_period_before_its_next_call(until, due):
-    """Never later than now, also where it has just been set back."""
+def test_due_time_is_one_period_before_the_next_call(until, due):
+    """The due time is never later than now."""
     timer = SimpleNamespace(timer_period_ns=100, time_until_next_call=lambda: until)
     assert due_time(timer, 1000) == due
     assert nanoseconds_of(SimpleNamespace(sec=2, nanosec=until)) == 2 * GAP + until

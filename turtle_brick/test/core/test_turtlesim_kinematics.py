@@ -12,12 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-turtlesim_kinematics against recordings of the real turtlesim.
+Comparison of turtlesim_kinematics with recordings of the real turtlesim.
 
-A recording holds every pose that a real turtlesim_node published and when each command was
-published. When a command arrived is known to a few milliseconds only, so a replay follows every
-order of arrivals and ticks that the times allow, and drops those whose pose differs from the
-recorded one in a single bit. What remains at the end explains the whole recording.
+A recording contains every published pose and the publication time of each command. The arrival
+times of the commands are only known to a few milliseconds. A replay therefore tries every possible
+order of arrivals and ticks, and discards an order when a single bit of a pose differs.
 """
 
 from bisect import bisect_left, bisect_right
@@ -37,13 +36,12 @@ from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, ARENA_SIZE, fl
 RECORDINGS = sorted((Path(__file__).parents[1] / 'data' / 'turtlesim').glob('*.json'))
 assert len(RECORDINGS) == 38, '19 scenarios, each with the turtle holonomic and not'
 
-# By how much the tick that published a pose precedes the pose's recorded receipt, in s, plus how
-# long a message is on its way: 2 ms explain every recording.
 ARRIVAL_JITTER = 0.004
+"""Longest delay between a tick and the recorded arrival of its pose (s)."""
 
 
 class Call(NamedTuple):
-    """A service call of a recording: when it was made and answered (s), and what it said."""
+    """A recorded service call, with the times (s) of its request and response."""
 
     begin: float
     end: float
@@ -53,7 +51,7 @@ class Call(NamedTuple):
 
 
 class Explanation(NamedTuple):
-    """How many commands had arrived and calls been served, and the simulator's pickled state."""
+    """Numbers of received commands and executed calls, and the pickled simulator."""
 
     commands: int
     calls: int
@@ -64,8 +62,8 @@ def calls_of(events: list[list]) -> list[Call]:
     """
     Return the service calls of a recording in order.
 
-    Its rows are [t, 'call' | 'done' | 'reply' | 'poses', service, content]; a row 'poses' (one
-    pose per turtle of its own) becomes a call too.
+    Rows are [t, 'call' | 'done' | 'reply' | 'poses', service, content]. A row 'poses' contains the
+    poses of all turtles.
     """
     calls = []
     for index, (begin, kind, name, content) in enumerate(events):
@@ -79,7 +77,7 @@ def calls_of(events: list[list]) -> list[Call]:
 
 
 def perform(call: Call, sim: TurtleSim, now: float) -> bool:
-    """Make a recorded service call of a simulator; tell whether it was answered as recorded."""
+    """Execute a recorded service call, and return whether the response is as recorded."""
     if call.service == 'poses':
         poses = {sim.turtles[name].pose[:3] for name in ('far', 'turtle2')}
         return poses == {tuple(row) for row in call.reply['poses']}
@@ -95,19 +93,19 @@ def perform(call: Call, sim: TurtleSim, now: float) -> bool:
 
 
 def bits(values: Sequence[float]) -> bytes:
-    """Return the bits of numbers as float32."""
+    """Return the bytes of numbers as float32."""
     return struct.pack(f'{len(values)}f', *values)
 
 
 def arrived(published: list[float], time: float, before: int) -> range:
-    """Return how many commands can have arrived at a time (s), given how many had before."""
+    """Return the possible numbers of commands that have arrived by a time (s)."""
     return range(max(bisect_right(published, time - ARRIVAL_JITTER), before),
                  max(bisect_right(published, time), before) + 1)
 
 
 @pytest.mark.parametrize('path', RECORDINGS, ids=lambda path: path.stem)
 def test_every_recorded_tick_is_reproduced(path: Path) -> None:
-    """From the first tick to the last, some order of arrivals explains every pose's bits."""
+    """At least one order of arrivals reproduces every bit of every pose."""
     recording = json.loads(path.read_text())
     commands = recording['commands']['rows']
     published = [command[0] for command in commands]
@@ -119,8 +117,8 @@ def test_every_recorded_tick_is_reproduced(path: Path) -> None:
     for number, (time, *recorded) in enumerate(recording['pose']):
         following = set()
         for state in states:
-            surely_served = max(bisect_left(ends, time - ARRIVAL_JITTER), state.calls)
-            for served, taken in product(range(surely_served, bisect_left(begins, time) + 1),
+            first_served = max(bisect_left(ends, time - ARRIVAL_JITTER), state.calls)
+            for served, taken in product(range(first_served, bisect_left(begins, time) + 1),
                                          arrived(published, time, state.commands)):
                 sim = pickle.loads(state.sim)
                 if all(perform(call, sim, time) for call in calls[state.calls:served]):
@@ -129,12 +127,12 @@ def test_every_recorded_tick_is_reproduced(path: Path) -> None:
                     if bits(sim.tick(time)['turtle1']) == bits(recorded):
                         following.add(Explanation(taken, served, pickle.dumps(sim)))
         states = following
-        assert states, f'tick {number}, received at {time:.3f} s: nothing explains {recorded}'
+        assert states, f'tick {number}, received at {time:.3f} s: no order of arrivals gives {recorded}'
     assert {(state.commands, state.calls) for state in states} == {(len(commands), len(calls))}
 
 
-def test_a_wall_says_where_the_turtle_would_have_been() -> None:
-    """With y downward; but the upper wall limits a teleport itself, and says nothing."""
+def test_turtle_at_a_wall_reports_the_unclamped_position() -> None:
+    """A teleport above the upper wall is limited without a report."""
     turtle = Turtle(x=ARENA_SIZE - 0.01, y=ARENA_SIZE - 1.0, theta=0.0, holonomic=True)
     turtle.command(1.0, -2.0, 0.0)
     assert turtle.tick(0.0).linear_velocity == float32(hypot(1.0, 2.0))
@@ -149,8 +147,8 @@ def test_a_wall_says_where_the_turtle_would_have_been() -> None:
         assert turtle.clamped == (None if y >= 0.0 else (5.0, ARENA_SIZE + 2.0))
 
 
-def test_numbers_without_a_float32_end_no_simulation() -> None:
-    """A new turtle is a cure."""
+def test_invalid_numbers_do_not_end_the_simulation() -> None:
+    """A reset restores a valid pose."""
     for value, act in product((nan, inf, -inf, 1e300), (
             lambda turtle, value: turtle.command(value, value, value),
             lambda turtle, value: turtle.teleport_absolute(value, value, value),
