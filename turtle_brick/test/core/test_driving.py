@@ -51,12 +51,12 @@ class Bench(Simulation):
         self.commands = []
         self.rest(0.3)
 
-    def _tick(self, now):
-        super()._tick(now)
+    def _tick_turtlesim(self, now):
+        super()._tick_turtlesim(now)
         self.poses.append((now * 1e-9, self.turtle.pose))
 
-    def _cycle(self, now):
-        super()._cycle(now)
+    def _update_robot(self, now):
+        super()._update_robot(now)
         command = self._to_turtle[-1][1:]
         assert hypot(*command) <= self.speed * (1.0 + 1e-12)
         self.commands.append((now * 1e-9, command))
