@@ -330,7 +330,8 @@ def stem_turns(record: Record) -> Finding:
     below = base.pose.position[2] - robot.center('stem', stem)[2]
     upright = abs(float(robot.axis(joint)[2]))
     return Finding(below > 0.0 and upright > 0.999,
-                   f'{joint.name}, {below:.3f} m below the cube, z component of its axis {upright:.3f}')
+                   f'{joint.name}, {below:.3f} m below the cube, z component of the axis '
+                   f'{upright:.3f}')
 
 
 @rule('URDF: wheel', 'A wheel is connected to the stem and can roll as the robot moves',
