@@ -217,7 +217,7 @@ def test_turtle_arena(domain_id):
                                           *live.listener.get_service_names_and_types())}
             assert {name for name in names if not name.startswith('/bob/')} == {
                 '/parameter_events', '/rosout'}
-        launching.wait_for_output('can be caught', TIMEOUT)
+        launching.wait_for_output('is reachable: ', TIMEOUT)
         launching.wait_for_output(r'arena-\d\].*riding', TIMEOUT)
         status = launching.stop(signal.SIGINT)
     assert 'Traceback' not in launching.output
