@@ -15,7 +15,6 @@
 from itertools import permutations
 
 import pytest
-from turtle_brick.physics import Phase
 from turtle_brick.view.catch_status import CatchStatus
 
 WAITING = 'Waiting for a brick to fall'
@@ -27,26 +26,26 @@ MISSED = 'Missed: the brick fell to the ground'
 
 
 def record(status, event):
-    """Record a phase, a decision or a state of the catcher."""
-    if isinstance(event, Phase) or event is None:
-        status.on_phase(event)
-    elif ': ' in event:
+    """Record a decision, a state of the catcher or a state of the brick."""
+    if ': ' in event:
         status.on_decision(event)
+    elif event in ('waiting', 'approaching', 'carrying', 'tilting', 'leveling'):
+        status.catcher_state = event
     else:
-        status.on_catcher_state(event)
+        status.on_brick_state(event)
 
 
 @pytest.mark.parametrize('story', [
-    ((Phase.HOVERING, WAITING), (Phase.FALLING, FALLING), ('reachable: 0.2 s to spare', DRIVING),
-     ('approaching', DRIVING), (Phase.RIDING, 'Caught'), ('carrying', 'Caught: carrying'),
-     ('tilting', 'Caught: tilting'), ('leveling', 'Caught'), (Phase.FLOATING, WAITING),
-     (Phase.FALLING, FALLING), (Phase.GROUNDED, WAITING)),
-    ((Phase.HOVERING, WAITING), (Phase.FALLING, FALLING),
-     (f'unreachable: {REASON}', f'Unreachable: {REASON}'), (Phase.GROUNDED, GROUNDED),
-     (None, WAITING), (Phase.HOVERING, WAITING), (Phase.FALLING, FALLING)),
+    (('hovering', WAITING), ('falling', FALLING), ('reachable: 0.2 s to spare', DRIVING),
+     ('approaching', DRIVING), ('riding', 'Caught'), ('carrying', 'Caught: carrying'),
+     ('tilting', 'Caught: tilting'), ('leveling', 'Caught'), ('floating', WAITING),
+     ('falling', FALLING), ('grounded', WAITING)),
+    (('hovering', WAITING), ('falling', FALLING),
+     (f'unreachable: {REASON}', f'Unreachable: {REASON}'), ('grounded', GROUNDED),
+     ('', WAITING), ('hovering', WAITING), ('falling', FALLING)),
     (('unreachable: the previous brick', WAITING),
-     (Phase.FALLING, 'Unreachable: the previous brick'), ('reachable: 0.2 s to spare', DRIVING),
-     (Phase.GROUNDED, MISSED))],
+     ('falling', 'Unreachable: the previous brick'), ('reachable: 0.2 s to spare', DRIVING),
+     ('grounded', MISSED))],
     ids=['caught', 'unreachable', 'joined late'])
 def test_status_during_a_fall(story):
     status = CatchStatus()
@@ -58,21 +57,21 @@ def test_status_during_a_fall(story):
 
 
 @pytest.mark.parametrize(('topics', 'last', 'text'), [
-    (([Phase.FALLING, Phase.GROUNDED], [f'unreachable: {REASON}'], ['waiting']), [], GROUNDED),
-    (([Phase.FALLING], ['reachable: 0.2 s to spare'], ['approaching']), [Phase.GROUNDED], MISSED),
-    (([Phase.FALLING, Phase.RIDING], ['reachable: 0.2 s to spare'], ['approaching', 'carrying']),
+    ((['falling', 'grounded'], [f'unreachable: {REASON}'], ['waiting']), [], GROUNDED),
+    ((['falling'], ['reachable: 0.2 s to spare'], ['approaching']), ['grounded'], MISSED),
+    ((['falling', 'riding'], ['reachable: 0.2 s to spare'], ['approaching', 'carrying']),
      [], 'Caught: carrying')],
     ids=['unreachable', 'missed', 'caught'])
 def test_final_status_does_not_depend_on_the_order_of_topics(topics, last, text):
-    """The brick before was unreachable, and the brick after is a new one."""
+    """The previous brick was unreachable, and a new brick follows."""
     numbers = [number for number, events in enumerate(topics) for _ in events]
     for order in set(permutations(numbers)):
         queues = [iter(events) for events in topics]
         status = CatchStatus()
-        for event in (Phase.FALLING, 'unreachable: too high', Phase.GROUNDED, Phase.HOVERING,
+        for event in ('falling', 'unreachable: too high', 'grounded', 'hovering',
                       *(next(queues[number]) for number in order), *last):
             record(status, event)
         assert status.text == text
-        status.on_phase(Phase.HOVERING)
-        status.on_phase(Phase.FALLING)
+        status.on_brick_state('hovering')
+        status.on_brick_state('falling')
         assert status.text == FALLING

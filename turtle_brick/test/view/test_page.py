@@ -131,7 +131,7 @@ def test_curves_show_height_distance_and_speed(bench):
 
 def test_panel_shows_state_and_height_of_the_brick(bench):
     bench.draw()
-    assert bench.last_argument(bench.panel.show_brick) == 'position unknown'
+    assert bench.last_argument(bench.panel.show_brick) == 'state unknown, height unknown'
     bench.send_transform('world', 'brick', (7.5, 7.0, 8.0))
     bench.draw(after=NS_PER_SECOND)
     assert bench.last_argument(bench.panel.show_brick) == 'state unknown, height 8.00 m'

@@ -95,7 +95,7 @@ def test_unknown_kind_of_shape_is_an_error(page):
 
 
 def test_camera_follows_robot_and_brick_until_somebody_turns_it(page, monkeypatch):
-    """The browser is both viser's client and its camera, and reports its position late."""
+    """One stub replaces viser's client and its camera, and reports positions late."""
     browser = SimpleNamespace(client_id=1, image_width=800, image_height=600)
     browser.camera, browser.on_update = browser, lambda callback: setattr(
         browser, 'report',
@@ -133,7 +133,7 @@ def test_curves_are_plotted_over_time(page):
         [-0.5, 0.0], [3.0, 2.0], pytest.approx([numpy.nan, 4.0], nan_ok=True), [1.0, 0.5]]
 
 
-def test_texts_are_escaped_and_alarms_are_red(page):
+def test_texts_are_escaped_alarms_are_red_and_sections_can_be_hidden(page):
     panel = page.panel
     panel.show_response('place: <script>alert(1)</script>', False)
     assert '&lt;script&gt;' in panel.response.content and '#c92a2a' in panel.response.content
@@ -144,11 +144,8 @@ def test_texts_are_escaped_and_alarms_are_red(page):
     panel.show_rates([('odom', 99.96), ('cmd_vel', None)])
     assert '>odom: 100.0 Hz<' in panel.rates.content
     assert '>cmd_vel: no messages<' in panel.rates.content
-
-
-def test_sections_of_absent_nodes_are_hidden(page):
-    page.panel.show_sections(True, False, False)
-    assert page.panel.brick_folder.visible and not page.panel.robot_folder.visible
+    panel.show_sections(True, False, False)
+    assert panel.brick_folder.visible and not panel.robot_folder.visible
 
 
 def test_slider_follows_the_platform_and_reports_angles_outside_its_range(page):
@@ -171,7 +168,7 @@ def test_drop_first_places_the_brick_at_an_edited_position(page):
     panel, calls = page.panel, page.calls
 
     def press(name, text=None):
-        """Return the call that a button causes, after entering a text if there is one."""
+        """Enter a text, if given, press a button, and return the resulting call."""
         panel.position.value = panel.position.value if text is None else text
         panel.press(name)
         assert text is None or panel.position.value == text

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Robot descriptions and markers as shapes: by closed forms, and what is refused."""
+"""Shapes that are read from robot descriptions and markers."""
 
 from math import cos, inf, nan, sin
 
@@ -118,7 +118,7 @@ def test_line_strip_becomes_a_line():
     assert (shape.kind, shape.size[0]) == ('line', 0.05)
     assert shape.points == ((1.0, 0.0, 0.0), (0.0, 2.0, 0.0))
     message.points.append(Point(z=nan))
-    with pytest.raises(ValueError, match='a number in it is not finite'):
+    with pytest.raises(ValueError, match='a number that is not finite'):
         shape_of(message)
 
 
@@ -131,7 +131,7 @@ def test_marker_that_cannot_be_drawn_is_rejected():
             (Point(), Vector3(), inf)):
         message = Marker(type=Marker.CUBE, scale=scale)
         message.pose.position, message.color.a = position, alpha
-        with pytest.raises(ValueError, match='a number in it is not finite'):
+        with pytest.raises(ValueError, match='a number that is not finite'):
             shape_of(message)
 
 

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The page in a real browser: what is seen on it, and what a click does in the graph."""
+"""The page in a real browser."""
 
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -123,7 +123,7 @@ def test_brick_is_shown_placed_and_caught_on_the_page(domain_id):
                       '.filter(rate => rate.textContent.endsWith(" Hz")).length === 4')
         assert page.visible_colors() == {'hovering brick', 'robot', 'platform'}
 
-        page.enter_position(f'{x}, {y}, -1', 'under the ground')
+        page.enter_position(f'{x}, {y}, -1', 'below the ground')
         page.enter_position('', "'' is not a position")
         page.wait_for_text('brick', f'hovering, height {z:.2f} m')
 

@@ -31,7 +31,7 @@ FIELD_OF_VIEW = 0.75
 """Vertical field of view (rad) of all cameras."""
 
 MARGIN = 0.7
-"""Distance (m) around each point that is in the picture too."""
+"""Margin (m) around each point that must be visible too."""
 
 NARROW_ASPECT = 0.8
 """Aspect ratio (width / height) below which the panel covers the lower part of the picture."""
@@ -43,11 +43,12 @@ NARROW_CORRECTION = (0.0, 0.0, -0.8)
 """Vector added to the view direction in a narrow picture, to look down more steeply."""
 
 ZOOM_FRACTION = 1.0 / 60.0
-"""Fraction of the remaining way that a camera approaches per picture. It retreats at once."""
+"""Fraction of the remaining distance by which a camera zooms in per picture. It zooms out at
+once."""
 
 
 class View(NamedTuple):
-    """A direction to look in, and optionally the points to look at."""
+    """A camera direction with optional points to look at."""
 
     direction: Vector
     """Direction of the view in the world frame. It must not be vertical."""
@@ -101,7 +102,7 @@ TOP_VIEW = View((0.0, 1e-3, -1.0), [
 
 
 def ground_point(origin: Vector, direction: Vector) -> tuple[float, float] | None:
-    """Return the x and y (m) at which a ray meets the ground, None if it does not."""
+    """Return x and y (m) of the point where a ray meets the ground, None if there is none."""
     if direction[2] * origin[2] >= 0.0:
         return None
     length = -origin[2] / direction[2]

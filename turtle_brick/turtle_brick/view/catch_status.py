@@ -12,36 +12,29 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The status of the current catch, in the words of the page. Pure."""
-
-from turtle_brick.physics import Phase
+"""The status of the current catch as text for the page. Pure."""
 
 
 class CatchStatus:
     """
-    The status of the current catch, derived from three topics.
+    The status of the current catch, derived from the topics of arena and catcher.
 
     Messages on different topics arrive in any order. A decision can arrive before the brick is
     reported as falling, so it stays valid until a brick hovers or rides.
     """
 
     def __init__(self) -> None:
-        """Start with no known state."""
-        self.phase: Phase | None = None
-        """The phase of the brick, None if unknown."""
-        self._catcher_state = ''
+        """Start without known states."""
+        self.brick_state = ''
+        self.catcher_state = ''
         self._decision = ''
         self._reason = ''
 
-    def on_phase(self, phase: Phase | None) -> None:
-        """Record the phase of the brick; None if it is unknown."""
-        self.phase = phase
-        if phase in (Phase.HOVERING, Phase.RIDING):
+    def on_brick_state(self, state: str) -> None:
+        """Record the state of the brick."""
+        self.brick_state = state
+        if state in ('hovering', 'riding'):
             self._decision = self._reason = ''
-
-    def on_catcher_state(self, state: str) -> None:
-        """Record the state of the catcher."""
-        self._catcher_state = state
 
     def on_decision(self, text: str) -> None:
         """Record a decision of the catcher: 'reachable: …' or 'unreachable: …'."""
@@ -49,25 +42,25 @@ class CatchStatus:
 
     @property
     def is_unreachable(self) -> bool:
-        """Whether the brick that is falling, or fell, was declared unreachable."""
-        return (self._decision == 'unreachable'
-                and self.phase in (Phase.FALLING, Phase.GROUNDED))
+        """Return whether a brick that is falling or on the ground was declared unreachable."""
+        return self._decision == 'unreachable' and self.brick_state in ('falling', 'grounded')
 
     @property
     def text(self) -> str:
-        """The status as one line of text."""
-        is_reachable = self._decision == 'reachable'
-        if self.phase is Phase.FALLING:
-            if self.is_unreachable:
+        """Return the status as one line of text."""
+        match self.brick_state, self._decision:
+            case 'falling', 'reachable':
+                return 'Reachable: driving under the brick'
+            case 'falling', 'unreachable':
                 return f'Unreachable: {self._reason}'
-            return 'Reachable: driving under the brick' if is_reachable else 'The brick is falling'
-        if self.phase is Phase.GROUNDED:
-            if self.is_unreachable:
-                return f'The unreachable brick fell to the ground: {self._reason}'
-            if is_reachable:
+            case 'falling', _:
+                return 'The brick is falling'
+            case 'grounded', 'reachable':
                 return 'Missed: the brick fell to the ground'
-        if self.phase is Phase.RIDING:
-            if self._catcher_state in ('carrying', 'tilting'):
-                return f'Caught: {self._catcher_state}'
-            return 'Caught'
+            case 'grounded', 'unreachable':
+                return f'The unreachable brick fell to the ground: {self._reason}'
+            case 'riding', _ if self.catcher_state in ('carrying', 'tilting'):
+                return f'Caught: {self.catcher_state}'
+            case 'riding', _:
+                return 'Caught'
         return 'Waiting for a brick to fall'

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-The content of the page: it stores data from messages and draws them.
+The content of the page: it stores data from messages and draws the data.
 
     messages ─→ on_…() ─→ stored data ─→ draw() ─┬─→ scene: the objects, by name
                                                  └─→ panel: texts and curves
@@ -31,9 +31,8 @@ from geometry_msgs.msg import PoseStamped, TransformStamped
 from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_ros import Buffer, TransformException
-from turtle_brick.core.geometry import Pose, Vector
+from turtle_brick.core.geometry import Pose
 from turtle_brick.core.time_steps import nanoseconds_of, NS_PER_SECOND
-from turtle_brick.physics import Phase
 from turtle_brick.ros.tf import BASE_LINK, BRICK, MAX_AGE_NS, ODOM, pose_of, WORLD
 from turtle_brick.view.catch_status import CatchStatus
 from turtle_brick.view.shapes import (is_drawable, Markers, ORIGIN, robot_shapes, RobotShapes,
@@ -54,11 +53,8 @@ RATE_NAMES = ('cmd_vel', 'odom', 'joint_states', BRICK_TF)
 FRAMES = (WORLD, ODOM, BASE_LINK, BRICK)
 """The frames that can be shown."""
 
-PHASES = {phase.value: phase for phase in Phase}
-"""The phases of the brick, by their text on brick_state."""
-
 SECTION_TOPICS = ('brick_marker', 'odom', 'catcher_marker')
-"""Topics of arena, robot and catcher. The panel shows a node's section if its topic is published."""
+"""Topics of arena, robot and catcher. A section is shown if its topic has a publisher."""
 
 GOAL = Shape('cylinder', (0.24, 0.24, 0.01), (0.10, 0.75, 0.25, 1.0))
 """The mark on the ground at the goal of the robot."""
@@ -67,7 +63,7 @@ GOAL_TOLERANCE = 0.05
 """Distance (m) between robot and goal below which the mark is hidden."""
 
 PANEL_PERIOD_NS = NS_PER_SECOND // 10
-"""Time (ns) between two updates of the panel, over which the robot's speed is computed."""
+"""Update period of the panel (ns). The robot's speed is computed over the same duration."""
 
 RATE_WINDOW_NS = 2 * NS_PER_SECOND
 """Duration (ns) over which message rates are computed."""
@@ -77,7 +73,7 @@ CURVE_LENGTH = 120
 
 
 class Page:
-    """The content of the page: stored data, and the functions that draw them."""
+    """The data that the page shows, and the functions that draw them."""
 
     def __init__(self, scene: 'Scene', panel: 'Panel', buffer: Buffer,
                  warn: Callable[[str], Any], count_publishers: Callable[[str], int],
@@ -139,11 +135,11 @@ class Page:
 
     def on_brick_state(self, message: String) -> None:
         """Store the state of the brick."""
-        self._status.on_phase(PHASES.get(message.data))
+        self._status.on_brick_state(message.data)
 
     def on_catcher_state(self, message: String) -> None:
         """Store the state of the catcher."""
-        self._status.on_catcher_state(message.data)
+        self._status.catcher_state = message.data
 
     def on_catcher_decision(self, message: String) -> None:
         """Store the decision of the catcher."""
@@ -175,46 +171,41 @@ class Page:
         robot = self._robot_objects()
         self._scene.show({**robot, **self._goal_objects(), **self._frame_objects(),
                           **self._markers.objects(now, self._drawn_pose)})
-        self._scene.keep_in_view([link.pose.position for link in robot.values()]
-                                 + self._brick_points())
+        points = [link.pose.position for link in robot.values()]
+        brick = self._drawn_pose(BRICK)
+        if brick is not None:
+            x, y, z = brick.position
+            points += [(x, y, z), (x, y, 0.0)]
+        self._scene.keep_in_view(points)
         if now >= self._next_panel_update:
             self._next_panel_update = max(self._next_panel_update + PANEL_PERIOD_NS, now)
             self._update_panel(now)
 
     def _robot_objects(self) -> dict[str, SceneObject]:
-        """Return the links of the robot."""
         return {f'robot/{link}': SceneObject(shapes, pose)
                 for link, shapes in self._robot.links.items()
                 if (pose := self._drawn_pose(link)) is not None}
 
     def _goal_objects(self) -> dict[str, SceneObject]:
-        """Return the mark at the goal, while the robot is not there."""
         robot = self._drawn_pose(BASE_LINK)
-        if self._goal is None or robot is None:
-            return {}
-        if dist(robot.position[:2], self._goal) < GOAL_TOLERANCE:
+        if self._goal is None or robot is None or dist(
+                robot.position[:2], self._goal) < GOAL_TOLERANCE:
             return {}
         return {'goal': SceneObject((GOAL,), Pose((*self._goal, 0.0), ORIGIN.orientation))}
 
     def _frame_objects(self) -> dict[str, SceneObject]:
-        """Return the axes of the frames, if they are to be shown."""
         if not self._panel.frames.value:
             return {}
         return {f'frames/{frame}': SceneObject((), pose, frame) for frame in FRAMES
                 if (pose := self._drawn_pose(frame)) is not None}
 
-    def _brick_points(self) -> list[Vector]:
-        """Return the position (m) of the brick and the point on the ground below it."""
-        brick = self._drawn_pose(BRICK)
-        if brick is None:
-            return []
-        x, y, _ = brick.position
-        return [brick.position, (x, y, 0.0)]
-
     def _update_panel(self, now: int) -> None:
-        """Update the texts and curves."""
         self._panel.show_sections(*(self._count_publishers(topic) > 0 for topic in SECTION_TOPICS))
-        self._update_brick()
+        brick, state = self._drawn_pose(BRICK), self._status.brick_state or 'state unknown'
+        if brick is not None and state == 'hovering':
+            self._panel.suggest_position(brick.position)
+        height = 'height unknown' if brick is None else f'height {brick.position[2]:.2f} m'
+        self._panel.show_brick(f'{state}, {height}')
         self._panel.show_status(self._status.text, self._status.is_unreachable)
         self._panel.show_tilt(self._tilt)
         self._panel.show_rates([
@@ -223,19 +214,8 @@ class Page:
         self._points.append((now / NS_PER_SECOND, *self._curve_values()))
         self._panel.show_curves(self._points)
 
-    def _update_brick(self) -> None:
-        """Update the state of the brick and its suggested position."""
-        brick, phase = self._drawn_pose(BRICK), self._status.phase
-        if brick is None:
-            self._panel.show_brick('position unknown')
-            return
-        if phase is Phase.HOVERING:
-            self._panel.suggest_position(brick.position)
-        state = 'state unknown' if phase is None else phase.value
-        self._panel.show_brick(f'{state}, height {brick.position[2]:.2f} m')
-
     def _curve_values(self) -> tuple[float, float, float]:
-        """Return the height of the brick (m), its distance (m) to the robot, and the speed (m/s)."""
+        """Return the values of CURVES, NaN if unknown."""
         brick, robot = self._drawn_pose(BRICK), self._drawn_pose(BASE_LINK)
         before = self._pose(BASE_LINK, max(self._drawn_time - PANEL_PERIOD_NS, 1))
         height = distance = speed = nan
@@ -248,7 +228,7 @@ class Page:
         return height, distance, speed
 
     def _find_fixed_frame(self) -> str:
-        """Return the frame to draw in: the world, or the root of a robot that is not in it."""
+        """Return the world, or the robot's root link if no frame is connected to the world."""
         root = self._robot.root
         is_in_world = any(
             self._buffer.can_transform(WORLD, frame, Time()) for frame in (root, BRICK))
@@ -256,7 +236,7 @@ class Page:
 
     def _find_drawn_time(self) -> int:
         """
-        Return the latest time (ns) for which robot and brick are both known, 0 if none moves.
+        Return the latest time (ns) at which the poses of robot and brick are known, or 0.
 
         If each object were drawn at its own latest time, objects that move together would be
         drawn apart. An object whose transforms have stopped does not hold back the others.
@@ -282,7 +262,6 @@ class Page:
         return None if transform is None else pose_of(transform.transform)
 
     def _lookup(self, frame: str, stamp: int) -> TransformStamped | None:
-        """Return the transform of a frame at a time (ns; 0: the latest), None if unknown."""
         try:
             return self._buffer.lookup_transform(
                 self._fixed_frame, frame, Time(nanoseconds=stamp))

@@ -35,7 +35,7 @@ SLIDER_LIMIT = round(pi / 2.0, 2)
 """Largest angle (rad) of the slider, in both directions."""
 
 SLIDER_PAUSE = 1.0
-"""Time (s) after a user moved the slider during which it does not follow the platform."""
+"""Duration (s) for which the slider ignores the platform after a user has moved it."""
 
 CURVES = (('height (m)', '#e8590c'), ('distance (m)', '#1971c2'), ('speed (m/s)', '#2f9e44'))
 """Label and color of each curve."""
@@ -48,12 +48,12 @@ RANDOM_RANGES = ((0.5, ARENA_SIZE - 0.5), (0.5, ARENA_SIZE - 0.5), (3.0, 9.0))
 
 
 class PanelCallbacks(NamedTuple):
-    """The functions that the panel calls, in viser's thread or in a thread of its pool."""
+    """The functions that the panel calls in the threads of viser."""
 
     place: Callable[[Vector], None]
     """Place the brick at a position (m) in the world frame."""
     drop: Callable[[Vector | None], None]
-    """Drop the brick, after placing it at a position (m) if there is one."""
+    """Place the brick at a position (m), if given, and drop it."""
     tilt: Callable[[float], None]
     """Tilt the platform to an angle (rad)."""
     drive: Callable[[float, float], None]
@@ -78,17 +78,19 @@ class Panel:
         gui = server.gui
         gui.configure_theme(show_logo=False, show_share_button=False, brand_color=GREEN)
         gui.main_panel.dock_right()
-        self._add_brick_controls(gui)
+        self._add_brick_folder(gui)
         self.response = gui.add_html('')
-        self._add_robot_controls(gui)
-        self._add_view_controls(gui)
-        self._add_plot(gui)
+        self._add_robot_folder(gui)
+        with gui.add_folder('View'):
+            views = gui.add_button_group('', tuple(VIEWS))
+            self.frames = gui.add_checkbox('show frames', False)
+        views.on_click(self._on_view)
+        self._add_plot_folder(gui)
         with gui.add_folder('Rates'):
             self.rates = gui.add_html('')
         server.scene.on_click()(self._on_scene_click)
 
-    def _add_brick_controls(self, gui: viser.GuiApi) -> None:
-        """Add the folder with the state of the brick and the buttons that move it."""
+    def _add_brick_folder(self, gui: viser.GuiApi) -> None:
         with gui.add_folder('Brick') as self.brick_folder:
             self.brick = gui.add_html('')
             with gui.add_form(None) as form:
@@ -98,8 +100,7 @@ class Panel:
         form.on_submit(self._on_submit)
         buttons.on_click(self._on_button)
 
-    def _add_robot_controls(self, gui: viser.GuiApi) -> None:
-        """Add the folder with the status of the catch and the controls of the robot."""
+    def _add_robot_folder(self, gui: viser.GuiApi) -> None:
         with gui.add_folder('Robot') as self.robot_folder:
             self.status = gui.add_html('')
             self.tilt: Any = gui.add_slider('tilt (rad)', -SLIDER_LIMIT, SLIDER_LIMIT, 0.01, 0.0)
@@ -107,26 +108,17 @@ class Panel:
             self.drive = gui.add_checkbox('click the ground to drive', True)
         self.tilt.on_update(self._on_tilt)
 
-    def _add_view_controls(self, gui: viser.GuiApi) -> None:
-        """Add the folder with the camera buttons."""
-        with gui.add_folder('View'):
-            buttons = gui.add_button_group('', tuple(VIEWS))
-            self.frames = gui.add_checkbox('show frames', False)
-        buttons.on_click(self._on_view)
-
-    def _add_plot(self, gui: viser.GuiApi) -> None:
-        """Add the folder with the curves."""
-        series = [viser.uplot.Series()]
-        for label, color in CURVES:
-            series.append(viser.uplot.Series(label=label, stroke=color, width=2))
+    def _add_plot_folder(self, gui: viser.GuiApi) -> None:
+        series = [viser.uplot.Series(label=label, stroke=color, width=2)
+                  for label, color in CURVES]
         with gui.add_folder('Last 12 seconds') as self.plot_folder:
             self.plot = gui.add_uplot(
-                tuple(numpy.zeros((1 + len(CURVES), 1))), tuple(series),
+                tuple(numpy.zeros((1 + len(CURVES), 1))), (viser.uplot.Series(), *series),
                 scales={'x': {'time': False}}, legend={'live': False}, height=140,
                 padding=(8, 16, 0, 0))
 
     def suggest_position(self, position: Vector) -> None:
-        """Write a position (m) into the input field, unless a user entered another one."""
+        """Write a position (m) into the input field, unless a user has entered another one."""
         x, y, z = (round(coordinate, 3) for coordinate in position)
         if (x, y, z) != self._suggestion:
             if not self._is_edited():
@@ -160,7 +152,7 @@ class Panel:
             for name, rate in rates)
 
     def show_tilt(self, angle: float) -> None:
-        """Move the slider to the angle (rad) of the platform, unless a user just moved it."""
+        """Move the slider to the angle (rad) of the platform, unless a user has just moved it."""
         shown = round(min(max(angle, -SLIDER_LIMIT), SLIDER_LIMIT), 2)
         if monotonic() - self._slider_time >= SLIDER_PAUSE and shown != self.tilt.value:
             self.tilt.value = shown
@@ -174,27 +166,26 @@ class Panel:
         self.plot.data = (times - times[-1], *curves)
 
     def press(self, button: str) -> None:
-        """Carry out the function of a button in the folder of the brick."""
+        """Carry out the function of a button in the brick folder."""
         if button == 'Drop at random':
             x, y, z = (uniform(*limits) for limits in RANDOM_RANGES)
             self._callbacks.drop((x, y, z))
-            return
-        if button == 'Drop' and not self._is_edited():
+        elif button == 'Drop' and not self._is_edited():
             self._callbacks.drop(None)
-            return
-        text = self.position.value
-        # Send the text back, because viser can lose input in the last 50 ms before Enter.
-        self.position.value = ''
-        self.position.value = text
-        try:
-            position = parse_position(text)
-        except ValueError as error:
-            self.show_response(str(error), False)
-            return
-        if button == 'Place':
-            self._callbacks.place(position)
         else:
-            self._callbacks.drop(position)
+            text = self.position.value
+            # Send the text back, because viser can lose input in the last 50 ms before Enter.
+            self.position.value = ''
+            self.position.value = text
+            try:
+                position = parse_position(text)
+            except ValueError as error:
+                self.show_response(str(error), False)
+                return
+            if button == 'Place':
+                self._callbacks.place(position)
+            else:
+                self._callbacks.drop(position)
 
     async def _on_submit(self, _: viser.GuiEvent) -> None:
         self.press('Place')
@@ -217,7 +208,7 @@ class Panel:
             self._callbacks.drive(*point)
 
     def _is_edited(self) -> bool:
-        """Return whether a user entered another position than the suggested one."""
+        """Return whether a user has entered a position other than the suggested one."""
         try:
             return parse_position(self.position.value) != self._suggestion
         except ValueError:

@@ -37,7 +37,7 @@ POSITION_TOLERANCE = 1e-3
 
 LABEL_ANCHORS: dict[str, Any] = {
     'world': 'bottom-right', 'odom': 'top-right', 'base_link': 'bottom-left', 'brick': 'top-left'}
-"""The corner of each frame's label that is at the origin, so that labels do not overlap."""
+"""Corner of each frame's label that is placed at the origin, so that labels do not overlap."""
 
 
 class BrowserCamera:
@@ -57,14 +57,12 @@ class BrowserCamera:
 
     def keep_in_view(self, points: Sequence[Vector]) -> None:
         """Move the camera so that its picture contains some points (m)."""
-        if self._view is None:
-            return
-        points = self._view.fixed_points or points
-        if not points:
+        if self._view is None or not (points or self._view.fixed_points):
             return
         previous = self._requested[-1] if self._requested else None
         aspect = self._camera.image_width / max(self._camera.image_height, 1)
-        position, target = self._view.camera_pose(points, aspect, previous)
+        position, target = self._view.camera_pose(
+            self._view.fixed_points or points, aspect, previous)
         if previous is None or dist(previous, position) > POSITION_TOLERANCE:
             self._camera.position, self._camera.look_at = position, target
             self._requested.append(position)
@@ -73,7 +71,7 @@ class BrowserCamera:
         """Stop following the view if the browser reports a position that was not requested."""
         is_following = any(dist(camera.position, position) < POSITION_TOLERANCE
                            for position in self._requested)
-        # The first reports can still be about the positions before the view was set.
+        # The first reports can contain positions from before the view was set.
         if self._is_following and not is_following:
             self._view = None
         self._is_following = is_following
@@ -109,13 +107,11 @@ class Scene:
                 del self._shown[name]
         for name, scene_object in objects.items():
             if name not in self._shown:
-                node = self._add(name, scene_object)
-            else:
-                node, shown = self._shown[name]
-                if shown.pose != scene_object.pose:
-                    node.position = scene_object.pose.position
-                    node.wxyz = _wxyz(scene_object.pose)
-            self._shown[name] = (node, scene_object)
+                self._shown[name] = (self._add(name, scene_object), scene_object)
+            node, shown = self._shown[name]
+            if shown.pose != scene_object.pose:
+                node.position, node.wxyz = scene_object.pose.position, _wxyz(scene_object.pose)
+                self._shown[name] = (node, scene_object)
 
     def set_view(self, client: viser.ClientHandle, view: View) -> None:
         """Set the view of one browser."""
@@ -144,11 +140,7 @@ class Scene:
         return node
 
     def _add_shape(self, path: str, shape: Shape) -> None:
-        """
-        Add a shape to an object.
-
-        :raises ValueError: the kind of the shape is unknown
-        """
+        """Add a shape to an object."""
         pose: dict[str, Any] = {'position': shape.pose.position, 'wxyz': _wxyz(shape.pose)}
         red, green, blue, alpha = (min(max(value, 0.0), 1.0) for value in shape.color)
         color = (round(255 * red), round(255 * green), round(255 * blue))

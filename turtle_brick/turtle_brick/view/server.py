@@ -27,7 +27,7 @@ Result = TypeVar('Result')
 
 
 class PageServer:
-    """Serves a page that viser draws. Everybody who can connect to its port can use the page."""
+    """Serves a page that viser draws. Anyone who can connect to its port can use it."""
 
     def __init__(self, host: str, port: int, title: str) -> None:
         """
@@ -65,7 +65,7 @@ class PageServer:
 
 def check_address(host: str, port: int) -> None:
     """
-    Check that a page can be served at an address, because viser would try 1000 other ports.
+    Check that a page can be served at an address; viser itself would try 1000 other ports.
 
     :param host: name or address of the network interface
     :param port: the preferred port

@@ -15,8 +15,7 @@
 """
 The shapes that the page can draw, read from the robot's URDF and from markers.
 
-From a URDF, this module reads the links with their visuals (box, cylinder and sphere), their
-materials, and the root link. Lengths are in meters.
+Lengths are in meters.
 """
 
 from collections.abc import Callable
@@ -46,10 +45,9 @@ MARKER_KINDS = {Marker.CUBE: 'box', Marker.SPHERE: 'sphere', Marker.CYLINDER: 'c
                 Marker.LINE_STRIP: 'line', Marker.TEXT_VIEW_FACING: 'text'}
 """The kind of shape for each type of marker that can be drawn."""
 
-MARKER_TYPES = ('ARROW', 'CUBE', 'SPHERE', 'CYLINDER', 'LINE_STRIP', 'LINE_LIST', 'CUBE_LIST',
-                'SPHERE_LIST', 'POINTS', 'TEXT_VIEW_FACING', 'MESH_RESOURCE', 'TRIANGLE_LIST',
-                'ARROW_STRIP')
-"""The names of the marker types, in the order of their numbers."""
+MARKER_TYPES = {getattr(Marker, name): name for name in (
+    'ARROW', 'LINE_LIST', 'CUBE_LIST', 'SPHERE_LIST', 'POINTS', 'MESH_RESOURCE', 'TRIANGLE_LIST')}
+"""The names of the marker types that cannot be drawn."""
 
 
 class Shape(NamedTuple):
@@ -61,7 +59,7 @@ class Shape(NamedTuple):
     """Size (m) along x, y and z; x is the width of a line, z the height of a text."""
     color: Color
     pose: Pose = ORIGIN
-    """Pose of its center in its frame."""
+    """Pose of the center of the shape."""
     text: str = ''
     points: tuple[Vector, ...] = ()
     """The points (m) that a line connects."""
@@ -116,12 +114,9 @@ class Markers:
         :param pose_of: returns the pose of a frame, None if it is unknown
         """
         self._shown = {key: shown for key, shown in self._shown.items() if now < shown[2]}
-        objects = {}
-        for (topic, namespace, number), (frame, shape, _) in self._shown.items():
-            pose = pose_of(frame)
-            if pose is not None:
-                objects[f'{topic}/{namespace}/{number}'] = SceneObject((shape,), pose)
-        return objects
+        return {f'{topic}/{namespace}/{number}': SceneObject((shape,), pose)
+                for (topic, namespace, number), (frame, shape, _) in self._shown.items()
+                if (pose := pose_of(frame)) is not None}
 
 
 def is_drawable(*numbers: float) -> bool:
@@ -136,22 +131,20 @@ def shape_of(message: Marker) -> Shape:
     :raises ValueError: the marker cannot be drawn; the message contains the reason
     """
     if message.type not in MARKER_KINDS:
-        is_known = 0 <= message.type < len(MARKER_TYPES)
-        name = MARKER_TYPES[message.type] if is_known else 'unknown'
+        name = MARKER_TYPES.get(message.type, 'unknown')
         raise ValueError(f'the page cannot draw the type {name}')
     position, orientation = message.pose.position, message.pose.orientation
     quaternion = (orientation.x, orientation.y, orientation.z, orientation.w)
     length = hypot(*quaternion)
-    if length == 0.0:  # an unset orientation, which rviz2 draws too
-        unit_quaternion = IDENTITY
-    else:
-        unit_quaternion = tuple(component / length for component in quaternion)
-    pose = Pose((position.x, position.y, position.z), unit_quaternion)
+    rotation = IDENTITY  # as in rviz2, if the quaternion is zero
+    if length > 0.0:
+        rotation = tuple(component / length for component in quaternion)
+    pose = Pose((position.x, position.y, position.z), rotation)
     size = (message.scale.x, message.scale.y, message.scale.z)
     color = (message.color.r, message.color.g, message.color.b, message.color.a)
     points = tuple((point.x, point.y, point.z) for point in message.points)
     if not is_drawable(*size, *color, *chain(*pose), *chain(*points)):
-        raise ValueError('a number in it is not finite or is too large')
+        raise ValueError('it contains a number that is not finite or too large')
     return Shape(MARKER_KINDS[message.type], size, color, pose, message.text, points)
 
 
@@ -187,13 +180,9 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
 def _link_shapes(link: ElementTree.Element, colors: dict[str | None, Color]
                  ) -> tuple[Shape, ...]:
     """Return the shapes of a link that can be drawn."""
-    shapes = []
-    for visual in link.findall('visual'):
-        for solid in visual.findall('geometry/*'):
-            if solid.tag in SOLIDS:
-                shapes.append(Shape(
-                    solid.tag, _size(solid), _color(visual, colors), _origin(visual)))
-    return tuple(shapes)
+    return tuple(Shape(solid.tag, _size(solid), _color(visual, colors), _origin(visual))
+                 for visual in link.findall('visual') for solid in visual.findall('geometry/*')
+                 if solid.tag in SOLIDS)
 
 
 def _numbers(element: ElementTree.Element, attribute: str, count: int, default: str = ''

@@ -15,8 +15,8 @@
 """
 viewer: shows the running graph in a browser, for machines without rviz2.
 
-It draws the data on the topics 30 times per second, whichever nodes publish them, also those on
-other machines. The content of the page is defined in page.py.
+It draws the data from the topics 30 times per second, regardless of the nodes and machines that
+publish them. The content of the page is defined in page.py.
 
 Subscribes:
     robot_description (std_msgs/String, latched): the shapes of the robot
@@ -96,10 +96,10 @@ class Viewer(Node):
         # Imported here, because main() has to work without viser.
         from turtle_brick.view.server import PageServer
         super().__init__('viewer', **node_options)
-        host = self._read_only_parameter(
-            'host', '127.0.0.1', 'Network interface on which the page is served')
-        port = self._read_only_parameter(
-            'port', 8080, 'Port; if it is in use, the next free one is taken')
+        host = self.declare_parameter('host', '127.0.0.1', ParameterDescriptor(
+            description='Network interface on which the page is served', read_only=True)).value
+        port = self.declare_parameter('port', 8080, ParameterDescriptor(
+            description='Port; if in use, the next free one is taken', read_only=True)).value
         self.server = PageServer(host, port, 'turtle_brick')
         self._scheduled: deque[Callable[[], None]] = deque()
         self._has_browser = False
@@ -118,11 +118,6 @@ class Viewer(Node):
                 f'Port {port} is in use, so the page is served on port {self.server.port}')
         # On standard error, because `ros2 launch` does not show standard output.
         print(f'Viewer: {self.server.url}', file=sys.stderr, flush=True)
-
-    def _read_only_parameter(self, name: str, default: Any, description: str) -> Any:
-        """Declare a read-only parameter and return its value."""
-        descriptor = ParameterDescriptor(description=description, read_only=True)
-        return self.declare_parameter(name, default, descriptor).value
 
     def _create_page(self, buffer: Buffer) -> tuple[Any, Page]:
         """Return the panel and the page."""
@@ -155,7 +150,7 @@ class Viewer(Node):
         for message_type, topic, name in (
                 (Twist, 'cmd_vel', 'cmd_vel'), (Twist, 'turtle1/cmd_vel', 'cmd_vel'),
                 (Odometry, 'odom', 'odom'), (JointState, 'joint_states', 'joint_states')):
-            # raw: these messages need not be deserialized.
+            # Raw, because these messages need not be deserialized.
             self.create_subscription(
                 message_type, topic, partial(page.record_arrival, name), RATE_QOS, raw=True)
 
@@ -171,7 +166,7 @@ class Viewer(Node):
         self._call(self._place_client, request, on_success)
 
     def drop(self, position: Vector | None = None) -> None:
-        """Drop the brick, after placing it at a position (m) in the world frame if given."""
+        """Drop the brick; if a position (m) is given, place the brick there first."""
         if position is not None:
             self.place(position, on_success=self.drop)
         else:
@@ -191,7 +186,7 @@ class Viewer(Node):
         self._goal_publisher.publish(goal)
 
     def schedule(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function in the node's thread at its next timer callback, from any thread."""
+        """Call a function in the next timer callback. This method can be used in any thread."""
         self._scheduled.append(partial(function, *arguments))
 
     def _on_timer(self) -> None:
