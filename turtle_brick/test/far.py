@@ -62,7 +62,7 @@ TAP_WITHOUT_HEADER, UP, MULTICAST = 0x1002, 0x1, 0x1000
 """Flags of a network interface."""
 
 START_TIME = 60.0
-"""Time (s) that the graph gets to start."""
+"""Timeout (s) for the start of the graph."""
 
 TIMEOUT = 40.0
 """Timeout (s) of any other wait: several DDS heartbeats and a drive across the arena."""

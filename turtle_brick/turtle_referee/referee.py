@@ -54,7 +54,7 @@ from turtle_referee.trial import DISCOVERY_TIME, Trial
 RULES = Rules((*robot_rules.RULES, *arena_rules.RULES, *catcher_rules.RULES))
 
 START_TIME = 60.0
-"""Time (s) that a new graph gets to start."""
+"""Timeout (s) for the start of a new graph."""
 
 
 def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str],
@@ -116,7 +116,7 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
 
 def judge(profile: Profile, options: argparse.Namespace, command: Sequence[str]
           ) -> list[Judgement]:
-    """Observe and judge a graph and write all reports; RuntimeError if there is no graph."""
+    """Observe and judge a graph and write all reports, or raise RuntimeError without a graph."""
     begin = monotonic()
 
     def log(text: str) -> None:

@@ -160,7 +160,7 @@ TITLES = ('student', MET, BROKEN, OPEN, 'broken', 'open', 'date')
 
 
 def read(path: Path, name: str) -> dict[str, Any]:
-    """Return the table row of a student's JSON file; ValueError if the file is invalid."""
+    """Return the table row for the JSON file of a student, or raise ValueError."""
     open_requirements: dict[str, list[str]] = {}  # names by reason
     try:
         data = json.loads(path.read_text(encoding='utf-8'))

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-The sequence of requests with which the referee tests a graph.
+The sequence of requests that the referee sends to a graph.
 
 The robot rests, drives in eight directions and tilts its platform. Bricks are placed, then dropped
 out of reach and within reach. Every wait has a timeout, so a missing response costs some seconds.
@@ -45,14 +45,14 @@ TIME_LIMIT = 150.0
 """Time (s) after which no further brick is dropped."""
 
 LEG, MIN_LEG = 1.5, 0.3
-"""Length (m) of each leg, and that for the slowest robots."""
+"""Length (m) of each leg, and its minimum for slow robots."""
 
 EDGE_DISTANCE = 0.3
 """Distance (m) of all bricks from the edge of the arena."""
 
 
 class PlannedDrop(NamedTuple):
-    """The starting position of a brick, given by the time that it leaves to the robot."""
+    """The starting position of a brick, defined by the time available to the robot."""
 
     description: str
     direction: float  # from the center, in turns

@@ -93,7 +93,7 @@ class GraphClient:
         return (poses[-1].message.x, poses[-1].message.y) if poses else None
 
     def distance_to(self, point: tuple[float, float]) -> float:
-        """Return the distance (m) from the robot to a point in world; NaN if it is unknown."""
+        """Return the distance (m) from the robot to a point in world, or NaN if it is unknown."""
         return dist(point, self.robot_position() or (float('nan'), float('nan')))
 
     def is_at_rest(self) -> bool:

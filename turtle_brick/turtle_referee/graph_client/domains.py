@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Find a free ROS domain on this machine, and limit the range of discovery. No ROS."""
+"""Find a free ROS domain on this machine, and limit the range of discovery."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager

@@ -38,7 +38,7 @@ FLOATING_NS = 150_000_000
 """Duration (ns) at rest after which a brick that has slid counts as floating."""
 
 MIN_SLIDE = 0.02
-"""Distance (m) that a brick slides at least before it may float."""
+"""Smallest distance (m) that a brick slides before it may float."""
 
 TILTED, LEVEL = 0.05, 0.02
 """Inclination (rad) above which a platform is tilted, and below which it is level."""

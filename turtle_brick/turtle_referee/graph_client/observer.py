@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Nodes that receive messages: `PollingNode` those of chosen topics, `Observer` those of a graph.
+Two nodes: `PollingNode` receives chosen topics, and `Observer` records a whole graph.
 
 An observer needs only the names in a profile and reads every type from the graph, so it works with
 any implementation. It can also send goals and tilt commands and call services.
@@ -64,7 +64,7 @@ def load_type(name: str) -> Any:
 
 
 def fill_position(message: Any, position: Sequence[float]) -> bool:
-    """Set the first fields x, y and z at any depth of a message; return False without such."""
+    """Set the first fields x, y and z at any depth of a message; return whether they exist."""
     fields = message.get_fields_and_field_types()
     if {'x', 'y', 'z'} <= set(fields):
         message.x, message.y, message.z = map(float, position)
@@ -95,7 +95,7 @@ class PollingNode(Node):
     """
     A node that fetches its messages when asked, instead of being woken up by each of them.
 
-    This saves a thousand wake-ups per second. It also preserves the publication times of messages
+    Polling avoids a thousand wake-ups per second and preserves the publication times of messages
     and service responses: the EventsExecutor of rclpy 7.1 passes neither to a callback, and a
     future contains no response time. Therefore `fetch` uses the handles, like
     rclpy.wait_for_message.
@@ -246,7 +246,7 @@ class Observer(Node):
         return self._goal_publisher.get_subscription_count() > 0
 
     def send_tilt(self, angle: float) -> None:
-        """Send a tilt angle (rad) in the first number of the message; LookupError without one."""
+        """Send a tilt angle (rad) in the first number of the message, or raise LookupError."""
         topic = self.resolve_topic_name(self.record.profile.topics['tilt'])
         for info in self.get_subscriptions_info_by_topic(topic):
             message = load_type(info.topic_type)()
@@ -260,7 +260,7 @@ class Observer(Node):
         raise LookupError(f'no node subscribes to {topic}, or its type has no field for an angle')
 
     def service_client(self, name: str) -> Any:
-        """Return the client of 'place' or 'drop'; LookupError if there is no such service."""
+        """Return the client of 'place' or 'drop', or raise LookupError without the service."""
         service = self.resolve_service_name(self.record.profile.services[name])
         types = dict(self.get_service_names_and_types()).get(service)
         if not types:

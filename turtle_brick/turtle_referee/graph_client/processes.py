@@ -28,7 +28,7 @@ import subprocess
 import threading
 
 END_TIME = 15.0
-"""Time (s) that a process gets to end after SIGINT."""
+"""Timeout (s) for the end of a process after SIGINT."""
 
 LAST_LINES = 3
 """Number of output lines in an exit message."""
@@ -135,7 +135,7 @@ class Process:
                 f'printing {pattern!r}; it printed:\n{self.output}')
 
     def wait(self, timeout: float) -> int:
-        """Wait for the end of the process (s at most); return its status or raise TimeoutError."""
+        """Wait until the process ends; return its status, or raise TimeoutError."""
         try:
             status = self._popen.wait(timeout)
         except subprocess.TimeoutExpired:
@@ -145,7 +145,7 @@ class Process:
         return status
 
     def stop(self, number: int = signal.SIGINT, timeout: float = END_TIME) -> int:
-        """Send a signal, then wait for the end; return the status or raise TimeoutError."""
+        """Send a signal and wait until the process ends; return its status."""
         if self.running:
             self.send(number)
         return self.wait(timeout)
@@ -160,12 +160,12 @@ class Process:
             self._popen.stdout.close()
 
     def close(self, timeout: float = END_TIME) -> None:
-        """Send SIGINT, wait for the end (s at most), then kill the remaining processes."""
+        """Send SIGINT, wait for the end with a timeout (s), then kill the remaining processes."""
         close_all([self], timeout)
 
 
 def close_all(processes: Iterable[Process], timeout: float = END_TIME) -> None:
-    """Send SIGINT to all processes, wait for each (s at most), then kill the remaining ones."""
+    """Send SIGINT to all processes, wait for each with a timeout (s), then kill the rest."""
     processes = list(processes)
     for process in processes:
         if process.running:

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Names of topics and services in an implementation, and the physical numbers of its robot. No ROS.
+Names of topics and services in an implementation, and the physical numbers of its robot.
 
 The defaults are the names in the assignment. A profile in YAML lists the differences:
 

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-The messages received from a graph and the requests sent to it. No ROS: no message is created here.
+The messages received from a graph and the requests sent to it, without dependence on ROS.
 
 Times are integer nanoseconds of the system clock, lengths in m, angles in rad.
 """
@@ -285,7 +285,7 @@ def stamp_of(received: Received) -> int:
 
 def message_rate(times: Sequence[float]) -> float:
     """
-    Return the rate (Hz) of periodic messages; 0 for fewer than six timestamps (s).
+    Return the rate (Hz) of periodic messages, or 0 for fewer than six timestamps (s).
 
     On a busy machine a message may be late, but none is early. Therefore the rate is measured from
     the least delayed message in the first third to the least delayed one in the last third.

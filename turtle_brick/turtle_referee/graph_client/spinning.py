@@ -26,8 +26,8 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 LONGEST_WAIT = 0.02
-"""Timeout (s) of each spin_once. It never varies: if the timeout changes, a SingleThreadedExecutor
-restarts its round, and the first node would get every turn under load."""
+"""Timeout (s) of each spin_once. It is constant because a SingleThreadedExecutor restarts its
+round when the timeout changes, and the first node would get every turn under load."""
 
 INTERRUPTED = Event()
 """Set by Ctrl-C and SIGTERM after a call of handle_interrupts."""

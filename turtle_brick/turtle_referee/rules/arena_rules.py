@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Rules for the arena: walls, markers, services and the physics of the brick. No ROS."""
+"""Rules for the arena: walls, markers, services and the physics of the brick."""
 
 from collections.abc import Iterable
 from itertools import pairwise
@@ -56,7 +56,7 @@ BEFORE_NS = 100_000_000
 
 
 def max_motion(positions: Iterable[Any]) -> float:
-    """Return the largest distance (m) from the first position; 0 without positions."""
+    """Return the largest distance (m) from the first position, or 0 without positions."""
     positions = list(positions)
     return largest(dist(position, positions[0]) for position in positions)
 
@@ -71,7 +71,7 @@ def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
 
 
 def walls(record: Record) -> list[ReceivedMarker]:
-    """Return the markers that may be walls; Broken if there are none."""
+    """Return the markers that may be walls, or raise Broken if there are none."""
     return require([received for received in record.markers
                     if received.marker.type == CUBE and max(
                         received.marker.scale.x, received.marker.scale.y) >= MIN_WALL_LENGTH]
@@ -96,7 +96,7 @@ def walls_are_at_the_edges(record: Record) -> Finding:
 
 
 def brick_markers(record: Record) -> list[ReceivedMarker]:
-    """Return the markers of the brick; Broken if there are none."""
+    """Return the markers of the brick, or raise Broken if there are none."""
     solid = [received for received in record.markers
              if received.marker.type != TEXT and received.marker.action == ADD]
     return require([received for received in solid if 'brick' in (
@@ -179,7 +179,7 @@ def bricks_are_placed(record: Record) -> Finding:
 
 
 def dropped(record: Record) -> list[DropWatch]:
-    """Return the bricks that were released; Open if there are none."""
+    """Return the bricks that were released, or raise Open if there are none."""
     return require_data([drop for drop in record.drops if drop.released is not None],
                         'no brick fell')
 
@@ -233,7 +233,7 @@ class MeasuredFall(NamedTuple):
 
 
 def falls(record: Record) -> list[MeasuredFall]:
-    """Return the falls with at least ten transforms; Open if there are none."""
+    """Return the falls with at least ten transforms, or raise Open if there are none."""
     found = []
     for drop in dropped(record):
         if drop.released is None or drop.down is None:
@@ -317,7 +317,7 @@ def bricks_land_on_the_platform(record: Record) -> Finding:
 
 
 def catches(record: Record) -> list[DropWatch]:
-    """Return the bricks that landed on the platform; Open if there are none."""
+    """Return the bricks that landed on the platform, or raise Open if there are none."""
     return require_data([drop for drop in dropped(record) if drop.caught],
                         'no brick has landed on the platform')
 

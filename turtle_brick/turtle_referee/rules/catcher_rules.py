@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Rules for the catcher: its verdict, its text and its way to the center. No ROS."""
+"""Rules for the catcher: its verdict, its text and its drive to the center."""
 
 from itertools import pairwise
 from math import dist, inf, isnan, sqrt
@@ -32,11 +32,11 @@ DELETE_ACTIONS = (2, 3)
 """Actions of a marker that delete one marker and all markers."""
 
 NO_SUCH_BRICK = 'there was no such brick'
-"""Reason of a rule without bricks to judge."""
+"""Reason why a rule has no bricks to judge."""
 
 
 def completed(record: Record) -> list[DropWatch]:
-    """Return the bricks that were released and have landed; Open if there are none."""
+    """Return the bricks that were released and have landed, or raise Open if there are none."""
     return require_data([drop for drop in dropped(record) if drop.down is not None],
                         'no brick has landed')
 
@@ -89,7 +89,7 @@ def verdicts_come_true(record: Record) -> Finding:
 
 
 def texts(record: Record) -> list[ReceivedMarker]:
-    """Return the markers with the text "Unreachable"; Broken or Open if there are none."""
+    """Return the markers with the text "Unreachable", or raise Broken or Open without any."""
     found = [received for received in record.markers
              if UNREACHABLE.lower() in received.marker.text.lower()]
     if not found and any(drop.should_be_caught is False for drop in completed(record)):

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Read the URDF of a robot and compute the poses of its links. No ROS."""
+"""Read the URDF of a robot and compute the poses of its links."""
 
 from collections.abc import Mapping
 from functools import lru_cache
@@ -57,7 +57,7 @@ class RobotModel:
     """Links and joints of a URDF."""
 
     def __init__(self, description: str) -> None:
-        """Parse a URDF; Broken if it is invalid."""
+        """Parse a URDF, or raise Broken if it is invalid."""
         try:
             robot = ElementTree.fromstring(description)
             self.links = {link.get('name', ''): [_solid(visual, robot)
@@ -90,7 +90,7 @@ class RobotModel:
         return self.pose(joint.child, positions).axes @ joint.axis
 
     def solid(self, link: str, kind: str) -> Solid:
-        """Return the first box or cylinder of a link; Broken if there is none."""
+        """Return the first box or cylinder of a link, or raise Broken if there is none."""
         return require(next((solid for solid in self.links.get(link, ()) if solid.kind == kind),
                             None), f'{link} has no {kind}')
 
@@ -99,7 +99,7 @@ class RobotModel:
         return self.pose(link).transform(solid.pose.position)
 
     def joint(self, link: str) -> Joint:
-        """Return the last movable joint above a link; Broken if there is none."""
+        """Return the last movable joint above a link, or raise Broken if there is none."""
         return require(next((joint for joint in reversed(self.joints_to(link)) if joint.movable),
                             None), f'no joint turns {link}')
 
@@ -112,7 +112,7 @@ class RobotModel:
 
 
 def model(record: Record) -> RobotModel:
-    """Return the model for the latest robot_description; Broken if it is absent or invalid."""
+    """Return the model for the latest robot_description, or raise Broken without a valid one."""
     descriptions = require(record.topics['robot_description'] or None,
                            'there is no robot_description')
     return _parse(descriptions[-1].message.data)

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Rules for frames, names, rates, the robot's description and the robot's node. No ROS."""
+"""Rules for frames, names, rates, the robot's description and the robot's node."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -47,7 +47,7 @@ GLOBAL_TOPICS = ('/tf', '/tf_static', '/rosout', '/parameter_events', '/clock')
 
 
 def frame(record: Record, name: str, parent: str = '') -> Frame:
-    """Return a frame; Broken if it is absent or has another parent."""
+    """Return a frame, or raise Broken if it is absent or has another parent."""
     found = require(record.frames.get(name), f'no node broadcasts {name}')
     parents = {sample.parent for sample in found.samples}
     if parent and parents != {parent}:
@@ -56,13 +56,13 @@ def frame(record: Record, name: str, parent: str = '') -> Frame:
 
 
 def messages(record: Record, name: str) -> list[Received]:
-    """Return the messages of a topic; Broken if there are none."""
+    """Return the messages of a topic, or raise Broken if there are none."""
     return require(record.topics[name] or None,
                    f'no messages on {record.profile.topics[name]}')
 
 
 def drives(record: Record) -> list[Drive]:
-    """Return the drives with a distance above 0.1 m; Open if there are none."""
+    """Return the drives with a distance above 0.1 m, or raise Open if there are none."""
     return require_data([drive for drive in record.drives if drive.length > 0.1],
                         'the robot was not driven')
 

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Judge requirements of the assignment by a record. No ROS.
+Judge the requirements of the assignment by a record, without ROS.
 
 A rule is a function that returns a `Finding`. It raises `Broken` if something required is absent,
 and `Open` if the record is not sufficient for a judgement.
@@ -166,28 +166,28 @@ class Rules(list[Rule]):
 
 
 def number(record: Record, name: str) -> float:
-    """Return a physical number of the robot; Open if it is unknown."""
+    """Return a physical number of the robot, or raise Open if it is unknown."""
     if name not in record.profile.numbers:
         raise Open(f'{name} is unknown because no node has this parameter; add it to a profile')
     return record.profile.numbers[name]
 
 
 def require_data(items: list[Value], reason: str) -> list[Value]:
-    """Return the items; Open with a reason if there are none."""
+    """Return the items, or raise Open with a reason if there are none."""
     if not items:
         raise Open(reason)
     return items
 
 
 def require(value: Value | None, fault: str) -> Value:
-    """Return the value; Broken with a fault if it is None."""
+    """Return the value, or raise Broken with a fault if it is None."""
     if value is None:
         raise Broken(fault)
     return value
 
 
 def require_accepted(request: Request | None) -> Request:
-    """Return the request; Broken with its message if it was refused."""
+    """Return the request, or raise Broken with its message if it was refused."""
     if request is None or not request.accepted:
         raise Broken(request and request.message or 'the request was refused')
     return request
@@ -201,7 +201,7 @@ def largest(values: Iterable[float]) -> float:
 
 def within(limit: float, values: list[float], reason: str,
            text: str = 'at most {:.3f} m off in {} measurements') -> Finding:
-    """Return whether no value is above a limit; Open with a reason if there are no values."""
+    """Return whether no value is above a limit, or raise Open if there are no values."""
     value = largest(require_data(values, reason))
     return Finding(value <= limit, text.format(value, len(values)))
 
