@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""What the packages import: as package.xml names it, and only downwards."""
+"""Check the imports of the packages against package.xml and the layers of the design."""
 
 import ast
 from pathlib import Path
@@ -27,10 +27,10 @@ MANIFEST = (PACKAGE / 'package.xml').read_text()
 KEYS = {'PIL': 'python3-pil', 'tf2_ros': 'tf2_ros_py', **{name: f'python3-{name}' for name in (
     'hypothesis', 'joblib', 'matplotlib', 'mypy', 'numpy', 'psutil', 'pytest', 'rich', 'tqdm',
     'yaml')}}
-"""The rosdep keys that are not the name of the module."""
+"""The rosdep keys that differ from the name of the module."""
 
-NOT_PYTHON = {'launch_xml', 'ros2launch'}
-"""They make ros2 launch read launch files, those in XML too."""
+NOT_IMPORTED = {'launch_xml', 'ros2launch'}
+"""Dependencies of `ros2 launch` and of the XML launch files."""
 
 MAY_IMPORT = {
     'turtle_brick/core': ['turtle_brick.core'],
@@ -40,60 +40,59 @@ MAY_IMPORT = {
        for name in ('arena', 'catcher', 'turtle_robot')},
     'turtle_brick/view': [f'turtle_brick.{name}' for name in (
         'core', 'ros', 'view', 'arena', 'catcher', 'physics', 'turtle_robot')],
-    'turtle_brick/tools': ['turtle_brick', 'turtle_referee'],
+    'turtle_brick/tools': ['turtle_brick', 'turtle_referee.graph_client'],
+    'turtle_referee/graph_client': ['turtle_referee.graph_client'],
     'turtle_referee': ['turtle_referee'],
     'standins': ['turtle_brick.core.turtlesim_kinematics'],
 }
-"""What each room may import of this package's modules."""
+"""The modules of this workspace that each folder may import."""
 
 
-def modules_of(paths):
-    """Return the full names of the modules that files import."""
+def imports(*patterns):
+    """Return the full names of the modules imported by the files that match a pattern."""
     names = set()
-    for path in paths:
+    for path in [path for pattern in patterns for path in PACKAGE.glob(pattern)]:
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.Import):
                 names.update(alias.name for alias in node.names)
+            elif isinstance(node, ast.ImportFrom) and '.' in node.module:
+                names.add(node.module)
             elif isinstance(node, ast.ImportFrom):
-                names.update([node.module] if '.' in node.module else (
-                    f'{node.module}.{alias.name}' for alias in node.names))
+                names.update(f'{node.module}.{alias.name}' for alias in node.names)
             elif isinstance(node, ast.Call) and ast.unparse(node.func) == 'pytest.importorskip':
                 names.add(ast.literal_eval(node.args[0]))
     return names
 
 
-def imported(*patterns):
-    """Return the keys of the modules that files import, without the package's own and viser's."""
-    paths = [path for pattern in patterns for path in PACKAGE.glob(pattern)]
-    modules = {name.partition('.')[0] for name in modules_of(paths)}
-    own = {'turtle_brick', 'turtle_referee',
-           *(path.stem for path in PACKAGE.joinpath('test').rglob('*.py'))}
-    without_key = re.search(r'<!-- viser(.*?)-->', MANIFEST, re.DOTALL)[0]
-    own.update(re.findall(r'\w+', without_key))
-    return {KEYS.get(name, name) for name in modules - sys.stdlib_module_names - own}
+def imported_packages(*patterns):
+    """Return the rosdep keys of the modules imported by the files that match a pattern."""
+    modules = {name.partition('.')[0] for name in imports(*patterns)}
+    own = {'turtle_brick', 'turtle_referee', *(file.stem for file in PACKAGE.glob('test/**/*.py'))}
+    without_key = set(re.findall(r'\w+', re.search(r'<!-- viser(.*?)-->', MANIFEST, re.S)[0]))
+    return {KEYS.get(name, name)
+            for name in modules - sys.stdlib_module_names - own - without_key}
 
 
-def named(kind):
-    """Return the dependencies of a kind."""
+def dependencies(kind):
+    """Return the dependencies of a kind in package.xml."""
     return {element.text for element in ElementTree.fromstring(MANIFEST).iter(kind)}
 
 
-def test_what_is_imported_or_launched_is_named_and_nothing_else():
+def test_exec_depend_lists_all_imported_and_launched_packages():
     launched = {name for path in PACKAGE.glob('launch/*') for name in re.findall(
         r'(?:package=\'|pkg=")(\w+)', path.read_text())} - {'turtle_brick'}
-    used = imported('turtle_*/**/*.py', 'launch/*.py')
-    assert named('exec_depend') == used | launched | NOT_PYTHON
+    imported = imported_packages('turtle_*/**/*.py', 'launch/*.py')
+    assert dependencies('exec_depend') == imported | launched | NOT_IMPORTED
 
 
-def test_what_tests_import_is_named_and_nothing_else():
-    used = imported('test/**/*.py') - named('exec_depend')
-    assert named('test_depend') == used - {'ros2cli', 'turtlesim_standin'}
+def test_test_depend_lists_all_packages_imported_by_tests():
+    imported = imported_packages('test/**/*.py') - dependencies('exec_depend')
+    assert dependencies('test_depend') == imported - {'ros2cli', 'turtlesim_standin'}
 
 
-@pytest.mark.parametrize('room', MAY_IMPORT)
-def test_no_room_imports_from_above(room):
-    place = PACKAGE / room
-    ours = {name for name in modules_of([place] if place.is_file() else place.rglob('*.py'))
-            if name.startswith(('turtle_brick.', 'turtle_referee.'))}
-    assert [name for name in sorted(ours)
-            if not any(f'{name}.'.startswith(f'{below}.') for below in MAY_IMPORT[room])] == []
+@pytest.mark.parametrize('place', MAY_IMPORT)
+def test_no_layer_imports_a_higher_one(place):
+    allowed = tuple(f'{module}.' for module in MAY_IMPORT[place])
+    modules = imports(place if place.endswith('.py') else f'{place}/**/*.py')
+    own = [name for name in modules if name.startswith(('turtle_brick.', 'turtle_referee.'))]
+    assert [name for name in own if not f'{name}.'.startswith(allowed)] == []
