@@ -123,7 +123,7 @@ class SteppedGraph:
             self.tick()
 
     def place(self, x: float, y: float, z: float) -> Place.Response:
-        """Call the service place (m)."""
+        """Call the service to move the brick to a point (m)."""
         return self.arena.on_place(
             Place.Request(location=Point(x=x, y=y, z=z)), Place.Response())
 

@@ -38,6 +38,7 @@ from turtle_brick.core.geometry import (distance_to_rectangle, from_yaw, multipl
                                         Quaternion, Vector)
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import SECONDS_PER_NS
+
 if TYPE_CHECKING:
     from turtle_brick.core.parameters import ArenaParameters
 
@@ -157,12 +158,12 @@ class World:
 
     @property
     def phase(self) -> Phase:
-        """Current phase of the brick."""
+        """Get the phase of the brick."""
         return self._phase
 
     @property
     def platform(self) -> Platform | None:
-        """Current platform, or None if its pose is unknown."""
+        """Get the platform, or None if its pose is unknown."""
         return self._platform
 
     @platform.setter
@@ -173,7 +174,7 @@ class World:
 
     @property
     def orientation(self) -> Quaternion:
-        """Orientation in the world frame, with the inclination of the platform."""
+        """Get the orientation in the world frame, with the inclination of the platform."""
         platform = self._last_platform
         if platform is None:
             return from_yaw(self._yaw)
@@ -181,7 +182,7 @@ class World:
 
     @property
     def pose_on_platform(self) -> Pose | None:
-        """Pose in the platform frame, or None if the brick is not on a known platform."""
+        """Get the pose in the platform frame, or None if the brick is not on a known platform."""
         if self._phase is not Phase.RIDING or self._platform is None:
             return None
         x, y = self._slide_position

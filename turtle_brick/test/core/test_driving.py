@@ -91,7 +91,8 @@ class Bench(Simulation):
     def assert_arrives(self, goal):
         """Check that the turtle drives to its goal without a pause and rests there."""
         # Queued commands may lead away from the goal.
-        self.assert_rests(goal, self.distance(goal) / self.speed + 0.6 + QUEUE_DELAY + COMMAND_PERIOD)
+        travel_time = self.distance(goal) / self.speed
+        self.assert_rests(goal, travel_time + 0.6 + QUEUE_DELAY + COMMAND_PERIOD)
 
 
 def deviations(start, goal, poses):

@@ -151,7 +151,7 @@ def test_valid_values_are_kept_unless_the_robot_cannot_be_built(mapping):
     height, radius = mapping['platform_height'], mapping['platform_radius']
     thickness, wheel = mapping['platform_thickness'], mapping['wheel_radius']
     least = (2 * wheel + math.hypot(radius, thickness) + thickness
-              + max(0.05, wheel, radius / 5))
+             + max(0.05, wheel, radius / 5))
     half_height = mapping['brick_size'][2] / 2
     assume(abs(height - least) > 1e-9)
     if mapping['brick_start'][2] < half_height:

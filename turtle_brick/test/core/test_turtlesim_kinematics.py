@@ -127,7 +127,7 @@ def test_every_recorded_tick_is_reproduced(path: Path) -> None:
                     if bits(sim.tick(time)['turtle1']) == bits(recorded):
                         following.add(Explanation(taken, served, pickle.dumps(sim)))
         states = following
-        assert states, f'tick {number}, received at {time:.3f} s: no order of arrivals gives {recorded}'
+        assert states, f'tick {number} at {time:.3f} s: no order of arrivals gives {recorded}'
     assert {(state.commands, state.calls) for state in states} == {(len(commands), len(calls))}
 
 

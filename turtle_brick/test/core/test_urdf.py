@@ -34,7 +34,7 @@ class Robot(RobotModel):
     """A robot model that computes the extent of its links."""
 
     def extent(self, link, direction, **positions):
-        """Return the extent (m) of a link along a direction in base_link."""
+        """Return the largest coordinate (m) of a link along a direction in base_link."""
         reaches = []
         for solid in self.links[link]:
             pose = self.pose(link, positions).compose(solid.pose)

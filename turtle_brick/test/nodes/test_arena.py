@@ -158,16 +158,15 @@ def test_markers_and_inclination(bench):
     assert states.last.data == 'hovering'
     assert bench.drop().success
     bench.tick()
-    bench.live.wait_for(lambda: states.last.data == 'falling' and len(bricks.messages) > 1, TIMEOUT,
-                        'the state falling')
-    assert bricks.last.color != brick.color
+    bench.live.wait_for(lambda: states.last.data == 'falling' and bricks.last.color != brick.color,
+                        TIMEOUT, 'the state falling')
 
 
 @pytest.mark.parametrize('jump, machine, words', [
     (-5.0, 0.0, 'clock was set back by'), (3.0, 0.0, 'clock jumped ahead by'),
     (3.0, 3.0, 'to run it, for')])
-def test_clock_jump_continues_the_fall_with_a_warning(bench, capfd, monkeypatch, jump, machine, words):
-    """The warning contains the cause and the duration."""
+def test_clock_jump_is_reported(bench, capfd, monkeypatch, jump, machine, words):
+    """The fall continues, and the warning contains the cause and the duration."""
     assert bench.place(3.0, 4.0, 60.0).success and bench.drop().success
     monkeypatch.setattr(arena, 'monotonic', lambda: 0.0)
     bench.run(0.1)

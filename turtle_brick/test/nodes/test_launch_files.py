@@ -52,6 +52,7 @@ PROGRAMS = {
 """Executables of the launch files by package."""
 
 PRINT_COMMAND = """#!/bin/bash
+exec >&2  # launch shows only standard error.
 echo "program: ${0##*/} $*"
 echo "QT_QPA_PLATFORM: $QT_QPA_PLATFORM"
 for word; do [[ $word == *launch_params* ]] && cat "$word"; done

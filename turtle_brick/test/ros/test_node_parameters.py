@@ -25,9 +25,8 @@ from rclpy.parameter import Parameter
 from turtle_brick.arena import Arena
 from turtle_brick.catcher import CatcherNode
 from turtle_brick.core.parameters import (AnyParameterSet, ArenaParameters, CatcherParameters,
-                                          default_path, load, MissingParameterError,
-                                          PARAMETER_RULES, ParameterError, Parameters,
-                                          RobotParameters)
+                                          load, MissingParameterError, PARAMETER_RULES,
+                                          ParameterError, Parameters, RobotParameters)
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.turtle_robot import TurtleRobot
 from turtle_referee.graph_client.domains import reserved_domain

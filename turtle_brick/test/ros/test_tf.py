@@ -73,7 +73,7 @@ def test_harmful_transform_is_ignored_with_a_warning(bad, static, words):
     assert guarded.store(TFMessage(transforms=[bad]), static, NOW) == []
     (sentence,), options = logger.warning.call_args
     assert options == {'throttle_duration_sec': WARNING_PERIOD}
-    assert f'"{bad.header.frame_id}" to "{bad.child_frame_id}" ' in sentence
+    assert f'"{bad.header.frame_id}" to "{bad.child_frame_id}"' in sentence
     assert words in sentence and len(sentence) < 250
 
 
@@ -133,5 +133,6 @@ def test_callback_gets_each_transform_after_its_message_is_stored():
         guarded.callback(TFMessage(transforms=[
             transform('world', 'brick', -number, (float(number), 0.0, 0.0))
             for number in range(burst, burst + 3)]))
-    assert received == [(0, 2, NOW), (1, 2, NOW), (2, 2, NOW), (3, 5, NOW), (4, 5, NOW), (5, 5, NOW)]
+    assert received == [(0, 2, NOW), (1, 2, NOW), (2, 2, NOW),
+                        (3, 5, NOW), (4, 5, NOW), (5, 5, NOW)]
     assert latest_transform(guarded.buffer, 'label') is not None

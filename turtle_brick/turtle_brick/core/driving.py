@@ -235,7 +235,7 @@ class Driver:
 
     @property
     def pose(self) -> TurtlePose | None:
-        """Latest pose of the turtle in the world frame, or None before the first pose."""
+        """Get the latest pose of the turtle in the world frame, or None before the first pose."""
         return self._queue.pose
 
     def drive_to(self, x: float, y: float) -> None:

@@ -128,7 +128,7 @@ class Turtle:
 
     def command(self, linear_x: float, linear_y: float, angular_z: float) -> None:
         """
-        Append a command (m/s, rad/s) to the queue. A full queue discards its oldest command.
+        Append velocities (m/s, rad/s) to the queue. A full queue discards its oldest command.
 
         The sideways velocity linear_y is ignored unless the turtle is holonomic.
         """
