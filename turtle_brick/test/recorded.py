@@ -11,9 +11,9 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The real launch and ros2: what was recorded, the files it was done with, and to do it again."""
+"""Runs commands such as `ros2` again that were recorded with the real ROS 2 programs."""
 
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 import gc
 from importlib import import_module
 import io
@@ -30,48 +30,52 @@ from time import monotonic
 from types import SimpleNamespace
 
 DATA = Path(__file__).parent / 'data' / 'ros2'
-TIME, GLANCE = 30.0, 0.02
-"""How long (s) a command may take to do something, and how often it is looked at."""
+
+TIMEOUT = 30.0
+"""Default timeout (s) for an output of a command."""
+
+POLL_TIME = 0.02
+"""Time (s) between two checks of a condition."""
 
 PROGRAMS = {'ros2': 'ros2cli.cli', 'launch_test': 'launch_testing'}
-"""The modules with the programs that can run in a fork."""
+"""Programs that can run in a fork, and their modules."""
 
 FORKS = get_context('forkserver')
-"""Forks what has imported what these programs need, which takes 0.4 of their 0.6 s."""
+"""Forks a process that has imported these modules, which saves 0.4 s of 0.6 s per command."""
 FORKS.set_forkserver_preload([*PROGRAMS.values(), *(f'ros2cli.{name}' for name in (
-    'graph', 'packages', 'traffic')), 'launch_xml', 'numpy', 'rclpy.action'])
+    'graph', 'packages', 'messages', 'topic_statistics')), 'launch_xml', 'numpy', 'rclpy.action'])
 
-_one = threading.Lock()
-"""The forks are started, and asked for their status, by one thread at a time."""
+_fork_lock = threading.Lock()
+"""Allows one thread at a time to start a fork or to read its status."""
 
 
 def records(*files):
-    """Return the records of files, by name."""
+    """Return the records in files, by name."""
     return {record['name']: record for file in files
             for record in json.loads((DATA / f'{file}.json').read_text())['records']}
 
 
-def write_files(top):
-    """Write the files that were recorded with into a folder."""
+def write_files(directory):
+    """Write the files that the recorded commands used into a directory."""
     for name, file in json.loads((DATA / 'files.json').read_text()).items():
-        path = top / name
+        path = directory / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(file['text'])
         path.chmod(0o755 if file.get('executable') else 0o644)
 
 
 def with_paths(words, files):
-    """Return the words of a recorded command, with the folder that those files are in now."""
+    """Return the words of a recorded command with the present directory of its files."""
     return [word.replace('$FILES', str(files)).replace('$PROBE', f'{files}/probe')
             for word in words]
 
 
-def become(words, environment, directory, *ends):
-    """Do in this fork what a program does whose stdin, stdout and stderr are some pipes."""
+def run_in_fork(words, environment, directory, *pipes):
+    """Run a program in this fork, with pipes as stdin, stdout and stderr."""
     os.setsid()
-    for number, end in enumerate(ends):
-        os.dup2(end.fileno(), number)
-        end.close()
+    for number, pipe in enumerate(pipes):
+        os.dup2(pipe.fileno(), number)
+        pipe.close()
     sys.stdin = open(0)
     os.environ.clear()
     os.environ.update(environment)
@@ -81,76 +85,76 @@ def become(words, environment, directory, *ends):
         status = import_module(PROGRAMS[words[0]]).main()
     except SystemExit as end:
         status = end.code
-    except BaseException:  # noqa: B902 -- of which Python itself tells so
+    except BaseException:  # noqa: B902 -- Python prints any exception at its end
         sys.excepthook(*sys.exc_info())
         status = 1
-    gc.collect()  # takes nodes out of the graph, as the end of Python does, which a fork has not
+    gc.collect()  # Destroys the nodes, as the end of Python does. A fork ends without it.
     sys.exit(status)
 
 
 class Command:
-    """A command that runs in a process group of its own, as a shell starts it."""
+    """A running command in its own process group, as if started by a shell."""
 
     def __init__(self, words, environment, stdin=None, directory='/', forked=False):
-        """Start it with pipes, of which the first may have a text and an end; maybe in a fork."""
+        """Start the command, in a fork if requested; `stdin` is its complete input."""
         self.text, self.error = '', ''
         self.changed = threading.Condition()
-        pipes = [FORKS.Pipe(duplex=False) for _ in range(3)]
-        there = [end for end, _ in pipes[:1]] + [end for _, end in pipes[1:]]
+        stdin_pipe, stdout_pipe, stderr_pipe = (FORKS.Pipe(duplex=False) for _ in range(3))
+        ends = [stdin_pipe[0], stdout_pipe[1], stderr_pipe[1]]
         if forked:
-            process = FORKS.Process(
-                target=become, args=(words, environment, str(directory), *there), daemon=True)
-            with _one:
-                process.start()
+            self.process = FORKS.Process(
+                target=run_in_fork, args=(words, environment, str(directory), *ends), daemon=True)
+            with _fork_lock:
+                self.process.start()
         else:
-            process = subprocess.Popen(
+            self.process = subprocess.Popen(
                 words, env=environment, cwd=directory, start_new_session=True,
-                **dict(zip(('stdin', 'stdout', 'stderr'), there)))
-        for end in there:
+                stdin=ends[0], stdout=ends[1], stderr=ends[2])
+        for end in ends:
             end.close()
-        self.process, self.pid, self.stdin = process, process.pid, pipes[0][1]
-        self.directory = directory
-        self.readers = [threading.Thread(target=self._read, args=end, daemon=True) for end in (
-            (pipes[1][0], 'text'), (pipes[2][0], 'error'))]
+        self.pid, self.stdin, self.directory = self.process.pid, stdin_pipe[1], directory
+        self.readers = [
+            threading.Thread(target=self._read, args=(stdout_pipe[0], 'text'), daemon=True),
+            threading.Thread(target=self._read, args=(stderr_pipe[0], 'error'), daemon=True)]
         for reader in self.readers:
             reader.start()
         if stdin is not None:
             os.write(self.stdin.fileno(), stdin.encode())
             self.stdin.close()
 
-    def _read(self, end, name):
-        while data := os.read(end.fileno(), 65536):
+    def _read(self, pipe, name):
+        while data := os.read(pipe.fileno(), 65536):
             with self.changed:
                 setattr(self, name, getattr(self, name) + data.decode(errors='replace'))
                 self.changed.notify_all()
 
     @property
     def status(self):
-        """Return its status if it has ended, else None."""
-        with _one:
+        """Return the exit status, or None while the command runs."""
+        with _fork_lock:
             return (self.process.poll() if isinstance(self.process, subprocess.Popen)
                     else self.process.exitcode)
 
-    def wait_for(self, condition, timeout=TIME):
-        """Wait until something is so, or it has ended, or the time is over; tell if it is so."""
+    def wait_for(self, condition, timeout=TIMEOUT):
+        """Wait until a condition is true, the command ends or time is up; return the condition."""
         deadline = monotonic() + timeout
         with self.changed:
             while not condition() and self.status is None and monotonic() < deadline:
-                self.changed.wait(GLANCE)
+                self.changed.wait(POLL_TIME)
             return condition()
 
-    def has_said(self, what):
-        """Tell whether whole lines of it have a pattern, or a pattern so often."""
-        pattern, times = what if isinstance(what, list) else (what, 1)
-        return len(re.findall(pattern, self.text[:self.text.rfind('\n') + 1], re.M)) >= times
+    def has_printed(self, expected):
+        """Return whether complete lines match a pattern, or a pattern and its minimum count."""
+        pattern, count = expected if isinstance(expected, list) else (expected, 1)
+        return len(re.findall(pattern, self.text[:self.text.rfind('\n') + 1], re.M)) >= count
 
-    def send(self, name, whom):
-        """Send a signal by its name to the process, or to its group."""
+    def send(self, name, target):
+        """Send a signal by name to the process, or to its group if the target is 'group'."""
         with suppress(ProcessLookupError):
-            (os.killpg if whom == 'group' else os.kill)(self.pid, getattr(signal, name))
+            (os.killpg if target == 'group' else os.kill)(self.pid, getattr(signal, name))
 
-    def left(self):
-        """Return the processes of its group that live."""
+    def running_processes(self):
+        """Return the running processes of the group."""
         found = []
         for stat in Path('/proc').glob('[0-9]*/stat'):
             with suppress(OSError):
@@ -159,34 +163,43 @@ class Command:
                     found.append(stat.parent.name)
         return found
 
-    def end(self, timeout=2 * TIME):
-        """Wait until it has ended, end what is left of it, and return what that was."""
+    def end(self, timeout=2 * TIMEOUT):
+        """Wait for the end, kill and return the processes that are still running."""
         try:
             assert self.wait_for(lambda: self.status is not None, timeout), self.text + self.error
             for reader in self.readers:
                 reader.join(10)
-            return self.left()
+            return self.running_processes()
         finally:
             self.send('SIGKILL', 'group')
 
 
-def done_here(words, patch, stdin=''):
-    """
-    Do in this process what `ros2` does; return its status and what it has said.
+@contextmanager
+def restored_signal_handlers():
+    """Restore the handlers of SIGINT and SIGTERM at the end."""
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
 
-    :param patch: the MonkeyPatch that undoes what this changes
+
+def run_here(words, patch, stdin=''):
+    """
+    Run `ros2` in this process; return its status and its output.
+
+    :param patch: the MonkeyPatch that undoes the changes to this process
     """
     out, err = (io.TextIOWrapper(io.BytesIO(), write_through=True) for _ in range(2))
     for name, value in (('argv', words), ('stdin', io.StringIO(stdin)), ('stdout', out),
                         ('stderr', err)):
         patch.setattr(sys, name, value)
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        import_module(PROGRAMS['ros2']).main()
-    except SystemExit as end:
-        status = end.code or 0
-    for number, handler in handlers.items():
-        signal.signal(number, handler)
+    with restored_signal_handlers():
+        try:
+            import_module(PROGRAMS['ros2']).main()
+        except SystemExit as end:
+            status = end.code or 0
     if isinstance(status, str):
         print(status, file=sys.stderr)
         status = 1

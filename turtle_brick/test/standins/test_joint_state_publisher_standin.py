@@ -32,8 +32,8 @@ ROBOT = """
 
 @pytest.mark.skipif(find_chromium() is None,
                     reason='Chromium is not installed here: apt-get install chromium')
-def test_sliders(domain_id):
-    """On the page that stands in for the window, Randomize moves the joints, and Center back."""
+def test_buttons_on_the_page_move_the_joints(domain_id):
+    """The button Randomize moves all joints, and Center moves them back to zero."""
     command = [executable('joint_state_publisher_gui', 'joint_state_publisher_gui')]
     with graph(domain_id) as live, process(command, domain_id) as sliders, Chromium() as browser:
         live.publisher('robot_description', String, QoSProfile(

@@ -12,11 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-This home's launch, launch_ros, launch_xml and launch_testing against recordings of the real ones.
+Compares the stand-in for launch, launch_ros, launch_xml and launch_testing with recordings.
 
-What can be told without processes is told in this one: descriptions are executed, and what would
-start a process notes what it would start. The rest is done by commands, all of them side by side,
-since nearly all that they do is wait.
+Most tests execute a launch file in this process and replace Popen() by a function that records its
+arguments. The other tests run commands, all at the same time, because most of them wait.
 """
 
 from __future__ import annotations
@@ -36,18 +35,18 @@ from types import SimpleNamespace
 from ament_index_python.packages import get_package_share_directory
 import launch
 import pytest
-from recorded import Command, done_here, PROGRAMS, records, with_paths, write_files
+from recorded import Command, PROGRAMS, records, run_here, with_paths, write_files
 import yaml
 
-# Not skipped as a whole, which launch_testing's plugin would take for all files beside it as well.
+# A skip at module level would make the plugin of launch_testing skip all files in this folder.
 pytestmark = pytest.mark.skipif(importlib.metadata.version('launch') != '1.0.0',
-                                reason='this is the real launch, which the recordings are of')
+                                reason='the installed launch is the real one')
 
 SHARE = get_package_share_directory('turtle_brick')
 
 
 def recorded(*names):
-    """Return the records of some files of what launch did, for parametrize."""
+    """Return the records in files for parametrize."""
     return [pytest.param(record, id=name)
             for name, record in records(*(f'launch_{name}' for name in names)).items()
             if names[0] != 'errors' or record['stdout'].startswith('[')]
@@ -55,7 +54,7 @@ def recorded(*names):
 
 @pytest.fixture(scope='module')
 def files(tmp_path_factory):
-    """Write the files that were launched."""
+    """Write the recorded launch files."""
     top = tmp_path_factory.mktemp('ros2')
     write_files(top)
     for package in ('rviz2', 'joint_state_publisher', 'joint_state_publisher_gui'):
@@ -69,7 +68,7 @@ def files(tmp_path_factory):
 
 @pytest.fixture
 def environment(files, runs, monkeypatch):
-    """Set what was set when it was recorded."""
+    """Set the environment variables of the recordings."""
     monkeypatch.setenv('AMENT_PREFIX_PATH', os.pathsep.join(
         [str(files / 'probe'), os.environ['AMENT_PREFIX_PATH'], str(files / 'others')]))
     monkeypatch.setenv('COLUMNS', '100')
@@ -77,12 +76,12 @@ def environment(files, runs, monkeypatch):
     monkeypatch.delenv('QT_QPA_PLATFORM', raising=False)
     before = dict(os.environ)
     yield
-    os.environ.clear()  # what is launched in this process sets variables of this process
+    os.environ.clear()  # Launch actions may have changed variables.
     os.environ.update(before)
 
 
 def normal(text, files, log_dir=None):
-    """Write a text as in the recordings."""
+    """Replace variable parts of a text by the placeholders in the recordings."""
     text = text.replace('\r\n', '\n')
     if log_dir:
         text = text.replace(str(log_dir), '$LOGDIR')
@@ -95,17 +94,17 @@ def normal(text, files, log_dir=None):
     return re.sub(r'([=_-])\1{2,}', r'\1\1\1', re.sub(r'in \d+\.\d+s', 'in $N s', text))
 
 
-# ------------------------------------------------------------------ what is done in this process
+# ----------------------------------------------------------------------- tests in this process
 
 @cache
 def xacro(*arguments):
-    """Run xacro, which takes half a second, each time the same."""
+    """Return the result of xacro, cached because each run takes half a second."""
     return subprocess.run(['xacro', *arguments], capture_output=True, text=True)
 
 
 @pytest.fixture
 def starts(monkeypatch):
-    """Return what is started, with its options; in its place is started what ends at once."""
+    """Return the recorded arguments of Popen(), which starts `true` instead."""
     found = []
 
     def start(command, **options):
@@ -124,7 +123,7 @@ def starts(monkeypatch):
 
 
 def process_record(command, options, temporary, files, inherited):
-    """Write what was to be started as in the recordings."""
+    """Return the record of a process, in the format of the recordings."""
     argv = [command] if options['shell'] else list(command)
     written = {}
     for index, part in enumerate(argv):
@@ -142,9 +141,9 @@ def process_record(command, options, temporary, files, inherited):
             argv[index] = f'$TMP{len(temporary)}'
     argv = [re.sub(r'^.*(?=/lib/(turtle|joint|robot|rviz))', '$PREFIX', normal(part, files))
             for part in argv]
-    for since in ('__ns:=/', '/tf:=tf', '/tf_static:=tf_static'):  # our launch files have it
-        if since in argv:
-            del argv[argv.index(since) - 1:argv.index(since) + 1]
+    for new in ('__ns:=/', '/tf:=tf', '/tf_static:=tf_static'):  # added after the recordings
+        if new in argv:
+            del argv[argv.index(new) - 1:argv.index(new) + 1]
     env = options['env']
     exact = not env.keys() >= {'HOME', 'PATH'}
     return {'argv': argv, 'cwd': options['cwd'], 'files': written,
@@ -153,58 +152,58 @@ def process_record(command, options, temporary, files, inherited):
 
 
 @pytest.mark.parametrize('record', recorded('features', 'processes'))
-def test_processes_are_those_recorded(record, files, environment, starts, monkeypatch):
+def test_started_processes_match_recording(record, files, environment, starts, monkeypatch):
     for name, value in (record.get('environment') or {}).items():
         monkeypatch.setenv(name, value)
     before = dict(os.environ)
-    done = done_here(with_paths(record['command'], files), monkeypatch)
-    said = normal(done.text, files, launch.substitutions.launch_config.log_dir)
+    done = run_here(with_paths(record['command'], files), monkeypatch)
+    output = normal(done.text, files, launch.substitutions.launch_config.log_dir)
     assert done.status == record['returncode']
     if record.get('stdout'):
-        assert said == record['stdout']
+        assert output == record['stdout']
     for line in record.get('log', ()):
-        assert line in said.split('\n')
+        assert line in output.split('\n')
     temporary = []
     found = [process_record(*each, temporary, files, before) for each in starts]
     expected = [{'argv': [' '.join(each['argv'])] if '|' in each['argv'] else each['argv'],
                  'cwd': each.get('cwd'), 'files': each.get('files', {}),
                  'environment': each['environment']} for each in record['processes']]
     assert found == expected
-    names = re.findall(r'\[INFO\] \[(.*)\]: process started', said)
+    names = re.findall(r'\[INFO\] \[(.*)\]: process started', output)
     assert names == [each['process'] for each in record['processes']]
 
 
-def first_complaint(text):
-    """Return a text without the complaints of the loader for the other format."""
+def without_other_parsers(text):
+    """Remove the errors of the parsers for other formats."""
     return re.sub(
         r'\n - (SyntaxError: invalid syntax \(\w+\.launch\.xml|'
         r'InvalidFrontendLaunchFileError: The launch|RuntimeError: Expected).*', '', text)
 
 
 @pytest.mark.parametrize('record', recorded('errors', 'more'))
-def test_errors_are_those_recorded(record, files, environment, monkeypatch):
-    done = done_here(with_paths(record['command'], files), monkeypatch)
-    said = normal(done.text, files, launch.substitutions.launch_config.log_dir)
+def test_errors_match_recording(record, files, environment, monkeypatch):
+    done = run_here(with_paths(record['command'], files), monkeypatch)
+    output = normal(done.text, files, launch.substitutions.launch_config.log_dir)
     expected = record['stdout']
     if 'searching: ' in expected:
-        said, expected = (re.sub('searching: .*', '', text) for text in (said, expected))
-    assert first_complaint(said) == first_complaint(expected)
+        output, expected = (re.sub('searching: .*', '', text) for text in (output, expected))
+    assert without_other_parsers(output) == without_other_parsers(expected)
     assert done.status == record['returncode']
 
 
-def test_an_interrupt_that_ends_a_command_is_no_error(environment, tmp_path, monkeypatch):
+def test_interrupted_command_is_not_an_error(environment, tmp_path, monkeypatch):
     path = tmp_path / 'command.launch.xml'
     path.write_text('<launch><log message="$(command '
                     '\'sh -c &quot;kill -INT $PPID; exit 1&quot;\')"/></launch>')
-    done = done_here(['ros2', 'launch', str(path)], monkeypatch)
+    done = run_here(['ros2', 'launch', str(path)], monkeypatch)
     assert done.status == 0
     assert done.text.endswith('user interrupted with ctrl-c (SIGINT)\n')
 
 
-# ------------------------------------------------------------------------ what is done by commands
+# -------------------------------------------------------------------------- tests with commands
 
 def run(record, files, top, before):
-    """Do a recorded command again, with the signals that were sent; return what is left of it."""
+    """Run a recorded command with its signals; return it and its remaining processes."""
     environment = {
         **before, 'ROS_LOG_DIR': str(top / 'log'), 'HOME': str(top / 'home'),
         'COLUMNS': '100', 'PYTHON_COLORS': '0',  # tracebacks as before Python 3.13
@@ -219,16 +218,16 @@ def run(record, files, top, before):
     words = with_paths(['bash', '-c', words] if isinstance(words, str) else words, files)
     command = Command(words, environment, directory=top, forked=words[0] in PROGRAMS)
     try:
-        for (kind, what), number, whom in record.get('signals', ()):
+        for (kind, condition), number, target in record.get('signals', ()):
             if kind == 'after':
-                threading.Event().wait(what)  # so much time is what was recorded
+                threading.Event().wait(condition)  # the recorded time (s)
             else:
-                assert command.wait_for(lambda: command.has_said(what)), (
-                    f'no {what!r} in:\n{command.text}{command.error}')
-            command.send(number, whom)
+                assert command.wait_for(lambda: command.has_printed(condition)), (
+                    f'no {condition!r} in:\n{command.text}{command.error}')
+            command.send(number, target)
     finally:
-        left = command.end()
-    return command, left
+        remaining = command.end()
+    return command, remaining
 
 
 COMMANDS = [param for param in recorded('dynamic', 'logs', 'testing')
@@ -242,50 +241,45 @@ COMMANDS.append(pytest.param(PYTEST, id='pytest'))
 
 @pytest.fixture(scope='module')
 def runs(files, tmp_path_factory, request):
-    """Do all commands again that are wanted, side by side, beside what this process does."""
+    """Run the commands of all selected tests at the same time, in the background."""
     wanted = [item.callspec.id for item in request.session.items
-              if getattr(item, 'originalname', '').endswith('runs_are_those_recorded')]
+              if getattr(item, 'originalname', '').endswith('run_matches_recording')]
     commands = [param for param in COMMANDS
                 if any(name.startswith(param.id) for name in wanted)]
     tops = {param.id: tmp_path_factory.mktemp('run') for param in commands}
-    before = dict(os.environ)  # which is not for long what it is
+    before = dict(os.environ)  # The tests in this process change it.
     with ThreadPoolExecutor(8) as pool:
         slow_first = sorted(commands, key=lambda param: -param.values[0].get('seconds', 1))
         yield {param.id: pool.submit(run, param.values[0], files, tops[param.id], before)
                for param in slow_first}
 
 
-def by_speaker(text):
-    """
-    Sort lines by who says them.
-
-    In no order are those of different processes, and, of a process, what launch says of it against
-    what it says itself.
-    """
-    said, speaker = {}, ''
+def by_source(text):
+    """Return the lines of each process and of each logger, because their mutual order varies."""
+    lines_by_source, source = {}, ''
     text = re.sub(r'(?<=[^\n])(\[(INFO|ERROR)\])', r'\n\1', text)
-    for line in filter(None, text.replace('\r', '').split('\n')):  # print() is two writes
+    for line in filter(None, text.replace('\r', '').split('\n')):  # print() writes twice
         match = re.match(r'(\[(?:INFO|ERROR|WARNING)\] \[.*?\]:|\[[\w]+-\d+\]) ?', line)
-        speaker = match.group(1) if match else speaker
-        if "sending signal 'SIGINT'" not in line:  # not, where it had ended already
-            lines = said.setdefault(re.sub('INFO|ERROR|WARNING', '', speaker), [])
-            if 'ignored SIGINT' not in line or line not in lines:  # two signals at once may be one
+        source = match.group(1) if match else source
+        if "sending signal 'SIGINT'" not in line:  # missing if the process has ended before
+            lines = lines_by_source.setdefault(re.sub('INFO|ERROR|WARNING', '', source), [])
+            if 'ignored SIGINT' not in line or line not in lines:  # Two signals may become one.
                 lines.append(line)
-    return said
+    return lines_by_source
 
 
-def has_ended(text):
-    """Write how a process has ended that was interrupted, maybe before it could listen."""
+def without_end_status(text):
+    """Remove the end status of processes that a signal may interrupt before they handle it."""
     return re.sub(
         r'\[\w+\] (\[wait-\d\]: process has )(finished cleanly|died).*', r'\1ended', text)
 
 
 @pytest.mark.parametrize('record', recorded('dynamic', 'logs'))
-def test_runs_are_those_recorded(record, runs, files):
-    done, left = runs[record['name']].result()
+def test_run_matches_recording(record, runs, files):
+    done, remaining = runs[record['name']].result()
     top = Path(done.directory)
     (log_dir,) = (path.parent for path in top.rglob('launch.log'))
-    said = normal(done.text, files, log_dir).replace(str(top), '$WORK')
+    output = normal(done.text, files, log_dir).replace(str(top), '$WORK')
     expected = record['stdout']
     if '$RUN' in expected:
         expected = re.sub(r'\$WORK/\S*\$RUN', '$LOGDIR', expected)
@@ -295,39 +289,40 @@ def test_runs_are_those_recorded(record, runs, files):
         found, text = (each.replace('\n', '').split('$STAMP') for each in (
             found.replace(log_dir.name, '$RUN'), text.replace('$HOME', '$WORK/home')))
         assert sorted(found) == sorted(text)
-    if record['name'].startswith('sigterm'):  # the real one leaves its processes
-        assert not left
+    if record['name'].startswith('sigterm'):  # The real one does not end the processes.
+        assert not remaining
         for number in '12':
-            assert f"sending signal 'SIGTERM' to process[wait-{number}]" in said
-            assert f'[wait-{number}] got SIGTERM' in said
-            assert f'[INFO] [wait-{number}]: process has finished cleanly' in said
+            assert f"sending signal 'SIGTERM' to process[wait-{number}]" in output
+            assert f'[wait-{number}] got SIGTERM' in output
+            assert f'[INFO] [wait-{number}]: process has finished cleanly' in output
     elif record['name'] == 'stdout_closed_early':
-        assert said.split('\n')[-2] == expected.split('\n')[-2] == '120 0'
+        assert output.split('\n')[-2] == expected.split('\n')[-2] == '120 0'
         assert done.error == ''
     else:
-        assert by_speaker(said) == by_speaker(expected)
-        assert not (done.error or left)
+        assert by_source(output) == by_source(expected)
+        assert not (done.error or remaining)
     assert done.status == record['returncode']
 
 
 @pytest.mark.parametrize('record', recorded('testing'))
-def test_test_runs_are_those_recorded(record, runs, files):
+def test_test_run_matches_recording(record, runs, files):
     if record['name'].startswith('pytest_'):
-        done, _ = runs['pytest'].result()  # one for all files, since it is slow to start
-        said = normal(done.text, files).replace('NO TESTS RAN', 'OK')  # as below
+        done, _ = runs['pytest'].result()  # a single run for all files
+        output = normal(done.text, files).replace('NO TESTS RAN', 'OK')
         outcome = {0: 'PASSED', 1: 'FAILED', 5: r'SKIPPED \[1\]'}[record['returncode']]
-        assert re.search(rf'\n{outcome} \S*{Path(record["command"][-1]).name}', said)
+        assert re.search(rf'\n{outcome} \S*{Path(record["command"][-1]).name}', output)
         for part in re.findall(r'(?s)\n(FAIL: .*?)(?=\n===|\n--- Cap)', record['stdout']):
-            assert part.strip() in said
+            assert part.strip() in output
         return
     done, _ = runs[record['name']].result()
     assert done.status == record['returncode']
-    said, error, expected, complaint = (
-        has_ended(re.sub(r'(?m)^(\[.*log files.*below ).*', r'\1$LOGDIR', normal(text, files)))
+    output, error, expected, complaint = (
+        without_end_status(re.sub(r'(?m)^(\[.*log files.*below ).*', r'\1$LOGDIR',
+                                  normal(text, files)))
         for text in (done.text, done.error, record['stdout'], record['stderr']))
-    said, expected = (sorted(sum(by_speaker(text).values(), [])) for text in (said, expected))
-    if 'exit code -2' in record['stdout']:  # Python may say so, if it is interrupted as it starts
-        said = [line for line in said if not line.startswith('[wait-1] ')]
-    assert said == expected
-    # from 3.12 on unittest says so of no tests
+    output, expected = (sorted(sum(by_source(text).values(), [])) for text in (output, expected))
+    if 'exit code -2' in record['stdout']:  # Python may print a traceback at its start.
+        output = [line for line in output if not line.startswith('[wait-1] ')]
+    assert output == expected
+    # Since Python 3.12, unittest reports that there are no tests.
     assert error.replace('NO TESTS RAN', 'OK').split('\n')[-8:] == complaint.split('\n')[-8:]

@@ -33,25 +33,25 @@ from turtle_brick.tools.graph import executable
 DATA = Path(__file__).parents[1] / 'data' / 'tf2'
 URDF = (DATA / 'r2.urdf').read_text()
 RECORDINGS = [json.loads(path.read_text()) for path in sorted(DATA.glob('rsp_*.json'))]
-SECOND = 1_000_000_000
+NS_PER_SECOND = 1_000_000_000
 
 
 def nanoseconds(stamp):
-    """Read the seconds and nanoseconds of a recorded stamp."""
-    return stamp[0] * SECOND + stamp[1]
+    """Return a recorded stamp in ns."""
+    return stamp[0] * NS_PER_SECOND + stamp[1]
 
 
 def joint_state(row, shift):
-    """Make the message that a row of a recording tells of."""
+    """Return the message for a row of a recording, with the stamp shifted by a time (ns)."""
     message = JointState(name=row['name'], position=[float(value) for value in row['position']])
     if nanoseconds(row['stamp']):
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(
-            nanoseconds(row['stamp']) + shift, SECOND)
+            nanoseconds(row['stamp']) + shift, NS_PER_SECOND)
     return message
 
 
 def assert_transforms(message, recorded, shift=0, stamps=True):
-    """Compare a message with a recorded one."""
+    """Compare a message with a recording whose stamps are shifted by a time (ns)."""
     assert len(message.transforms) == len(recorded)
     for found, wanted in zip(message.transforms, recorded):
         t, r = found.transform.translation, found.transform.rotation
@@ -61,20 +61,20 @@ def assert_transforms(message, recorded, shift=0, stamps=True):
             wanted['t'] + wanted['q'], abs=1e-9)
         if stamps:
             stamp = found.header.stamp
-            assert stamp.sec * SECOND + stamp.nanosec == nanoseconds(wanted['stamp']) + shift
+            assert nanoseconds((stamp.sec, stamp.nanosec)) == nanoseconds(wanted['stamp']) + shift
 
 
 # ----------------------------------------------------------------------------------- recordings
 
 def shift_to_past(live, recording):
-    """Tell what to add to the recorded stamps, so that the last is a second ago, in ns."""
+    """Return the time (ns) to add to recorded stamps so that the last one is a second ago."""
     now = live.listener.get_clock().now().nanoseconds
-    return now - SECOND - nanoseconds(recording['sent'][-1]['stamp'])
+    return now - NS_PER_SECOND - nanoseconds(recording['sent'][-1]['stamp'])
 
 
 @contextlib.contextmanager
 def running(domain_id, **parameters):
-    """Run the node with parameters; return the graph, the node and what it says on /tf."""
+    """Run the node with parameters; yield the graph, the node and the messages on /tf."""
     overrides = [Parameter(name, value=value) for name, value in parameters.items()]
     with graph(domain_id) as live:
         node = live.add(RobotStatePublisher, parameters=False, parameter_overrides=overrides)
@@ -84,8 +84,8 @@ def running(domain_id, **parameters):
 
 
 @pytest.mark.parametrize('recording', RECORDINGS, ids=lambda recording: recording['name'])
-def test_every_recorded_joint_state_has_its_recorded_effect(recording, domain_id):
-    """Message by message: which are thinned out, what the others move, what is latched."""
+def test_joint_states_cause_the_recorded_transforms(recording, domain_id):
+    """The node drops the same messages and publishes the same transforms as the real one."""
     urdf = (DATA / recording.get('urdf', 'r2.urdf')).read_text()
     parameters = {'robot_description': urdf, **recording['params']}
     with running(domain_id, **parameters) as (live, node, tf):
@@ -93,7 +93,7 @@ def test_every_recorded_joint_state_has_its_recorded_effect(recording, domain_id
         shift = shift_to_past(live, recording)
         for row in recording['sent']:
             node.joint_states_callback(joint_state(row, shift))
-        # What comes last shows that nothing more is to come.
+        # The transform for this message shows that all earlier ones have arrived.
         end = JointState(name=['j3'], position=[0.25], header=Header(
             stamp=live.listener.get_clock().now().to_msg()))
         live.publisher('joint_states', JointState, qos_profile_sensor_data).publish(end)
@@ -107,8 +107,8 @@ def test_every_recorded_joint_state_has_its_recorded_effect(recording, domain_id
         assert_transforms(static.last, recording['tf_static'][0][1], stamps=False)
 
 
-def test_no_limit_and_no_stamps(domain_id):
-    """At zero Hz nothing is thinned out that is in order, and on demand nothing at all."""
+def test_all_messages_are_published_without_limit_or_stamps(domain_id):
+    """A frequency of zero keeps messages in order of time; ignore_timestamp keeps all messages."""
     for parameter, stamps in (({'publish_frequency': 0.0}, (5, 5, 6)),
                               ({'ignore_timestamp': True}, (5, 0, 4))):
         with running(domain_id, robot_description=URDF, **parameter) as (live, node, tf):
@@ -121,8 +121,8 @@ def test_no_limit_and_no_stamps(domain_id):
 # ------------------------------------------------------------------------------- as a process
 
 @pytest.mark.parametrize('frequency, stop', [(1000.0, signal.SIGTERM), (2000.0, None)])
-def test_it_ends_with_at_most_a_sentence(frequency, stop, tmp_path, domain_id):
-    """SIGTERM ends it quietly; a bad parameter with a line about it and without success."""
+def test_end_prints_at_most_one_line(frequency, stop, tmp_path, domain_id):
+    """SIGTERM ends the node silently; an invalid parameter ends it with status 1 and one line."""
     file = tmp_path / 'parameters.yaml'
     file.write_text(json.dumps({'/**': {'ros__parameters': {
         'robot_description': URDF, 'publish_frequency': frequency}}}))
@@ -142,13 +142,13 @@ def test_it_ends_with_at_most_a_sentence(frequency, stop, tmp_path, domain_id):
 # -------------------------------------------------------------------------------- descriptions
 
 def robot(*joints, links=('a', 'b')):
-    """Write a robot's description."""
+    """Return the URDF of a robot."""
     return (f'<robot name="r">{"".join(f"<link name={name!r}/>" for name in links)}'
             f'{"".join(joints)}</robot>')
 
 
 def joint(inside='', kind='fixed', name='j', parent='a', child='b'):
-    """Write a joint."""
+    """Return a joint in URDF."""
     return (f'<joint name="{name}" type="{kind}"><parent link="{parent}"/>'
             f'<child link="{child}"/>{inside}</joint>')
 
@@ -156,16 +156,16 @@ def joint(inside='', kind='fixed', name='j', parent='a', child='b'):
 @pytest.mark.parametrize('description, reason', [
     ('<robot', 'not XML'),
     ('<car/>', '<car>'),
-    (robot(links=('a', 'a')), r'\[a\] is there'),
-    (robot(joint(), joint(name='k')), r'\[b\] is there, or is a child, more than once'),
+    (robot(links=('a', 'a')), r'\[a\] is defined'),
+    (robot(joint(), joint(name='k')), r'\[b\] is defined, or is a child, more than once'),
     (robot(links='ab'), r"the roots are \['a', 'b'\]"),
-    (robot(joint(), joint(parent='b', child='a', name='k')), r'no tree: the roots are \[\]'),
-    (robot(joint(child='x')), r'joint \[j\]: there is no link \[x\]'),
-    (robot(joint(kind='wobbly')), r'unknown type \[wobbly\]'),
-    (robot(joint('<axis xyz="0 0 0"/>', kind='continuous')), 'axis has no length'),
+    (robot(joint(), joint(parent='b', child='a', name='k')), r'tree: the roots are \[\]'),
+    (robot(joint(child='x')), r'joint \[j\]: link \[x\] does not exist'),
+    (robot(joint(kind='wobbly')), r'type \[wobbly\] is unknown'),
+    (robot(joint('<axis xyz="0 0 0"/>', kind='continuous')), 'axis is a zero vector'),
     (robot(joint('<origin xyz="0 x 1"/>')), "'x'"),
 ])
-def test_a_bad_description_is_refused_with_a_reason(description, reason):
-    """The reason names the joint or link and what is wrong with it."""
+def test_invalid_description_is_rejected_with_reason(description, reason):
+    """The reason names the invalid joint or link."""
     with pytest.raises(DescriptionError, match=reason):
         parse(description)

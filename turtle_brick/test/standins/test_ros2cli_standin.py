@@ -12,14 +12,15 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-`ros2` on a running turtle_arena, held to recordings of the real one.
+The stand-in for `ros2` prints what the real one prints for a running turtle_arena.
 
-Every record of data/ros2 about what the stand-in has is replayed on one graph.
+The tests replay all recordings in data/ros2 of verbs that the stand-in has.
 """
 
 from argparse import Namespace
 from concurrent.futures import ThreadPoolExecutor
 import contextlib
+import faulthandler
 import os
 from pathlib import Path
 import re
@@ -30,10 +31,11 @@ from ament_index_python.packages import get_package_share_directory
 import pytest
 from rcl_interfaces.msg import IntegerRange, ParameterDescriptor
 from rclpy.action import ActionServer
-from recorded import Command, done_here, GLANCE, records, with_paths, write_files
-from ros2cli import cli, traffic
+from recorded import (Command, POLL_TIME, records, restored_signal_handlers, run_here, with_paths,
+                      write_files)
+from ros2cli import cli, messages, topic_statistics
 import ros2cli.graph as cli_graph
-from ros2cli.graph import Observer
+from ros2cli.graph import GraphNode, is_complete
 from turtle_brick.tools.graph import Graph
 from turtle_referee.graph_client.domains import reserved_domain
 from turtlesim.action import RotateAbsolute
@@ -41,47 +43,47 @@ from turtlesim.msg import Color
 
 RECORDS = {name: record for name, record in records(
     'cli', 'launch_show_args', 'launch_errors').items()
-    if not record['stdout'].startswith('[')}  # what launch says: test_launch_standin.py
+    if not record['stdout'].startswith('[')}  # test_launch_standin.py replays the others
 
 
 def signals_of(record):
-    """Return the signals that were sent: what was waited for, the signal, and to whom."""
+    """Return the condition, the name and the target of each recorded signal."""
     signals = [] if record.get('stderr') else list(record.get('signals', ()))
     if record.get('ended_by_recorder'):
         signals.append([signals[-1][0] if signals else ['t', 0], 'SIGINT', 'group'])
     return signals
 
 
-# These are commands in processes of their own, as a user's are: what is interrupted, what starts
-# processes, what sees an empty graph or fails with a traceback, and for each way into the graph
-# and out of it one. The others are done in this process, in which a node enters the graph at once
-# (and hears what is latched, whatever its QoS).
+# These commands run in processes of their own, like those of a user: they are interrupted, start
+# processes, need an empty graph or fail with a traceback. At least one command per kind of graph
+# access is here. All others run in this process, whose node joins the graph at once and receives
+# latched messages with any QoS.
 PROCESSES = [name for name, record in RECORDS.items() if signals_of(record) or re.match(
     'run_(?!help|unk)|ros2_run|empty|node_list$|node_info_catcher|echo_once$|pub_times|'
     'pub_bad_topic|param_list_all', name)]
 
-# They come last, since they change what others see.
+# The verbs that change parameters or call services run last, because they affect the others.
 HERE = sorted(set(RECORDS).difference(PROCESSES, ['interface_list']), key=lambda name: (
     re.match('param_set|call', name) is not None, list(RECORDS).index(name)))
 
 
 @pytest.fixture(scope='module')
 def files(tmp_path_factory):
-    """Write the files that were recorded with."""
+    """Write the files that the recorded commands used."""
     top = tmp_path_factory.mktemp('ros2')
     write_files(top)
     with pytest.MonkeyPatch.context() as environment:
         environment.setenv('COLUMNS', '100')
-        environment.setenv('LANGUAGE', 'C')  # for which argparse looks at no file per word
+        environment.setenv('LANGUAGE', 'C')  # saves argparse a look-up of translations per word
         environment.setenv('AMENT_PREFIX_PATH',
                            f'{top}/probe:{os.environ["AMENT_PREFIX_PATH"]}')
         yield top
 
 
-# ----------------------------------------------------------------------------------- the graph
+# --------------------------------------------------------------------------------------- graph
 
 def complete(turtlesim):
-    """Give turtlesim what it leaves out and the recordings show."""
+    """Add the topic, action and parameters that the recordings show and the stand-in lacks."""
     turtlesim.create_publisher(Color, 'turtle1/color_sensor', 10)
     ActionServer(turtlesim, RotateAbsolute, 'turtle1/rotate_absolute', lambda _: None)
     for color, name, value in (('b', 'Blue', 255), ('g', 'Green', 86), ('r', 'Red', 69)):
@@ -92,17 +94,17 @@ def complete(turtlesim):
 
 @pytest.fixture(scope='module')
 def arena():
-    """Run what `turtle_arena view:=none` starts, in a domain of its own; return one node."""
+    """Run the nodes of `turtle_arena view:=none` in a separate domain; yield the arena node."""
     with reserved_domain() as domain, Graph(domain, quiet=True) as graph:
         complete(graph.add_turtlesim())
         graph.add_robot_state_publisher()
         graph.add_robot()
         node = graph.add_arena()
         graph.add_catcher()
-        over = threading.Event()
+        stopped = threading.Event()
 
         def spin():
-            while not over.wait(0.02):  # the nodes need not hurry: what they say counts
+            while not stopped.wait(0.02):  # The rates do not matter here.
                 graph.spin_for(0.005)
 
         spinning = threading.Thread(target=spin, name='arena')
@@ -110,11 +112,11 @@ def arena():
         try:
             yield node
         finally:
-            over.set()
+            stopped.set()
             spinning.join()
 
 
-# ---------------------------------------------------------------------------------- the replay
+# -------------------------------------------------------------------------------------- replay
 
 def start(words, domain, stdin=''):
     """Start a command in a domain."""
@@ -122,12 +124,12 @@ def start(words, domain, stdin=''):
                    forked=words[0] == 'ros2' and words[1:2] not in ([], ['run']))
 
 
-def has_come(record, when, command, arena):
-    """Tell whether what a signal waits for has come: what a command says, or its subscription."""
-    kind, what = when
+def is_time_for_signal(record, when, command, arena):
+    """Return whether a command has printed the expected lines, or subscribed if there are none."""
+    kind, expected = when
     if kind == 'line':
-        return command.has_said(what)
-    # After some seconds, when it was waiting.
+        return command.has_printed(expected)
+    # The signal was sent some seconds after the start, when the command was waiting.
     expected = record['stdout'].replace('$MORE\n', '').count('\n')
     return command.text.count('\n') >= expected if expected else any(
         info.node_name == f'_ros2cli_{command.pid}' for topic in record['command'][3:]
@@ -135,18 +137,18 @@ def has_come(record, when, command, arena):
 
 
 def replay(record, domain, arena, files):
-    """Do what was recorded, with its signals when what they waited for has come."""
+    """Run a recorded command, and send the recorded signals."""
     command = start(with_paths(record['command'], files), domain, record.get('stdin', ''))
-    for when, name, whom in signals_of(record):
-        command.wait_for(lambda: has_come(record, when, command, arena))
-        command.send(name, whom)
+    for when, name, target in signals_of(record):
+        command.wait_for(lambda: is_time_for_signal(record, when, command, arena))
+        command.send(name, target)
     command.end()
     return command
 
 
 @pytest.fixture(scope='module')
 def outcomes(arena, files, request):
-    """Do the commands again that this session tests, several at a time: most of them wait."""
+    """Run the commands that this session tests, six at a time, because most of them wait."""
     wanted = [item.callspec.params['name'] for item in request.session.items
               if getattr(item, 'function', None) is test_command]
     with reserved_domain() as empty, ThreadPoolExecutor(6) as pool:
@@ -157,29 +159,30 @@ def outcomes(arena, files, request):
 
 
 @pytest.fixture(scope='module')
-def near(arena):
-    """Enter the arena's domain; return what lets a command in this process enter the graph."""
-    with pytest.MonkeyPatch.context() as environment:
+def open_graph_here(arena):
+    """Join the domain of the arena; yield a replacement of open_graph() for this process."""
+    with pytest.MonkeyPatch.context() as environment, restored_signal_handlers():
         environment.setenv('ROS_DOMAIN_ID', str(arena.context.get_domain_id()))
-        with cli_graph.observer():  # waits until the graph is known
+        with cli_graph.open_graph():  # waits until the graph is known
 
             @contextlib.contextmanager
-            def observer(found=None, name=None):
-                """Do without the wait."""
-                node = Observer(name)
-                try:
-                    yield node
-                finally:
-                    node.destroy_node()
+            def open_graph(found=None, name=None):
+                """Yield a node without any wait."""
+                with restored_signal_handlers():
+                    node = GraphNode(name)
+                    try:
+                        yield node
+                    finally:
+                        node.destroy_node()
 
-            yield observer
-        signal.alarm(0)
+            yield open_graph
+        faulthandler.cancel_dump_traceback_later()
 
 
-# ------------------------------------------------------- beside the commands that are replayed
+# --------------------------------------------------------------------- tests without a recording
 
-def test_a_graph_is_whole_when_nothing_lacks_its_other_half():
-    """Each participant has named a node, and each node that is not hidden has its services."""
+def test_graph_is_complete_when_all_nodes_and_services_are_announced():
+    """Each participant needs a named node, and each visible node its services."""
     info = {'ros_discovery_info': {1: '', 2: ''}, '/parameter_events': {1: 'arena', 2: '_ros2cli'}}
     written, read = ({'arena': {each: []}, '_ros2cli': {}} for each in (
         'rr/dropReply', 'rq/dropRequest'))
@@ -190,7 +193,7 @@ def test_a_graph_is_whole_when_nothing_lacks_its_other_half():
         get_node_names_and_namespaces=lambda: [(name, '/') for name in written],
         get_publisher_names_and_types_by_node=lambda name, *_, **__: written[name].items(),
         get_subscriber_names_and_types_by_node=lambda name, *_, **__: read[name].items())
-    assert Observer.is_whole(graph)
+    assert is_complete(graph)
     for table, key, value in (
             (info, '/parameter_events', {1: 'arena'}), (written, 'arena', {}), (read, 'arena', {}),
             (info, '/parameter_events', {1: 'arena', 2: '_NODE_NAME_UNKNOWN_'}),
@@ -198,24 +201,23 @@ def test_a_graph_is_whole_when_nothing_lacks_its_other_half():
         with pytest.MonkeyPatch.context() as patch:
             patch.setitem(table, key, value)
             patch.setitem(read, 'brick', {})
-            assert not Observer.is_whole(graph)
-    assert Observer.is_whole(graph)
+            assert not is_complete(graph)
+    assert is_complete(graph)
 
 
-def test_a_ctrl_c_is_not_lost(near):
-    """Not even where it comes as rclpy throws something away, and Python passes over it."""
+def test_ctrl_c_in_a_destructor_ends_spinning(open_graph_here):
+    """Python ignores exceptions in destructors, for example while rclpy deletes an object."""
     class Ending:
 
         def __del__(self):
             signal.raise_signal(signal.SIGINT)
 
-    with near() as graph, pytest.raises(KeyboardInterrupt):
-        graph.create_timer(GLANCE, Ending)
+    with open_graph_here() as graph, pytest.raises(KeyboardInterrupt):
+        graph.create_timer(POLL_TIME, Ending)
         graph.spin_until(lambda: False, 10.0)
 
 
-# What the real tf2_echo says of the transform that the test below publishes.
-ECHO = """At time 0.0
+TF2_ECHO_OUTPUT = """At time 0.0
 - Translation: [1.500, -2.000, 0.250]
 - Rotation: in Quaternion (xyzw) [0.034, 0.106, 0.144, 0.983]
 - Rotation: in RPY (radian) [0.100, 0.200, 0.300]
@@ -226,26 +228,27 @@ ECHO = """At time 0.0
  -0.199  0.098  0.975  0.250
   0.000  0.000  0.000  1.000
 """
+"""Output of the real tf2_echo for the transform in the next test."""
 
 
-def test_tf2_echo_tells_what_is_published(outcomes, domain_id):
-    """As the real ones do, from their executables, until Ctrl-C."""
+def test_tf2_echo_prints_published_transform(outcomes, domain_id):
+    """tf2_echo and static_transform_publisher print what the real ones print, until Ctrl-C."""
     publisher, echo = (start(['ros2', 'run', 'tf2_ros', *words.split()], domain_id) for words in (
         'static_transform_publisher --x 1.5 --y -2 --z 0.25 --roll 0.1 --pitch 0.2 --yaw 0.3 '
         '--frame-id world --child-frame-id brick', 'tf2_echo world brick -r 20'))
-    echo.wait_for(lambda: echo.has_said('  1.000$'))
+    echo.wait_for(lambda: echo.has_printed('  1.000$'))
     publisher.wait_for(lambda: publisher.error.endswith("to 'brick'\n"))
     for command in (publisher, echo):
         command.send('SIGINT', 'group')
         command.end()
-    assert echo.text.startswith(ECHO)
+    assert echo.text.startswith(TF2_ECHO_OUTPUT)
     assert re.sub(r'.*Waiting for transform world ->  brick: .*\n', '', echo.error) == ''
     assert "rotation: ('0.034271', '0.106021', '0.143572', '0.983347')\n" in publisher.error
     assert publisher.error.endswith("from 'world' to 'brick'\n")
 
 
-def test_nobody_reads_on(outcomes, arena):
-    """A pipe that is closed ends the command quietly, as in `ros2 topic echo ... | head`."""
+def test_closed_pipe_ends_command_without_error(outcomes, arena):
+    """For example, `ros2 topic echo ... | head` prints no error."""
     command = ['bash', '-c', 'ros2 topic echo /turtle1/pose | head -n 1']
     done = start(command, arena.context.get_domain_id())
     done.end()
@@ -253,16 +256,14 @@ def test_nobody_reads_on(outcomes, arena):
     assert done.text.startswith('x: ')
 
 
-# -------------------------------------------------------------------------------- the comparison
+# ---------------------------------------------------------------------------------- comparison
 
-# What may be there or not: lines about a graph that is not known yet, as the real one mostly has;
-# lost messages; where the stand-in says what it is; the way to the last line of an error; what
-# differs between versions of argparse.
 MAY_DIFFER = (
     (r' *qos_overrides:\n( {6}.*\n)+', ''),
-    # what the workspace has or does without since
-    (r'.*(/catcher_state|/tf2_frames|/parameter_events|qos_overrides)\b.*\n', ''),
-    (r'.*RTPS_TRANSPORT_SHM.*\n', ''),  # what DDS complains of on a busy machine
+    # interfaces that the workspace got or lost after the recordings
+    (r'.*(/brick_state|/catcher_decision|/catcher_state|/tf2_frames)\b.*\n', ''),
+    (r'.*(/parameter_events|qos_overrides)\b.*\n', ''),
+    (r'.*RTPS_TRANSPORT_SHM.*\n', ''),  # DDS on a busy machine
     (r'\$MORE\n?', ''),
     (r'waiting for service to become available\.\.\.\n(?=requester)', ''),
     (r'(Waiting for at least 1 matching subscription\(s\)\.\.\.\n)+(?=publisher)', ''),
@@ -274,45 +275,53 @@ MAY_DIFFER = (
     (r"'(?=[\w', ]*\)\n)", ''),
     (r'(required: .*), (argv|launch_arguments)\n', r'\1\n'),
     (r'searching: .*', ''),
-    # what the workspace says has changed since
+    # spelling in the workspace at the time of the recordings
     ('centre', 'center'),
     ('metres', 'meters'),
 )
+"""
+Replacements that remove differences which are allowed.
 
-# What another node answers, and says in its own words, and what the graph has got since.
+They are warnings about a graph that is not known yet, lost messages, the name of the stand-in, the
+traceback before an error, and the format of argparse, which depends on the Python version.
+"""
+
 ANSWERS = {
+    'call_place_refused': r'(message=).*()',
     'topic_list_verbose': r'(/(?:tf_static|rosout) .*\] )\d+( )',
     **dict.fromkeys((name for name in RECORDS if name.startswith('param_set')), r'(failed: ).*()'),
-    'param_list_all': r'(/(?:arena|catcher|turtle_robot):\n)(?:  .*\n)+()',  # and what it needs
-    'param_dump': r'(background_b:).*()',  # what others set
+    'param_list_all': r'(/(?:arena|catcher|turtle_robot):\n)(?:  .*\n)+()',
+    'param_dump': r'(background_b:).*()',  # other tests set it
 }
+"""Parts of responses that depend on the version of a node, by the name of the recording."""
 
 TOKENS = {
     'SHARE': re.escape(get_package_share_directory('turtle_brick')),
     'PREFIX': r'\S+',
     'GID': '[0-9a-f.]+',
 }
+"""Patterns for the placeholders in the recordings; all other placeholders are numbers."""
 
 
 def comparable(name, text):
-    """Return what a command prints, without what may differ."""
+    """Return the output of a command without the allowed differences."""
     for pattern, replacement in MAY_DIFFER:
         text = re.sub(pattern, replacement, text)
     return re.sub(ANSWERS[name], r'\1\2', text) if name in ANSWERS else text
 
 
 def matches(name, recorded, printed, files):
-    """Return whether a command has printed what is recorded."""
+    """Return whether the output of a command matches the recording."""
     tokens = {**TOKENS, 'PROBE': re.escape(f'{files}/probe'), 'FILES': re.escape(str(files))}
     pattern = re.sub(r'\\\$([A-Z]+)', lambda token: tokens.get(token[1], r'\d[\d.]*'),
                      re.escape(comparable(name, recorded)))
     if RECORDS[name].get('signals') and recorded:
-        pattern += r'[\s\S]*'  # it may have gone on until the signal came
+        pattern += r'[\s\S]*'  # output until the signal arrived
     return re.fullmatch(pattern, comparable(name, printed)) is not None
 
 
 def assert_same(name, done, files):
-    """Compare what has come of a command with its record."""
+    """Compare the status and the output of a command with the recording."""
     record = RECORDS[name]
     assert done.status == record['returncode'], done
     for recorded, printed in ((record['stdout'], done.text), (record['stderr'], done.error)):
@@ -322,69 +331,74 @@ def assert_same(name, done, files):
 
 @pytest.mark.parametrize('name', PROCESSES)
 def test_command(name, outcomes, files):
-    """The command prints what the real one printed, and ends as it did."""
+    """A command in its own process has the recorded output and status."""
     assert_same(name, outcomes[name].result(), files)
 
 
 @pytest.mark.parametrize('name', HERE)
-def test_verb(name, near, files, monkeypatch):
-    """So does what the command does, in this process."""
-    for module in (cli_graph, traffic):
-        monkeypatch.setattr(module, 'observer', near)
+def test_verb(name, open_graph_here, files, monkeypatch):
+    """A verb in this process has the recorded output and status."""
+    for module in (cli_graph, messages, topic_statistics):
+        monkeypatch.setattr(module, 'open_graph', open_graph_here)
     record = RECORDS[name]
-    done = done_here(with_paths(record['command'], files), monkeypatch, record.get('stdin', ''))
+    done = run_here(with_paths(record['command'], files), monkeypatch, record.get('stdin', ''))
     monkeypatch.undo()
     assert_same(name, done, files)
 
 
-# Of each message, when it comes (s), and a number n: it is 100 n bytes long, or n ms late. TOLD is
-# what the classes of the real one print of these messages after 2 and 3 s, with a window of 3.
-COME = ((0.2, 120), (0.5, 80), (0.6, 400), (1.4, 100), (1.9, 300))
-TOLD = {
-    traffic.bandwidth: """
+MESSAGES = ((0.2, 120), (0.5, 80), (0.6, 400), (1.4, 100), (1.9, 300))
+"""Reception time (s) of each message and a number n: its size is 100 n bytes, its delay n ms."""
+
+REPORTS = {
+    topic_statistics.bandwidth_report: """
 57.14 KB/s from 3 messages
 \tMessage size mean: 26.67 KB min: 10.00 KB max: 40.00 KB
 33.33 KB/s from 3 messages
 \tMessage size mean: 26.67 KB min: 10.00 KB max: 40.00 KB""",
-    traffic.delay: """
+    topic_statistics.delay_report: """
 average delay: 0.267
 \tmin: 0.100s max: 0.400s std dev: 0.12472s window: 3
 no new messages""",
-    traffic.rate: """
+    topic_statistics.rate_report: """
 average rate: 2.143
 \tmin: 0.100s max: 0.800s std dev: 0.28674s window: 3
 """}
+"""Output of the real classes for MESSAGES after 2 and 3 s, with a window of 3 messages."""
 
 
-@pytest.mark.parametrize('told', TOLD)
-def test_figures(told):
-    """What is measured of a topic is what the real one measures."""
-    values = {traffic.bandwidth: lambda time, amount: amount * 100,
-              traffic.delay: lambda time, amount: time - amount / 1000}
-    seen = [(time, values.get(told, max)(time, amount)) for time, amount in COME]
-    assert ''.join(f'\n{told(seen[-4:], 3, now, now < 3.0)}' for now in (2.0, 3.0)) == TOLD[told]
+@pytest.mark.parametrize('report', REPORTS)
+def test_statistics_are_those_of_the_real_ros2(report):
+    """`ros2 topic hz`, `delay` and `bw` compute the same figures as the real ones."""
+    sample = {topic_statistics.bandwidth_report: lambda time, number: number * 100,
+              topic_statistics.delay_report: lambda time, number: time - number / 1000,
+              topic_statistics.rate_report: lambda time, number: None}[report]
+    samples = [(time, sample(time, number)) for time, number in MESSAGES]
+    assert ''.join(
+        f'\n{report(samples[-4:], 3, now, now < 3.0)}' for now in (2.0, 3.0)) == REPORTS[report]
 
 
-# ------------------------------------------------------------------ what the stand-in does better
+# ------------------------------------------------------------------- differences on purpose
 
 @pytest.mark.parametrize('words, sentence', [
-    ('interface proto a a --b -h', 'ros2 interface proto: this needs the real ros2cli, which this '
-                                   'one stands in for'),
-    ('bag record -a', 'ros2 bag: this needs a ROS 2 that is installed; here, `ros2 topic echo '
-                      '--csv TOPIC > FILE` writes down what comes on a topic'),
+    ('interface proto a a --b -h',
+     'ros2 interface proto is not in this stand-in; it needs the real ros2cli'),
+    ('bag record -a',
+     'ros2 bag is not in this stand-in: use `ros2 topic echo --csv TOPIC > FILE` to record a '
+     'topic'),
     ('topic pub /x String', 'The passed message type is invalid'),
     ('service call /drop Trigger', 'The passed service type is invalid')])
-def test_what_cannot_be_done_is_said(words, sentence, files, near, monkeypatch):
-    """In one line: what is left out, and what is no type, without its package or of another."""
-    monkeypatch.setattr(traffic, 'observer', near)
-    done = done_here(['ros2', *words.split()], monkeypatch)
+def test_missing_verb_or_invalid_type_is_one_line(words, sentence, files, open_graph_here,
+                                                  monkeypatch):
+    """The error names the missing verb and an alternative, or says that a type is invalid."""
+    monkeypatch.setattr(messages, 'open_graph', open_graph_here)
+    done = run_here(['ros2', *words.split()], monkeypatch)
     assert (done.status, done.text, done.error) == (1, '', f'{sentence}\n')
 
 
 def test_interfaces_are_listed(files, monkeypatch):
-    """All of a kind, under its heading, as in the recording of what was installed there."""
+    """The interfaces of turtlesim and turtle_brick are listed as in the recording."""
     recorded = RECORDS['interface_list']['stdout'].splitlines()
-    printed = done_here(['ros2', 'interface', 'list'], monkeypatch).text
+    printed = run_here(['ros2', 'interface', 'list'], monkeypatch).text
     assert [line for line in printed.splitlines() if 'turtle' in line or ':' in line] == recorded
 
 
@@ -393,16 +407,17 @@ def test_interfaces_are_listed(files, monkeypatch):
     ('type', {}, {'turtlesim/msg/Color', 'turtlesim/srv/Kill'}),
     ('parameter_name', {'node_name': '/arena'}, {'gravity_accel'}),
     ('message_type', {'topic_name': '/odom'}, {'nav_msgs/msg/Odometry'})])
-def test_tab_knows_what_can_be(argument, before, answers, near, monkeypatch):
-    """From the packages, and from the graph."""
-    monkeypatch.setattr(cli_graph, 'observer', near)
+def test_completion_offers_existing_names(argument, before, answers, open_graph_here,
+                                          monkeypatch):
+    """The names come from the installed packages and from the graph."""
+    monkeypatch.setattr(cli_graph, 'open_graph', open_graph_here)
     table = cli.yaml.safe_load(Path(cli.__file__).with_name('command_line.yaml').read_text())
     known = cli.complete(table['completed'], Namespace(dest=argument), Namespace(**before))
     assert answers <= set(known)
 
 
-def test_tab_completes(tmp_path, domain_id, monkeypatch):
-    """The shell that has sourced env.bash asks in this way, and reads such answers."""
+def test_shell_completes_after_tab(tmp_path, domain_id, monkeypatch):
+    """The answers have the form that a shell with env.bash expects."""
     line = 'ros2 interface show turtlesim/msg/'
     for name, value in (('_ARGCOMPLETE', '1'), ('COMP_LINE', line), ('COMP_POINT', len(line)),
                         ('_ARGCOMPLETE_IFS', '\n'), ('_ARGCOMPLETE_SUPPRESS_SPACE', '0'),

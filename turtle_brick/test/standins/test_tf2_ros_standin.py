@@ -33,26 +33,26 @@ from tf2_ros import (Buffer, LookupException, StaticTransformBroadcaster, Transf
 
 DATA = Path(__file__).parents[1] / 'data' / 'tf2'
 RECORDED = json.loads((DATA / 'tf2_recorded.json').read_text())
-# Random calls: trees that change, doubled stamps, old data, loops, lengths of the cache.
 RANDOM = json.loads((DATA / 'tf2_random.json').read_text())
+"""Random calls: changing trees, duplicate stamps, old data, loops and cache times."""
 
-# Of tf2_msgs and turtlesim.
 REAL_HASHES = json.loads((DATA / 'type_hashes.json').read_text())
+"""Type hashes of tf2_msgs and turtlesim."""
 
-# One of the recorded buffers was made to forget sooner than after 10 s.
 CACHE_TIME = {'single_and_cache_expiry': 2.0,
               **{script['name']: script['cache_time'] for script in RANDOM}}
+"""Cache times (s) of the recorded buffers that differ from 10 s."""
 
-SECOND = 1_000_000_000
+NS_PER_SECOND = 1_000_000_000
 LATEST = Time()
 
 
 # ---------------------------------------------------------------------------------- conversions
 
 def stamped(parent, child, time, translation=(0.0, 0.0, 0.0), rotation=(0.0, 0.0, 0.0, 1.0)):
-    """Write a transform at a time in ns."""
+    """Return a transform with a time (ns)."""
     message = TransformStamped()
-    message.header.stamp.sec, message.header.stamp.nanosec = divmod(time, SECOND)
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(time, NS_PER_SECOND)
     message.header.frame_id = parent
     message.child_frame_id = child
     t, r = message.transform.translation, message.transform.rotation
@@ -62,28 +62,28 @@ def stamped(parent, child, time, translation=(0.0, 0.0, 0.0), rotation=(0.0, 0.0
 
 
 def numbers(message):
-    """Read x, y, z and the quaternion x, y, z, w of a transform."""
+    """Return the translation and the quaternion of a transform as one list."""
     t, r = message.transform.translation, message.transform.rotation
     return [t.x, t.y, t.z, r.x, r.y, r.z, r.w]
 
 
 def seconds(time):
-    """Make a time of seconds."""
-    return Time(nanoseconds=round(time * SECOND))
+    """Return a time from seconds."""
+    return Time(nanoseconds=round(time * NS_PER_SECOND))
 
 
 # ----------------------------------------------------------------------------------- recordings
 
 @pytest.mark.parametrize('script', RECORDED + RANDOM, ids=lambda script: script['name'])
-def test_every_recorded_call_is_answered_as_recorded(script):
-    """Values to 1e-9, exceptions to the letter, descriptions of the frames likewise."""
+def test_calls_return_the_recorded_results(script):
+    """Values are equal to 1e-9; exceptions and frame lists are identical."""
     buffer = Buffer(Duration(seconds=CACHE_TIME.get(script['name'], 10.0)))
     for call in script['ops']:
         if call['op'] in ('set', 'set_static'):
             tf = call['tf']
             sec, nanosec = tf['stamp']
             message = stamped(
-                tf['frame_id'], tf['child'], sec * SECOND + nanosec, tf['t'], tf['q'])
+                tf['frame_id'], tf['child'], sec * NS_PER_SECOND + nanosec, tf['t'], tf['q'])
             add = buffer.set_transform if call['op'] == 'set' else buffer.set_transform_static
             assert add(message, 'oracle') is None
         elif call['op'] == 'clear':
@@ -101,25 +101,26 @@ def test_every_recorded_call_is_answered_as_recorded(script):
                 assert type(raised.value).__name__ == call['exc']
                 assert str(raised.value) == call['text']
             else:
-                wanted, answer = call['ok'], buffer.lookup_transform(
+                expected, found = call['ok'], buffer.lookup_transform(
                     call['target'], call['source'], seconds(call['t']))
-                assert numbers(answer) == pytest.approx(wanted['t'] + wanted['q'], abs=1e-9), call
-                stamp = answer.header.stamp
-                assert [stamp.sec, stamp.nanosec] == wanted['stamp']
-                assert answer.header.frame_id == wanted['frame_id']
-                assert answer.child_frame_id == wanted['child']
+                assert numbers(found) == pytest.approx(
+                    expected['t'] + expected['q'], abs=1e-9), call
+                stamp = found.header.stamp
+                assert [stamp.sec, stamp.nanosec] == expected['stamp']
+                assert found.header.frame_id == expected['frame_id']
+                assert found.child_frame_id == expected['child']
 
 
-# ----------------------------------------------------------------------------------------- waits
+# --------------------------------------------------------------------------------------- timeout
 
-def test_a_lookup_waits_as_long_as_it_may():
-    """It says then what one without a timeout says; what comes within its time, it returns."""
+def test_lookup_waits_until_timeout():
+    """A lookup returns a transform that arrives in time, or raises at the timeout."""
     buffer, begin = Buffer(), monotonic()
     with pytest.raises(LookupException):
         buffer.lookup_transform('w', 'x', LATEST, Duration(seconds=0.2))
     assert 0.19 < monotonic() - begin < 5.0
     Timer(0.1, buffer.set_transform, [
-        stamped('w', 'x', SECOND, (1.0, 2.0, 3.0)), 'test']).start()
+        stamped('w', 'x', NS_PER_SECOND, (1.0, 2.0, 3.0)), 'test']).start()
     found = buffer.lookup_transform('w', 'x', LATEST, Duration(seconds=20.0))
     assert numbers(found)[:3] == [1.0, 2.0, 3.0]
     assert monotonic() - begin < 15.0
@@ -127,21 +128,21 @@ def test_a_lookup_waits_as_long_as_it_may():
 
 # -------------------------------------------------------------------------------------- live ROS
 
-class Hearer(Node):
+class ListenerNode(Node):
     """A node with a buffer and a listener."""
 
     def __init__(self, **options):
-        """Start to listen."""
-        super().__init__('hearer', **options)
+        """Create the buffer and the listener."""
+        super().__init__('listener_node', **options)
         self.buffer = Buffer(node=self)
-        self.listener_of_tf = TransformListener(self.buffer, self)
+        self.tf_listener = TransformListener(self.buffer, self)
 
 
-def test_what_is_broadcast_can_be_looked_up(domain_id):
+def test_broadcast_transforms_can_be_looked_up(domain_id):
     """
-    Moving and static transforms pass over DDS, reliably, until the listener ends.
+    Moving and static transforms arrive reliably over DDS until the listener unsubscribes.
 
-    One latched message holds all static ones that were ever sent; a child keeps its first pose.
+    One latched message contains all static transforms; a child keeps its first pose.
     """
     with graph(domain_id) as live:
         moving = TransformBroadcaster(live.listener)
@@ -149,40 +150,41 @@ def test_what_is_broadcast_can_be_looked_up(domain_id):
         static.sendTransform(stamped('a', 'tip', 0, (0.0, 0.0, 7.0)))
         static.sendTransform((stamped('b', 'end', 0, (2.0, 0.0, 0.0)),))
         static.sendTransform(stamped('a', 'tip', 0, (9.0, 0.0, 0.0)))
-        hearer = live.add(Hearer, parameters=False)
+        listener = live.add(ListenerNode, parameters=False)
         late = live.record('/tf_static', TFMessage, LATCHED)
         live.wait_for(lambda: moving.pub_tf.get_subscription_count() == 1, 10.0, 'a listener')
-        moving.sendTransform(stamped('world', 'a', SECOND, (1.0, 0.0, 0.0)))
-        moving.sendTransform([stamped('world', 'a', 2 * SECOND, (3.0, 0.0, 0.0)),
-                              stamped('world', 'b', 2 * SECOND, (0.0, 1.0, 0.0))])
-        live.wait_for(lambda: hearer.buffer.can_transform('end', 'tip', LATEST), 10.0, 'the tips')
-        assert numbers(hearer.buffer.lookup_transform('world', 'tip', seconds(1.5)))[:3] == [
+        moving.sendTransform(stamped('world', 'a', NS_PER_SECOND, (1.0, 0.0, 0.0)))
+        moving.sendTransform([stamped('world', 'a', 2 * NS_PER_SECOND, (3.0, 0.0, 0.0)),
+                              stamped('world', 'b', 2 * NS_PER_SECOND, (0.0, 1.0, 0.0))])
+        live.wait_for(lambda: listener.buffer.can_transform('end', 'tip', LATEST), 10.0, 'TF')
+        assert numbers(listener.buffer.lookup_transform('world', 'tip', seconds(1.5)))[:3] == [
             2.0, 0.0, 7.0]
         live.wait_for(lambda: late.messages, 10.0, 'the static transforms')
         assert [(t.child_frame_id, numbers(t)[:3]) for t in late.last.transforms] == [
             ('tip', [0.0, 0.0, 7.0]), ('end', [2.0, 0.0, 0.0])]
         assert len(late.messages) == 1
 
-        def heard():
+        def subscriptions():
             return [end for topic in ('/tf', '/tf_static')
                     for end in live.listener.get_subscriptions_info_by_topic(topic)
-                    if end.node_name == 'hearer']
+                    if end.node_name == 'listener_node']
 
         for durability, broadcaster, end in zip(
                 (DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL), (moving, static),
-                live.wait_for(lambda: len(heard()) == 2 and heard(), 10.0, 'its ends')):
+                live.wait_for(lambda: len(subscriptions()) == 2 and subscriptions(), 10.0,
+                              'the subscriptions')):
             for qos in (broadcaster.pub_tf.qos_profile, end.qos_profile):
                 assert qos.reliability == ReliabilityPolicy.RELIABLE
                 assert qos.durability == durability
-        hearer.listener_of_tf.unregister()
-        live.wait_for(lambda: not heard(), 10.0, 'its end')
+        listener.tf_listener.unregister()
+        live.wait_for(lambda: not subscriptions(), 10.0, 'the end of the subscriptions')
 
 
 # ------------------------------------------------------------------------------------ interfaces
 
 @pytest.mark.parametrize('interface', REAL_HASHES)
 def test_type_hash_is_the_real_one(interface):
-    """Field names, types, constants and their order decide on the hash, and it on the wire."""
+    """The type hash depends on the names, types and order of fields and constants."""
     package, kind, name = interface.split('/')
     description = json.loads((get_package_share_path(package) / kind / f'{name}.json').read_text())
     hashes = {row['type_name']: row['hash_string'] for row in description['type_hashes']}

@@ -12,9 +12,9 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The turtlesim_node of this home, from outside: topics, services, parameter, QoS, log, end.
+The stand-in for turtlesim_node: topics, services, parameters, QoS, log and end.
 
-Its motion is held to recordings in test_turtlesim_kinematics.py.
+test_turtlesim_kinematics.py compares the motion with recordings.
 """
 
 from math import pi
@@ -40,7 +40,7 @@ COMMAND = [executable('turtlesim', 'turtlesim_node')]
 
 @pytest.fixture(scope='module')
 def shared():
-    """Run one turtlesim and a graph beside it; SIGTERM ends it without another word."""
+    """Run one turtlesim and a graph; at the end, SIGTERM must end turtlesim without output."""
     with reserved_domain() as domain_id, graph(domain_id) as live:
         with process(COMMAND, domain_id, stop=None) as turtlesim:
             yield turtlesim, live
@@ -51,35 +51,35 @@ def shared():
 
 @pytest.fixture
 def poses(shared):
-    """Begin again, and return the poses of turtle1 from then on."""
+    """Reset turtlesim, and record the poses of turtle1."""
     _, live = shared
     live.call('reset', Empty)
     poses = poses_of(live, 'turtle1')
-    settle(live, poses, lambda pose: (pose.x, pose.y) == (ARENA_CENTER, ARENA_CENTER), 'the start')
+    wait_for_pose(live, poses, lambda pose: pose.x == pose.y == ARENA_CENTER, 'the start')
     return poses
 
 
 def twist(x=0.0, y=0.0):
-    """Make a velocity command."""
+    """Return a velocity command."""
     message = Twist()
     message.linear.x, message.linear.y = x, y
     return message
 
 
 def poses_of(live, turtle):
-    """Record a turtle's poses, and wait for the first."""
+    """Record the poses of a turtle, and wait for the first one."""
     poses = live.record(f'{turtle}/pose', Pose)
     live.wait_for(lambda: poses.messages, 20.0, f'a pose of {turtle}')
     return poses
 
 
-def settle(live, poses, wanted, what):
-    """Wait until the latest pose is as wanted, and return it."""
-    return live.wait_for(lambda: wanted(poses.last) and poses.last, 10.0, what)
+def wait_for_pose(live, poses, condition, name):
+    """Wait until the latest pose fulfills a condition, and return the pose."""
+    return live.wait_for(lambda: condition(poses.last) and poses.last, 10.0, name)
 
 
-def test_poses_come_at_62_5_hz(shared, poses):
-    """Reliably one per 16 ms, none made up for when a machine loses some; first the start."""
+def test_poses_are_published_at_62_5_hz(shared, poses):
+    """The topics are reliable, and late ticks are not made up for."""
     _, live = shared
     live.wait_for(lambda: len(poses.messages) > 100, 20.0, '100 poses')
     intervals = [later - earlier for earlier, later in zip(poses.times, poses.times[1:])]
@@ -94,14 +94,14 @@ def test_poses_come_at_62_5_hz(shared, poses):
         assert qos.durability == DurabilityPolicy.VOLATILE
 
 
-def test_a_command_drives_for_a_second(shared, poses):
-    """In whole ticks; the sideways velocity counts once the node is holonomic."""
+def test_command_moves_turtle_for_one_second(shared, poses):
+    """The turtle moves for whole ticks, sideways only when the node is holonomic."""
     _, live = shared
     commands = live.publisher('turtle1/cmd_vel', Twist)
     commands.publish(twist(x=1.0, y=1.0))
-    settle(live, poses, lambda pose: pose.linear_velocity > 0.0, 'motion')
-    end = settle(live, poses, lambda pose: pose.linear_velocity == 0.0, 'its end')
-    # The clock of the timeout is a real one, and on a busy machine ticks get lost.
+    wait_for_pose(live, poses, lambda pose: pose.linear_velocity > 0.0, 'motion')
+    end = wait_for_pose(live, poses, lambda pose: pose.linear_velocity == 0.0, 'the end')
+    # A busy machine skips ticks, but the timeout does not wait for them.
     ticks = (end.x - ARENA_CENTER) / TICK
     assert ticks == pytest.approx(round(ticks), abs=1e-3)
     assert 30 < ticks < 64.5
@@ -110,12 +110,12 @@ def test_a_command_drives_for_a_second(shared, poses):
         parameters=[Parameter('holonomic', value=True).to_parameter_msg()]))
     assert answer.results[0].successful
     commands.publish(twist(y=1.0))
-    pose = settle(live, poses, lambda pose: pose.y > ARENA_CENTER, 'motion to the side')
+    pose = wait_for_pose(live, poses, lambda pose: pose.y > ARENA_CENTER, 'sideways motion')
     assert pose.linear_velocity == 1.0
 
 
-def test_teleports_jump(shared, poses):
-    """To a pose, and by a turn and a distance; a wall stops them, as the log says."""
+def test_teleport_services_move_turtle_at_once(shared, poses):
+    """The walls limit the position, and the log reports it."""
     turtlesim, live = shared
 
     def jump(x, y):
@@ -123,27 +123,27 @@ def test_teleports_jump(shared, poses):
                   TeleportAbsolute.Request(x=x, y=y, theta=0.0))
 
     jump(2.0, 3.0)
-    settle(live, poses, lambda pose: (pose.x, pose.y) == (2.0, 3.0), 'the jump')
+    wait_for_pose(live, poses, lambda pose: (pose.x, pose.y) == (2.0, 3.0), 'the jump')
     live.call('turtle1/teleport_relative', TeleportRelative,
               TeleportRelative.Request(linear=1.0, angular=pi / 2))
-    pose = settle(live, poses, lambda pose: pose.theta != 0.0, 'the jump ahead')
+    pose = wait_for_pose(live, poses, lambda pose: pose.theta != 0.0, 'the relative jump')
     assert (pose.x, pose.y, pose.theta) == pytest.approx((2.0, 4.0, pi / 2), abs=1e-6)
     jump(20.0, 3.0)
-    settle(live, poses, lambda pose: pose.x == ARENA_SIZE, 'the wall')
+    wait_for_pose(live, poses, lambda pose: pose.x == ARENA_SIZE, 'the wall')
     turtlesim.wait_for_output(r'\[WARN\].*Oh no! I hit the wall! \(Clamping from \['
                               r'x=20\.000000, y=8\.088889\]\)', 10.0)
 
 
-def test_turtles_come_and_go(shared, poses):
-    """Names are given and refused, killed turtles fall silent, and a reset begins again."""
+def test_turtles_are_spawned_and_killed(shared, poses):
+    """Invalid names are refused, and reset removes all turtles except turtle1."""
     turtlesim, live = shared
 
     def spawn(name):
-        """Ask for a turtle, and return the name that it got."""
+        """Spawn a turtle, and return its name."""
         return live.call('spawn', Spawn, Spawn.Request(x=2.0, y=3.0, theta=0.5, name=name)).name
 
-    def wait_for_silence(turtle):
-        """Wait until nobody publishes a turtle's pose any more."""
+    def wait_for_removal(turtle):
+        """Wait until the pose of a turtle has no publisher."""
         live.wait_for(lambda: live.listener.count_publishers(f'{turtle}/pose') == 0, 10.0, turtle)
 
     assert [spawn(name) for name in ('bob', 'bob', 'no such name', '')] == [
@@ -152,26 +152,26 @@ def test_turtles_come_and_go(shared, poses):
     assert (pose.x, pose.y, pose.theta) == (2.0, 3.0, 0.5)
     for _ in range(2):
         live.call('kill', Kill, Kill.Request(name='bob'))
-        wait_for_silence('bob')
-    for said in (r'Spawning turtle \[turtle1\] at x=\[5\.544445\], y=\[5\.544445\], theta=\[0',
+        wait_for_removal('bob')
+    for message in (r'Spawning turtle \[turtle1\] at x=\[5\.544445\], y=\[5\.544445\], theta=\[0',
                  r'\[ERROR\].*A turtle named \[bob\] already exists\n',
                  r'A turtle cannot be named \[no such name\]',
                  r'\[ERROR\].*Tried to kill turtle \[bob\], which does not exist\n'):
-        turtlesim.wait_for_output(said, 10.0)
+        turtlesim.wait_for_output(message, 10.0)
     live.call('reset', Empty)
-    wait_for_silence('turtle2')
+    wait_for_removal('turtle2')
 
 
-def test_there_is_no_canvas(shared):
-    """Who asks for one, as the tutorials do, is answered, and the log says so."""
+def test_drawing_services_only_log_a_warning(shared):
+    """The services clear and set_pen respond, although nothing is drawn."""
     turtlesim, live = shared
     live.call('clear', Empty)
     live.call('turtle1/set_pen', SetPen)
-    turtlesim.wait_for_output(r'\[WARN\].*There is no canvas here to draw on\n', 10.0)
+    turtlesim.wait_for_output(r'\[WARN\].*turtlesim draws nothing here\n', 10.0)
 
 
-def test_a_parameter_that_cannot_be_ends_it_with_a_sentence(domain_id):
-    """With what the real one says, as far as rclpy has the same words for it."""
+def test_invalid_parameter_ends_node_with_one_line(domain_id):
+    """The line names the parameter and its value."""
     with process([*COMMAND, '--ros-args', '-p', 'holonomic:=abc'], domain_id,
                  stop=None) as running:
         assert running.wait(20.0) == 1

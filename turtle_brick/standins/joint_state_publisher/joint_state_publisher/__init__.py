@@ -12,20 +12,21 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Publishes the joint states of a robot: stands in for joint_state_publisher and its _gui 2.4.0.
+The stand-in for joint_state_publisher and joint_state_publisher_gui 2.4.0.
 
-Publishes: joint_states (sensor_msgs/JointState), `rate` times per second.
+Publishes: joint_states (sensor_msgs/JointState), at the parameter `rate`.
 Subscribes: robot_description (std_msgs/String, latched).
-Parameters: rate (integer, 10), zeros.JOINT (double).
-Joints that mimic another one are left to robot_state_publisher.
-The _gui is a page on 127.0.0.1 instead of a window.
+Parameters: rate (integer, 10 Hz), zeros.JOINT (double).
+Joints that mimic others are not published, because robot_state_publisher computes them.
+joint_state_publisher_gui shows a page on 127.0.0.1 instead of a window.
 """
 
 from collections.abc import Callable
 from math import pi
 from random import uniform
-from signal import pthread_sigmask, SIG_BLOCK, SIGINT, SIGTERM, sigtimedwait
+from signal import SIGINT, signal, SIGTERM
 import sys
+from threading import Event
 from typing import Any
 from xml.etree import ElementTree
 
@@ -48,19 +49,19 @@ class JointStatePublisher(Node):
     """Publishes the positions of all joints."""
 
     def __init__(self) -> None:
-        """Read the parameters, and publish once there is a robot's description."""
+        """Read the parameters, and create the publisher and the subscription."""
         super().__init__('joint_state_publisher',
                          automatically_declare_parameters_from_overrides=True)
         for name in LEFT_OUT:
             if self.get_parameters_by_prefix(name) or self.has_parameter(name):
                 raise ValueError(
-                    f'{name} needs the real joint_state_publisher: it is not in the stand-in')
+                    f'{name} is not in this stand-in; it needs the real joint_state_publisher')
         rate = self.get_parameter_or('rate', Parameter('rate', value=10)).value
         if not rate > 0:
             raise ValueError(f'rate is {rate}, but must be more than 0')
         self.positions: dict[str, float] = {}
-        # Least, greatest and zero position of joints.
         self.limits: dict[str, tuple[float, float, float]] = {}
+        """Minimum, maximum and zero position of each joint."""
         self.get_logger().info(
             'Waiting for robot_description to be published on the robot_description topic...')
         self.create_subscription(String, 'robot_description', self.configure, QoSProfile(
@@ -69,7 +70,7 @@ class JointStatePublisher(Node):
         self.create_timer(1.0 / rate, self.publish)
 
     def configure(self, description: String) -> None:
-        """Take the joints of a robot's description."""
+        """Read the joints of a robot description."""
         try:
             robot = ElementTree.fromstring(description.data.encode())
         except ElementTree.ParseError:
@@ -94,7 +95,7 @@ class JointStatePublisher(Node):
         self.positions = {name: zero for name, (_, _, zero) in self.limits.items()}
 
     def publish(self) -> None:
-        """Publish the state of all joints."""
+        """Publish the positions of all joints."""
         message = JointState(name=list(self.positions), position=[
             float(position) for position in self.positions.values()])
         message.header.stamp = self.get_clock().now().to_msg()
@@ -102,13 +103,13 @@ class JointStatePublisher(Node):
 
 
 class Gui(JointStatePublisher):
-    """Publishes the positions that are set on a page in the browser."""
+    """Publishes joint positions from sliders on a page in the browser."""
 
     def __init__(self) -> None:
-        """Serve the page."""
-        import rich
-        import viser  # takes its time
-        rich.get_console().quiet = True  # viser talks to it
+        """Start the server of the page."""
+        import rich  # Slow to import, and only needed here.
+        import viser
+        rich.get_console().quiet = True  # suppresses the messages of viser
         self.sliders: dict[str, Any] = {}
         self.server = viser.ViserServer('127.0.0.1', 8081, 'Joint State Publisher', verbose=False)
         super().__init__()
@@ -116,21 +117,21 @@ class Gui(JointStatePublisher):
               file=sys.stderr, flush=True)
 
     def configure(self, description: String) -> None:
-        """Take the joints, and make a slider for each."""
+        """Read the joints, and create a slider for each one."""
         super().configure(description)
-        self.in_page(self.lay_out)
+        self.call_in_page(self.create_sliders)
 
-    def in_page(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function in the page's own thread, as viser's changes in others may collide."""
+    def call_in_page(self, function: Callable[..., None], *arguments: Any) -> None:
+        """Call a function in the thread of the page, because viser is not thread-safe."""
         self.server.get_event_loop().call_soon_threadsafe(function, *arguments)
 
-    def lay_out(self) -> None:
-        """Make two buttons, and a slider for each joint."""
+    def create_sliders(self) -> None:
+        """Create two buttons, and a slider for each joint."""
         gui = self.server.gui
         gui.reset()
-        gui.add_button('Randomize').on_click(lambda _: self.in_page(self.show, {
+        gui.add_button('Randomize').on_click(lambda _: self.call_in_page(self.set_positions, {
             name: uniform(*limits[:2]) for name, limits in self.limits.items()}))
-        gui.add_button('Center').on_click(lambda _: self.in_page(self.show, {
+        gui.add_button('Center').on_click(lambda _: self.call_in_page(self.set_positions, {
             name: zero for name, (_, _, zero) in self.limits.items()}))
         self.sliders = {
             name: gui.add_slider(name, least, greatest, (greatest - least) / 10000,
@@ -140,21 +141,22 @@ class Gui(JointStatePublisher):
             slider.on_update(lambda event, name=name: self.positions.update(
                 {name: event.target.value}))
 
-    def show(self, positions: dict[str, float]) -> None:
-        """Set the joints and their sliders."""
+    def set_positions(self, positions: dict[str, float]) -> None:
+        """Set the positions of joints and of their sliders."""
         for name, position in positions.items():
             self.sliders[name].value = self.positions[name] = position
 
     def destroy_node(self) -> None:
-        """Stop the page too."""
+        """Stop the server of the page, and destroy the node."""
         self.server.stop()
         super().destroy_node()
 
 
 def main(node_type: type[JointStatePublisher] = JointStatePublisher) -> str | None:
-    """Run a node until Ctrl-C or SIGTERM, which wait until they are looked for."""
-    signals = {SIGINT, SIGTERM}
-    pthread_sigmask(SIG_BLOCK, signals)
+    """Run a node until Ctrl-C or SIGTERM."""
+    stopped = Event()
+    for number in (SIGINT, SIGTERM):
+        signal(number, lambda *_: stopped.set())
     try:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         node = node_type()
@@ -163,7 +165,7 @@ def main(node_type: type[JointStatePublisher] = JointStatePublisher) -> str | No
         return f'joint_state_publisher: {error}'
     executor = EventsExecutor()
     executor.add_node(node)
-    while not sigtimedwait(signals, 0):
+    while not stopped.is_set():
         executor.spin_once(timeout_sec=0.1)
     executor.shutdown()
     node.destroy_node()

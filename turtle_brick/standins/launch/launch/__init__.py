@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Launch descriptions and the launch service: stands in for launch 3.4.3, with its names."""
+"""The stand-in for launch 3.4.3: launch descriptions, launch files and the launch service."""
 
 import asyncio
 from contextlib import suppress
@@ -27,7 +27,7 @@ from launch.actions import Action, DeclareLaunchArgument, SetLaunchConfiguration
 from launch.substitutions import get_logger, launch_config, log_file, perform, Substitution
 
 __all__ = ['Action', 'LaunchContext', 'LaunchDescription', 'LaunchService', 'Substitution']
-for name in ('conditions', 'logging', 'utilities'):  # modules of their own in the real one
+for name in ('conditions', 'logging', 'utilities'):  # separate modules in the real package
     sys.modules[f'launch.{name}'] = globals()[name] = substitutions
 sys.modules['launch.event_handlers'] = event_handlers = actions
 sys.modules['launch.launch_description_sources'] = sys.modules[__name__]
@@ -35,7 +35,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT, signal.SIGHUP)
 
 
 class LaunchDescription:
-    """A sequence of entities, mostly actions, to visit in order."""
+    """A list of entities, mostly actions, that are executed in order."""
 
     condition = None
 
@@ -49,7 +49,7 @@ class LaunchDescription:
     execute = get_sub_entities
 
     def declared_arguments(self, entity=None, given=(), conditional=False):
-        """Return all arguments, those of included files too, and whether each is required."""
+        """Return the arguments of this and of included files, and whether each is required."""
         found = []
         for each in (entity or self).get_sub_entities():
             under = conditional or each.condition is not None
@@ -62,7 +62,7 @@ class LaunchDescription:
         return found
 
     def get_launch_arguments(self):
-        """Return the arguments declared here and in included files, each name once."""
+        """Return the arguments of this and of included files, without duplicate names."""
         found = {}
         for argument, _ in self.declared_arguments():
             found.setdefault(argument.name, argument)
@@ -70,11 +70,11 @@ class LaunchDescription:
 
 
 class InvalidLaunchFileError(Exception):
-    """A file is not a launch file."""
+    """A launch file cannot be loaded."""
 
 
 class InvalidPythonLaunchFileError(InvalidLaunchFileError):
-    """A Python file has no launch description."""
+    """A Python launch file has no function generate_launch_description."""
 
 
 def get_launch_description_from_python_launch_file(path):
@@ -115,11 +115,11 @@ class LaunchDescriptionSource:
         return get_launch_description_from_any_launch_file(self.location)
 
     def try_get_launch_description_without_context(self):
-        with suppress(Exception):  # more than the environment may be needed to know it
+        with suppress(Exception):  # The path may depend on configurations.
             return self.get_launch_description(LaunchContext())
 
 
-# The suffix of the file tells them apart.
+# The suffix of the file selects the parser.
 AnyLaunchDescriptionSource = PythonLaunchDescriptionSource = LaunchDescriptionSource
 XMLLaunchDescriptionSource = FrontendLaunchDescriptionSource = LaunchDescriptionSource
 
@@ -162,11 +162,11 @@ class LaunchContext:
         self.launch_file = ''
         self.shutting_down = asyncio.Event()
         self.tasks = []
-        self.processes = []  # actions
-        self.handlers = []  # of the ends of processes, the latest first
+        self.processes = []  # ExecuteProcess actions
+        self.handlers = []  # OnProcessExit handlers, the latest first
         self.process_count = 0
-        self.listeners = []  # functions that are told what happens
-        self.signal = signal.SIGINT  # which ends everything, or the first of them
+        self.listeners = []  # functions that are called for each event
+        self.signal = signal.SIGINT  # sent first to end a process
         self.perform_substitution = lambda substitution: substitution.perform(self)
         self.create_task = lambda coroutine: self.tasks.append(asyncio.ensure_future(coroutine))
 
@@ -175,19 +175,19 @@ class LaunchContext:
         self.environment.clear()
         self.environment.update(environment)
 
-    def tell(self, *happened):
+    def notify(self, *event):
         """Notify the listeners of an event."""
         for listener in self.listeners:
-            listener(*happened)
+            listener(*event)
 
     def visit(self, entity):
-        """Execute an action and the entities that it returns, if its condition is true."""
+        """Execute an entity and the entities that it returns, if its condition is true."""
         if entity.condition is None or entity.condition.evaluate(self):
             for each in entity.execute(self) or ():
                 self.visit(each)
 
     async def pause(self, seconds):
-        """Wait, at most until the launch ends."""
+        """Wait for a duration (s), or until the launch ends."""
         with suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self.shutting_down.wait(), seconds)
 
@@ -199,7 +199,7 @@ class LaunchContext:
 
 
 class LaunchService:
-    """Launches processes and ends them."""
+    """Starts and ends the processes of launch descriptions."""
 
     def __init__(self, *, argv=None, noninteractive=False, debug=False):
         self.context = LaunchContext(argv=argv, noninteractive=noninteractive)
@@ -211,12 +211,12 @@ class LaunchService:
         self._loop = None
 
     def shutdown(self):
-        """End the launch; may be called from any thread."""
-        with suppress(RuntimeError):  # it has ended
+        """End the launch; thread-safe."""
+        with suppress(RuntimeError):  # The launch has ended.
             self._loop.call_soon_threadsafe(self.context.shutdown)
 
     def run(self, *, shutdown_when_idle=True):
-        """Launch, in the main thread, until all has ended, and return the exit code."""
+        """Launch in the main thread until all processes have ended; return the exit code."""
         status = asyncio.run(self.run_async())
         number = self.context.signal
         if number != signal.SIGINT:
@@ -225,7 +225,7 @@ class LaunchService:
         return status
 
     async def run_async(self):
-        """Launch until all has ended, and return the exit code."""
+        """Launch until all processes have ended; return the exit code."""
         context, self._loop = self.context, asyncio.get_running_loop()
         launch_config.level, launch_config.on_closed_stdout = self._level, self._on_closed_stdout
         signals = []
@@ -239,9 +239,9 @@ class LaunchService:
             for description in self._descriptions:
                 context.visit(description)
         except Exception as error:
-            if not signals:  # which end a Command, too
+            if not signals:  # A signal also ends the process of a Command.
                 self._fail(error)
-        await asyncio.sleep(0)  # for the signals
+        await asyncio.sleep(0)  # handles the signals received so far
         while context.tasks:
             done, _ = await asyncio.wait(context.tasks, return_when=asyncio.FIRST_COMPLETED)
             context.tasks = [task for task in context.tasks if task not in done]

@@ -25,27 +25,27 @@ import traceback
 import tty
 from types import SimpleNamespace
 
-from launch.substitutions import (get_logger, Later, LaunchConfiguration,
+from launch.substitutions import (Deferred, get_logger, LaunchConfiguration,
                                   normalize_to_list_of_substitutions, perform, read_typed, write)
 
 
-class Action(Later):
-    """An action that calls a function of the context and the arguments, if a condition is true."""
+class Action(Deferred):
+    """An action, which calls its method `do` if its condition is true."""
 
     actions = ()
-    execute = Later.call
+    execute = Deferred.call
 
     def __init__(self, *args, condition=None, **kwargs):
         super().__init__(*args, **kwargs)
         self.condition = condition
 
     def get_sub_entities(self):
-        """Return the entities that it may return, as far as they are known."""
+        """Return the known entities that the action may return."""
         return self.actions
 
 
 def action(name, function):
-    """Make an action class from a function, which may return entities to visit."""
+    """Create an action class from a function, which may return entities to execute."""
     return type(name, (Action,), {'do': staticmethod(function)})
 
 
@@ -79,7 +79,7 @@ RegisterEventHandler = action('RegisterEventHandler', lambda context, event_hand
     context.handlers.insert(0, event_handler)))
 
 
-class OnProcessExit(Later):
+class OnProcessExit(Deferred):
 
     def do(self, context, *, on_exit, target_action=None):
         event = context.event
@@ -151,14 +151,14 @@ class TimerAction(Action):
 
 class ExecuteProcess(Action):
 
-    popen = None  # while it runs
+    popen = None
 
     def do(self, context, *, cmd, prefix=None, name=None, cwd=None, env=None, additional_env={},
            shell=False, emulate_tty=False, output='log', on_exit=(), respawn=False,
            respawn_delay=None, respawn_max_retries=-1,
            sigterm_timeout=LaunchConfiguration('sigterm_timeout', default=5),
            sigkill_timeout=LaunchConfiguration('sigkill_timeout', default=5)):
-        """Start it once all entities of this step have been visited."""
+        """Start the process after all entities of this step."""
         def text(value):
             return None if value is None else perform(context, value)
 
@@ -171,7 +171,7 @@ class ExecuteProcess(Action):
         self.directory = text(cwd)
         output = os.environ.get('OVERRIDE_LAUNCH_PROCESS_OUTPUT') or text(output)
         both, own = ['screen', 'launch.log'], f'{self.label}.log'
-        targets = {  # of what comes on stdout, and on stderr
+        targets = {  # for stdout and stderr
             'screen': (['screen'], ['screen']), 'log': (['launch.log'], both),
             'both': (both, both),
             'own_log': ([own, f'{self.label}-stdout.log'], [own, f'{self.label}-stderr.log'])}
@@ -212,13 +212,15 @@ class ExecuteProcess(Action):
                 cwd=self.directory, env=self.variables, stdin=subprocess.PIPE,
                 stdout=pipes[0][1], stderr=pipes[1][1])
         except BaseException:
-            os.close(pipes[0][0]), os.close(pipes[1][0])
+            for reader, _ in pipes:
+                os.close(reader)
             raise
         finally:
-            os.close(pipes[0][1]), os.close(pipes[1][1])
+            for _, writer in pipes:
+                os.close(writer)
         pid = self.popen.pid
         self.logger.info(f'process started with pid [{pid}]')
-        self.context.tell('started', self)
+        self.context.notify('started', self)
         loop = asyncio.get_running_loop()
         streams = [_Stream(self, index, end) for index, (end, _) in enumerate(pipes)]
         self.ended = loop.create_future()
@@ -226,7 +228,7 @@ class ExecuteProcess(Action):
             self.ended.set_result, self.popen.wait())).start()
         code = await self.ended
         for stream in streams:
-            for _ in range(20):  # the pipe has room for 16 times as much as is read at once
+            for _ in range(20):  # A full pipe holds 16 times the amount of one read.
                 stream.read()
         if code == 0:
             self.logger.info(f'process has finished cleanly [pid {pid}]')
@@ -236,7 +238,7 @@ class ExecuteProcess(Action):
         for stream in streams:
             stream.close()
         self.popen.stdin.close()
-        self.context.tell('exited', self, code)
+        self.context.notify('exited', self, code)
         self.context.event = SimpleNamespace(
             action=self, process_name=self.label, pid=pid, cmd=self.command,
             cwd=self.directory, env=self.variables, returncode=code)
@@ -244,14 +246,14 @@ class ExecuteProcess(Action):
             handler.call(self.context)
 
     def end(self, number):
-        """Send SIGINT or SIGTERM, and stronger signals if it does not end in time."""
+        """Send SIGINT or SIGTERM, and stronger signals if the process does not end in time."""
         if self.popen and self.popen.poll() is None:
             self.context.create_task(self._end(number))
 
     async def _end(self, first):
         term, kill = self.timeouts
         both = float(term) + float(kill) if first == signal.SIGINT else kill
-        for number, seconds, said, stronger in (
+        for number, seconds, shown, stronger in (
                 (signal.SIGINT, float(term), term, 'SIGTERM'),
                 (signal.SIGTERM, float(kill), both, 'SIGKILL'),
                 (signal.SIGKILL, None, None, None))[first != signal.SIGINT:]:
@@ -261,12 +263,12 @@ class ExecuteProcess(Action):
             if self.ended.done():
                 return
             self.logger.error(
-                f"process[{self.label}] failed to terminate '{said}' seconds after receiving "
+                f"process[{self.label}] failed to terminate '{shown}' seconds after receiving "
                 f"'{number.name}', escalating to '{stronger}'")
 
 
 class _Stream:
-    """What a process writes to stdout (index 0) or stderr (1), line by line."""
+    """The output of a process on stdout (index 0) or stderr (index 1), split into lines."""
 
     def __init__(self, process, index, end):
         os.set_blocking(end, False)
@@ -279,11 +281,11 @@ class _Stream:
             data = os.read(self.end, 65536)
         except BlockingIOError:
             return
-        except OSError:  # a terminal that is closed
+        except OSError:  # The terminal is closed.
             data = b''
         if not data:
             asyncio.get_running_loop().remove_reader(self.end)
-        self.process.context.tell('output', self.process, data, self.index)
+        self.process.context.notify('output', self.process, data, self.index)
         *lines, self.rest = (self.rest + self.decode(data)).split('\n')
         self.write(lines)
 

@@ -37,7 +37,7 @@ launch_config = SimpleNamespace(level='INFO', on_closed_stdout=lambda: None)
 
 @lru_cache(None)
 def log_file(name):
-    """Return a file in the log directory of this run, which the first call makes."""
+    """Return an open file in the log directory; the first call creates the directory."""
     if not hasattr(launch_config, 'log_dir'):
         base = os.environ.get('ROS_LOG_DIR') or os.path.join(
             os.environ.get('ROS_HOME') or os.path.join('~', '.ros'), 'log')
@@ -49,7 +49,7 @@ def log_file(name):
 
 
 def write(line, targets=('screen', 'launch.log')):
-    """Write a line to the screen, flushed, and to log files."""
+    """Write a line to the screen and to log files."""
     for name in set(targets) - {'screen'}:
         stamp = f'{time.time():.7f} ' if name == 'launch.log' else ''
         log_file(name).write(f'{stamp}{line}\n')
@@ -57,13 +57,13 @@ def write(line, targets=('screen', 'launch.log')):
         try:
             sys.stdout.write(f'{line}\n')
             sys.stdout.flush()
-        except OSError:  # nobody reads it any more
+        except OSError:  # The reader has closed the pipe.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             launch_config.on_closed_stdout()
 
 
 class get_logger:
-    """The logger of a part of launch: debug(), info(), warning() and error()."""
+    """A logger with the methods debug(), info(), warning() and error()."""
 
     def __init__(self, name='root'):
         self.name = name
@@ -75,8 +75,8 @@ class get_logger:
 
 # ------------------------------------------------------------------------------ launch.utilities
 
-class Later:
-    """Arguments of self.do, which is called with the context and them: later, if at all."""
+class Deferred:
+    """Stores the arguments of the method `do` until call() passes them on with the context."""
 
     def __init__(self, *args, **kwargs):
         signature = inspect.signature(self.do)
@@ -106,7 +106,7 @@ perform = perform_substitutions
 
 
 def read_typed(text, kind=None):
-    """Read a value of a type: str, int, float, bool, list[int] and so on, or None for YAML's."""
+    """Convert a text to a type such as str, bool or list[int]; None selects the type of YAML."""
     if kind in (str, int, float):
         return kind(text)
     if kind is bool and text in ('0', '1'):
@@ -126,13 +126,13 @@ class SubstitutionFailure(RuntimeError):
     """A substitution has no value."""
 
 
-class Substitution(Later):
-    """A substitution whose text a function of the context and the arguments returns."""
+class Substitution(Deferred):
+    """A substitution; its method `do` returns the text."""
 
-    perform = Later.call
+    perform = Deferred.call
 
     def describe(self):
-        """Return it unexpanded, as arguments are shown."""
+        """Return the unexpanded form, as `ros2 launch -s` prints it."""
         return self.description.format(**{
             name: ' + '.join(part.describe() for part in normalize_to_list_of_substitutions(value))
             for name, value in self.given.arguments.items() if f'{{{name}}}' in self.description})
@@ -144,7 +144,7 @@ class Substitution(Later):
 
 
 def substitution(name, description, function):
-    """Make a substitution class from a function."""
+    """Create a substitution class from a function."""
     return type(name, (Substitution,), {'description': description, 'do': staticmethod(function)})
 
 
@@ -241,12 +241,18 @@ PythonExpression = substitution(
     'PythonExpression', 'PythonExpr({expression}, [{python_modules}])', _evaluate)
 
 
+def _to_text(context, side):
+    """Return one side of a comparison as text."""
+    if isinstance(side, Substitution) or isinstance(side, (list, tuple)) and any(
+            isinstance(part, Substitution) for part in side):
+        return perform(context, side)
+    if side is None:
+        return ''
+    return str(side).lower() if isinstance(side, bool) else str(side)
+
+
 def _equal(context, *sides):
-    left, right = (
-        perform(context, each) if any(isinstance(part, Substitution) for part in (
-            each if isinstance(each, (list, tuple)) else [each])) else
-        '' if each is None else str(each).lower() if isinstance(each, bool) else str(each)
-        for each in sides)  # of which an XML file's '' is an empty list: the text '[]'
+    left, right = (_to_text(context, side) for side in sides)
     if {left.lower(), right.lower()} <= {'true', 'false', '1', '0'}:
         return (left.lower() in ('true', '1')) == (right.lower() in ('true', '1'))
     try:

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Actions and substitutions for nodes: stands in for launch_ros 0.26.6, with its names."""
+"""The stand-in for launch_ros 0.26.6: nodes, their parameters, remappings and namespaces."""
 
 import os
 import shutil
@@ -25,7 +25,7 @@ from launch.substitutions import (get_logger, perform, read_typed, Substitution,
 import yaml
 
 for module in ('actions', 'descriptions', 'parameter_descriptions', 'substitutions'):
-    sys.modules[f'{__name__}.{module}'] = sys.modules[__name__]  # modules of the real one
+    sys.modules[f'{__name__}.{module}'] = sys.modules[__name__]  # as in the real package
 
 
 def _find_executable(context, executable, package):
@@ -49,7 +49,7 @@ ExecutableInPackage = substitution(
 
 
 class ParameterValue:
-    """A parameter's value, and the type to read it as if it is text."""
+    """The value of a parameter, and its type if the value is a text."""
 
     def __init__(self, value, *, value_type=None):
         self.value = [value] if isinstance(value, Substitution) else value
@@ -63,7 +63,7 @@ class ParameterValue:
 
 
 def evaluate(context, value):
-    """Return a parameter's value as written to a file."""
+    """Return the value of a parameter as it is written to a file."""
     if isinstance(value, ParameterValue):
         return value.evaluate(context)
     if not isinstance(value, (list, tuple, Substitution)):
@@ -84,7 +84,7 @@ def evaluate(context, value):
 
 
 def evaluate_dict(context, parameters, prefix=''):
-    """Return parameters by their full names."""
+    """Return the values of nested parameters by full name."""
     found = {}
     for name, value in parameters.items():
         name = prefix + perform(context, name)
@@ -94,7 +94,7 @@ def evaluate_dict(context, parameters, prefix=''):
 
 
 def join_namespaces(base, namespace):
-    """Return a namespace within another one, or alone if it is absolute; either may be None."""
+    """Join two namespaces, each of which may be None; an absolute namespace replaces the base."""
     from rclpy.validate_namespace import validate_namespace
     if base is None or namespace and namespace.startswith('/'):
         base = ''
@@ -104,7 +104,7 @@ def join_namespaces(base, namespace):
 
 
 def _collect(kind, context, *values):
-    # A list that is there already is changed in a group as well, and stays so, as in the real one.
+    # A change inside of a group outlives the group if the list existed before, as in the real one.
     context.launch_configurations.setdefault(kind, []).extend(values)
 
 
@@ -133,10 +133,10 @@ class Node(ExecuteProcess):
         self.parameters, self.remappings = parameters or [], remappings or []
 
     def execute(self, context):
-        self._perform_substitutions(context)
+        self._expand(context)
         return super().execute(context)
 
-    def _perform_substitutions(self, context):
+    def _expand(self, context):
         logger, settings = get_logger('launch_ros.actions.node'), context.launch_configurations
         try:
             name, namespace = (each and perform(context, each) for each in self.names)

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Tests of what is launched: stands in for launch_testing 3.4.3, with its plugin for pytest."""
+"""The stand-in for launch_testing 3.4.3: a pytest plugin and the command launch_test."""
 
 import argparse
 import functools
@@ -30,13 +30,13 @@ from launch.actions import action, SetLaunchConfiguration
 import pytest
 
 for name in ('actions', 'asserts'):
-    sys.modules[f'{__name__}.{name}'] = sys.modules[__name__]  # modules of the real one
+    sys.modules[f'{__name__}.{name}'] = sys.modules[__name__]  # as in the real package
 START_TIME = 15.0
-ReadyToTest = action('ReadyToTest', lambda context: context.tell('ready'))
+ReadyToTest = action('ReadyToTest', lambda context: context.notify('ready'))
 
 
 def post_shutdown_test():
-    """Mark a class of tests that run when all processes have ended."""
+    """Mark a class of tests that run after all processes have ended."""
     def mark(test_class):
         test_class.after_shutdown = True
         return test_class
@@ -44,20 +44,20 @@ def post_shutdown_test():
 
 
 class Processes:
-    """The exit codes and the output of processes: proc_info and proc_output of tests."""
+    """Exit codes and outputs of processes; tests receive it as proc_info and proc_output."""
 
     def __init__(self):
         self.changed, self.ready, self.found = threading.Condition(), threading.Event(), {}
 
-    def hear(self, what, process=None, *details):
+    def record_event(self, event, process=None, *details):
         """Record an event of launch."""
         with self.changed:
-            if what == 'ready':
+            if event == 'ready':
                 self.ready.set()
-            elif what == 'started':
+            elif event == 'started':
                 self.found.setdefault(process, SimpleNamespace(
                     process_name=process.label, action=process, output=([], []))).returncode = None
-            elif what == 'exited':
+            elif event == 'exited':
                 self.found[process].returncode, = details
             else:
                 self.found[process].output[details[1]].append(details[0])
@@ -67,19 +67,19 @@ class Processes:
         return iter(list(self.found.values()))
 
     def select(self, process=None):
-        """Return the processes of an action or of a part of a name; all of them if it is None."""
+        """Return the processes of an action, or with a part of a name, or all if it is None."""
         return [each for each in self if process in (None, each.action) or (
             isinstance(process, str) and process in each.process_name)]
 
     def wrote(self, expected, process, stream):
-        """Tell whether a process has written a text or a match of a pattern."""
+        """Return whether the output of a process contains a text or matches a pattern."""
         pattern = expected if isinstance(expected, re.Pattern) else re.compile(re.escape(expected))
         return any(pattern.search(b''.join(each.output[stream != 'stdout']).decode(
             errors='replace')) for each in self.select(process))
 
-    def _wait(self, happened, timeout, what):
+    def _wait(self, condition, timeout, name):
         with self.changed:
-            assert self.changed.wait_for(happened, timeout), f'Timed out waiting for {what}'
+            assert self.changed.wait_for(condition, timeout), f'Timed out waiting for {name}'
 
     def assertWaitForStartup(self, process, *, timeout=10):
         self._wait(lambda: self.select(process), timeout, f'process {process} to start')
@@ -109,7 +109,7 @@ assertInStderr = functools.partial(assertInStdout, stream='stderr')
 
 
 def tests_of(module, given):
-    """Return a module's tests with their arguments, those for running processes first."""
+    """Return two suites with the tests of a module: before and after the shutdown."""
     suites = unittest.TestSuite(), unittest.TestSuite()
     for suite in unittest.defaultTestLoader.loadTestsFromModule(module):
         for test in suite:
@@ -127,14 +127,16 @@ def has_ready_to_test(entity):
 
 
 def run(module, arguments=(), debug=False):
-    """Launch what a module describes and run its tests; return (name, text) of what failed."""
+    """Launch and run the tests of a module; return (name, text) of each failure."""
     description = module.generate_test_description()
-    description, named = description if isinstance(description, tuple) else (description, {})
+    if not isinstance(description, tuple):
+        description = description, {}
+    description, named = description
     if not has_ready_to_test(description):
         raise Exception('generate_test_description functions must return a LaunchDescription '
                         'containing a ReadyToTest action')
     processes, service, results = Processes(), LaunchService(debug=debug), []
-    service.context.listeners.append(processes.hear)
+    service.context.listeners.append(processes.record_event)
     service.include_launch_description(LaunchDescription(
         [*(SetLaunchConfiguration(*each) for each in arguments), description]))
     running, ended = tests_of(module, {
@@ -166,7 +168,7 @@ def run(module, arguments=(), debug=False):
 
 
 def main():
-    """Run a test file: the command launch_test."""
+    """Run the command launch_test."""
     parser = argparse.ArgumentParser(description='Launch integration testing tool.')
     parser.add_argument('launch_test_file', help='Path to the launch test.')
     parser.add_argument('--package-name', help='Name of the package the test is in. Useful to '
@@ -184,8 +186,8 @@ def main():
         parser.error(f"Test file '{path}' does not exist")
     for given, name in ((options.show_args, '-s'), (options.junit_xml, '--junit-xml')):
         if given:
-            parser.error(f'launch_test {name} needs the real launch_testing')
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # before and after launch, which handles it
+            parser.error(f'{name} is not in this stand-in; it needs the real launch_testing')
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Only the launch service handles Ctrl-C.
     name = os.path.splitext(os.path.basename(path))[0]
     spec = importlib.util.spec_from_file_location(name, path)
     module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
@@ -197,28 +199,28 @@ def main():
         parser.error(error)
 
 
-# ------------------------------------------------------------------------------- the pytest plugin
+# ---------------------------------------------------------------------------------- pytest plugin
 
 def pytest_configure(config):
     config.addinivalue_line('markers', 'launch_test: the function describes what to launch')
 
 
 def pytest_pycollect_makemodule(module_path, parent):
-    """Take a module whose generate_test_description has the mark launch_test for one test."""
+    """Collect a module with a marked generate_test_description as a single test."""
     if b'launch_test' not in module_path.read_bytes():
         return None
     module = pytest.Module.from_parent(parent, path=module_path)
     try:
         marks = getattr(getattr(module.obj, 'generate_test_description', None), 'pytestmark', ())
     except (Exception, pytest.skip.Exception):
-        return module  # which says so itself
+        return module  # Its collection reports the error.
     if any(mark.name == 'launch_test' for mark in marks):
         return LaunchTestFile.from_parent(parent, path=module_path, module=module.obj)
     return module
 
 
 class LaunchTestFile(pytest.File):
-    """A file that is one test."""
+    """A file with a single launch test."""
 
     def __init__(self, module, **options):
         super().__init__(**options)
@@ -229,11 +231,11 @@ class LaunchTestFile(pytest.File):
 
 
 class Failures(Exception):
-    """A failed test and its report."""
+    """The failures of a launch test."""
 
     @property
     def reprcrash(self):
-        """Return a summary."""
+        """Return a summary for pytest."""
         return SimpleNamespace(message='\n'.join(f'{name} failed' for name, _ in self.args))
 
     def __str__(self):
@@ -246,7 +248,7 @@ class Failures(Exception):
 
 
 class LaunchTest(pytest.Item):
-    """The test that a file is."""
+    """The launch test of a file."""
 
     def runtest(self):
         failures = run(self.parent.module)

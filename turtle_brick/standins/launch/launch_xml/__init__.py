@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Launch files in XML: stands in for launch_xml 3.4.3 and launch.frontend."""
+"""The stand-in for launch_xml 3.4.3: reads launch files in XML."""
 
 import inspect
 from pathlib import Path
@@ -45,7 +45,7 @@ ACTIONS = {
     'push-ros-namespace': launch_ros.PushROSNamespace, 'set_remap': launch_ros.SetRemap,
     'set_parameter': launch_ros.SetParameter,
     'set_parameters_from_file': launch_ros.SetParametersFromFile}
-PYTHON = {  # what attributes are called in Python, if that is not the same
+PYTHON = {  # Python names of attributes that differ from the XML names
     'default': 'default_value', 'message': 'msg', 'file': 'launch_description_source',
     'pkg': 'package', 'exec': 'executable', 'args': 'arguments', 'ros_args': 'ros_arguments',
     'launch-prefix': 'prefix', 'from': 'src', 'to': 'dst'}
@@ -58,7 +58,7 @@ NOT_IN_FILES = {'self', 'context', 'options', 'actions', 'choices', 'launch_argu
 
 
 def arguments(function):
-    """Return the names of a function's arguments in files, and which of them have no default."""
+    """Return the XML attributes for the arguments of a function, and the required ones."""
     found = {name: each for name, each in inspect.signature(function).parameters.items()
              if name not in NOT_IN_FILES}
     return list(found), [name for name, each in found.items() if each.default is each.empty]
@@ -69,12 +69,12 @@ class InvalidFrontendLaunchFileError(Exception):
 
 
 def unescape(text):
-    """Return a text without its backslashes."""
+    """Remove the backslashes of escapes."""
     return re.sub(r'\\(.)', r'\1', text)
 
 
 class ToSubstitutions(Transformer):
-    """Converts what the grammar has parsed to substitutions."""
+    """Converts the syntax tree of the grammar to substitutions."""
 
     def template(self, parts):
         return [part if isinstance(part, Substitution) else TextSubstitution(text=unescape(part))
@@ -84,7 +84,7 @@ class ToSubstitutions(Transformer):
 
     def substitution(self, parts):
         name, *given = parts
-        if name in ('any', 'all'):  # as the real one
+        if name in ('any', 'all'):  # The real parser fails in the same way.
             raise TypeError(f'{name.title()}Substitution.__init__() got an unexpected keyword '
                             "argument 'args'")
         if name not in SUBSTITUTIONS:
@@ -98,14 +98,14 @@ class ToSubstitutions(Transformer):
 
 
 def substitute(text):
-    """Read a text with substitutions in it."""
+    """Return a text as a list of substitutions."""
     if '$(' not in text:
         return [TextSubstitution(text=unescape(text))]
     return ToSubstitutions().transform(PARSER.parse(text))
 
 
 def split(text):
-    """Split a command into words; a blank in a substituted text does not end a word."""
+    """Split a command into words; spaces inside of substitutions do not separate words."""
     words, word = [], []
     for part in substitute(text):
         if not isinstance(part, TextSubstitution):
@@ -121,14 +121,14 @@ def split(text):
 
 
 def on_exit(text):
-    """Read what to do when a process has ended."""
+    """Return the actions for the attribute on_exit."""
     if text == 'shutdown':
         return [actions.Shutdown()]
     raise ValueError('Attribute on_exit of Entity node expected to be shutdown but got '
                      f'`{text}`Other on_exit actions not yet supported')
 
 
-READERS = {  # of attributes that are not read as texts with substitutions, by their Python names
+READERS = {  # functions for attributes that are not texts with substitutions, by Python name
     'arguments': split, 'ros_arguments': split, 'cmd': split, 'description': unescape,
     'respawn_max_retries': int, 'respawn_delay': float,
     'on_exit': on_exit,
@@ -139,7 +139,7 @@ TYPES.update({f'list_of_{name}': list[each] for name, each in TYPES.items()})
 
 
 def attributes(element, known, needed=()):
-    """Read an element's attributes, by their names in Python."""
+    """Return the attributes of an element by Python name."""
     found = {PYTHON.get(name, name): text for name, text in element.attrib.items()}
     for name in needed:
         if name not in found:
@@ -154,7 +154,7 @@ def attributes(element, known, needed=()):
 
 
 def parameter(element):
-    """Read a parameter: a path, or a dictionary."""
+    """Return a parameter of a node: the path of a file, or a dictionary."""
     if 'from' in element.attrib:
         return attributes(element, ['src'])['src']
     if 'name' not in element.attrib:
@@ -166,8 +166,8 @@ def parameter(element):
     if element.get('type', 'str') not in TYPES:
         raise ValueError(f"Got invalid type identifier '{element.attrib['type']}'")
     given = {**attributes(element, ['name', 'value', 'type', 'value-sep']), **element.attrib}
-    name, text, separator = tuple(substitute(given['name'])), given.get('value'), (
-        given.get('value-sep'))
+    name = tuple(substitute(given['name']))
+    text, separator = given.get('value'), given.get('value-sep')
     if text is None:
         return {name: {key: value for each in element for key, value in parameter(each).items()}}
     kind = TYPES[given['type']] if 'type' in given else None
@@ -184,18 +184,43 @@ def parameter(element):
         value, value_type=str if isinstance(value, str) else kind)}
 
 
+def take(elements, tag, *names):
+    """Remove the elements with a tag; return the given attributes of each."""
+    taken = [[attributes(each, names, names)[name] for name in names] for each in elements
+             if each.tag == tag]
+    elements[:] = [each for each in elements if each.tag != tag]
+    return taken
+
+
+def nested_options(element, inner):
+    """Remove the nested elements that an action allows; return the arguments they stand for."""
+    if element.tag == 'arg':
+        choices = [perform(None, value) for value, in take(inner, 'choice', 'value')]
+        return {'name': unescape(element.attrib['name']), 'choices': choices or None}
+    if element.tag == 'include':
+        return {'launch_arguments': take(inner, 'arg', 'name', 'value')}
+    options = {}
+    if element.tag == 'group':
+        options['launch_configurations'] = {
+            tuple(name): value for name, value in take(inner, 'keep', 'name', 'value')}
+    if element.tag in ('executable', 'node'):
+        options['additional_env'] = {
+            tuple(name): value for name, value in take(inner, 'env', 'name', 'value')}
+    if element.tag == 'node':
+        options['remappings'] = take(inner, 'remap', 'src', 'dst')
+        options['parameters'] = [parameter(each) for each in inner if each.tag == 'param']
+        inner[:] = [each for each in inner if each.tag != 'param']
+    if element.tag in ('group', 'timer'):
+        options['actions'] = [action(each) for each in inner]
+        inner.clear()
+    return options
+
+
 def action(element):
-    """Read an action."""
+    """Return the action for an element."""
     if element.tag not in ACTIONS:
         raise RuntimeError(f'Unrecognized entity of the type: {element.tag}')
     kind, options, inner = ACTIONS[element.tag], {}, list(element)
-
-    def take(tag, *names):
-        taken = [[attributes(each, names, names)[name] for name in names] for each in inner
-                 if each.tag == tag]
-        inner[:] = [each for each in inner if each.tag != tag]
-        return taken
-
     for name, condition in (('if', IfCondition), ('unless', UnlessCondition)):
         if name in element.attrib:
             options['condition'] = condition(substitute(element.attrib.pop(name)))
@@ -204,31 +229,15 @@ def action(element):
         more, needed = arguments(kind.__init__)
         known += more
     options.update(attributes(element, known, needed))
-    if element.tag == 'arg':
-        options['name'] = unescape(element.attrib['name'])
-        options['choices'] = [perform(None, value) for value, in take('choice', 'value')] or None
-    elif element.tag == 'include':
-        options['launch_arguments'] = take('arg', 'name', 'value')
-    elif element.tag == 'group':
-        options['launch_configurations'] = {
-            tuple(name): value for name, value in take('keep', 'name', 'value')}
-    elif element.tag in ('executable', 'node'):
-        options['additional_env'] = {tuple(name): value
-                                     for name, value in take('env', 'name', 'value')}
-    if element.tag == 'node':
-        options['remappings'] = take('remap', 'src', 'dst')
-        options['parameters'] = [parameter(each) for each in inner if each.tag == 'param']
-        inner = [each for each in inner if each.tag != 'param']
-    if element.tag in ('group', 'timer'):
-        options['actions'] = [action(each) for each in inner]
-    elif inner:
+    options.update(nested_options(element, inner))
+    if inner:
         tags = {each.tag for each in inner}
         raise ValueError(f'Unexpected nested tag(s) found in `{element.tag}`: {tags}')
     return kind(**options)
 
 
 def parse(path):
-    """Read a launch file."""
+    """Return the launch description in a file."""
     try:
         root = ElementTree.parse(path).getroot()
     except ElementTree.ParseError as error:

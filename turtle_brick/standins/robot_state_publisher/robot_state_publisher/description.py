@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The joints of a robot, as its URDF describes them; without ROS."""
+"""Reads the joints of a robot from a URDF; does not import ROS."""
 
 from math import cos, sin, sqrt
 from typing import NamedTuple
@@ -22,18 +22,18 @@ Quaternion = tuple[float, float, float, float]
 
 _ROTATING = ('continuous', 'revolute')
 _SLIDING = ('prismatic',)
-# A planar joint stays where it is, as in robot_state_publisher.
-_RESTING = ('fixed', 'planar')
-# A floating joint is not published at all.
+_FIXED = ('fixed', 'planar')
+"""A planar joint does not move, as in the real robot_state_publisher."""
 _FREE = ('floating',)
+"""A floating joint is never published."""
 
 
 class DescriptionError(ValueError):
-    """A robot_description that describes no robot; the text says why."""
+    """A robot_description is invalid; the message gives the reason."""
 
 
 class Joint(NamedTuple):
-    """A joint between two links: its origin (m) and unit axis are in the parent and its own."""
+    """A joint between two links; origin (m) in the parent frame, unit axis in the joint frame."""
 
     name: str
     kind: str
@@ -43,20 +43,20 @@ class Joint(NamedTuple):
     rotation: Quaternion
     axis: Vector
     mimic: tuple[str, float, float]
-    """The joint that it follows, if any: position = the number * that one's + the other number."""
+    """Joint to mimic (empty if none), multiplier and offset."""
 
     @property
     def moves(self) -> bool:
-        """Tell whether the child moves."""
+        """Return whether the joint can move its child."""
         return self.kind in _ROTATING or self.kind in _SLIDING
 
     @property
     def is_fixed(self) -> bool:
-        """Tell whether the child rests; a floating joint neither rests nor moves."""
-        return self.kind in _RESTING
+        """Return whether the joint is fixed; a floating joint is neither fixed nor moves."""
+        return self.kind in _FIXED
 
     def pose(self, position: float) -> tuple[Vector, Quaternion]:
-        """Return the child's origin (m) and orientation in the parent at a position (rad or m)."""
+        """Return the pose (m) of the child in the parent for a joint position (rad or m)."""
         if self.kind in _ROTATING:
             x, y, z = self.axis
             s = sin(0.5 * position)
@@ -71,7 +71,7 @@ class Joint(NamedTuple):
 
 
 def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
-    """Return the Hamilton product p q, the rotation q followed by p."""
+    """Return the Hamilton product p q: rotation q followed by p."""
     px, py, pz, pw = p
     qx, qy, qz, qw = q
     return (pw * qx + px * qw + py * qz - pz * qy,
@@ -81,17 +81,17 @@ def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
 
 
 def rotate(rotation: Quaternion, vector: Vector) -> Vector:
-    """Turn a vector by a unit quaternion."""
+    """Rotate a vector by a unit quaternion."""
     x, y, z, w = rotation
     return multiply(multiply(rotation, (*vector, 0.0)), (-x, -y, -z, w))[:3]
 
 
 def signed(rotation: Quaternion) -> Quaternion:
     """
-    Choose the sign of a unit quaternion as robot_state_publisher does, by way of a matrix.
+    Return a unit quaternion with the sign that robot_state_publisher gives it.
 
-    :return: The same rotation, with a positive w if that exceeds 1/2, or else with a positive
-        largest component of x, y and z.
+    :return: The same rotation. w is positive if its magnitude exceeds 1/2, otherwise the largest
+        component of x, y and z is positive.
     """
     x, y, z, w = rotation
     sign = w if 4.0 * w * w - 1.0 > 1e-12 else max(z, y, x, key=abs)
@@ -99,7 +99,7 @@ def signed(rotation: Quaternion) -> Quaternion:
 
 
 def _from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return the rotation by URDF's angles (rad), first about x, last about the fixed z."""
+    """Return the rotation by URDF angles (rad) about the fixed axes x, y and z, in this order."""
     about_x = (sin(0.5 * roll), 0.0, 0.0, cos(0.5 * roll))
     about_y = (0.0, sin(0.5 * pitch), 0.0, cos(0.5 * pitch))
     about_z = (0.0, 0.0, sin(0.5 * yaw), cos(0.5 * yaw))
@@ -107,7 +107,7 @@ def _from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def _joint(element: ElementTree.Element, links: list[str]) -> Joint:
-    """Read a joint; a ValueError says what is wrong with it."""
+    """Return a joint; raise a ValueError with the reason if it is invalid."""
     def attribute(tag: str, name: str, default: str | None = None) -> str | None:
         found = element.find(tag)
         return default if found is None else found.get(name, default)
@@ -119,13 +119,13 @@ def _joint(element: ElementTree.Element, links: list[str]) -> Joint:
     kind, ends = element.get('type'), [attribute(role, 'link') for role in ('parent', 'child')]
     for end in ends:
         if end not in links:
-            raise ValueError(f'there is no link [{end}]')
-    if kind not in (*_ROTATING, *_SLIDING, *_RESTING, *_FREE):
-        raise ValueError(f'it has the unknown type [{kind}]')
+            raise ValueError(f'link [{end}] does not exist')
+    if kind not in (*_ROTATING, *_SLIDING, *_FIXED, *_FREE):
+        raise ValueError(f'type [{kind}] is unknown')
     axis = numbers('axis', 'xyz', '1 0 0')
     length = sqrt(sum(value * value for value in axis))
     if not length:
-        raise ValueError('its axis has no length')
+        raise ValueError('the axis is a zero vector')
     return Joint(
         element.get('name', ''), kind, *ends, numbers('origin', 'xyz', '0 0 0'),
         _from_roll_pitch_yaw(*numbers('origin', 'rpy', '0 0 0')),
@@ -136,12 +136,12 @@ def _joint(element: ElementTree.Element, links: list[str]) -> Joint:
 
 def parse(urdf: str) -> dict[str, Joint]:
     """
-    Return the joints of a robot's description by name, in the order of their names.
+    Return the joints of a URDF by name, in alphabetical order.
 
-    :raises DescriptionError: It is not XML or describes no tree of links.
+    :raises DescriptionError: The URDF is not XML, or its links do not form a tree.
     """
     try:
-        # Bytes, because a text may not declare its encoding.
+        # Bytes, because ElementTree rejects a str with an encoding declaration.
         robot = ElementTree.fromstring(urdf.encode())
     except ElementTree.ParseError as error:
         raise DescriptionError(f'robot_description is not XML: {error}') from None
@@ -160,8 +160,8 @@ def parse(urdf: str) -> dict[str, Joint]:
     for names in (links, children, [joint.get('name') for joint in robot.findall('joint')]):
         for name in names:
             if names.count(name) > 1:
-                raise DescriptionError(f'[{name}] is there, or is a child, more than once')
+                raise DescriptionError(f'[{name}] is defined, or is a child, more than once')
     roots = [name for name in links if name not in children]
     if len(roots) != 1:
-        raise DescriptionError(f'the links are no tree: the roots are {roots}')
+        raise DescriptionError(f'the links do not form a tree: the roots are {roots}')
     return dict(sorted(joints.items()))

@@ -12,27 +12,28 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-A node that stands in for robot_state_publisher 3.3.3, for machines that lack it.
+The stand-in for the node robot_state_publisher 3.3.3.
 
 Publishes:
-    /tf (tf2_msgs/msg/TFMessage): the links that joints move, after joint states
-    /tf_static (tf2_msgs/msg/TFMessage): the links of fixed joints, latched
-    robot_description (std_msgs/msg/String): the parameter of that name, latched
+    /tf (tf2_msgs/msg/TFMessage): transforms of moving joints, one message per JointState
+    /tf_static (tf2_msgs/msg/TFMessage): transforms of fixed joints, latched
+    robot_description (std_msgs/msg/String): the parameter robot_description, latched
 
 Subscribes:
-    joint_states (sensor_msgs/msg/JointState): the joints' positions
+    joint_states (sensor_msgs/msg/JointState): joint positions
 
-ROS parameters, which do not change while it runs:
-    robot_description (string): the robot's URDF; required
-    publish_frequency (double, 20.0): the highest rate of /tf in Hz, at most 1000; zero sets no
-        limit. It goes by the stamps of joint_states.
-    ignore_timestamp (bool, false): whether to publish after every message, whatever its stamp
-    frame_prefix (string, empty): what to put before the names of frames
+ROS parameters (read-only):
+    robot_description (string): the URDF of the robot; required
+    publish_frequency (double, 20.0): maximum rate of /tf (Hz), at most 1000, measured by the
+        stamps of joint_states; zero means no limit
+    ignore_timestamp (bool, false): whether to publish for every message, regardless of its stamp
+    frame_prefix (string, empty): prefix of all frame names
 """
 
+from faulthandler import dump_traceback_later
 from functools import lru_cache
-from gc import freeze
-from signal import alarm, pthread_sigmask, SIG_BLOCK, SIGINT, SIGTERM, sigtimedwait
+from signal import SIGINT, signal, SIGTERM
+from threading import Event
 from typing import Any, NamedTuple
 
 from builtin_interfaces.msg import Time
@@ -50,19 +51,20 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 
-class Step(NamedTuple):
-    """What to do with one position of a message, by its index: fill in a joint's transform."""
+class Source(NamedTuple):
+    """The transform of a joint, and the index of the position in a message that it depends on."""
 
     index: int
-    multiplier: float  # of a joint that mimics another
+    multiplier: float
     offset: float
+    """Position of the joint = multiplier * position in the message + offset."""
     joint: Joint
     transform: TransformStamped
 
 
-def place(stamped: TransformStamped, joint: Joint, position: float, stamp: Time
-          ) -> TransformStamped:
-    """Fill in a joint's transform at a position (rad or m), and return it."""
+def fill(stamped: TransformStamped, joint: Joint, position: float, stamp: Time
+         ) -> TransformStamped:
+    """Set the transform of a joint to a position (rad or m), and return it."""
     stamped.header.stamp = stamp
     translation, rotation = stamped.transform.translation, stamped.transform.rotation
     ((translation.x, translation.y, translation.z),
@@ -71,10 +73,10 @@ def place(stamped: TransformStamped, joint: Joint, position: float, stamp: Time
 
 
 class RobotStatePublisher(Node):
-    """Publishes the poses of a robot's links; the module's docstring lists its interface."""
+    """Publishes the transforms of all links; the module docstring lists the interface."""
 
     def __init__(self, **node_arguments: Any) -> None:
-        """Publish the fixed links and subscribe to joint states."""
+        """Publish the transforms of fixed joints, and subscribe to joint_states."""
         super().__init__('robot_state_publisher', **node_arguments)
         description, self._frequency, self._prefix, self._ignore_stamp = (
             self.declare_parameter(name, default, ParameterDescriptor(read_only=True)).value
@@ -88,10 +90,10 @@ class RobotStatePublisher(Node):
 
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._joints = parse(description)
-        # The steps for some joints; a sender always has the same ones.
-        self._plan = lru_cache(self._make_plan)
-        # When each joint was last published, by the stamps of joint_states, in ns.
+        # Cached, because a publisher always sends the same joint names.
+        self._sources = lru_cache(self._find_sources)
         self._published: dict[str, int] = {}
+        """Stamp (ns) of the last published state of each joint."""
         self._last_call = 0
 
         self._tf_publisher = self.create_publisher(TFMessage, '/tf', QoSProfile(depth=100))
@@ -100,14 +102,14 @@ class RobotStatePublisher(Node):
         self._description_publisher.publish(String(data=description))
         now = self.get_clock().now().to_msg()
         self._static_publisher.publish(TFMessage(transforms=[
-            place(self._transform(joint), joint, 0.0, now)
+            fill(self._transform(joint), joint, 0.0, now)
             for joint in self._joints.values() if joint.is_fixed]))
         self.create_subscription(
             JointState, 'joint_states', self.joint_states_callback, qos_profile_sensor_data)
         self.get_logger().info('Robot initialized')
 
     def joint_states_callback(self, state: JointState) -> None:
-        """Publish the moving links, unless the last message was too recent."""
+        """Publish the transforms of moving joints, unless the last message was too recent."""
         names = tuple(state.name)
         positions = state.position
         if len(names) != len(positions):
@@ -116,11 +118,11 @@ class RobotStatePublisher(Node):
         if not self._is_due(names, state):
             return
         self._tf_publisher.publish(TFMessage(transforms=[
-            place(stamped, joint, multiplier * positions[index] + offset, state.header.stamp)
-            for index, multiplier, offset, joint, stamped in self._plan(names)]))
+            fill(stamped, joint, multiplier * positions[index] + offset, state.header.stamp)
+            for index, multiplier, offset, joint, stamped in self._sources(names)]))
 
     def _is_due(self, names: tuple[str, ...], state: JointState) -> bool:
-        """Tell whether a message is due after the last one; if so, record it."""
+        """Return whether a message is due after the last one; if so, record its stamp."""
         now = self.get_clock().now().nanoseconds
         published = self._published
         if now < self._last_call:
@@ -138,8 +140,8 @@ class RobotStatePublisher(Node):
             published[name] = stamp
         return True
 
-    def _make_plan(self, names: tuple[str, ...]) -> list[Step]:
-        """Return the steps that publish the links of some joints."""
+    def _find_sources(self, names: tuple[str, ...]) -> list[Source]:
+        """Return the transforms that depend on the joints with these names."""
         sources: dict[str, tuple[int, float, float]] = {}
         for index, name in enumerate(names):
             sources.setdefault(name, (index, 1.0, 0.0))
@@ -149,12 +151,12 @@ class RobotStatePublisher(Node):
                 index, multiplier, offset = sources[followed]
                 sources.setdefault(
                     joint.name, (index, multiplier * factor, offset * factor + shift))
-        return [Step(*source, self._joints[name], self._transform(self._joints[name]))
+        return [Source(*source, self._joints[name], self._transform(self._joints[name]))
                 for name, source in sorted(sources.items())
                 if name in self._joints and self._joints[name].moves]
 
     def _transform(self, joint: Joint) -> TransformStamped:
-        """Make the transform of a joint, to be filled in."""
+        """Return an empty transform with the frames of a joint."""
         stamped = TransformStamped()
         stamped.header.frame_id = self._prefix + joint.parent
         stamped.child_frame_id = self._prefix + joint.child
@@ -162,9 +164,10 @@ class RobotStatePublisher(Node):
 
 
 def main(args: list[str] | None = None) -> str | None:
-    """Run the node until Ctrl-C or SIGTERM, which wait until they are looked for."""
-    signals = {SIGINT, SIGTERM}
-    pthread_sigmask(SIG_BLOCK, signals)
+    """Run the node until Ctrl-C or SIGTERM."""
+    stopped = Event()
+    for number in (SIGINT, SIGTERM):
+        signal(number, lambda *_: stopped.set())
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         node = RobotStatePublisher()
@@ -173,11 +176,9 @@ def main(args: list[str] | None = None) -> str | None:
         return f'robot_state_publisher: {error}'
     executor = EventsExecutor()
     executor.add_node(node)
-    # Otherwise the garbage collector delays transforms by some tens of milliseconds.
-    freeze()
-    while not sigtimedwait(signals, 0):
+    while not stopped.is_set():
         executor.spin_once(timeout_sec=0.1)
-    alarm(4)  # Fast DDS may wait for ever
+    dump_traceback_later(4, exit=True)  # one process of 700 hung in Fast DDS at its end
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()

@@ -11,10 +11,10 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The command `ros2`: its command line, which command_line.yaml describes, and its exit."""
+"""The command `ros2`: parse the command line that command_line.yaml describes, and run a verb."""
 
 import argparse
-from contextlib import contextmanager, redirect_stdout
+from contextlib import redirect_stdout
 from functools import partial
 from importlib import import_module
 from io import StringIO
@@ -35,38 +35,25 @@ def positive(text):
     return float(text)
 
 
-def refuse(what):
-    """Exit with a line that names what is left out."""
-    sys.exit(f'{what}: this needs the real ros2cli, which this one stands in for')
+def refuse(missing):
+    """Exit with an error that names a missing verb or option."""
+    sys.exit(f'{missing} is not in this stand-in; it needs the real ros2cli')
 
 
 class LeftOut(argparse.Action):
-    """An option that is left out."""
+    """An option that the stand-in does not have."""
 
     def __call__(self, parser, namespace, values, option_string=None):
-        """Exit with a line about it."""
+        """Exit with an error that names the option."""
         refuse(f'{parser.prog} {option_string}')
 
 
-@contextmanager
-def undisturbed(*others):
-    """
-    Have Ctrl-C, SIGTERM and others wait: what they find half imported or made complains.
-
-    :return: The signals that were held before, for a process that is started meanwhile.
-    """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, *others})
-    try:
-        yield before
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
 TYPES = {'int': int, 'float': float, 'positive': positive, 'left out': LeftOut}
+"""The Python objects for the values of `type` and `action` in command_line.yaml."""
 
 
 def add_arguments(parser, arguments):
-    """Add arguments to a parser; a list holds those that exclude each other."""
+    """Add arguments to a parser; a nested list holds mutually exclusive arguments."""
     for each in arguments:
         if isinstance(each, list):
             add_arguments(parser.add_mutually_exclusive_group(), each)
@@ -79,50 +66,54 @@ def add_arguments(parser, arguments):
                 for name, value in options.items()})
 
 
-def add_words(parser, before, typed, table):
-    """Let words follow those `before`, and the typed one with all that can follow it."""
-    words = {name[len(before):]: text for name, text in table['words'].items()
-             if name.startswith(before) and ' ' not in name[len(before):]}
-    width = max(len(word) for word in words if words[word])
+def add_commands(parser, prefix, typed, table):
+    """Add the commands that may follow a prefix; only the typed command gets its arguments."""
+    commands = {name[len(prefix):]: text for name, text in table['words'].items()
+                if name.startswith(prefix) and ' ' not in name[len(prefix):]}
+    width = max(len(name) for name, text in commands.items() if text)
     children = parser.add_subparsers(
         title='Commands', description=''.join(
-            f'{word:{width}}  {text}\n' for word, text in words.items() if text),
-        metavar=f'Call `{f"ros2 {before}".strip()} <command> -h` for more detailed usage.')
+            f'{name:{width}}  {text}\n' for name, text in commands.items() if text),
+        metavar=f'Call `{f"ros2 {prefix}".strip()} <command> -h` for more detailed usage.')
     parser.set_defaults(function=lambda _: parser.print_help())
-    for word, text in words.items():
-        if word not in typed[:1]:
-            if word[0] != '_':
-                children.add_parser(word)
-            continue
-        child = children.add_parser(word, description=text,
-                                    formatter_class=argparse.RawDescriptionHelpFormatter)
-        name = before + word
-        add_arguments(child, table['arguments'].get(name, ()))
-        module = [module for module, names in table['modules'].items() if name in names]
-        if module:
-            # only the one that is needed: `ros2 run` need not wait for rclpy
-            child.set_defaults(function=getattr(
-                import_module(f'ros2cli.{module[0]}'), name.replace(' ', '_').strip('_')))
-        elif any(other.startswith(f'{name} ') for other in table['words']):
-            add_words(child, f'{name} ', typed[1:], table)
-        else:
-            child.parse_known_args = lambda *_: refuse(f'ros2 {name}')
+    for name, text in commands.items():
+        if name in typed[:1]:
+            child = children.add_parser(name, description=text,
+                                        formatter_class=argparse.RawDescriptionHelpFormatter)
+            add_command(child, prefix + name, typed[1:], table)
+        elif not name.startswith('_'):
+            children.add_parser(name)
+
+
+def add_command(parser, command, typed, table):
+    """Add the arguments of a command, and its function or its subcommands."""
+    add_arguments(parser, table['arguments'].get(command, ()))
+    for module, commands in table['modules'].items():
+        if command in commands:
+            # Import only this module: `ros2 run` starts sooner without rclpy.
+            parser.set_defaults(function=getattr(import_module(f'ros2cli.{module}'),
+                                                 command.replace(' ', '_').strip('_')))
+            return
+    if not any(other.startswith(f'{command} ') for other in table['words']):
+        refuse(f'ros2 {command}')
+    add_commands(parser, f'{command} ', typed, table)
 
 
 def parse(argv):
-    """Return what a command line says; its `function` is to do it."""
+    """Return the parsed command line; its attribute `function` runs the verb."""
     text = Path(__file__).with_name('command_line.yaml').read_text(encoding='utf-8')
     table = yaml.load(text, Loader=yaml.CSafeLoader)
     parser = argparse.ArgumentParser(
         prog='ros2', formatter_class=argparse.RawDescriptionHelpFormatter, **table['ros2'])
     add_arguments(parser, table['arguments']['ros2'])
-    line = os.environ['COMP_LINE'].split()[1:] if '_ARGCOMPLETE' in os.environ else argv
+    completing = '_ARGCOMPLETE' in os.environ  # The user has pressed Tab.
+    line = os.environ['COMP_LINE'].split()[1:] if completing else argv
     words = [word for word in line if not word.startswith('-')]
     for name, instead in table['instead'].items():
         if f'{" ".join(words)} '.startswith(f'{name} '):
-            sys.exit(f'ros2 {name}: this needs a ROS 2 that is installed; here, {instead}')
-    add_words(parser, '', words, table)
-    if line is not argv:  # the user has pressed Tab
+            sys.exit(f'ros2 {name} is not in this stand-in: {instead}')
+    add_commands(parser, '', words, table)
+    if completing:
         from argcomplete import autocomplete
         autocomplete(parser, exclude=['-h', '--help'], always_complete_options=False,
                      default_completer=partial(complete, table['completed']))
@@ -130,44 +121,40 @@ def parse(argv):
 
 
 def complete(verbs, action, parsed_args, **_):
-    """Return what another verb says that an argument of the command line can be."""
+    """Return the possible values of an argument, from the output of another verb."""
     os.environ.pop('_ARGCOMPLETE', None)
-    with redirect_stdout(StringIO()) as said:
+    with redirect_stdout(StringIO()) as output:
         if action.dest in verbs:
             args = parse(verbs[action.dest].format(**vars(parsed_args)).split())
             args.function(args)
-    return [line.split()[-1] for line in said.getvalue().splitlines()]
+    return [line.split()[-1] for line in output.getvalue().splitlines()]
+
+
+def interrupt(number, _):
+    """Raise KeyboardInterrupt with the number of a signal, for SIGTERM as well as for Ctrl-C."""
+    raise KeyboardInterrupt(int(number))
 
 
 def main():
-    """Do what the command line says."""
-    status = None
-
-    def interrupt(number, _):
-        """End with the real one's status, whatever a middleware makes of the exception."""
-        nonlocal status
-        status = int(number)
-        raise KeyboardInterrupt
-
-    # What has been begun is tidied up on SIGTERM as well. A shell has its background jobs ignore
-    # SIGINT.
+    """Run the verb on the command line, and exit with its status."""
+    # SIGINT needs a handler too, because a shell makes its background jobs ignore it.
     signal.signal(signal.SIGTERM, interrupt)
     signal.signal(signal.SIGINT, interrupt)
     try:
-        with undisturbed():
-            args = parse(sys.argv[1:])
+        args = parse(sys.argv[1:])
         if not args.use_python_default_buffering:
             sys.stdout.reconfigure(line_buffering=True)
         status = args.function(args)
         sys.stdout.flush()
-    except KeyboardInterrupt:
-        pass
-    except BrokenPipeError:  # nobody reads on, as in `ros2 topic echo /odom | head`
+    except KeyboardInterrupt as error:
+        status = error.args[0]
+    except BrokenPipeError:  # The reader has ended, as in `ros2 topic echo /odom | head`.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         status = 1
     except RuntimeError as error:
-        status = status or str(error)
-    except (ValueError, re.error, yaml.YAMLError) as error:  # the end of the real one's traceback
+        status = str(error)
+    except (ValueError, re.error, yaml.YAMLError) as error:
+        # The real command prints a traceback, which ends with these lines.
         status = ''.join(traceback.format_exception_only(type(error), error)).rstrip()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     sys.exit(status)

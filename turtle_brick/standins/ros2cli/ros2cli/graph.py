@@ -11,9 +11,10 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The verbs that list and describe the graph, and the node with which every verb sees it."""
+"""The verbs that list and describe the graph, and the node with which all verbs join the graph."""
 
 import contextlib
+import faulthandler
 from functools import partial, reduce
 import os
 import re
@@ -29,92 +30,79 @@ from rclpy.node import Node, NodeNameNonExistentError
 import rclpy.parameter as ros_parameter
 from rclpy.signals import SignalHandlerOptions
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
-from ros2cli.cli import undisturbed
 import yaml
 
-# How long (s) a Ctrl-C waits at most, which the middleware would miss.
-GLANCE = 0.02
+SPIN_TIME = 0.02
+"""Longest time (s) in which a node spins before it looks at signals and conditions again."""
 
-# Participants announce themselves every 0.3 s (fastdds.xml) and when a new one appears, so the
-# graph is known when nothing in it lacks its other half, and nothing has changed for longer than
-# that. What the user asks for is found sooner if it is there. Counted in glances, of which a busy
-# machine makes fewer in a second.
 KNOWN, FOUND, MISSING, LIMIT = 40, 25, 100, 400
+"""
+Numbers of spins. A busy machine spins less often per second, so it waits longer.
 
-# Topics of every node, also of other commands that come and go.
-COMMON = ('/rosout', '/parameter_events')
+Participants announce themselves every 0.3 s (fastdds.xml) and when a new one appears. The graph is
+known when it is complete and has not changed for KNOWN spins. FOUND spins are enough when the
+requested entity is in the graph; MISSING spins must pass before it counts as absent.
+"""
 
-# How long (s) a parameter service may take to be there, and to answer.
-TIMEOUT = 5.0
+COMMON_TOPICS = ('/rosout', '/parameter_events')
+"""Topics of all nodes, including those of other commands, which come and go."""
 
-# By the constants of rcl_interfaces/msg/ParameterType.
+SERVICE_TIMEOUT = 5.0
+"""Timeout (s) for the appearance of a parameter service, and for its response."""
+
+END_TIMEOUT = 4
+"""Timeout (s) for the end of the process: one process of 700 hung in Fast DDS."""
+
 TYPES = ('not set', 'boolean', 'integer', 'double', 'string', 'byte array', 'boolean array',
          'integer array', 'double array', 'string array')
+"""Names of the constants in rcl_interfaces/msg/ParameterType."""
 
 
-class Observer(Node):
-    """A hidden node, and what it sees of the graph."""
+_signals: list[int] = []
+"""Ctrl-C and SIGTERM since the creation of the node. An exception inside of rclpy may get lost."""
+
+
+class GraphNode(Node):
+    """The hidden node of a command; Ctrl-C and SIGTERM end its spinning."""
 
     def __init__(self, name):
-        """Enter the graph."""
+        """Create the node, hidden unless a name is given."""
         super().__init__(name or f'_ros2cli_{os.getpid()}', start_parameter_services=bool(name))
-        self._spinner = SingleThreadedExecutor()
-        self._spinner.add_node(self)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self)
+        _signals.clear()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda number, _: _signals.append(int(number)))
 
     def spin_until(self, condition, timeout=float('inf')):
-        """Spin until a condition holds, at most for a time (s); return whether it holds."""
+        """Spin until a condition is true or a timeout (s) expires; return whether it is true."""
         deadline = monotonic() + timeout
         while not condition():
             if monotonic() >= deadline:
                 return False
-            self._glance()
+            self._spin_once()
         return True
 
-    def _glance(self):
-        """Do what has come, or wait a little; what rclpy ends meanwhile may lose a Ctrl-C."""
-        with undisturbed():
-            self._spinner.spin_once(timeout_sec=GLANCE)
+    def _spin_once(self):
+        self._executor.spin_once(timeout_sec=SPIN_TIME)
+        if _signals:
+            raise KeyboardInterrupt(_signals[0])
 
     def discover(self, found=None):
-        """Wait until the graph is known, or until what the user asks for is found."""
-        seen = quiet = None
-        for glance in range(LIMIT):
-            before, seen = seen, (
+        """Spin until the graph is known, or until the condition `found` is true for this node."""
+        state, unchanged = None, 0
+        for spins in range(LIMIT):
+            previous, state = state, (
                 self.node_names(), self.get_service_names_and_types(),
                 [(name, self.count_publishers(name), self.count_subscribers(name))
-                 for name, _ in self.get_topic_names_and_types() if name not in COMMON])
-            quiet = quiet + 1 if seen == before else 0
-            missing = not seen[0] or found and not found(self)
-            if quiet >= (FOUND if found else KNOWN) and (
-                    glance >= MISSING or not missing) and (
-                    quiet >= MISSING or self.is_whole()):
+                 for name, _ in self.get_topic_names_and_types() if name not in COMMON_TOPICS])
+            unchanged = unchanged + 1 if state == previous else 0
+            missing = not state[0] or found and not found(self)
+            if unchanged >= (FOUND if found else KNOWN) and (
+                    spins >= MISSING or not missing) and (
+                    unchanged >= MISSING or is_complete(self)):
                 return
-            self._glance()
-
-    def is_whole(self):
-        """Tell whether all participants have named their nodes, and each node its services."""
-        def participants(topic, **options):
-            return {bytes(end.endpoint_gid)[:12]
-                    for end in self.get_publishers_info_by_topic(topic, **options)
-                    if options or not end.node_name.startswith('_NODE_NAME_UNKNOWN_')}
-
-        def halves(names_and_types, *node):
-            found = (re.fullmatch('r[qr](/.*)(Request|Reply)', name)
-                     for name, _ in names_and_types(*node, no_demangle=True))
-            return {match[1] for match in found if match}
-
-        if not participants('ros_discovery_info', no_mangle=True) <= (
-                participants('/parameter_events')):
-            return False
-        try:
-            for node in self.get_node_names_and_namespaces():
-                written = halves(self.get_publisher_names_and_types_by_node, *node)
-                if written != halves(self.get_subscriber_names_and_types_by_node, *node) or (
-                        not written and node[0][0] != '_'):
-                    return False
-        except NodeNameNonExistentError:  # it has gone meanwhile
-            return False
-        return True
+            self._spin_once()
 
     def node_names(self, hidden=False):
         """Return the full names of all nodes, sorted."""
@@ -123,38 +111,65 @@ class Observer(Node):
                       if hidden or not name.startswith('_'))
 
     def topic_types(self, hidden=True):
-        """Return the types of all topics by their names."""
+        """Return the types of all topics by name."""
         return visible(self.get_topic_names_and_types(), hidden)
 
     def service_types(self, hidden=True):
-        """Return the types of all services by their names."""
+        """Return the types of all services by name."""
         return visible(self.get_service_names_and_types(), hidden)
 
 
-@contextlib.contextmanager
-def observer(found=None, name=None, ros_args=()):
-    """Enter the graph, wait until it is known, and leave it afterwards."""
+def is_complete(graph):
+    """Return whether all participants have announced their nodes, and all nodes their services."""
+    known = participants(graph.get_publishers_info_by_topic('ros_discovery_info', no_mangle=True))
+    named = participants(end for end in graph.get_publishers_info_by_topic('/parameter_events')
+                         if not end.node_name.startswith('_NODE_NAME_UNKNOWN_'))
+    if not known <= named:
+        return False
     try:
-        with undisturbed():
-            rclpy.init(args=['--ros-args', *ros_args],
-                       signal_handler_options=SignalHandlerOptions.NO)
-            graph = Observer(name)
+        return all(has_all_services(graph, *node)
+                   for node in graph.get_node_names_and_namespaces())
+    except NodeNameNonExistentError:  # The node has left the graph.
+        return False
+
+
+def participants(publishers):
+    """Return the identifiers of the participants of publishers."""
+    return {bytes(publisher.endpoint_gid)[:12] for publisher in publishers}
+
+
+def has_all_services(graph, name, namespace):
+    """Return whether the services of a node have both their topics, requests and responses."""
+    written, read = (
+        {match[1] for topic, _ in get(name, namespace, no_demangle=True)
+         if (match := re.fullmatch('r[qr](/.*)(Request|Reply)', topic))}
+        for get in (graph.get_publisher_names_and_types_by_node,
+                    graph.get_subscriber_names_and_types_by_node))
+    return written == read and (bool(written) or name.startswith('_'))
+
+
+@contextlib.contextmanager
+def open_graph(found=None, name=None, ros_args=()):
+    """Yield a node that knows the graph, or at least what `found` requires; then shut down."""
+    try:
+        rclpy.init(args=['--ros-args', *ros_args], signal_handler_options=SignalHandlerOptions.NO)
+        graph = GraphNode(name)
         graph.discover(found)
         yield graph
     finally:
-        signal.alarm(4)  # Fast DDS may wait for ever
+        faulthandler.dump_traceback_later(END_TIMEOUT, exit=True)
         rclpy.try_shutdown()
 
 
 def visible(names_and_types, hidden):
-    """Return types by name, without hidden names if these are not wanted."""
+    """Return types by name, without hidden names unless these are requested."""
     return {name: types for name, types in names_and_types
             if hidden or not topic_or_service_is_hidden(name)}
 
 
 def node_list(args):
     """Print the names of the nodes."""
-    with observer() as graph:
+    with open_graph() as graph:
         names = graph.node_names(args.all)
     if args.count_nodes:
         return print(len(names))
@@ -166,15 +181,14 @@ def node_list(args):
 
 
 def node_info(args):
-    """Print what a node publishes, subscribes to, serves and calls."""
-    # Not at the top, since it takes a while and no other verb needs it.
-    from rclpy import action
+    """Print the topics, services and actions of a node."""
+    from rclpy import action  # Slow to import, and no other verb needs it.
 
-    def there(graph):
+    def exists(graph):
         return args.node_name in graph.node_names(args.include_hidden)
 
-    with observer(there) as graph:
-        if not there(graph):
+    with open_graph(exists) as graph:
+        if not exists(graph):
             return f"Unable to find node '{args.node_name}'"
         namespace, _, name = args.node_name.rpartition('/')
         print(args.node_name)
@@ -187,108 +201,109 @@ def node_info(args):
                     action.get_action_server_names_and_types_by_node, graph)),
                 ('Action Clients', partial(
                     action.get_action_client_names_and_types_by_node, graph))):
-            found = visible(names_and_types(name, namespace or '/'), args.include_hidden)
             print(f'  {heading}:')
+            found = visible(names_and_types(name, namespace or '/'), args.include_hidden)
             print(*(f'    {name}: {", ".join(types)}' for name, types in found.items()), sep='\n')
 
 
-def print_names(names, args):
-    """Print the names of topics or services, of one type if it is given, or how many there are."""
-    with observer() as graph:
-        found = {name: types for name, types in names(graph, args.hidden).items()
+def print_names(get_types, args):
+    """Print the names of topics or services, only those of one type if it is given."""
+    with open_graph() as graph:
+        found = {name: types for name, types in get_types(graph, args.hidden).items()
                  if getattr(args, 'type', None) in (None, *types)}
     if args.count:
         return print(len(found))
     for name, types in found.items():
-        print(f'{name} [{", ".join(types)}]' if getattr(args, 'show_types', 0) else name)
+        print(f'{name} [{", ".join(types)}]' if getattr(args, 'show_types', False) else name)
 
 
-service_find = service_list = partial(print_names, Observer.service_types)
-topic_find = partial(print_names, Observer.topic_types)
+service_find = service_list = partial(print_names, GraphNode.service_types)
+topic_find = partial(print_names, GraphNode.topic_types)
 
 
 def topic_list(args):
     """Print the names of the topics."""
     if args.count or not args.verbose:
         return topic_find(args)
-    with observer() as graph:
-        for what, end, count in (('Published', 'publisher', graph.count_publishers),
-                                 ('Subscribed', 'subscriber', graph.count_subscribers)):
-            print(f'{what} topics:')
+    with open_graph() as graph:
+        for heading, end, get_count in (('Published', 'publisher', graph.count_publishers),
+                                        ('Subscribed', 'subscriber', graph.count_subscribers)):
+            print(f'{heading} topics:')
             for name, types in graph.topic_types(args.hidden).items():
-                if count(name):
-                    print(f' * {name} [{", ".join(types)}] {count(name)} {end}'
-                          + 's' * (count(name) > 1))
+                count = get_count(name)
+                if count:
+                    ends = end if count == 1 else f'{end}s'
+                    print(f' * {name} [{", ".join(types)}] {count} {ends}')
             print()
 
 
-def print_type(names, name, args):
-    """Print the types that a topic or service has; the status tells whether it is there."""
-    name = getattr(args, name)
-    with observer(lambda graph: name in names(graph)) as graph:
-        types = names(graph, args.hidden).get(name, ())
+def print_type(get_types, option, args):
+    """Print the types of a topic or service; return 1 if it does not exist."""
+    name = getattr(args, option)
+    with open_graph(lambda graph: name in get_types(graph)) as graph:
+        types = get_types(graph, args.hidden).get(name, ())
     for each in types:
         print(each)
     return 0 if types else 1
 
 
-service_type = partial(print_type, Observer.service_types, 'service_name')
-topic_type = partial(print_type, Observer.topic_types, 'topic_name')
+service_type = partial(print_type, GraphNode.service_types, 'service_name')
+topic_type = partial(print_type, GraphNode.topic_types, 'topic_name')
 
 
 def topic_info(args):
-    """Print the type of a topic, and who publishes and subscribes to it."""
+    """Print the type, the publishers and the subscriptions of a topic."""
     name, gap = args.topic_name, '\n\n' if args.verbose else '\n'
-    with observer(lambda graph: name in graph.topic_types()) as graph:
+    with open_graph(lambda graph: name in graph.topic_types()) as graph:
         types = graph.topic_types().get(name)
         if types is None:
             return f"Unknown topic '{name}'"
         print('Type:', types[0] if len(types) == 1 else types, end=gap)
-        for what, count, ends in (
+        for kind, count, ends in (
                 ('Publisher', graph.count_publishers, graph.get_publishers_info_by_topic),
                 ('Subscription', graph.count_subscribers, graph.get_subscriptions_info_by_topic)):
-            print(f'{what} count: {count(name)}', end=gap)
+            print(f'{kind} count: {count(name)}', end=gap)
             for info in ends(name) if args.verbose else ():
                 print(info, end=gap)
 
 
-def wanted(graph, args):
-    """Return the names of the nodes whose parameters the command line means."""
+def matching_nodes(graph, args):
+    """Return the names of the nodes whose parameters the command line refers to."""
     return [name for name in dict.fromkeys(graph.node_names(args.include_hidden_nodes))
             if args.node_name in (None, name, name[1:])]
 
 
-def ask(graph, node, service, **request):
-    """Return what a parameter service of a node answers."""
+def call_parameter_service(graph, node, service, **request):
+    """Return the response of a parameter service of a node."""
     kind = getattr(srv, service.title().replace('_', ''))
     client = graph.create_client(kind, f'{node}/{service}')
-    if not graph.spin_until(client.service_is_ready, TIMEOUT):
+    if not graph.spin_until(client.service_is_ready, SERVICE_TIMEOUT):
         raise RuntimeError(
             f'Wait for service timed out waiting for parameter services for node {node}')
     future = client.call_async(kind.Request(**request))
-    if not graph.spin_until(future.done, TIMEOUT):
+    if not graph.spin_until(future.done, SERVICE_TIMEOUT):
         raise RuntimeError(f'Exception while calling service of node {node}: no answer')
     return future.result()
 
 
 @contextlib.contextmanager
-def asking(args):
-    """Enter the graph; give what asks the parameter services of the node on the command line."""
-    with observer(lambda graph: wanted(graph, args)) as graph:
-        if not graph.spin_until(lambda: wanted(graph, args), args.timeout):
+def parameter_services(args):
+    """Yield a function that calls a parameter service of the node on the command line."""
+    with open_graph(lambda graph: matching_nodes(graph, args)) as graph:
+        if not graph.spin_until(lambda: matching_nodes(graph, args), args.timeout):
             raise RuntimeError('Node not found')
-        yield partial(ask, graph, wanted(graph, args)[0])
+        yield partial(call_parameter_service, graph, matching_nodes(graph, args)[0])
 
 
 def param_list(args):
-    """Print the names of the parameters of a node, or of all."""
-    with observer(lambda graph: wanted(graph, args)) as graph:
-        if args.node_name and not wanted(graph, args):
+    """Print the names of the parameters of one node or of all nodes."""
+    with open_graph(lambda graph: matching_nodes(graph, args)) as graph:
+        if args.node_name and not matching_nodes(graph, args):
             return 'Node not found'
-        for node in wanted(graph, args):
+        for node in matching_nodes(graph, args):
             try:
-                names = ask(graph, node, 'list_parameters',
-                            prefixes=args.param_prefixes).result.names
+                names = call_parameter_service(graph, node, 'list_parameters',
+                                               prefixes=args.param_prefixes).result.names
             except RuntimeError as error:
                 print(error)
                 continue
@@ -300,33 +315,37 @@ def param_list(args):
 
 def param_get(args):
     """Print the value of a parameter."""
-    with asking(args) as answer:
-        values = answer('get_parameters', names=[args.parameter_name]).values
+    with parameter_services(args) as call:
+        values = call('get_parameters', names=[args.parameter_name]).values
     if not values:
         return 'Parameter not set'
     value = ros_parameter.parameter_value_to_python(values[0])
     kind, _, array = TYPES[values[0].type].capitalize().partition(' ')
-    label = f'{kind} {"values are" if array else "value is"}: {value}'
-    print(value if args.hide_type else 'Parameter not set.' if value is None else label)
+    if args.hide_type:
+        print(value)
+    elif value is None:
+        print('Parameter not set.')
+    else:
+        print(f'{kind} {"values are" if array else "value is"}: {value}')
 
 
 def param_dump(args):
     """Print the parameters of a node as a parameter file."""
     tree = {}
-    with asking(args) as answer:
-        names = sorted(answer('list_parameters').result.names)
-        for name, value in zip(names, answer('get_parameters', names=names).values):
+    with parameter_services(args) as call:
+        names = sorted(call('list_parameters').result.names)
+        for name, value in zip(names, call('get_parameters', names=names).values):
             *groups, name = name.split('.')
-            reduce(lambda group, inner: group.setdefault(inner, {}), groups, tree)[name] = (
-                ros_parameter.parameter_value_to_python(value))
+            group = reduce(lambda outer, inner: outer.setdefault(inner, {}), groups, tree)
+            group[name] = ros_parameter.parameter_value_to_python(value)
     print(yaml.dump({f'/{args.node_name.lstrip("/")}': {'ros__parameters': tree}}))
 
 
 def param_set(args):
     """Set a parameter."""
     value = ros_parameter.get_parameter_value(string_value=args.value)
-    with asking(args) as answer:
-        result, = answer('set_parameters', parameters=[
+    with parameter_services(args) as call:
+        result, = call('set_parameters', parameters=[
             Parameter(name=args.parameter_name, value=value)]).results
     print('Set parameter successful' if result.successful else 'Setting parameter failed',
           end=f': {result.reason}\n' if result.reason else '\n',
@@ -334,9 +353,9 @@ def param_set(args):
 
 
 def param_describe(args):
-    """Print what a node tells about parameters."""
-    with asking(args) as answer:
-        descriptors = answer('describe_parameters', names=args.parameter_names).descriptors
+    """Print the descriptions of parameters."""
+    with parameter_services(args) as call:
+        descriptors = call('describe_parameters', names=args.parameter_names).descriptors
     for each in descriptors:
         limits = [*each.floating_point_range, *each.integer_range][:1]
         for text, value in (

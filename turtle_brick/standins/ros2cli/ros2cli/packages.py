@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The verbs that list what is installed, and those that run it."""
+"""The verbs that work on installed packages: run, launch, and lists of packages and interfaces."""
 
 import os
 from pathlib import Path
@@ -21,12 +21,11 @@ import subprocess
 import sys
 
 import ament_index_python as index
-from ros2cli.cli import undisturbed
 from rosidl_adapter.parser import parse_message_string
 
 
 def executables(package):
-    """Return the paths of a package's executables, sorted."""
+    """Return the paths of the executables of a package, sorted."""
     try:
         folder = os.path.join(index.get_package_prefix(package), 'lib', package)
     except (index.PackageNotFoundError, ValueError):
@@ -37,7 +36,7 @@ def executables(package):
 
 
 def pkg_executables(args):
-    """Print the executables of a package, or of all."""
+    """Print the executables of one package or of all packages."""
     given = args.package_name is not None
     for package in sorted([args.package_name] if given else index.get_packages_with_prefixes()):
         for path in executables(package):
@@ -45,7 +44,7 @@ def pkg_executables(args):
 
 
 def pkg_launch_files(args):
-    """Print the names of a package's launch files."""
+    """Print the names of the launch files of a package."""
     for _, _, names in os.walk(index.get_package_share_directory(args.package_name)):
         for name in names:
             if name.endswith(('launch.py', 'launch.xml')):
@@ -58,7 +57,7 @@ def pkg_list(args):
 
 
 def pkg_prefix(args):
-    """Print where a package is installed."""
+    """Print the installation prefix of a package."""
     find = index.get_package_share_directory if args.share else index.get_package_prefix
     try:
         print(find(args.package_name))
@@ -67,7 +66,7 @@ def pkg_prefix(args):
 
 
 def interface_list(args):
-    """Print the names of all types of interfaces."""
+    """Print the names of all interface types."""
     kinds = {'Messages': 'msg', 'Services': 'srv', 'Actions': 'action'}
     only = [heading for heading in kinds if getattr(args, f'only_{kinds[heading]}s')]
     for heading in only or kinds:
@@ -80,13 +79,13 @@ def interface_list(args):
 
 
 def interface_show(args):
-    """Print an interface's definition."""
+    """Print the definition of an interface."""
     show(sys.stdin.readline().strip() if args.type == '-' else args.type, not args.no_comments,
          args.all_comments)
 
 
 def show(name, comments, nested_comments, indent=''):
-    """Print an interface's definition, with those of the types that it is made of."""
+    """Print the definition of an interface and of the types that it contains."""
     parts = name.split('/')
     if len(parts) != 3:
         raise RuntimeError(f"Invalid name '{name}'. Expected three parts separated by '/'")
@@ -111,36 +110,31 @@ def show(name, comments, nested_comments, indent=''):
 
 
 def run(args):
-    """Run an executable, which does not outlive this process."""
+    """Run an executable, pass signals on to it, and return its status."""
     paths = [path for path in executables(args.package_name)
              if os.path.basename(path) == args.executable_name]
-    if len(paths) != 1:
-        return '\n- '.join(['Multiple executables found:', *paths]) if paths else (
-            'No executable found')
-    # A terminal's Ctrl-C reaches the child by itself; signals that only this process gets are
-    # passed on. All of them wait until there is a child.
-    passed_on = {signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT}
-    with undisturbed(*passed_on) as before:
-        child = subprocess.Popen(
-            [*shlex.split(args.prefix or ''), paths[0], *args.argv],
-            preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_SETMASK, before))
-        signal.signal(signal.SIGINT, lambda *_: None)
-        for number in passed_on:
-            signal.signal(number, lambda number, _: child.send_signal(number))
+    if not paths:
+        return 'No executable found'
+    if len(paths) > 1:
+        return '\n- '.join(['Multiple executables found:', *paths])
+    child = subprocess.Popen([*shlex.split(args.prefix or ''), paths[0], *args.argv])
+    signal.signal(signal.SIGINT, lambda *_: None)  # The terminal sends Ctrl-C to the child too.
+    for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
+        signal.signal(number, lambda number, _: child.send_signal(number))
     status = child.wait()
-    if status:
-        print('[ros2run]:', signal.strsignal(-status) if status < 0
-              else f'Process exited with failure {status}')
+    if status < 0:
+        print(f'[ros2run]: {signal.strsignal(-status)}')
+    elif status > 0:
+        print(f'[ros2run]: Process exited with failure {status}')
     return status
 
 
 def launch(args):
     """Launch a file, or print its arguments."""
-    with undisturbed():  # Not at the top: no other verb needs it.
-        from launch import LaunchDescription, LaunchService
-        from launch.actions import IncludeLaunchDescription
-        from launch.launch_description_sources import (AnyLaunchDescriptionSource,
-                                                       get_launch_description_from_any_launch_file)
+    # Slow to import, and no other verb needs it.
+    from launch import LaunchDescription, LaunchService
+    from launch.actions import IncludeLaunchDescription
+    from launch.launch_description_sources import AnyLaunchDescriptionSource
 
     path, arguments = args.package_name, args.launch_arguments
     if not os.path.isfile(path):
@@ -148,17 +142,7 @@ def launch(args):
     elif args.launch_file_name is not None:
         arguments = [args.launch_file_name, *arguments]
     if args.show_args:
-        try:
-            description = get_launch_description_from_any_launch_file(path)
-        except Exception as error:  # noqa: B902 -- a launch file is a program
-            return f'{type(error).__name__}: {error}'
-        print("Arguments (pass arguments as '<name>:=<value>'):")
-        for each in description.get_launch_arguments():
-            print(f"\n    '{each.name}':\n        {each.description}")
-            if each.default_value is not None:
-                default = ' + '.join(part.describe() for part in each.default_value)
-                print(f'        (default: {default})')
-        return print('' if description.get_launch_arguments() else '\n  No arguments.\n', end='')
+        return show_arguments(path)
     if args.show_all_subprocesses_output:
         os.environ['OVERRIDE_LAUNCH_PROCESS_OUTPUT'] = 'both'
     values = {}
@@ -174,8 +158,27 @@ def launch(args):
     return service.run()
 
 
+def show_arguments(path):
+    """Print the arguments of a launch file."""
+    from launch.launch_description_sources import get_launch_description_from_any_launch_file
+
+    try:
+        description = get_launch_description_from_any_launch_file(path)
+    except Exception as error:  # noqa: B902 -- a launch file can raise anything
+        return f'{type(error).__name__}: {error}'
+    arguments = description.get_launch_arguments()
+    print("Arguments (pass arguments as '<name>:=<value>'):")
+    for each in arguments:
+        print(f"\n    '{each.name}':\n        {each.description}")
+        if each.default_value is not None:
+            default = ' + '.join(part.describe() for part in each.default_value)
+            print(f'        (default: {default})')
+    if not arguments:
+        print('\n  No arguments.')
+
+
 def launch_file(package, name):
-    """Return the path of a file somewhere in a package's share directory."""
+    """Return the path of a file in the share directory of a package or a folder below it."""
     try:
         share = index.get_package_share_directory(package)
     except index.PackageNotFoundError as error:

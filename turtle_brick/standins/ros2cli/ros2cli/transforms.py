@@ -11,24 +11,23 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The programs of tf2_ros, tf2_echo and static_transform_publisher."""
+"""The programs of tf2_ros: `tf2_echo` and `static_transform_publisher`."""
 
-from functools import reduce
 from math import asin, atan2, cos, degrees, sin
 from random import choices
 from string import ascii_letters, digits
 
 from rclpy.time import Time
-from ros2cli.graph import observer
+from ros2cli.graph import open_graph
 from tf2_ros import Buffer, StaticTransformBroadcaster, TransformListener
 from tf2_ros.buffer_core import compose, stamped
 
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def described(transform):
-    """Return a transform in all the ways of tf2_echo."""
-    def listed(numbers):
+def describe(transform):
+    """Return a transform in all formats that tf2_echo prints."""
+    def joined(numbers):
         return ', '.join(f'{number:.3f}' for number in numbers)
 
     t, r = transform.transform.translation, transform.transform.rotation
@@ -38,50 +37,51 @@ def described(transform):
     angles = atan2(y[2], z[2]), -asin(max(-1.0, min(1.0, x[2]))), atan2(x[1], x[0])
     matrix = '\n'.join(''.join(f' {number:6.3f}' for number in row)
                        for row in (*zip(x, y, z, position), (0.0, 0.0, 0.0, 1.0)))
-    return (f'At time {stamp.sec}.{stamp.nanosec}\n- Translation: [{listed(position)}]\n'
-            f'- Rotation: in Quaternion (xyzw) [{listed(rotation)}]\n'
-            f'- Rotation: in RPY (radian) [{listed(angles)}]\n'
-            f'- Rotation: in RPY (degree) [{listed(map(degrees, angles))}]\n'
+    return (f'At time {stamp.sec}.{stamp.nanosec}\n- Translation: [{joined(position)}]\n'
+            f'- Rotation: in Quaternion (xyzw) [{joined(rotation)}]\n'
+            f'- Rotation: in RPY (radian) [{joined(angles)}]\n'
+            f'- Rotation: in RPY (degree) [{joined(map(degrees, angles))}]\n'
             f'- Matrix:\n{matrix}')
 
 
 def tf2_echo(args):
-    """Print again and again where one frame is in another."""
+    """Print the pose of one frame in another at a fixed rate."""
     buffer, found = Buffer(), False
-    wanted = args.source_frame, args.target_frame, Time()
-    with observer(lambda _: True, 'tf2_echo', args.ros_args) as graph:
-        def say():
+    frames = args.source_frame, args.target_frame
+    with open_graph(lambda _: True, 'tf2_echo', args.ros_args) as graph:
+        def on_timer():
             nonlocal found
-            there, why = buffer.can_transform_core(*wanted)
-            found = found or there
-            if there:
-                print(described(buffer.lookup_transform(*wanted)))
+            exists, reason = buffer.can_transform_core(*frames, Time())
+            if exists:
+                found = True
+                print(describe(buffer.lookup_transform(*frames, Time())))
             elif found:
                 print(f'Failure at {graph.get_clock().now().nanoseconds * 1e-9:.3f}\n'
-                      f'Exception thrown:{why}\nThe current list of frames is:\n'
+                      f'Exception thrown:{reason}\nThe current list of frames is:\n'
                       f'{buffer.all_frames_as_string()}')
             else:
                 graph.get_logger().info('Waiting for transform {} ->  {}: {}'.format(
-                    *wanted[:2], why), throttle_duration_sec=1.0)
+                    *frames, reason), throttle_duration_sec=1.0)
 
-        listener = TransformListener(buffer, graph)
-        say()
-        graph.create_timer(1.0 / args.r, say)
-        graph.spin_until(lambda: listener is None)
+        graph.listener = TransformListener(buffer, graph)
+        on_timer()
+        graph.create_timer(1.0 / args.r, on_timer)
+        graph.spin_until(lambda: False)
 
 
 def static_transform_publisher(args):
-    """Publish a transform that holds at all times."""
-    given, angles = (args.qx, args.qy, args.qz, args.qw), (args.yaw, args.pitch, args.roll)
+    """Publish a static transform until a signal arrives."""
+    quaternion, angles = (args.qx, args.qy, args.qz, args.qw), (args.yaw, args.pitch, args.roll)
     if args.frame_id == args.child_frame_id:
         return f"cannot publish static transform from '{args.frame_id}' to itself, exiting"
-    if given != (0.0, 0.0, 0.0, 1.0) and any(angles):
+    if quaternion != (0.0, 0.0, 0.0, 1.0) and any(angles):
         return 'Cannot specify both quaternion and Euler rotations'
-    transform = reduce(compose, (
-        (0.0, 0.0, 0.0, *(sin(angle / 2.0) * on for on in axis), cos(angle / 2.0))
-        for angle, axis in zip(angles, AXES[::-1])), (args.x, args.y, args.z, *given))
+    transform = args.x, args.y, args.z, *quaternion
+    for angle, axis in zip(angles, reversed(AXES)):
+        turn = (sin(angle / 2.0) * component for component in axis)
+        transform = compose(transform, (0.0, 0.0, 0.0, *turn, cos(angle / 2.0)))
     name = f'static_transform_publisher_{"".join(choices(ascii_letters + digits, k=16))}'
-    with observer(lambda _: True, name, args.ros_args) as graph:
+    with open_graph(lambda _: True, name, args.ros_args) as graph:
         broadcaster = StaticTransformBroadcaster(graph)
         broadcaster.sendTransform(stamped(args.frame_id, args.child_frame_id,
                                           graph.get_clock().now().nanoseconds, transform))

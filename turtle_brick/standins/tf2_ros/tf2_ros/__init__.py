@@ -12,14 +12,12 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-A stand-in for the Python module tf2_ros of ROS 2 Jazzy, in pure Python.
+The stand-in for the Python module tf2_ros of tf2_ros_py 0.36.4, in pure Python.
 
-It has the part that nodes use: buffer, listener, broadcasters and exceptions, with the names,
-signatures, QoS and behavior of tf2_ros_py 0.36.4; its buffer is held to recordings of the real
-one. Left out are the buffer's action client and server, its service tf2_frames, its futures,
-lookups between two times, transform() of message types (with it the registration of types and
-BufferInterface), velocities, and of a listener the arguments spin_thread, static_only and
-static_qos, so that the node's executor serves it.
+It provides the buffer, listener, broadcasters and exceptions. Missing are the action client and
+server and the service tf2_frames of the buffer, futures, lookups between two times, transform() of
+message types with BufferInterface, velocities, and the listener arguments spin_thread, static_only
+and static_qos. The executor of the node calls the listener.
 """
 
 from collections.abc import Iterable
@@ -44,19 +42,19 @@ __all__ = [
 ]
 
 for name in ('buffer', 'static_transform_broadcaster', 'transform_broadcaster',
-             'transform_listener'):  # modules of their own in the real one
+             'transform_listener'):  # separate modules in the real package
     sys.modules[f'{__name__}.{name}'] = globals()[name] = sys.modules[__name__]
 
 
 class Buffer(BufferCore):
     """
-    A buffer of transforms that can wait for them.
+    A transform buffer whose lookups can wait.
 
-    It forgets everything when the clock, that of the node if there is one, jumps back.
+    It is cleared when the clock of the node, or the system clock without a node, jumps back.
     """
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None) -> None:
-        """Make an empty buffer in which each frame's transforms go back so far; 10 s if None."""
+        """Create an empty buffer that keeps transforms for a duration, by default 10 s."""
         super().__init__(cache_time)
         self.clock = Clock() if node is None else node.get_clock()
         self.jump_handle = self.clock.create_jump_callback(
@@ -64,7 +62,7 @@ class Buffer(BufferCore):
                           on_clock_change=True), post_callback=self.time_jump_callback)
 
     def time_jump_callback(self, time_jump: TimeJump) -> None:
-        """Forget everything, since the clock has jumped back."""
+        """Clear the buffer, because the clock has jumped back."""
         get_logger('tf2_buffer').warning('Detected jump back in time. Clearing tf buffer.')
         self.clear()
 
@@ -73,9 +71,9 @@ class Buffer(BufferCore):
         """
         Return the pose of the source frame in the target frame.
 
-        :param time: The time; zero for the latest common one.
-        :param timeout: How long to wait for it.
-        :raises TransformException: There is none.
+        :param time: The time; zero means the latest common time.
+        :param timeout: Longest time to wait for the transform.
+        :raises TransformException: The transform is not available.
         """
         if timeout.nanoseconds:
             self.can_transform(target_frame, source_frame, time, timeout)
@@ -84,7 +82,7 @@ class Buffer(BufferCore):
     def can_transform(self, target_frame: str, source_frame: str, time: AnyTime,
                       timeout: Duration = Duration(), return_debug_tuple: bool = False
                       ) -> bool | tuple[bool, str]:
-        """Tell whether there is a transform within a time, and if asked for, why not."""
+        """Return whether a transform is available before a timeout; optionally also the reason."""
         def answer() -> tuple[bool, str]:
             return self.can_transform_core(target_frame, source_frame, time)
 
@@ -98,10 +96,10 @@ class TransformListener:
 
     def __init__(self, buffer: Buffer, node: Node, *, qos: QoSProfile | int | None = None
                  ) -> None:
-        """Subscribe, reliably with depth 100; to /tf as `qos` says, if it does."""
+        """Subscribe reliably with depth 100; `qos` changes the QoS of /tf."""
         self.buffer = buffer
         self.node = node
-        # In a group of its own, the subscriptions go on while a callback waits for a transform.
+        # A reentrant group lets transforms arrive while a callback waits for one.
         self.group = ReentrantCallbackGroup()
         self.tf_sub = node.create_subscription(
             TFMessage, '/tf', self.callback, qos or QoSProfile(depth=100),
@@ -120,18 +118,18 @@ class TransformListener:
         self.node.destroy_subscription(self.tf_static_sub)
 
     def callback(self, data: TFMessage) -> None:
-        """Take transforms of moving frames."""
+        """Store transforms of moving frames."""
         for transform in data.transforms:
             self.buffer.set_transform(transform, 'default_authority')
 
     def static_callback(self, data: TFMessage) -> None:
-        """Take transforms of frames that do not move."""
+        """Store static transforms."""
         for transform in data.transforms:
             self.buffer.set_transform_static(transform, 'default_authority')
 
 
 def as_list(transform: TransformStamped | Iterable[TransformStamped]) -> list[TransformStamped]:
-    """Return what sendTransform() takes, a transform or several, as a list."""
+    """Return one transform or several transforms as a list."""
     return list(transform) if hasattr(transform, '__iter__') else [transform]
 
 
@@ -139,11 +137,11 @@ class TransformBroadcaster:
     """A publisher of transforms on /tf."""
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
-        """Open the topic, reliable with depth 100 unless told otherwise."""
+        """Create the publisher, by default reliable with depth 100."""
         self.pub_tf = node.create_publisher(TFMessage, '/tf', qos or QoSProfile(depth=100))
 
     def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
-        """Publish a transform, or several, in one message."""
+        """Publish one or several transforms in one message."""
         self.pub_tf.publish(TFMessage(transforms=as_list(transform)))
 
 
@@ -151,19 +149,19 @@ class StaticTransformBroadcaster:
     """
     A latched publisher of transforms on /tf_static.
 
-    Every message holds all transforms that were ever sent, so that a late subscriber gets them
-    all. A child frame keeps its first transform, as in tf2_ros_py 0.36.4.
+    Every message contains all transforms sent so far, so that late subscribers receive them. A
+    child frame keeps its first transform, as in tf2_ros_py 0.36.4.
     """
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
-        """Open the topic, reliable and transient local with depth 1 unless told otherwise."""
+        """Create the publisher, by default reliable and transient local with depth 1."""
         self.pub_tf = node.create_publisher(TFMessage, '/tf_static', qos or QoSProfile(
             depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         self.net_message = TFMessage()
         self._child_frame_ids: set[str] = set()
 
     def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
-        """Publish a transform, or several, together with those sent before."""
+        """Publish one or several transforms, together with all earlier ones."""
         for item in as_list(transform):
             if item.child_frame_id not in self._child_frame_ids:
                 self._child_frame_ids.add(item.child_frame_id)

@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The tree of frames: transforms go in, transforms between any two frames come out.
+Stores transforms and computes the transform between any two frames.
 
-A cache holds the recent transforms of one frame as tuples (parent, x, y, z, qx, qy, qz, qw): a
-point p of the frame is at q p q* + (x, y, z) in its parent. Times are integers in ns.
+A cache holds the recent transforms of one frame as tuples (parent, x, y, z, qx, qy, qz, qw). The
+coordinates of a point p in the parent are q p q* + (x, y, z). Times are integers in ns.
 """
 
 from bisect import bisect_left, bisect_right
@@ -32,23 +32,23 @@ from rclpy.logging import get_logger
 from rclpy.time import Time
 
 AnyTime = Time | TimeMsg
-# A translation and a rotation: x, y, z, qx, qy, qz, qw.
 Transform = tuple[float, float, float, float, float, float, float]
+"""A translation and a rotation: x, y, z, qx, qy, qz, qw."""
 Rotation = tuple[float, float, float, float]
 Entry = tuple[str, float, float, float, float, float, float, float]
 
-_NANOSECONDS = 1_000_000_000
-# A longer way to the root is taken for a loop.
+_NS_PER_SECOND = 1_000_000_000
 _MAX_DEPTH = 1000
+"""A longer path to the root counts as a loop."""
 _IDENTITY: Transform = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 class TransformException(Exception):
-    """Any of the below."""
+    """The base class of the exceptions below."""
 
 
 class ConnectivityException(TransformException):
-    """Two frames are not part of one tree."""
+    """Two frames belong to different trees."""
 
 
 class LookupException(TransformException):
@@ -56,33 +56,33 @@ class LookupException(TransformException):
 
 
 class ExtrapolationException(TransformException):
-    """The time is outside what the buffer holds."""
+    """The time is outside the range of the stored transforms."""
 
 
 class InvalidArgumentException(TransformException):
-    """The name of a frame is empty or begins with a slash."""
+    """A frame name is empty or begins with a slash."""
 
 
 class TimeoutException(TransformException):
-    """A transform did not come in time."""
+    """A transform did not arrive in time."""
 
 
 class NoDataError(Exception):
-    """The cache has no transform for a time; the text says why."""
+    """The cache has no transform for a time; the message gives the reason."""
 
 
 def display_time(time: int) -> str:
-    """Write a time in s as tf2 does."""
-    seconds, nanoseconds = divmod(time, 1_000_000_000)
+    """Format a time (ns) in seconds as tf2 does."""
+    seconds, nanoseconds = divmod(time, _NS_PER_SECOND)
     return f'{seconds + 1e-9 * nanoseconds:.6f}'
 
 
 def canonical(x: float, y: float, z: float, w: float) -> Rotation:
     """
-    Choose the length and the sign of a quaternion as tf2 does, by way of a rotation matrix.
+    Return the unit quaternion of a rotation with the sign that tf2 gives it.
 
-    :return: The unit quaternion of the same rotation with a positive w, if that exceeds 1/2, or
-        else with a positive largest component of x, y and z.
+    :return: The same rotation. w is positive if its magnitude exceeds 1/2, otherwise the largest
+        component of x, y and z is positive.
     """
     xx, yy, zz, ww = x * x, y * y, z * z, w * w
     square = xx + yy + zz + ww
@@ -99,7 +99,7 @@ def canonical(x: float, y: float, z: float, w: float) -> Rotation:
 
 
 def interpolate(one: Entry, two: Entry, ratio: float) -> Entry:
-    """Return the transform between two, on a straight line and by the shortest rotation."""
+    """Interpolate two transforms, along a straight line and the shortest rotation."""
     cosine = sum(p * q for p, q in zip(one[4:], two[4:]))
     half_angle = acos(min(1.0, abs(cosine)))
     translation = ((1.0 - ratio) * u + ratio * v for u, v in zip(one[1:4], two[1:4]))
@@ -111,33 +111,33 @@ def interpolate(one: Entry, two: Entry, ratio: float) -> Entry:
 
 
 class Cache:
-    """The transforms of a frame: as far back as its length or, if it is static, the only one."""
+    """The recent transforms of a moving frame, or the only transform of a static frame."""
 
     def __init__(self, static: bool, max_age: int) -> None:
-        """Make an empty cache that goes so far (ns) back from its latest transform."""
+        """Create an empty cache that removes transforms older than `max_age` (ns)."""
         self.static = static
         self._max_age = max_age
         self._times: list[int] = []
         self._entries: list[Entry] = []
 
     def latest(self) -> tuple[int, str | None]:
-        """Return the latest time and the parent then; zero, which limits nothing, and None."""
+        """Return the latest time and its parent; (0, None) if the cache is empty."""
         return (self._times[-1], self._entries[-1][0]) if self._times else (0, None)
 
     def clear(self) -> None:
-        """Forget everything that is not static."""
+        """Remove all transforms unless they are static."""
         if not self.static:
             self._times.clear()
             self._entries.clear()
 
     def insert(self, time: int, entry: Entry) -> bool:
-        """Add a transform, unless it is there already; return whether it is recent enough."""
+        """Add a transform unless it is a duplicate; return False if it is too old."""
         if self.static:
             self._times, self._entries = [0], [entry]
             return True
         times = self._times
         if times:
-            # As in tf2, what the previous transform made too old goes before a new one is added.
+            # As in tf2, old transforms are removed before a new one is added.
             expired = bisect_left(times, times[-1] - self._max_age)
             del times[:expired], self._entries[:expired]
             if time < times[-1] - self._max_age:
@@ -150,9 +150,9 @@ class Cache:
 
     def get(self, time: int) -> Entry:
         """
-        Return the transform at a time, interpolated where it lies between two.
+        Return the transform at a time, interpolated if necessary.
 
-        :raises NoDataError: The time is not covered by the cache.
+        :raises NoDataError: The time is outside the range of the cache.
         """
         times = self._times
         if not times:
@@ -180,16 +180,16 @@ class Cache:
 
 
 def nanoseconds_of(time: AnyTime | Duration | DurationMsg) -> int:
-    """Return a time or a duration, one of rclpy or a message, in ns."""
+    """Return a time or a duration, from rclpy or a message, in ns."""
     if hasattr(time, 'nanoseconds'):
         return time.nanoseconds
     if hasattr(time, 'nanosec'):
-        return time.sec * _NANOSECONDS + time.nanosec
-    raise TypeError(f'time must have sec and nanosec, or nanoseconds, but {time!r} has not')
+        return time.sec * _NS_PER_SECOND + time.nanosec
+    raise TypeError(f'{time!r} has neither nanoseconds nor sec and nanosec')
 
 
 def compose(outer: Transform, inner: Transform) -> Transform:
-    """Return one transform for two, of which the inner is applied first."""
+    """Return the product of two transforms; the inner one is applied first."""
     x, y, z, qx, qy, qz, qw = outer
     ix, iy, iz, px, py, pz, pw = inner
     # The vector v rotated by (q, w) is v + 2 w (q x v) + 2 q x (q x v).
@@ -214,37 +214,37 @@ def invert(transform: Transform) -> Transform:
 
 class BufferCore:
     """
-    A tree of frames with the transforms of the recent past, safe to use from several threads.
+    A tree of frames with recent transforms; thread-safe.
 
-    It answers as the real tf2 does, also to times that it cannot serve and to bad input. A time of
-    zero means the latest one at which there is a transform.
+    Values and exceptions are those of the real tf2. A time of zero means the latest time at which
+    the transform is available.
     """
 
     def __init__(self, cache_time: Duration | None = None) -> None:
-        """Make an empty buffer in which each frame's transforms go back so far; 10 s if None."""
-        self._cache_time = 10 * _NANOSECONDS if cache_time is None else nanoseconds_of(cache_time)
+        """Create an empty buffer that keeps transforms for a duration, by default 10 s."""
+        self._cache_time = nanoseconds_of(cache_time or Duration(seconds=10))
         self._frames: dict[str, Cache | None] = {}
-        """The transforms of each to its parent; None for one that is only named as a parent."""
+        """Transforms of each frame to its parent; None for a frame without a parent."""
         self._changed = Condition()
-        """Notified when there is a new transform; its lock guards the frames."""
+        """Notified of each new transform; its lock protects the frames."""
 
     def set_transform(self, transform: TransformStamped, authority: str) -> None:
-        """Add a transform; one that cannot be used is ignored with a message in the log."""
+        """Add a transform; log an error and ignore the transform if it is invalid."""
         self._insert(transform, authority, False)
 
     def set_transform_static(self, transform: TransformStamped, authority: str) -> None:
-        """Add a transform that holds at all times."""
+        """Add a transform that is valid at all times."""
         self._insert(transform, authority, True)
 
     def clear(self) -> None:
-        """Forget all transforms but the static ones; the frames stay known."""
+        """Remove all transforms except the static ones; keep the frames."""
         with self._changed:
             for cache in filter(None, self._frames.values()):
                 cache.clear()
 
     def can_transform_core(self, target_frame: str, source_frame: str, time: AnyTime
                            ) -> tuple[bool, str]:
-        """Tell whether there is a transform, and if not, why."""
+        """Return whether a transform is available, and the reason if it is not."""
         nanoseconds = nanoseconds_of(time)
         with self._changed:
             if target_frame == source_frame:
@@ -260,7 +260,7 @@ class BufferCore:
 
     def lookup_transform_core(self, target_frame: str, source_frame: str, time: AnyTime
                               ) -> TransformStamped:
-        """Return the pose of the source frame in the target frame, or raise why there is none."""
+        """Return the pose of the source frame in the target frame, or raise the reason."""
         nanoseconds = nanoseconds_of(time)
         with self._changed:
             found = self._lookup(target_frame, source_frame, nanoseconds)
@@ -276,7 +276,7 @@ class BufferCore:
                     text += f'Frame {name} exists with parent {parent or "NO_PARENT"}.\n'
         return text
 
-    # ------------------------------------------------------------------------------ what comes in
+    # ------------------------------------------------------------------------------------- input
 
     def _insert(self, transform: TransformStamped, authority: str, static: bool) -> None:
         parent_name = transform.header.frame_id.removeprefix('/')
@@ -285,16 +285,16 @@ class BufferCore:
         x, y, z = translation.x, translation.y, translation.z
         qx, qy, qz, qw = rotation.x, rotation.y, rotation.z, rotation.w
         square = qx * qx + qy * qy + qz * qz + qw * qw
-        # Any other length is made a unit one, as in tf2. A NaN fails here.
+        # Other lengths are normalized later, as in tf2. A NaN is rejected here.
         if not (0.0 < square < inf and parent_name and child_name and parent_name != child_name
                 and x == x and y == y and z == z):
             get_logger('tf2').error(
                 f'Ignoring transform from authority "{authority}" with frame_id "{parent_name}" '
-                f'and child_frame_id "{child_name}", which takes two frames, a translation and a '
-                f'rotation: {(x, y, z)} {(qx, qy, qz, qw)}')
+                f'and child_frame_id "{child_name}" because a frame, the translation {(x, y, z)} '
+                f'or the rotation {(qx, qy, qz, qw)} is invalid')
             return
         stamp = transform.header.stamp
-        time = stamp.sec * _NANOSECONDS + stamp.nanosec
+        time = stamp.sec * _NS_PER_SECOND + stamp.nanosec
         with self._changed:
             cache = self._frames.setdefault(child_name)
             self._frames.setdefault(parent_name)
@@ -308,10 +308,10 @@ class BufferCore:
                 f'{display_time(time)} according to authority {authority}\nPossible reasons are '
                 'listed at http://wiki.ros.org/tf/Errors%20explained')
 
-    # ----------------------------------------------------------------------------- what comes out
+    # ------------------------------------------------------------------------------------ output
 
     def _problem(self, name: str) -> str:
-        """Return why there is no frame of a name; nothing if there is one."""
+        """Return the reason why a frame name cannot be used; empty if the frame exists."""
         if name in self._frames:
             return ''
         if not name:
@@ -320,42 +320,44 @@ class BufferCore:
             'frame does not exist')
 
     def _missing(self, **frames: str) -> str:
-        """Return the reason for the first frame that is not there, as canTransform says it."""
+        """Return the reason for the first unusable frame, in the words of canTransform."""
         for argument, name in frames.items():
             if problem := self._problem(name):
                 return (f'Invalid frame ID "{name}" passed to canTransform argument {argument} - '
                         f'{problem}')
         return ''
 
-    def _check(self, what: str, name: str) -> None:
-        """Raise that there is no frame of a name, if so, as lookupTransform says it."""
+    def _check(self, argument: str, name: str) -> None:
+        """Raise an exception if a frame cannot be used, in the words of lookupTransform."""
         problem = self._problem(name)
         if problem == 'frame does not exist':
-            raise LookupException(f'"{name}" passed to {what} does not exist. ')
+            raise LookupException(
+                f'"{name}" passed to lookupTransform argument {argument} does not exist. ')
         if problem:
             raise InvalidArgumentException(
-                f'Invalid argument "{name}" passed to {what} - {problem}')
+                f'Invalid argument "{name}" passed to lookupTransform argument {argument} - '
+                f'{problem}')
 
     def _lookup(self, target: str, source: str, time: int) -> tuple[int, Transform]:
-        """Return a time (ns) and the pose of the source in the target frame then."""
+        """Return the effective time (ns) and the pose of the source in the target frame."""
         if target == source:
-            # tf2 has it so for frames that it does not know, too.
+            # tf2 does so for unknown frames too.
             cache = self._frames.get(target)
             if time == 0 and cache is not None:
                 time, _ = cache.latest()
             return time, _IDENTITY
-        self._check('lookupTransform argument target_frame', target)
-        self._check('lookupTransform argument source_frame', source)
+        self._check('target_frame', target)
+        self._check('source_frame', source)
         return self._between(target, source, time)
 
     def _between(self, target: str, source: str, time: int) -> tuple[int, Transform]:
-        """Return a time (ns) and the pose of the source in another frame then."""
+        """Return the effective time (ns) and the pose of the source in another frame."""
         if time == 0:
             time = self._latest_common_time(target, source)
         top, of_source, source_gap = self._climb(source, target, target, time)
         if top == target:
             return time, of_source
-        # If the way from the source has a gap, the two frames may still meet below that.
+        # The two paths may meet before a gap in the path from the source.
         end, of_target, gap = self._climb(target, source, top, time)
         if end == source:
             return time, invert(of_target)
@@ -369,7 +371,7 @@ class BufferCore:
 
     def _climb(self, frame: str, goal: str, other: str, time: int
                ) -> tuple[str, Transform, NoDataError | None]:
-        """Return how far a frame's ancestors lead at a time, its pose there, and what is next."""
+        """Return the last reachable ancestor of a frame, the pose in it, and the gap after it."""
         pose = _IDENTITY
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]
@@ -384,7 +386,7 @@ class BufferCore:
         raise self._loop()
 
     def _latest_common_time(self, target: str, source: str) -> int:
-        """Return the latest time (ns) at which every frame between two has a transform."""
+        """Return the latest time (ns) at which all transforms between two frames are available."""
         from_source = {source: 0}
         for ancestor, latest in self._ancestors(source):
             if ancestor == target:
@@ -396,7 +398,7 @@ class BufferCore:
         raise self._unconnected(target, source)
 
     def _ancestors(self, frame: str) -> Iterator[tuple[str, int]]:
-        """Yield each, and the latest time (ns) up to there; static transforms do not limit it."""
+        """Yield each ancestor of a frame and the latest common time (ns) of the path to it."""
         common = 0
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]
@@ -422,10 +424,10 @@ class BufferCore:
 
 def stamped(target_name: str, source_name: str, time: int, transform: Transform
             ) -> TransformStamped:
-    """Return a transform at a time (ns) as a message."""
+    """Return a message with a transform and its time (ns)."""
     message = TransformStamped(child_frame_id=source_name)
     message.header.frame_id = target_name
-    message.header.stamp.sec, message.header.stamp.nanosec = divmod(time, _NANOSECONDS)
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(time, _NS_PER_SECOND)
     t, r = message.transform.translation, message.transform.rotation
     t.x, t.y, t.z = transform[:3]
     r.x, r.y, r.z, r.w = canonical(*transform[3:])

@@ -12,38 +12,39 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-A node that stands in for turtlesim_node of turtlesim 1.8.2, for machines that lack it.
+The stand-in for turtlesim_node of turtlesim 1.8.2, without a window.
 
-Its motion is turtle_brick.core.turtlesim_kinematics, which is held to recordings of the real node.
+turtle_brick.core.turtlesim_kinematics computes the motion and is tested against recordings.
 
 Publishes, for each turtle, every 16 ms:
-    <turtle>/pose (turtlesim/msg/Pose): where it is and how it has been told to move
+    <turtle>/pose (turtlesim/msg/Pose): pose and commanded velocity
 
 Subscribes, for each turtle:
-    <turtle>/cmd_vel (geometry_msgs/msg/Twist): velocity; one message is taken per 16 ms, from a
-        queue that keeps the last seven
+    <turtle>/cmd_vel (geometry_msgs/msg/Twist): velocity; each tick of 16 ms takes one message
+        from a queue of seven
 
 Serves, for each turtle:
-    <turtle>/teleport_absolute (turtlesim/srv/TeleportAbsolute): jump to a pose
-    <turtle>/teleport_relative (turtlesim/srv/TeleportRelative): turn, then jump ahead
-    <turtle>/set_pen (turtlesim/srv/SetPen): answer, with a warning that there is no canvas
+    <turtle>/teleport_absolute (turtlesim/srv/TeleportAbsolute): move to a pose at once
+    <turtle>/teleport_relative (turtlesim/srv/TeleportRelative): turn, then move forward at once
+    <turtle>/set_pen (turtlesim/srv/SetPen): only logs a warning
 
 Serves:
     spawn (turtlesim/srv/Spawn): add a turtle
     kill (turtlesim/srv/Kill): remove a turtle
-    reset (std_srvs/srv/Empty): begin again with turtle1 in the center
-    clear (std_srvs/srv/Empty): answer, with a warning that there is no canvas
+    reset (std_srvs/srv/Empty): restart with turtle1 in the center
+    clear (std_srvs/srv/Empty): only logs a warning
 
 ROS parameters:
-    holonomic (bool, false): whether turtles obey sideways velocities; may change at any time
+    holonomic (bool, false): whether turtles can move sideways
 
-There is no window and no canvas. Left out are therefore color_sensor, the parameters background_r,
-background_g and background_b; and the action rotate_absolute.
+The topic color_sensor, the parameters background_r, background_g and background_b, and the action
+rotate_absolute are missing.
 """
 
 from collections.abc import Callable
-from gc import freeze
-from signal import alarm, pthread_sigmask, SIG_BLOCK, SIGINT, SIGTERM, sigtimedwait
+from faulthandler import dump_traceback_later
+from signal import SIGINT, signal, SIGTERM
+from threading import Event
 from typing import Any
 
 from geometry_msgs.msg import Twist
@@ -64,25 +65,24 @@ from turtlesim.msg import Pose
 from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
 
 
-def answering(act: Callable[[Any], None]) -> Callable[[Any, Any], Any]:
-    """Return a service's callback that does something with the request."""
-    def answer(request: Any, response: Any) -> Any:
-        act(request)
+def service_callback(function: Callable[[Any], None]) -> Callable[[Any, Any], Any]:
+    """Return a service callback that calls a function of the request."""
+    def callback(request: Any, response: Any) -> Any:
+        function(request)
         return response
 
-    return answer
+    return callback
 
 
 class TurtleTopics:
     """The topics and services of one turtle."""
 
     def __init__(self, node: Node, name: str, turtle: Turtle) -> None:
-        """Open those of the turtle with a name."""
+        """Create the topics and services."""
         self._node = node
-        # As in turtlesim. A tick takes one command, so the commands that wait here wait there.
         qos = QoSProfile(depth=QUEUE_DEPTH)
-        # Without event callbacks, since these go with their turtle while the node lives on, which
-        # an EventsExecutor may not survive (https://github.com/ros2/rclpy/issues/1644).
+        # The EventsExecutor may crash when event callbacks are destroyed, so there are none
+        # (https://github.com/ros2/rclpy/issues/1644).
         self._publisher = node.create_publisher(
             Pose, f'{name}/pose', qos,
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
@@ -91,12 +91,12 @@ class TurtleTopics:
             lambda twist: turtle.command(twist.linear.x, twist.linear.y, twist.angular.z), qos,
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False))
         self._services = [
-            node.create_service(TeleportAbsolute, f'{name}/teleport_absolute', answering(
+            node.create_service(TeleportAbsolute, f'{name}/teleport_absolute', service_callback(
                 lambda to: turtle.teleport_absolute(to.x, to.y, to.theta))),
-            node.create_service(TeleportRelative, f'{name}/teleport_relative', answering(
+            node.create_service(TeleportRelative, f'{name}/teleport_relative', service_callback(
                 lambda by: turtle.teleport_relative(by.linear, by.angular))),
-            node.create_service(SetPen, f'{name}/set_pen', answering(
-                lambda _: node.get_logger().warning('There is no canvas here to draw on'))),
+            node.create_service(SetPen, f'{name}/set_pen', service_callback(
+                lambda _: node.get_logger().warning('turtlesim draws nothing here'))),
         ]
 
     def publish(self, pose: TurtlePose) -> None:
@@ -104,7 +104,7 @@ class TurtleTopics:
         self._publisher.publish(Pose(**pose._asdict()))
 
     def close(self) -> None:
-        """Close them; the turtle is gone."""
+        """Destroy the topics and services."""
         self._node.destroy_publisher(self._publisher)
         self._node.destroy_subscription(self._subscription)
         for service in self._services:
@@ -112,10 +112,10 @@ class TurtleTopics:
 
 
 class TurtleSimNode(Node):
-    """Turtlesim without its window; the module's documentation lists its interface."""
+    """Turtlesim without a window; the module docstring lists the interface."""
 
     def __init__(self, **node_arguments: Any) -> None:
-        """Start with turtle1 in the arena's center."""
+        """Start with turtle1 in the center."""
         super().__init__('turtlesim', **node_arguments)
         self.declare_parameter('holonomic', False, ParameterDescriptor(
             description='If true, then turtles will be holonomic'))
@@ -125,20 +125,20 @@ class TurtleSimNode(Node):
         self.get_logger().info(
             f'Starting turtlesim with node name {self.get_fully_qualified_name()}')
         self._open('turtle1')
-        self.create_service(Empty, 'reset', answering(self._reset))
-        self.create_service(Empty, 'clear', answering(
-            lambda _: self.get_logger().warning('There is no canvas here to clear')))
+        self.create_service(Empty, 'reset', service_callback(self._reset))
+        self.create_service(Empty, 'clear', service_callback(
+            lambda _: self.get_logger().warning('turtlesim draws nothing here')))
         self.create_service(Spawn, 'spawn', self._spawn)
-        self.create_service(Kill, 'kill', answering(self._kill))
-        # turtlesim ticks by Qt's timer, which knows nothing of simulated time.
+        self.create_service(Kill, 'kill', service_callback(self._kill))
+        # A steady clock, because the Qt timer in the real turtlesim ignores simulated time.
         self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _now(self) -> float:
-        """Read the node's clock."""
+        """Return the time (s) of the node's clock."""
         return self.get_clock().now().nanoseconds * 1e-9
 
     def _tick(self) -> None:
-        """Move every turtle by one time step and publish where it is."""
+        """Move all turtles by one time step, and publish their poses."""
         for name, pose in self._sim.tick(self._now()).items():
             clamped = self._sim.turtles[name].clamped
             if clamped:
@@ -147,13 +147,13 @@ class TurtleSimNode(Node):
             self._topics[name].publish(pose)
 
     def _parameters_changed(self, parameters: list[Parameter]) -> None:
-        """Apply parameters that have been set."""
+        """Apply changed parameters."""
         for parameter in parameters:
             if parameter.name == 'holonomic':
                 self._sim.holonomic = parameter.value
 
     def _open(self, name: str) -> None:
-        """Announce a new turtle and open its topics."""
+        """Create the topics of a new turtle, and log its pose."""
         turtle = self._sim.turtles[name]
         self._topics[name] = TurtleTopics(self, name, turtle)
         self.get_logger().info('Spawning turtle [%s] at x=[%f], y=[%f], theta=[%f]'
@@ -183,7 +183,7 @@ class TurtleSimNode(Node):
                 f'Tried to kill turtle [{request.name}], which does not exist')
 
     def _reset(self, _: Empty.Request) -> None:
-        """Begin again with turtle1 in the arena's center."""
+        """Restart with turtle1 in the center."""
         self.get_logger().info('Resetting turtlesim.')
         self._sim.reset(self._now())
         for topics in self._topics.values():
@@ -193,9 +193,10 @@ class TurtleSimNode(Node):
 
 
 def main(args: list[str] | None = None) -> str | None:
-    """Run the node until Ctrl-C or SIGTERM, which wait until they are looked for."""
-    signals = {SIGINT, SIGTERM}
-    pthread_sigmask(SIG_BLOCK, signals)
+    """Run the node until Ctrl-C or SIGTERM."""
+    stopped = Event()
+    for number in (SIGINT, SIGTERM):
+        signal(number, lambda *_: stopped.set())
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         node = TurtleSimNode()
@@ -204,11 +205,9 @@ def main(args: list[str] | None = None) -> str | None:
         return f'turtlesim: {error}'
     executor = EventsExecutor()
     executor.add_node(node)
-    # Otherwise the garbage collector delays ticks by some tens of milliseconds.
-    freeze()
-    while not sigtimedwait(signals, 0):
+    while not stopped.is_set():
         executor.spin_once(timeout_sec=0.1)
-    alarm(4)  # Fast DDS may wait for ever
+    dump_traceback_later(4, exit=True)  # one process of 700 hung in Fast DDS at its end
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()

@@ -11,28 +11,23 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The verbs that send and receive messages: topic echo, hz and pub, and service call."""
+"""The verbs that print, publish and send messages: `topic echo`, `topic pub`, `service call`."""
 
 from array import array
-from collections import deque
-from functools import partial
 from importlib import import_module
-from itertools import pairwise
 import re
-import statistics
 import sys
 
 import numpy
 from rclpy.duration import Duration
 from rclpy.expand_topic_name import expand_topic_name
 import rclpy.qos as ros_qos
-from rclpy.time import Time
-from ros2cli.graph import observer
+from ros2cli.graph import open_graph
 import yaml
 
 
 def interface(name, kind, problem):
-    """Return the class of a type such as std_msgs/msg/String, whose middle may be missing."""
+    """Return the class of a type; `std_msgs/String` is short for `std_msgs/msg/String`."""
     try:
         package, *middle, own_name = name.split('/')
         found = getattr(import_module('.'.join([package, *(middle or [kind])])), own_name)
@@ -43,13 +38,13 @@ def interface(name, kind, problem):
     return found
 
 
-def read(args):
-    """Return the values that the command line, or standard input, gives."""
+def read_values(args):
+    """Return the field values from the command line or from standard input."""
     return yaml.safe_load(sys.stdin.read() if args.stdin else args.values)
 
 
 def fill(message, values, stamps=None):
-    """Set fields of a message, and note in `stamps` those that are to get the time of sending."""
+    """Set fields of a message, and add the fields that get the publishing time to `stamps`."""
     if not isinstance(values, dict):
         raise TypeError(f"Value '{values}' is expected to be a dictionary but is a "
                         f'{type(values).__name__}')
@@ -79,17 +74,17 @@ def fill(message, values, stamps=None):
 
 
 def filled(kind, values, stamps=None):
-    """Return a message with values that the user gives."""
+    """Return a message with the given field values."""
     message = kind()
     try:
         fill(message, values, stamps)
-    except Exception as error:  # noqa: B902 -- whatever a message has against a value
+    except Exception as error:  # noqa: B902 -- a message can raise anything
         raise RuntimeError(f'Failed to populate field: {error}') from None
     return message
 
 
 class Fields(dict):
-    """The fields of a message, which YAML writes in their order, and never in one line."""
+    """The fields of a message, in the order in which YAML writes them, one per line."""
 
 
 yaml.add_representer(Fields, lambda dumper, fields: yaml.MappingNode(
@@ -97,34 +92,37 @@ yaml.add_representer(Fields, lambda dumper, fields: yaml.MappingNode(
                               for name, value in fields.items()]))
 
 
-def plain(value, args, kind=None):
-    """Return a message, or a part of one, as YAML can have it, cut as the options say."""
+def to_yaml(value, args, kind=None):
+    """Convert a message or a field to objects for YAML, shortened according to the options."""
     if hasattr(value, 'SLOT_TYPES'):
-        return Fields((name, plain(getattr(value, name), args, kind))
+        return Fields((name, to_yaml(getattr(value, name), args, kind))
                       for name, kind in value.get_fields_and_field_types().items())
     length = sys.maxsize if args.full_length else 128
     value = value.decode('latin-1') if isinstance(value, bytes) else value
     if isinstance(value, str):
-        return value[:length] + '...' * (len(value) > length)
+        return value if len(value) <= length else f'{value[:length]}...'
     value = value.tolist() if hasattr(value, 'tolist') else value
     if not isinstance(value, list):
         return value
     if args.no_arr and kind:
         item, _, bound = kind.replace('/', '/msg/').rstrip('>').partition(', ')
-        return f'<array type: {item}>' if '<' not in item else (
-            f'<{item.replace("<", " type: ")}{f"[{bound}]" * bool(bound)}, length: {len(value)}>')
-    return [plain(each, args) for each in value[:length]] + ['...'] * (len(value) > length)
+        if '<' not in item:
+            return f'<array type: {item}>'
+        bound = f'[{bound}]' if bound else ''
+        return f'<{item.replace("<", " type: ")}{bound}, length: {len(value)}>'
+    items = [to_yaml(each, args) for each in value[:length]]
+    return items if len(value) <= length else [*items, '...']
 
 
-def flat(value):
-    """Return all values of what plain() has returned, separated by commas."""
+def to_csv(value):
+    """Return all values in the result of to_yaml(), separated by commas."""
     if isinstance(value, (dict, list)):
-        return ','.join(map(flat, value.values() if isinstance(value, dict) else value))
+        return ','.join(map(to_csv, value.values() if isinstance(value, dict) else value))
     return str(value)
 
 
-def expression(text):
-    """Return a filter of messages: a Python expression of m, or None for all of them."""
+def message_filter(text):
+    """Return a filter for messages, from a Python expression of m; None accepts all messages."""
     def passes(m):
         try:
             return text is None or eval(text)
@@ -134,7 +132,7 @@ def expression(text):
 
 
 def topic_class(graph, topic):
-    """Return the class of a topic's messages, None if there is no such topic."""
+    """Return the message class of a topic, or None if the topic does not exist."""
     name = expand_topic_name(topic, graph.get_name(), graph.get_namespace())
     types = graph.topic_types().get(name, ())
     if len(types) > 1:
@@ -143,8 +141,8 @@ def topic_class(graph, topic):
     return interface(*types, 'msg', f"The message type '{types[0]}' is invalid") if types else None
 
 
-def quality(args, publishers=()):
-    """Return the QoS of the options or, without any, one that matches all publishers."""
+def qos_profile(args, publishers=()):
+    """Return the QoS from the options; without options, one that matches all publishers."""
     qos = ros_qos.QoSPresetProfiles.get_from_short_key(args.qos_profile)
     chosen = {name[len('qos_'):]: value for name, value in vars(args).items()
               if name.startswith('qos_') and name != 'qos_profile' and value is not None}
@@ -163,7 +161,7 @@ def quality(args, publishers=()):
 
 def topic_echo(args):
     """Print the messages of a topic."""
-    passes, done = expression(args.filter_expr), False
+    passes, done = message_filter(args.filter_expr), False
 
     def on_message(message):
         nonlocal done
@@ -172,18 +170,18 @@ def topic_echo(args):
                 message = getattr(message, name)
             except AttributeError as error:
                 raise RuntimeError(f"Invalid field '{args.field}': {error}") from None
-        if not passes(message) or done and args.once:
+        if not passes(message) or (done and args.once):
             return
         done = True
         if not hasattr(message, 'SLOT_TYPES'):
             print(message, end='\n---\n')
         elif args.csv:
-            print(flat(plain(message, args)))
+            print(to_csv(to_yaml(message, args)))
         else:
-            print(yaml.dump(plain(message, args), allow_unicode=True, width=sys.maxsize,
+            print(yaml.dump(to_yaml(message, args), allow_unicode=True, width=sys.maxsize,
                             default_flow_style=args.flow_style), end='---\n')
 
-    with observer(lambda graph: args.message_type or topic_class(
+    with open_graph(lambda graph: args.message_type or topic_class(
             graph, args.topic_name)) as graph:
         kind = topic_class(graph, args.topic_name) if args.message_type is None else interface(
             args.message_type, 'msg', 'The passed message type is invalid')
@@ -192,93 +190,20 @@ def topic_echo(args):
             return 'Could not determine the type for the passed topic'
         graph.create_subscription(
             kind, args.topic_name, on_message,
-            quality(args, graph.get_publishers_info_by_topic(args.topic_name)))
+            qos_profile(args, graph.get_publishers_info_by_topic(args.topic_name)))
         graph.spin_until(lambda: done and args.once, args.timeout or float('inf'))
-
-
-def watch(look, told, args, **options):
-    """Print once a second what is told of a topic's last messages: when each came, what it is."""
-    passes = expression(getattr(args, 'filter_expr', None))
-    seen, last = deque(maxlen=args.window_size + 1), None
-    with observer(lambda graph: topic_class(graph, args.topic_name)) as graph:
-        def now():
-            return graph.get_clock().now().nanoseconds * 1e-9
-
-        def on_message(message):
-            if passes(message):
-                seen.append((now(), look(message)))
-
-        def on_time():
-            nonlocal last
-            if len(seen) > 1:
-                text = told(seen, args.window_size, now(), seen[-1] is not last)
-                print(text, end='\n' if text else '')
-                last = seen[-1]
-
-        if not topic_class(graph, args.topic_name):
-            print(f'WARNING: topic [{args.topic_name}] does not appear to be published yet')
-        graph.spin_until(lambda: topic_class(graph, args.topic_name))
-        graph.create_subscription(topic_class(graph, args.topic_name), args.topic_name,
-                                  on_message, ros_qos.qos_profile_sensor_data, **options)
-        if options:
-            print(f'Subscribed to [{args.topic_name}]')
-        graph.create_timer(1.0, on_time)
-        graph.spin_until(lambda: False)
-
-
-def spread(times):
-    """Return how times (s) differ."""
-    return (f'\n\tmin: {min(times):.3f}s max: {max(times):.3f}s '
-            f'std dev: {statistics.pstdev(times):.5f}s window: {len(times)}')
-
-
-def rate(seen, window, now, news):
-    """Return how often messages come, if there are new ones."""
-    gaps = [end - start for (start, _), (end, _) in pairwise(seen)]
-    return f'average rate: {1 / statistics.fmean(gaps):.3f}{spread(gaps)}' if news else ''
-
-
-def delay(seen, window, now, news):
-    """Return how long after their stamps messages come, if there are new ones."""
-    delays = [time - stamp for time, stamp in seen][1:]
-    return (f'average delay: {statistics.fmean(delays):.3f}{spread(delays)}' if news
-            else 'no new messages')
-
-
-def bandwidth(seen, window, now, news):
-    """Return how many bytes of messages come in a second."""
-    times, sizes = zip(*list(seen)[-window:])
-    rate = sum(sizes) / (now - times[0])
-    unit, text = (1, '{:.0f} B') if rate < 1e3 else (
-        (1e3, '{:.2f} KB') if rate < 1e6 else (1e6, '{:.2f} MB'))
-    rate, mean, least, most = (text.format(each / unit) for each in (
-        rate, statistics.fmean(sizes), min(sizes), max(sizes)))
-    return (f'{rate}/s from {len(sizes)} messages\n'
-            f'\tMessage size mean: {mean} min: {least} max: {most}')
-
-
-def stamp(message):
-    """Return the time (s) in a message's header."""
-    if not hasattr(message, 'header'):
-        raise RuntimeError('msg does not have header')
-    return Time.from_msg(message.header.stamp).nanoseconds * 1e-9
-
-
-topic_hz = partial(watch, lambda _: None, rate)
-topic_delay = partial(watch, stamp, delay)
-topic_bw = partial(watch, len, bandwidth, raw=True)
 
 
 def topic_pub(args):
     """Publish messages."""
     kind = interface(args.message_type, 'msg', 'The passed message type is invalid')
-    values, count, stamps = read(args), 0, []
+    values, count, stamps = read_values(args), 0, []
     if not isinstance(values, dict):
         return 'The passed value needs to be a dictionary in YAML format'
     times, wanted = 1 if args.once else args.times, args.wait_matching_subscriptions
     wanted = int(times > 0) if wanted is None else wanted
-    with observer(name=args.node_name) as graph:
-        publisher = graph.create_publisher(kind, args.topic_name, quality(args))
+    with open_graph(name=args.node_name) as graph:
+        publisher = graph.create_publisher(kind, args.topic_name, qos_profile(args))
         while publisher.get_subscription_count() < wanted:
             print(f'Waiting for at least {wanted} matching subscription(s)...')
             graph.spin_until(lambda: publisher.get_subscription_count() >= wanted, 1.0)
@@ -298,7 +223,7 @@ def topic_pub(args):
         timer = graph.create_timer(1 / args.rate, publish)
         graph.spin_until(lambda: count == times)
         timer.cancel()
-        publisher.wait_for_all_acked(Duration(seconds=1))  # who is slow to match hears it too
+        publisher.wait_for_all_acked(Duration(seconds=1))  # for slow subscribers
         graph.spin_until(lambda: False, args.keep_alive)
 
 
@@ -307,8 +232,8 @@ def service_call(args):
     kind = interface(args.service_type, 'srv', 'The passed service type is invalid')
     if not hasattr(kind, 'Request'):
         return 'The passed type is not a service'
-    request = filled(kind.Request, read(args))
-    with observer() as graph:
+    request = filled(kind.Request, read_values(args))
+    with open_graph() as graph:
         client = graph.create_client(kind, args.service_name)
         if not graph.spin_until(client.service_is_ready, 1.0):
             print('waiting for service to become available...')
