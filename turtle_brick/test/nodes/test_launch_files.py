@@ -15,10 +15,11 @@
 """
 Tests of the launch files.
 
-Each launch file runs with programs that only print their command line, so that the tests do not
-require rviz2 or a display. One test runs the real arena.
+Each launch file runs with programs that only report their arguments and parameters, so that the
+tests do not require rviz2 or a display. One test runs the real arena.
 """
 
+import json
 import os
 from pathlib import Path
 import re
@@ -51,13 +52,19 @@ PROGRAMS = {
 }
 """Executables of the launch files by package."""
 
-PRINT_COMMAND = """#!/bin/bash
-exec >&2  # launch shows only standard error.
-echo "program: ${0##*/} $*"
-echo "QT_QPA_PLATFORM: $QT_QPA_PLATFORM"
-for word; do [[ $word == *launch_params* ]] && cat "$word"; done
-exit 0
+REPORT_COMMAND = """#!{python}
+import json, os, sys, yaml
+words, parameters = sys.argv[1:], {{}}
+while '--params-file' in words:
+    index = words.index('--params-file')
+    with open(words[index + 1]) as file:
+        for node, section in yaml.safe_load(file).items():
+            parameters.setdefault(node, {{}}).update(section['ros__parameters'])
+    del words[index:index + 2]
+report = [os.path.basename(sys.argv[0]), words, parameters, os.environ.get('QT_QPA_PLATFORM')]
+print('report:', json.dumps(report), file=sys.stderr)
 """
+"""Program that prints its name, arguments, parameters and the Qt platform."""
 
 TOPICS = {
     'robot_description': ('RobotModel', 'Transient Local'),
@@ -87,7 +94,7 @@ launch did not end in 6 of 120 runs."""
 
 @pytest.fixture(scope='module')
 def prefix(tmp_path_factory):
-    """Return an ament prefix with programs that print their command line."""
+    """Return an ament prefix with programs that report their arguments and parameters."""
     prefix = tmp_path_factory.mktemp('prefix')
     index = prefix / 'share' / 'ament_index' / 'resource_index' / 'packages'
     index.mkdir(parents=True)
@@ -97,24 +104,24 @@ def prefix(tmp_path_factory):
         (prefix / 'lib' / package).mkdir(parents=True)
         for name in names:
             program = prefix / 'lib' / package / name
-            program.write_text(PRINT_COMMAND)
+            program.write_text(REPORT_COMMAND.format(python=sys.executable))
             program.chmod(0o755)
     return prefix
 
 
 def launched(prefix, file, *arguments, **environment):
-    """Run a launch file, and return the output of each program and of launch itself."""
-    variables = {name: value for name, value in os.environ.items() if name != 'TURTLE_BRICK_VIEW'}
+    """Run a launch file, and return the reports of its programs and the messages of launch."""
+    variables = {name: value for name, value in os.environ.items()
+                 if name not in ('TURTLE_BRICK_VIEW', 'QT_QPA_PLATFORM')}
     variables['AMENT_PREFIX_PATH'] = f'{prefix}:{os.environ["AMENT_PREFIX_PATH"]}'
     done = subprocess.run(
         [sys.executable, '-c', LAUNCH, str(SHARE / 'launch' / file), *arguments], text=True,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env={**variables, **environment})
     assert done.returncode == 0, done.stdout
-    output = re.sub('/tmp/launch_params_[^ ]*', 'PARAMETERS', done.stdout)
-    programs = {}
-    for source, line in re.findall(r'^\[(\w+)-\d+\] (.*)$', output, re.M):
-        programs.setdefault(source, []).append(line)
-    return programs, re.findall(r'\[launch.user\]: (.*)', output)
+    reports = map(json.loads, re.findall('report: (.*)', done.stdout))
+    return ({name: (' '.join(words), parameters, platform)
+             for name, words, parameters, platform in reports},
+            re.findall(r'\[launch.user\]: (.*)', done.stdout))
 
 
 @pytest.mark.parametrize('name, arguments, environment, expected', [
@@ -136,21 +143,24 @@ def test_python_and_xml_start_the_same_programs(prefix, name, arguments, environ
     assert set(programs) == expected
     assert bool(messages) == ('rviz2' in programs)
     namespace = '/alice' if 'namespace:=alice' in arguments else '/'
-    for program, (command, *_) in programs.items():
-        assert f'__ns:={namespace}' in command.split()
+    for program, (words, parameters, platform) in programs.items():
+        assert f'__ns:={namespace}' in words.split()
         no_tf = program == 'turtlesim_node' or 'joint_state' in program
-        assert ('/tf:=tf' in command and '/tf_static:=tf_static' in command) is not no_tf
-        own_name = program in ('arena', 'catcher', 'turtle_robot')
-        assert (str(Path('turtle_brick', 'config', 'turtle.yaml')) in command) is own_name
-    description = '\n'.join(programs['robot_state_publisher'])
-    assert 'ignore_timestamp: true' in description and '<robot name="turtle"' in description
+        assert ('/tf:=tf' in words and '/tf_static:=tf_static' in words) is not no_tf
+        is_own_node = program in ('arena', 'catcher', 'turtle_robot')
+        assert ('wheel_radius' in str(parameters)) is is_own_node
+    description = programs['robot_state_publisher'][1]['/**']
+    assert description['ignore_timestamp'] is True
+    assert '<robot name="turtle"' in description['robot_description']
     if 'rviz2' in programs:
         config = 'own' if 'rviz_config:=config/own.rviz' in arguments else name
-        assert f'config/{config}.rviz' in programs['rviz2'][0]
+        assert programs['rviz2'][0].split()[1] == str(
+            prefix / 'share' / 'turtle_brick' / 'config' / f'{config}.rviz')
     if 'turtle_robot' in programs:
         assert 'cmd_vel:=turtle1/cmd_vel' in programs['turtle_robot'][0]
-        assert 'holonomic: true' in '\n'.join(programs['turtlesim_node'])
-        assert 'QT_QPA_PLATFORM: xcb;wayland;offscreen' in programs['turtlesim_node']
+        _, parameters, platform = programs['turtlesim_node']
+        assert parameters['/**'] == {'holonomic': True}
+        assert platform == 'xcb;wayland;offscreen'
 
 
 @pytest.mark.parametrize('language', ['py', 'xml'])

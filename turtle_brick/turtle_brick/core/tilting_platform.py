@@ -53,7 +53,7 @@ class Platform:
         return x * x + y * y < (LEVEL_TOLERANCE / 2.0) ** 2
 
     def point(self, x: float, y: float, z: float) -> Vector:
-        """Transform a point (m) from the platform frame to the world frame."""
+        """Return the world coordinates (m) of a location in the platform frame."""
         (px, py, pz), (ex, ey, ez) = self.pose.position, self.axes
         return (px + x * ex[0] + y * ey[0] + z * ez[0],
                 py + x * ex[1] + y * ey[1] + z * ez[1],
