@@ -14,40 +14,41 @@
 
 # Source this file in bash:  source turtle_brick/scripts/env.bash
 #
-# It makes rclpy, both packages of this workspace and their dependencies available in the shell.
-# Where ROS 2 Jazzy is sourced already, or installed in /opt/ros/jazzy, the packages are built on
-# that; elsewhere a home is made from wheels, in .ros next to the packages. The next time, only what
-# has changed is built again. The status is 0 if all is ready; otherwise one sentence says why not.
+# It builds the packages of this workspace and makes them available in the shell, together with
+# ROS 2. If ROS 2 Jazzy is sourced or installed in /opt/ros/jazzy, the packages are built on it
+# (native home). Otherwise ROS is installed from Python wheels into .ros next to the packages (PyPI
+# home). Later calls build only the changed packages. The status is 0 if the shell is ready.
+# Otherwise the last line of output gives the reason.
 #
-#   PYTHON=...   the Python, 3.10 to 3.13, of a home of wheels (else python3, or the first that
-#                fits of python3.13, python3.12, python3.11, python3.10)
-#   TURTLE_BRICK_VIEW=...   what the launch files show the robot with: rviz, web or none (else
-#                rviz, or web where there is no rviz2)
-#   FASTRTPS_DEFAULT_PROFILES_FILE=...   how the nodes of a home of wheels find each other (else
+#   PYTHON=...   the Python for the PyPI home, 3.10 to 3.13 (default: the first suitable one of
+#                python3, python3.13, python3.12, python3.11 and python3.10)
+#   TURTLE_BRICK_VIEW=...   the viewer that the launch files start: rviz, web or none (default:
+#                rviz if rviz2 is installed, otherwise web)
+#   FASTRTPS_DEFAULT_PROFILES_FILE=...   the discovery settings of the PyPI home (default:
 #                fastdds.xml)
 
 if [ -z "${BASH_VERSION-}" ]; then
-  echo 'turtle_brick: env.bash is for bash: start one, and source it there.' >&2
+  echo 'turtle_brick: env.bash requires bash. Start bash and source it there.' >&2
   return 1
 fi
 if [[ ${BASH_SOURCE[0]} == "$0" ]]; then
-  echo "turtle_brick: env.bash is to be sourced, not run: source $0" >&2
+  echo "turtle_brick: env.bash must be sourced, not run. Type: source $0" >&2
   exit 1
 fi
 
 _turtle_brick_env() {
   local scripts home kind python='' fits candidate
   local -a candidates
-  local -; set +u  # the setup files of ROS and colcon read variables that need not be set
+  local -; set +u  # the setup files of ROS and colcon read unset variables
   scripts=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P) || return 1
   home=${scripts%/*/*}/.ros
 
-  # Which home? A shell in a home of wheels stays in it.
+  # Choose the home. A shell that uses the PyPI home keeps it.
   if [[ -n ${TURTLE_BRICK_HOME-} && ${VIRTUAL_ENV-} == "$TURTLE_BRICK_HOME/venv" ]]; then
     kind=pypi
   elif [[ -n ${ROS_DISTRO-} && $ROS_DISTRO != jazzy ]]; then
-    echo "turtle_brick: This shell has ROS 2 $ROS_DISTRO sourced, and the packages need Jazzy:" \
-      'open a shell without it.' >&2
+    echo "turtle_brick: This shell has sourced ROS 2 $ROS_DISTRO, but the packages require Jazzy." \
+      "Open a shell without ROS 2 $ROS_DISTRO." >&2
     return 1
   elif [[ -n ${ROS_DISTRO-} ]] && python3 -c 'import rclpy' 2>/dev/null </dev/null; then
     kind=native
@@ -55,15 +56,15 @@ _turtle_brick_env() {
     kind=native
     source /opt/ros/jazzy/setup.bash || return 1
     if ! python3 -c 'import rclpy' 2>/dev/null </dev/null; then
-      echo "turtle_brick: The python3 on the PATH, $(type -P python3), cannot import the rclpy of" \
-        '/opt/ros/jazzy: leave the conda or virtual environment that it is from.' >&2
+      echo "turtle_brick: The python3 on the PATH, $(type -P python3), cannot import rclpy from" \
+        '/opt/ros/jazzy. Deactivate its conda or virtual environment and try again.' >&2
       return 1
     fi
   else
     kind=pypi
   fi
 
-  # Which Python?
+  # Choose the Python.
   if [[ $kind == native ]]; then
     python=python3
   elif [[ -z ${PYTHON-} ]] && "$home/venv/bin/python" -I -c '' 2>/dev/null </dev/null; then
@@ -81,14 +82,15 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
       fi
     done
     if [[ -z $python ]]; then
-      echo "turtle_brick: ${PYTHON:-No python3 on the PATH} is${PYTHON:+ not} a CPython of 3.10 to" \
-        '3.13: install one, for example with "sudo apt install python3 python3-venv' \
-        'python3-dev", or name one in the variable PYTHON.' >&2
+      local problem='The PATH contains no CPython 3.10 to 3.13.'
+      [[ -z ${PYTHON-} ]] || problem="$PYTHON is not CPython 3.10 to 3.13."
+      echo "turtle_brick: $problem Install one, for example with \"sudo apt install python3" \
+        'python3-venv python3-dev", or set the variable PYTHON to its path.' >&2
       return 1
     fi
   fi
 
-  # isolated (-I) from the caller's variables and packages
+  # -I ignores the Python variables and user packages of the caller
   _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 "$python" -I -X utf8 "$scripts/make_home.py" "$kind" \
     </dev/null || return 1
 
@@ -96,15 +98,15 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
     source "$home/venv/local_setup.bash" || return 1
     export FASTRTPS_DEFAULT_PROFILES_FILE=${FASTRTPS_DEFAULT_PROFILES_FILE:-$scripts/fastdds.xml}
   fi
-  # without IFS, since colcon's script starts Python unquoted, and a path may have blanks
+  # colcon's script does not quote the path of Python; an empty IFS allows spaces in it
   IFS='' source "$home/install/local_setup.bash" || return 1
   export TURTLE_BRICK_HOME=$home
 
-  # A mistake in the parameter file is best told right after the edit. All else is ready.
+  # Report a mistake in the parameter file as early as possible.
   local status=0
   python3 -m turtle_brick.core.parameters "${scripts%/*}/config/turtle.yaml" </dev/null || status=1
 
-  # What do the launch files show the robot with?
+  # Choose the viewer for the launch files.
   if [[ -z ${TURTLE_BRICK_VIEW-} ]]; then
     local -a prefixes
     IFS=: read -ra prefixes <<<"${AMENT_PREFIX_PATH-}"
@@ -117,11 +119,12 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
   fi
 
   if [[ $- == *i* ]]; then
+    local source=''
     if [[ $kind == pypi ]]; then
-      eval "$(register-python-argcomplete ros2)" # Tab completes, as with the real ros2
+      eval "$(register-python-argcomplete ros2)" # Tab completion
+      source=' from Python wheels'
     fi
-    [[ $kind == native ]] && kind='' || kind=', as Python wheels,'
-    echo "turtle_brick: this shell has ROS 2 Jazzy$kind and the packages, built in $home" >&2
+    echo "turtle_brick: Ready, with ROS 2 Jazzy$source and the packages built in $home" >&2
   fi
   return "$status"
 }

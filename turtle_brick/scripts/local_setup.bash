@@ -12,11 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-# The virtual environment of a home of wheels as the ROS prefix of a shell: make_home.py copies this
-# file into it, and env.bash, and setup.bash of whatever is built on it, source it there.
+# Makes the virtual environment of the PyPI home the ROS prefix of a shell. make_home.py copies this
+# file into the virtual environment; env.bash and the setup.bash of an overlay source the copy.
 
-# This home holds all that it needs. Packages of another Python would be taken before its own,
-# and no other middleware is in it.
+# These variables would select packages of another Python, or middleware that is not installed here.
 unset PYTHONHOME PYTHONPATH RMW_IMPLEMENTATION
 export PYTHONNOUSERSITE=1
 
@@ -24,10 +23,10 @@ VIRTUAL_ENV=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
 export VIRTUAL_ENV AMENT_PREFIX_PATH=$VIRTUAL_ENV
 export ROS_DISTRO=jazzy ROS_VERSION=2 ROS_PYTHON_VERSION=3
 
-# The wheels' bootstrapper would start every Python process twice to set LD_LIBRARY_PATH.
+# Without this variable the wheels restart every Python process to set LD_LIBRARY_PATH.
 export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1
 
-# first in a variable, and nothing that an earlier visit to this home has left there
+# Put an entry first in a search path and remove older entries of this home from the path.
 _turtle_brick_first() {
   local entry rest='' IFS=:
   local -; set -f

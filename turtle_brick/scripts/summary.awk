@@ -1,7 +1,7 @@
-# Counts what `colcon test-result --all` prints, a line for each result file:
+# Add up the output of `colcon test-result --all`, which has one line per result file:
 #   .../pytest.xml: 5 tests, 0 errors, 1 failures, 2 skipped
-# Those of ctest are left out: what it runs writes a file of its own. The status is 0 if there were
-# tests and none failed.
+# The results of ctest (Test.xml) are not counted because its tests write their own result files.
+# The status is 0 if there were tests and none failed.
 
 /\.xml: [0-9]+ tests?, / && !/\/Test\.xml: / {
   tests += $(NF - 7)

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""A shell that sources env.bash can import all, soon, and is otherwise what it was before."""
+"""Tests of env.bash: setup of a shell, unchanged state, error messages."""
 
 import os
 from pathlib import Path
@@ -30,7 +30,7 @@ HOME = os.environ.get('TURTLE_BRICK_HOME', '')
 with_home = pytest.mark.skipif(
     HOME != str(SCRIPTS.parents[1] / '.ros'), reason='env.bash has not been sourced')
 without_ros = pytest.mark.skipif(
-    os.path.exists('/opt/ros/jazzy'), reason='/opt/ros/jazzy would be found')
+    os.path.exists('/opt/ros/jazzy'), reason='env.bash would use /opt/ros/jazzy')
 
 
 def shell(script, *, options=(), **variables):
@@ -39,7 +39,7 @@ def shell(script, *, options=(), **variables):
            if value is not None}
     done = subprocess.run(['bash', *options, '-c', script], env=env, cwd='/', text=True,
                           stdin=subprocess.DEVNULL, capture_output=True, timeout=60.0,
-                          start_new_session=True)  # an interactive one would want the terminal
+                          start_new_session=True)  # an interactive shell would take the terminal
     return done.returncode, done.stdout, done.stderr
 
 
@@ -55,21 +55,21 @@ import turtle_brick, turtle_referee, turtle_brick_interfaces.msg, turtle_brick_i
 
 
 @with_home
-def test_a_home_that_is_ready_is_ready_soon_and_silent():
-    def used():
-        return sum(getrusage(RUSAGE_CHILDREN)[:2])  # on a busy machine, time tells of the machine
+def test_a_ready_home_is_sourced_quickly_and_silently():
+    def processor_time():
+        return sum(getrusage(RUSAGE_CHILDREN)[:2])
 
-    before = used()
+    before = processor_time()
     assert sourced(IMPORTS) == (0, '', '')
-    assert used() - before < 5.0
+    assert processor_time() - before < 5.0
 
 
 @with_home
 @pytest.mark.skipif(os.environ.get('VIRTUAL_ENV', '') != f'{HOME}/venv',
-                    reason='this home is not one of wheels: ROS 2 itself is here')
-def test_nothing_of_the_callers_leads_a_home_of_wheels_astray(tmp_path):
+                    reason='this is not a PyPI home')
+def test_the_pypi_home_ignores_the_environment_of_the_caller(tmp_path):
     for name in ('rclpy', 'numpy', 'platform', 'yaml'):
-        (tmp_path / f'{name}.py').write_text('raise RuntimeError("the wrong one")')
+        (tmp_path / f'{name}.py').write_text('raise RuntimeError("wrong module")')
     python = tmp_path / 'a b' / 'python'
     python.parent.mkdir()
     python.symlink_to(shutil.which('python3'))
@@ -78,10 +78,11 @@ def test_nothing_of_the_callers_leads_a_home_of_wheels_astray(tmp_path):
         VIRTUAL_ENV='/some/where', CONDA_PREFIX='/some/conda', RMW_IMPLEMENTATION='rmw_other',
         AMENT_PREFIX_PATH=None, ROS_DISTRO=None, PATH='/usr/local/bin:/usr/bin:/bin', CDPATH='/',
         PYTHON=None, COLCON_PYTHON_EXECUTABLE=str(python)) == (0, '', '')
-    # The kernel takes no interpreter with a blank in its path: it is looked up on the PATH.
-    firsts = {path.read_bytes().split(b'\n')[0] for path in Path(HOME, 'install').glob('*/lib/*/*')
-              if path.is_file() and os.access(path, os.X_OK) and '.so' not in path.name}
-    assert firsts == {b'#!/usr/bin/env python3', b'#!/bin/sh'}
+    # The kernel does not accept spaces in the path of an interpreter.
+    shebangs = {path.read_bytes().split(b'\n')[0]
+                for path in Path(HOME, 'install').glob('*/lib/*/*')
+                if path.is_file() and os.access(path, os.X_OK) and '.so' not in path.name}
+    assert shebangs == {b'#!/usr/bin/env python3', b'#!/bin/sh'}
 
 
 STATE = r"""
@@ -91,9 +92,9 @@ compgen -v | grep -v -x -E 'BASH.*|_|SECONDS|RANDOM|SRANDOM|EPOCH.*|PIPESTATUS|L
 
 
 @with_home
-def test_the_shell_is_otherwise_as_before_and_sourced_again_as_after_the_first_time():
+def test_sourcing_changes_no_other_state_and_a_second_time_nothing():
     options = {'options': ('-efu', '-o', 'pipefail'), 'ROS_DOMAIN_ID': '77'}
-    # The shell that runs the tests has sourced env.bash before: so no variable is new.
+    # The shell that runs the tests has sourced env.bash, so all variables exist already.
     before = shell(STATE, **options)
     status, output, errors = sourced(
         f'{STATE}\nfor _ in 1 2; do printf "again\\0"; env -0; '
@@ -110,31 +111,29 @@ def test_the_shell_is_otherwise_as_before_and_sourced_again_as_after_the_first_t
             assert len(entries) == len(set(entries)), variable
 
 
-def test_a_mistake_in_the_parameter_file_is_told_and_the_shell_is_whole(elsewhere):
-    scripts = elsewhere[0].parent
+def test_an_invalid_parameter_file_is_reported_after_setting_up_the_shell(unbuilt):
+    scripts = unbuilt[0].parent
     (scripts / 'make_home.py').write_text('')
     for path, text in ((scripts.parents[1] / '.ros/install/local_setup.bash', 'OVERLAY=sourced'),
                        (scripts.parent / 'config/turtle.yaml', 'max_velocity:3.0')):
         path.parent.mkdir(parents=True)
         path.write_text(text)
     status, output, errors = shell(
-        f'source {shlex.quote(str(elsewhere[0]))}\necho "$? $OVERLAY $TURTLE_BRICK_HOME"',
+        f'source {shlex.quote(str(unbuilt[0]))}\necho "$? $OVERLAY $TURTLE_BRICK_HOME"',
         VIRTUAL_ENV=None, ROS_DISTRO='jazzy')
     assert (status, output) == (0, f'1 sourced {scripts.parents[1]}/.ros\n')
     assert errors.startswith('turtle_brick: ') and 'turtle.yaml: there are no' in errors
 
 
-def test_run_instead_of_sourced_it_says_so():
+def test_running_instead_of_sourcing_is_refused():
     status, output, errors = shell(f'bash {shlex.quote(str(ENV))}')
     assert (status, output) == (1, '')
-    assert 'to be sourced' in errors and len(errors.splitlines()) == 1
+    assert 'must be sourced' in errors and len(errors.splitlines()) == 1
 
-
-# ----------------------------------------------------------------------------- what is refused
 
 @pytest.fixture
-def elsewhere(tmp_path):
-    """Return the env.bash of a workspace that has no home yet, and a folder for programs."""
+def unbuilt(tmp_path):
+    """Return env.bash of a workspace without a home, and a folder for programs."""
     shutil.copytree(SCRIPTS, tmp_path / 'workspace' / 'turtle_brick' / 'scripts')
     tools = tmp_path / 'tools'
     tools.mkdir()
@@ -144,7 +143,7 @@ def elsewhere(tmp_path):
 
 
 def refusal(env_bash, **variables):
-    """Source env.bash where it cannot do its work: return its sentence."""
+    """Source env.bash, check that it fails and creates no file, and return its error message."""
     status, output, errors = shell(
         f'source {shlex.quote(str(env_bash))}\necho "$?"\ndeclare -F', **{
             'ROS_DISTRO': None, 'TURTLE_BRICK_HOME': None, 'VIRTUAL_ENV': None, 'PYTHON': None,
@@ -155,13 +154,13 @@ def refusal(env_bash, **variables):
     return errors
 
 
-def test_another_distribution_is_refused(elsewhere):
-    assert 'humble' in refusal(elsewhere[0], ROS_DISTRO='humble')
+def test_another_distribution_is_refused(unbuilt):
+    assert 'humble' in refusal(unbuilt[0], ROS_DISTRO='humble')
 
 
 @without_ros
-def test_the_first_python_that_fits_is_taken_or_what_fits_is_said(elsewhere):
-    env_bash, tools = elsewhere
+def test_the_first_suitable_python_is_used(unbuilt):
+    env_bash, tools = unbuilt
     old = tools / 'python3'
     old.write_text(f"""#!/bin/sh
 exec {shlex.quote(os.path.realpath(sys.executable))} -c '
@@ -174,5 +173,5 @@ exec(sys.argv[1])' "$3"
     assert '3.10 to 3.13' in sentence and 'sudo apt install' in sentence
     assert f'{old} is not' in refusal(env_bash, PATH=str(tools), PYTHON=str(old))
     (tools / 'python3.12').symlink_to(os.path.realpath(sys.executable))
-    # it fits, so that what is missed next is a compiler
-    assert 'no C compiler' in refusal(env_bash, PATH=str(tools), CC='', CXX='')
+    # this Python is suitable, so the next check fails
+    assert 'No C compiler' in refusal(env_bash, PATH=str(tools), CC='', CXX='')
