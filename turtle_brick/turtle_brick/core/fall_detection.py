@@ -16,7 +16,7 @@
 Detect a falling brick from its positions.
 
 `FallDetector` distinguishes a fall from other motions. `Fall` describes a free fall without drag,
-z - v t - g t^2 / 2. All timestamps are in nanoseconds of one clock.
+z - v t - g t^2 / 2. All timestamps come from one clock and are in nanoseconds.
 """
 
 from collections import deque
@@ -63,28 +63,28 @@ class FallDetector:
     """
     Detect free fall in a sequence of positions.
 
-    A fall is detected if three positions form a vertical line and their second divided
-    difference is the acceleration due to gravity. At 250 Hz the detection takes 8 ms.
+    A fall is detected if three positions form a vertical line and show the acceleration due to
+    gravity. At 250 Hz the detection takes 8 ms.
     """
 
     ACCELERATION_TOLERANCE = 0.1
     """Largest deviation of the acceleration, as a fraction of gravity."""
 
     SIDEWAYS_FRACTION = 0.01
-    """Largest sideways motion, as a fraction of the vertical motion. On a slope steeper than 72
-    degrees, the acceleration of a sliding brick is within ACCELERATION_TOLERANCE."""
+    """Largest sideways motion, as a fraction of the vertical motion. It excludes bricks that slide
+    down a slope steeper than 72 degrees, where ACCELERATION_TOLERANCE does not suffice."""
 
     SIDEWAYS_TOLERANCE = 1e-4
     """Largest sideways motion (m) between two positions in a fall."""
 
     HEIGHT_TOLERANCE = 0.01
-    """Deviation (m) from the predicted height at which the fall ends."""
+    """Deviation (m) from the predicted height beyond which a fall has ended."""
 
     def __init__(self, gravity: float) -> None:
-        """Start without positions, for an acceleration due to gravity (m/s^2)."""
+        """Create a detector for an acceleration due to gravity (m/s^2)."""
         self.gravity = gravity
         self.fall: Fall | None = None
-        """Current fall, None if the brick is not falling."""
+        """Current fall, or None if the brick is not falling."""
         self._samples: deque[tuple[int, float, float, float]] = deque(maxlen=3)
 
     def observe(self, stamp: int, x: float, y: float, z: float) -> bool:
@@ -116,7 +116,7 @@ class FallDetector:
         return abs(self.fall.height(stamp, self.gravity) - z) > self.HEIGHT_TOLERANCE
 
     def _detect(self) -> Fall | None:
-        """Return the fall in the three samples, None if they are not in free fall."""
+        """Return the fall that the three samples show, or None."""
         (t0, x0, y0, z0), (t1, _, _, z1), (t2, x2, y2, z2) = self._samples
         if z0 <= z1 or hypot(x2 - x0, y2 - y0) > self.SIDEWAYS_FRACTION * (z0 - z2):
             return None

@@ -16,9 +16,9 @@
 Measure the excess latency of the command path.
 
 `reachability` derives the latency for nodes on one machine that is not overloaded.
-`LatencyMonitor` estimates the excess latency of links between machines, of lost messages and of
-overloaded processors, from the worst values in the last WINDOW seconds. All timestamps are in
-nanoseconds of one clock.
+`LatencyMonitor` estimates the excess latency due to slow links, lost messages and overloaded
+machines. It uses the worst values of the last WINDOW seconds. All timestamps come from one clock
+and are in nanoseconds.
 """
 
 from bisect import bisect_left, insort
@@ -29,7 +29,7 @@ from turtle_brick.core.driving import COMMAND_PERIOD
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 
 WINDOW = 10.0
-"""Time (s) for which a measurement counts."""
+"""Time (s) for which a measurement is used."""
 
 OUTLIER_FRACTION = 0.01
 """Fraction of transforms ignored as outliers, for example after a single stall of a machine."""
@@ -38,14 +38,14 @@ OVERLOAD_FRACTION = 0.2
 """Fraction of late timer callbacks above which the machine is overloaded."""
 
 AVERAGED_CALLBACKS = 50
-"""Number of timer callbacks over which that fraction is averaged."""
+"""Number of timer callbacks over which the fraction of late callbacks is averaged."""
 
 USUAL_AGE = 0.006
 """Age (s) of transforms on arrival that the latencies in `reachability` already include."""
 
 CLOCK_TOLERANCE = 0.006
-"""Largest time (s) by which timestamps may be in the future if the clocks agree: the arena stamps
-a riding brick one step, 0.004 s, ahead."""
+"""Largest time (s) by which timestamps may be in the future although the clocks agree. The arena
+stamps a riding brick one step (0.004 s) ahead."""
 
 MIN_GAPS = 3
 """Number of gaps in the brick's timestamps within WINDOW that indicate lost messages."""
@@ -55,12 +55,12 @@ LOSS_RESERVE = 0.06
 poses of the robot, 0.01 s each."""
 
 MAX_DELAY = 1.0
-"""Time (s) beyond which a measured delay is invalid: a goal was ignored, a node was stopped, or a
+"""Largest valid delay (s). Longer delays occur if a goal is ignored, a node is stopped or a
 timestamp is wrong."""
 
 
 class RecentValues:
-    """The values of the last WINDOW seconds in ascending order."""
+    """Values recorded in the last WINDOW seconds."""
 
     def __init__(self) -> None:
         """Start without values."""
@@ -73,7 +73,7 @@ class RecentValues:
         insort(self._sorted, value)
 
     def quantile(self, now: int, fraction: float) -> float:
-        """Return the quantile for a fraction from 0 to 1 at a time (ns), or 0 without values."""
+        """Return a quantile (fraction from 0 to 1) at a time (ns), or 0 without values."""
         self._remove_old(now)
         if not self._sorted:
             return 0.0
@@ -95,7 +95,7 @@ class LatencyMonitor:
     """Estimate the excess latency from transforms, response delays and gaps."""
 
     def __init__(self) -> None:
-        """Start with the latencies of one machine."""
+        """Start without measurements."""
         self._ages = RecentValues()
         """Ages (s) of transforms on arrival."""
         self._response_delays = RecentValues()
@@ -157,16 +157,16 @@ class LatencyMonitor:
         self._brick_period += 0.02 * (gap - self._brick_period)
 
     def record_response_delay(self, now: int, excess: float) -> None:
-        """Record by how much (s) a response of the robot exceeded COMMAND_LATENCY."""
+        """Record the time (s) by which a response of the robot exceeded COMMAND_LATENCY."""
         self._response_delays.add(now, excess)
 
     def loses_messages(self, now: int) -> bool:
-        """Return whether messages have been lost in the WINDOW before a time (ns)."""
+        """Return whether messages have been lost within WINDOW before a time (ns)."""
         return (len(self._gaps) == MIN_GAPS
                 and (now - self._gaps[0]) * SECONDS_PER_NS <= WINDOW)
 
     def clock_error(self, now: int) -> float:
-        """Return how far (s) received timestamps are in the future, 0 if the clocks agree."""
+        """Return the time (s) by which timestamps are in the future, 0 if the clocks agree."""
         ahead = -self._ages.quantile(now, OUTLIER_FRACTION)
         return ahead if ahead > CLOCK_TOLERANCE else 0.0
 

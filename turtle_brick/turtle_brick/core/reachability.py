@@ -21,13 +21,14 @@ A brick is reachable if its landing point is inside the arena and if
 
 - The brick lands when its bottom reaches the top of the level platform. It falls without drag.
 - The distance is horizontal, from the robot to the landing point. For a moving robot, it is the
-  largest distance after the commands already sent.
-- The latency is COMMAND_LATENCY, which holds for nodes on one machine, plus the excess latency of
-  slow links and busy machines, which `latency` measures.
+  largest distance that the commands already sent can cause.
+- The latency is COMMAND_LATENCY plus the excess latency. COMMAND_LATENCY applies to nodes on one
+  machine. `latency` measures the excess latency of slow links and busy machines.
 - A robot already within platform_radius of the landing point needs no time. A platform that is not
   level needs at least LEVEL_LATENCY plus the excess latency.
 
-`robot_tracking` computes the motion of the robot. All timestamps are in nanoseconds of one clock.
+`robot_tracking` computes the motion of the robot. All timestamps come from one clock and are in
+nanoseconds.
 """
 
 from math import hypot, inf, isnan, sqrt
@@ -40,24 +41,24 @@ from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK, within_arena
 
 QUEUE_LATENCY = QUEUE_DEPTH * COMMAND_PERIOD + TICK - COMMAND_PERIOD + TRANSPORT_DELAY
-"""Longest time (s) from publishing a command to the pose that shows its effect (0.0764 s):
+"""Longest time (s) from publishing a command to the pose that shows its effect (0.0764 s).
 turtlesim executes a command at the first tick after six newer commands have arrived."""
 
 COMMAND_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + QUEUE_LATENCY + COMMAND_PERIOD + 0.010
-"""Longest time (s) from a decision until the arena receives the first motion of the platform: one
-cycle of the robot for the goal, turtlesim's queue, one cycle of the robot for the pose, three
-messages, and 10 ms for the next physics step and the operating system."""
+"""Longest time (s) from a decision until the arena receives the first motion of the platform. It
+consists of three messages, one cycle of the robot for the goal, turtlesim's queue, one cycle of the
+robot for the pose, and 10 ms for the next physics step and the operating system."""
 
 GUARANTEED_LATENCY = 0.13
-"""Guaranteed time (s) from the release of a brick to the motion of the robot: COMMAND_LATENCY plus
-the time to detect the fall in three positions of the brick."""
+"""Guaranteed limit (s) of the time from the release of a brick to the first motion of the robot:
+COMMAND_LATENCY plus the detection of the fall from three positions of the brick."""
 
 LEVEL_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + 0.015
 """Longest time (s) from publishing a tilt of 0 until the arena receives a level platform."""
 
 
 class Decision(NamedTuple):
-    """Whether a brick is reachable, and why."""
+    """Result of `decide_reachability`."""
 
     reachable: bool
     fall: Fall
@@ -72,7 +73,7 @@ class Decision(NamedTuple):
     distance: float
     """Horizontal distance (m) between the robot and the brick."""
     reason: str
-    """Why the brick is unreachable; empty if it is reachable."""
+    """Reason why the brick is unreachable, or an empty string."""
 
     @property
     def margin(self) -> float:
@@ -90,7 +91,7 @@ class Decision(NamedTuple):
 
 
 class RobotMotion(NamedTuple):
-    """Position of the robot, and the effect of the commands already sent."""
+    """Position of the robot, and its possible positions after the commands already sent."""
 
     x: float
     """x coordinate (m) in the world frame."""
@@ -100,7 +101,7 @@ class RobotMotion(NamedTuple):
     level: bool = True
     """Whether the platform is level and every node has received its level transform."""
     uncertainty: float = 0.0
-    """Distance (m) that the robot may move although no motion has been observed yet."""
+    """Distance (m) that the robot may cover if it is not known whether the robot is at rest."""
 
     @property
     def at_rest(self) -> bool:
@@ -131,12 +132,12 @@ def fall_time(height: float, parameters: CatcherParameters) -> float:
 def guaranteed_distance(height: float, parameters: CatcherParameters,
                         excess: float = 0.0) -> float:
     """
-    Return the distance from a robot at rest within which every brick is caught.
+    Return the largest distance at which a robot at rest is guaranteed to catch a brick.
 
     :param height: height (m) of the brick's center at the release
     :param parameters: physical parameters
     :param excess: excess latency (s)
-    :return: The distance (m), valid inside the arena; negative if no catch is guaranteed.
+    :return: Distance (m) inside the arena. It is negative if no catch is guaranteed.
     """
     if height < resting_height(parameters):
         return -inf
@@ -151,7 +152,7 @@ def decide_reachability(fall: Fall, now: int, robot: RobotMotion | None,
 
     :param fall: detected fall
     :param now: current time (ns)
-    :param robot: motion of the robot, None if no robot is available
+    :param robot: motion of the robot, or None if no robot is available
     :param parameters: physical parameters
     :param excess: excess latency (s)
     """
@@ -186,10 +187,10 @@ def time_needed(fall: Fall, robot: RobotMotion, parameters: CatcherParameters,
 
 
 def _landing_problem(fall: Fall, time: float, parameters: CatcherParameters) -> str:
-    """Return why the brick cannot land on any platform, or an empty string if it can."""
+    """Return the reason why the brick cannot land on a platform, or an empty string."""
     if isnan(time):
-        return (f'the brick falls from {fall.z:.4g} m, below its height of '
-                f'{resting_height(parameters):.4g} m on the platform')
+        return (f'the brick, at {fall.z:.4g} m, falls from below its resting height on the '
+                f'platform, {resting_height(parameters):.4g} m')
     if within_arena(fall.x, fall.y) != (fall.x, fall.y):
         return f'the landing point ({fall.x:.4g}, {fall.y:.4g}) is outside the arena'
     if time < 0.0:

@@ -17,7 +17,7 @@ Track a robot and compute the positions to which the commands already sent may t
 
 turtlesim executes commands with a delay, so a robot with a new goal first continues in its last
 direction or to its previous goal. `RobotTracker` returns a `RobotMotion` for `reachability`.
-All timestamps are in nanoseconds of one clock.
+All timestamps come from one clock and are in nanoseconds.
 """
 
 from collections import deque
@@ -32,17 +32,17 @@ from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import TICK
 
 COMMITTED_TIME = QUEUE_LATENCY + 2 * COMMAND_PERIOD + TICK
-"""Time (s) for which a moving robot may continue from its last observed position: the pose is up
-to one tick and one cycle old, and the robot executes the commands in the queue."""
+"""Time (s) for which a moving robot may continue from its last observed position. The pose is up
+to one tick and one cycle old, and the robot still executes the commands in the queue."""
 
 REST_TIME = 0.07
-"""Time (s) without motion after which the robot is at rest: more than four ticks of turtlesim."""
+"""Time (s) without motion after which the robot is at rest. It exceeds four turtlesim ticks."""
 
 MIN_GOAL_DISTANCE = 0.05
-"""Distance (m) to a goal beyond which a robot at rest always starts to move."""
+"""Distance (m) beyond which a new goal certainly moves a robot at rest."""
 
 POSITION_TOLERANCE = 1e-9
-"""Largest difference (m) between positions at rest, due to interpolation in tf2."""
+"""Largest difference (m) between positions at rest, caused by interpolation in tf2."""
 
 
 class RobotTracker:
@@ -53,7 +53,7 @@ class RobotTracker:
         Start without a known robot.
 
         :param max_velocity: maximum speed of the robot (m/s)
-        :param latency: excess latency and response delays of the robot
+        :param latency: monitor that provides the excess latency and records response delays
         """
         self.excess = 0.0
         """Excess latency (s) at the last observation."""
@@ -66,17 +66,17 @@ class RobotTracker:
         self._latency = latency
         self._max_velocity = max_velocity
         self._positions: deque[tuple[int, float, float]] = deque()
-        """Times (ns) and positions (m), back to the last one before REST_TIME."""
+        """Recent times (ns) and positions (m), up to the first one older than REST_TIME."""
         self._goals: deque[tuple[int, tuple[float, float]]] = deque()
-        """Times (ns) and goals (m), back to the last one that may still be in effect."""
+        """Recent times (ns) and goals (m), up to the first one that is certainly in effect."""
         self._departure: tuple[int, float, float] | None = None
-        """Time (ns) and position (m) of a robot at rest that received a goal, until it moves."""
+        """Time (ns) of a goal and position (m) of the robot at rest, until the robot moves."""
         self._last_at_departure = 0
-        """Last time (ns) at which the robot was still at that position."""
+        """Last time (ns) at which the robot was at the position in `_departure`."""
 
     @property
     def goal(self) -> tuple[float, float]:
-        """Last recorded point in the world frame (m)."""
+        """Last recorded goal (m) in the world frame."""
         return self._goals[-1][1]
 
     @property
@@ -105,9 +105,9 @@ class RobotTracker:
         Record the position of the robot.
 
         :param now: current time (ns)
-        :param platform: the platform, None if it is not available
-        :param level_for: time (s) since the level command, 0 if the commanded angle is not 0
-        :return: Motion of the robot, None if the platform is not available.
+        :param platform: platform of the robot, or None if it is not available
+        :param level_for: time (s) since a tilt of 0 was commanded, 0 for any other tilt
+        :return: Motion of the robot, or None if the platform is not available.
         """
         self.excess = self._latency.excess(now)
         if platform is None:
@@ -150,8 +150,8 @@ class RobotTracker:
         extrapolated = self._extrapolate()
         points = [] if extrapolated is None else [extrapolated]
         for sent, (goal_x, goal_y) in self._goals:
-            # A moving robot drives to its last goal. If that goal is recent, the one before it is
-            # in the list too, and the robot may still drive there.
+            # A moving robot drives to its last goal. If that goal is recent, the list also
+            # contains the goal before it, to which the robot may still drive.
             if extrapolated is None and len(self._goals) == 1 and not self._is_recent(now, sent):
                 continue
             distance = hypot(goal_x - x, goal_y - y)
@@ -161,7 +161,7 @@ class RobotTracker:
         return points
 
     def _extrapolate(self) -> tuple[float, float] | None:
-        """Return the point (m) that a moving robot reaches straight ahead, None at rest."""
+        """Return the point (m) straight ahead of a moving robot, or None for a robot at rest."""
         _, x, y = self._positions[-1]
         for _, x_before, y_before in reversed(self._positions):
             moved = hypot(x - x_before, y - y_before)
