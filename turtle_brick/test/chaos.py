@@ -143,7 +143,7 @@ class Scene(Graph):
 
     def is_level(self, tolerance: float) -> bool:
         """Return whether the platform is level within an angle (rad)."""
-        platform = self.record.platform(time_ns())
+        platform = self.record.pose('platform', time_ns())
         return platform is not None and inclination(platform) < tolerance
 
     def recover(self) -> None:
@@ -162,7 +162,7 @@ class Scene(Graph):
     def release(self, position: Vector) -> DropWatch:
         """Place the brick, drop it and return a watch that follows it."""
         self.place(position)
-        watch = DropWatch(self.record, time_ns(), position, self.record.platform(time_ns()))
+        watch = DropWatch(self.record, time_ns(), position)
         watch.requested = watch.begin
         self.observer.after_fetch = watch.update
         self.wait_until(lambda: self.client.call('drop') and watch.released, 'drop')

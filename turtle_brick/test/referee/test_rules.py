@@ -159,7 +159,7 @@ def drive(record, off):
 
 def drop(record, requested, place, track):
     """Add a dropped brick with a track of times (s) and poses, and its DropWatch."""
-    watch = DropWatch(record, at(requested - 0.1), place, record.platform(at(requested - 0.1)))
+    watch = DropWatch(record, at(requested - 0.1), place)
     watch.requested = at(requested)
     watch.request = Request(at(requested), at(requested + 0.01), None)
     add_transforms(record, 'brick', 'world', track)

@@ -12,11 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-Use a running graph as a person would: send goals, place and drop bricks, and observe the result.
-
-A client needs only an `Observer`, so it works with any implementation. Every wait has a timeout.
-"""
+"""Send goals to a running graph, place and drop bricks, and wait for the results."""
 
 from collections.abc import Callable
 from math import dist, sqrt
@@ -35,7 +31,7 @@ TIMEOUT = 3.0
 """Timeout (s) for actions that should be immediate."""
 
 MAX_TIMEOUT = 60.0
-"""Longest timeout (s), whatever the numbers of the robot are."""
+"""Upper limit (s) of timeouts that are computed from the numbers of the robot."""
 
 REST_TIME = 0.3
 """Duration (s) without motion after which the robot is at rest."""
@@ -43,15 +39,17 @@ REST_TIME = 0.3
 HOVERING_TIME = 0.5
 """Duration (s) for which a brick hovers before it is dropped."""
 
-GROUND_TIME = 0.6
-"""Duration (s) for which a brick is observed after it has missed the platform."""
-
 
 class GraphClient:
-    """A client of a running graph."""
+    """A client of a running graph; it needs only an observer and limits every wait."""
 
     def __init__(self, graph: Spinner, observer: Observer, timeout: float = TIMEOUT) -> None:
-        """Use a graph that spins the observer; the timeout (s) is for immediate actions."""
+        """
+        Create a client.
+
+        :param graph: spins the observer during each wait
+        :param timeout: timeout (s) for actions that should be immediate
+        """
         self.timeout = timeout
         self.graph = graph
         self.observer = observer
@@ -88,7 +86,7 @@ class GraphClient:
             return False
 
     def robot_position(self) -> tuple[float, float] | None:
-        """Return the position (m) of the robot in world, or None before the first pose."""
+        """Return the position (m) of the robot in world, or None if no pose was received."""
         poses = self.record.topics['pose']
         return (poses[-1].message.x, poses[-1].message.y) if poses else None
 
@@ -106,14 +104,14 @@ class GraphClient:
         return since is not None and since == track[0][0]
 
     def drive_to(self, goal: tuple[float, float]) -> Drive | None:
-        """Send the robot to a goal and wait until it rests; return None without a robot."""
-        if not self.robot_position() or not self.wait_until(
-                self.observer.has_goal_subscriber, self.timeout):
+        """Send the robot to a goal and wait until it rests; return None if there is no robot."""
+        if not self.wait_until(self.observer.has_goal_subscriber, self.timeout):
             return None
         # On a busy machine the last drive may not be over yet.
         self.wait_until(self.is_at_rest, self.timeout)
         start = self.robot_position()
-        assert start is not None
+        if start is None:
+            return None
         begin, distance = time_ns(), self.distance_to(goal)
         self.observer.send_goal(*goal)
         # The robot is at rest at first, so wait for its motion before waiting for its rest.
@@ -126,7 +124,7 @@ class GraphClient:
         return drive
 
     def call(self, service: str, position: Vector | None = None) -> Request:
-        """Call 'place' with a position (m), or 'drop'; return the request with its result."""
+        """Call 'place' with a position (m), or call 'drop'; return the request and its result."""
         begin = time_ns()
         try:
             self.wait_until(lambda: self.has_service(service), self.timeout)
@@ -154,15 +152,15 @@ class GraphClient:
 
     def drop(self, place: Vector) -> DropWatch:
         """
-        Drop the brick that hovers at a place (m) and wait for the end of the drop.
+        Drop the brick that hovers at a position (m) and wait for the end of the drop.
 
-        A drop ends when a caught brick has been tipped off and the platform is level again, or
-        shortly after a missed brick has landed.
+        A drop ends when a caught brick has been tipped off and the platform is level again. If the
+        brick is missed, the drop ends shortly after the brick has landed.
         """
         now = time_ns()
         # On a busy machine the latest transforms may not have arrived yet.
-        self.wait_until(lambda: self.record.platform(now), REST_TIME)
-        watch = DropWatch(self.record, now, place, self.record.platform(now))
+        self.wait_until(lambda: self.record.pose('platform', now), REST_TIME)
+        watch = DropWatch(self.record, now, place)
         self.observer.after_fetch = watch.update
         try:
             watch.requested = time_ns()
@@ -185,5 +183,5 @@ class GraphClient:
             self.wait_until(lambda: watch.floated, 2.0 * self.timeout)
             self.wait_until(lambda: watch.leveled and self.is_at_rest(), self.timeout)
         else:
-            self.graph.spin_for(GROUND_TIME)
+            self.graph.spin_for(0.6)  # The brick must stay on the ground.
             self.wait_until(self.is_at_rest, self.timeout)

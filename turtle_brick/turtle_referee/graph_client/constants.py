@@ -11,22 +11,22 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Units of time, and the constants of turtlesim and of the assignment that a client needs."""
+"""Units of time, and constants of turtlesim and of the assignment."""
 
 NS_PER_SECOND = 1_000_000_000
 """Nanoseconds in a second."""
 
 SECONDS_PER_NS = 1e-9
-"""Duration of a nanosecond (s)."""
+"""Seconds in a nanosecond."""
 
 ARENA_SIZE = 499.0 / 45.0
-"""Side length (m) of the arena: turtlesim's window has 500 pixels, 45 of them per meter."""
+"""Side length (m) of the arena, because turtlesim's window has 500 pixels and 45 per meter."""
 
 CENTER = (ARENA_SIZE / 2.0, ARENA_SIZE / 2.0)
-"""Position (m) of turtlesim's first turtle at the start."""
+"""Initial position (m) of turtlesim's first turtle."""
 
 UNREACHABLE = 'Unreachable'
-"""Text of the catcher's marker."""
+"""Text of the marker for a brick that cannot be caught."""
 
 STILL = 1e-3
 """Largest movement (m) of a brick that counts as motionless."""

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Find a free ROS domain on this machine, and limit the range of discovery."""
+"""Reserve an unused ROS domain on this machine, and restrict discovery to this machine."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -20,17 +20,17 @@ import random
 import socket
 
 DOMAINS = range(101)
-"""Domains with ports below the range that Linux assigns automatically."""
+"""Domains whose ports are below the range from which Linux assigns ports automatically."""
 
 LAST_DOMAIN = 232
 """Highest domain number that DDS supports."""
 
 PARTICIPANTS = 32
-"""Number of participant ports to check per domain; the first participants may have left."""
+"""Number of ports to check per domain, because the first participants may have left."""
 
 MARK_PORT_BASE = 32768
-"""A process reserves a domain by binding the TCP port of this base plus the domain number, as the
-ROS 2 package domain_coordinator does, so that the two respect each other."""
+"""The TCP port with this number plus the domain number reserves a domain, as in the ROS 2 package
+domain_coordinator."""
 
 RANGE_VARIABLES = ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_STATIC_PEERS', 'ROS_LOCALHOST_ONLY')
 """The environment variables that set the range of discovery."""
@@ -64,9 +64,9 @@ def reserved_domain(candidates: Iterable[int] | None = None) -> Iterator[int]:
     """
     Reserve a ROS domain that no node on this machine uses and no other process has reserved.
 
-    :param candidates: domains to try, in this order; by default all except the default domain 0,
-        in random order
-    :raises DomainError: every candidate is in use
+    :param candidates: domains in the order in which to try them. By default, all domains except
+        0 are tried in random order.
+    :raises DomainError: all candidates are in use
     """
     for domain in candidates or random.sample(DOMAINS[1:], len(DOMAINS) - 1):
         with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as mark:

@@ -11,13 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-
-"""
-Follow one dropped brick by its transforms, the goal and the "Unreachable" marker.
-
-`DropWatch` works with any implementation; demo and referee both use it. Times are integer
-nanoseconds, lengths in m.
-"""
+"""Follow a dropped brick by its transforms, the robot's goal and the "Unreachable" marker."""
 
 from collections import deque
 from math import dist, nan
@@ -44,20 +38,18 @@ TILTED, LEVEL = 0.05, 0.02
 """Inclination (rad) above which a platform is tilted, and below which it is level."""
 
 MARGIN = 0.15
-"""Distance (m) outside the platform's radius at which a brick may still be on the platform."""
-
-HEIGHT = slice(2, 3)
-"""The z coordinate of a position."""
+"""Largest distance (m) from the platform's rim to the center of a brick on the platform."""
 
 HISTORY = 400
 """Number of stored positions of the brick."""
 
 
 class DropWatch:
-    """The course of one drop, from shortly before the request to the end."""
+    """The course of one drop, from before the request to the end. All times are in ns."""
 
-    def __init__(self, record: Record, begin: int, place: Vector, platform: Pose | None) -> None:
-        """Start at a time (ns) with a brick that hovers at a place (m)."""
+    def __init__(self, record: Record, begin: int, place: Vector) -> None:
+        """Start at the time `begin` with a brick that hovers at a position (m)."""
+        platform = record.pose('platform', begin)
         self._record = record
         self._track: deque[tuple[int, Array]] = deque(maxlen=HISTORY)
         self._marker_count = len(record.markers)
@@ -67,7 +59,7 @@ class DropWatch:
         self.end = begin
         self.place = place
         self.distance = nan if platform is None else dist(place[:2], platform.position[:2])
-        """Horizontal distance from the robot to the brick before the drop."""
+        """Horizontal distance (m) from the robot to the brick before the drop."""
         self.requested: int | None = None
         self.released: int | None = None
         self.down: int | None = None
@@ -84,11 +76,11 @@ class DropWatch:
 
     @property
     def decided(self) -> int | None:
-        """Return the publication time of the catcher's verdict, if there is one."""
+        """Return the publication time (ns) of the catcher's first verdict, if there is one."""
         return min(filter(None, (self.goal, *self.refusals)), default=None)
 
     def update(self) -> None:
-        """Process the messages received since the last call."""
+        """Process the messages that were received since the last call."""
         self._update_verdict()
         with numpy.errstate(all='ignore'):
             for stamp, pose in self._record.brick_track(self._last_stamp + 1, 1 << 62):
@@ -114,32 +106,32 @@ class DropWatch:
                 self.released = track[-2][0] if len(track) > 1 else stamp
                 self._track = deque(list(track)[-2:], maxlen=HISTORY)
         elif self.down is None:
-            self.down = rest_start(track, STILL / 10.0, LANDING_NS, HEIGHT)
+            heights = [(time, position[2:]) for time, position in track]
+            self.down = rest_start(heights, STILL / 10.0, LANDING_NS)
             if self.down is not None:
                 self._land(pose)
         elif self.caught and self.floated is None:
             self._ride(stamp)
         elif self.floated is not None and self.leveled is None:
-            platform = self._record.platform(stamp)
+            platform = self._record.pose('platform', stamp)
             if platform is not None and inclination(platform) < LEVEL:
                 self.leveled = stamp
 
     def _land(self, pose: Pose) -> None:
-        """Determine whether the brick has landed on the platform, by its pose shortly after."""
+        """Determine whether the brick has landed on the platform."""
         assert self.down is not None
         record = self._record
         numbers = {**NUMBERS, **record.profile.numbers}
-        self.landed = (record.brick(self.down) or pose).position
+        self.landed = (record.pose('brick', self.down) or pose).position
         self.caught = bool(self.landed[2] > numbers['platform_height'] / 2.0)
-        platform = record.platform(self.down)
-        # The pose of the platform may be unknown after a stall; then the height decides.
-        if platform is not None:
+        platform = record.pose('platform', self.down)
+        if platform is not None:  # It may be unknown after a stall.
             self.caught &= bool(dist(self.landed[:2], platform.position[:2])
                                 <= numbers['platform_radius'] + MARGIN)
 
     def _ride(self, stamp: int) -> None:
         """Determine whether the platform has been tilted and whether the brick has slid off."""
-        platform, place = self._record.platform(stamp), self._record.on_platform(stamp)
+        platform, place = self._record.pose('platform', stamp), self._record.on_platform(stamp)
         if platform is None or place is None:
             return
         if self.tilted is None:

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Poses and angles with numpy. Lengths are in m, angles in rad."""
+"""Poses (m) and angles (rad) with numpy."""
 
 from collections.abc import Iterable, Sequence
 from math import atan2, cos, hypot, sin
@@ -24,14 +24,14 @@ Vector = tuple[float, float, float]
 Array = NDArray[numpy.float64]
 
 UPRIGHT: Array = numpy.eye(3)
-"""Rotation matrix of a frame that is not rotated."""
+"""Rotation matrix without a rotation."""
 
 
 class Pose(NamedTuple):
     """Pose of a child frame in its parent frame."""
 
-    position: Array  # of the origin
-    axes: Array  # rotation matrix; its columns are the unit vectors x, y and z
+    position: Array  # position (m) of the origin
+    axes: Array  # rotation matrix with the unit vectors x, y and z as columns
 
     def transform(self, points: Any) -> Array:
         """Transform a point, or one point per row, from the child frame to the parent frame."""
@@ -42,12 +42,12 @@ class Pose(NamedTuple):
         return (points - self.position) @ self.axes
 
     def compose(self, inner: 'Pose') -> 'Pose':
-        """Return the pose in the parent frame for a pose given in the child frame."""
+        """Transform a pose from the child frame to the parent frame."""
         return Pose(self.transform(inner.position), self.axes @ inner.axes)
 
     @property
     def upright(self) -> Array:
-        """Return the z axis."""
+        """Return the unit vector of the z axis in the parent frame."""
         return self.axes[:, 2]
 
 
@@ -61,28 +61,28 @@ def pose(position: Sequence[float], quaternion: Sequence[float] = (0.0, 0.0, 0.0
 
 
 def turn(axis: Iterable[float], angle: float) -> Array:
-    """Return the rotation matrix for an angle about a unit vector."""
+    """Return the rotation matrix for an angle (rad) about a unit vector."""
     x, y, z = (sin(angle / 2.0) * component for component in axis)
     return pose((0.0, 0.0, 0.0), (x, y, z, cos(angle / 2.0))).axes
 
 
 def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:
-    """Interpolate linearly between two similar poses; the fraction is from 0 to 1."""
+    """Interpolate linearly between two similar poses by a fraction from 0 (a) to 1 (b)."""
     return Pose(*(p + fraction * (q - p) for p, q in zip(a, b)))
 
 
 def angle_between(a: Array, b: Array) -> float:
-    """Return the angle between two vectors of similar length."""
+    """Return the angle (rad) between two vectors of similar length."""
     return 2.0 * atan2(hypot(*(a - b)), hypot(*(a + b)))
 
 
 def inclination(frame: Pose) -> float:
-    """Return the angle between the z axis of a frame and the vertical."""
+    """Return the angle (rad) between the z axis of a frame and the vertical."""
     return angle_between(frame.upright, UPRIGHT[2])
 
 
 def distance_to_rectangle(center: Iterable[float], yaw: float, size: Sequence[float]) -> float:
-    """Return the distance from the origin to a rectangle with a size (length along yaw, width)."""
+    """Return the distance (m) from the origin to a rectangle; the first size is along its yaw."""
     x, y = center
     along = abs(x * cos(yaw) + y * sin(yaw)) - size[0] / 2.0
     across = abs(y * cos(yaw) - x * sin(yaw)) - size[1] / 2.0

@@ -11,13 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-
-"""
-Two nodes: `PollingNode` receives chosen topics, and `Observer` records a whole graph.
-
-An observer needs only the names in a profile and reads every type from the graph, so it works with
-any implementation. It can also send goals and tilt commands and call services.
-"""
+"""The nodes `PollingNode`, which receives chosen topics, and `Observer`, which records a graph."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -40,16 +34,16 @@ from turtle_referee.graph_client.profiles import Profile
 from turtle_referee.graph_client.record import MAX_LATENESS_NS, Received, ReceivedMarker, Record
 
 DEPTH = 2000
-"""Queue size of each subscription, large enough for a reader that falls behind."""
+"""Queue size of each subscription, which is sufficient for several seconds."""
 
 FETCH_PERIOD = 0.02
 """Period (s) of fetching messages."""
 
 DISCOVERY_PERIOD = 0.5
-"""Period (s) of looking for new topics and of measuring the processor load."""
+"""Period (s) of the search for new topics and of the measurement of the processor load."""
 
 MAX_LOAD = 95.0
-"""Processor load (%) above which a graph may be late."""
+"""Processor load (%) from which on a graph may be late."""
 
 MARKER_TYPES = {'visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray'}
 
@@ -64,7 +58,7 @@ def load_type(name: str) -> Any:
 
 
 def fill_position(message: Any, position: Sequence[float]) -> bool:
-    """Set the first fields x, y and z at any depth of a message; return whether they exist."""
+    """Set the first fields x, y and z in a message or its fields; return whether they exist."""
     fields = message.get_fields_and_field_types()
     if {'x', 'y', 'z'} <= set(fields):
         message.x, message.y, message.z = map(float, position)
@@ -93,16 +87,15 @@ def append_to(messages: list[Received]) -> Callback:
 
 class PollingNode(Node):
     """
-    A node that fetches its messages when asked, instead of being woken up by each of them.
+    A node that fetches its messages in `fetch` and is not woken up by each of them.
 
-    Polling avoids a thousand wake-ups per second and preserves the publication times of messages
-    and service responses: the EventsExecutor of rclpy 7.1 passes neither to a callback, and a
-    future contains no response time. Therefore `fetch` uses the handles, like
-    rclpy.wait_for_message.
+    Polling avoids a thousand wake-ups per second. It also preserves the publication times of
+    messages and responses, which the EventsExecutor of rclpy 7.1 does not pass to callbacks.
+    Therefore, `fetch` uses the handles, like rclpy.wait_for_message.
     """
 
     def __init__(self, name: str = 'listener', **node_options: Any) -> None:
-        """Start without subscriptions; the options are those of rclpy.node.Node."""
+        """Create a node without subscriptions; the options are those of rclpy.node.Node."""
         super().__init__(name, **{
             'start_parameter_services': False, 'enable_rosout': False, **node_options})
         self._callbacks: list[tuple[Subscription, Callback]] = []
@@ -117,7 +110,7 @@ class PollingNode(Node):
 
     def subscribe(self, message_type: Any, topic: str, callback: Callback,
                   qos: QoSProfile | int = DEPTH) -> None:
-        """Subscribe to a topic with a callback for `fetch`."""
+        """Subscribe to a topic with a callback that `fetch` calls."""
         subscription = self.create_subscription(message_type, topic, lambda message: None, qos)
         self._callbacks.append((subscription, callback))
 
@@ -129,7 +122,7 @@ class PollingNode(Node):
         return responses
 
     def fetch(self) -> None:
-        """Store all new responses and call the callbacks with all new messages."""
+        """Store all new responses, and call the callbacks with all new messages."""
         for client in {client for client, _ in self._calls}:
             with client.handle:
                 while (taken := client.handle.take_response(client.srv_type.Response))[0]:
@@ -145,11 +138,15 @@ class PollingNode(Node):
 
 
 class Observer(Node):
-    """A node that records a graph and sends requests to it."""
+    """
+    A node that records a graph and sends requests to it.
+
+    The profile contains the names; all types are read from the graph.
+    """
 
     def __init__(self, profile: Profile | None = None, name: str = 'referee',
                  **node_options: Any) -> None:
-        """Start recording with the names in a profile; the options are those of a node."""
+        """Start recording; the options are those of rclpy.node.Node."""
         super().__init__(name, **{'start_parameter_services': False, **node_options})
         self.poller = PollingNode(f'{name}_poller', **node_options)
         self.record = Record(profile or Profile())
@@ -199,7 +196,7 @@ class Observer(Node):
             record.publishers.setdefault(topic, set()).update(
                 f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos)
             qos = [info.qos_profile for info in infos]
-            # A subscription must not require more than each of the publishers offers.
+            # A subscription must not require more than any of the publishers offers.
             reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in qos)
             latched = all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in qos)
             record.latched.setdefault(topic, latched)
@@ -228,7 +225,7 @@ class Observer(Node):
                                       info['publication_sequence_number'] or 0, transform, static)
 
     def _client(self, service: str, service_type: Any) -> Client:
-        """Return the client of a service with this full name."""
+        """Return the client of a service with a full name."""
         if service not in self._clients_by_service:
             self._clients_by_service[service] = self.poller.create_client(service_type, service)
         return self._clients_by_service[service]
@@ -246,7 +243,7 @@ class Observer(Node):
         return self._goal_publisher.get_subscription_count() > 0
 
     def send_tilt(self, angle: float) -> None:
-        """Send a tilt angle (rad) in the first number of the message, or raise LookupError."""
+        """Send an angle (rad) in the first floating-point field of a tilt message."""
         topic = self.resolve_topic_name(self.record.profile.topics['tilt'])
         for info in self.get_subscriptions_info_by_topic(topic):
             message = load_type(info.topic_type)()
@@ -260,7 +257,7 @@ class Observer(Node):
         raise LookupError(f'no node subscribes to {topic}, or its type has no field for an angle')
 
     def service_client(self, name: str) -> Any:
-        """Return the client of 'place' or 'drop', or raise LookupError without the service."""
+        """Return the client of 'place' or 'drop', or raise LookupError if there is no server."""
         service = self.resolve_service_name(self.record.profile.services[name])
         types = dict(self.get_service_names_and_types()).get(service)
         if not types:
@@ -268,7 +265,7 @@ class Observer(Node):
         return self._client(service, load_type(types[0]))
 
     def parameter_clients(self) -> list[Client]:
-        """Return a client for the parameters of each other node."""
+        """Return the clients for the parameters of all other nodes."""
         own = (self.get_name(), self.poller.get_name())
         return [self._client(f'{namespace.rstrip("/")}/{name}/get_parameters', GetParameters)
                 for name, namespace in self.get_node_names_and_namespaces() if name not in own]

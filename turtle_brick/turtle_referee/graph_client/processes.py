@@ -11,13 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-
-"""
-Run a program in its own process: read its output, send it signals, and end it.
-
-    with Process(['ros2', 'run', 'turtle_brick', 'arena']) as arena:
-        arena.wait_for_output('hovers', 10.0)
-"""
+"""Run programs in separate processes, read their output, and end them."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -30,32 +24,34 @@ import threading
 END_TIME = 15.0
 """Timeout (s) for the end of a process after SIGINT."""
 
-LAST_LINES = 3
-"""Number of output lines in an exit message."""
-
 
 class Process:
-    """A running program with its standard output and standard error."""
+    """
+    A running program with its standard output and standard error.
+
+        with Process(['ros2', 'run', 'turtle_brick', 'arena']) as arena:
+            arena.wait_for_output('hovers', 10.0)
+    """
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str] = {},
                  listener: Callable[[str], object] | None = None) -> None:
         """
         Start the program.
 
-        :param environment: variables to add to the environment of this process
-        :param listener: called with each line of output, in a separate thread
+        :param environment: variables to add to the environment of the calling process
+        :param listener: function that a separate thread calls with each line of output
         """
         self.command = list(command)
         self._listener = listener
         self._output_changed = threading.Condition()
         self._bytes = b''
-        self._closed = False  # whether the program has closed its output
+        self._closed = False  # True after the program has closed its output
         # Without a display, turtlesim draws its window into memory.
         display = {} if os.environ.get('DISPLAY') else {'QT_QPA_PLATFORM': 'offscreen'}
         self._popen = subprocess.Popen(
             self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            # A Ctrl-C in the terminal reaches this process only, which then ends the program.
+            # A Ctrl-C in the terminal must not reach the program before this process.
             start_new_session=True,
             env={**os.environ, 'PYTHONUNBUFFERED': '1', **display, **environment})
         self._reader = threading.Thread(target=self._read, name='output', daemon=True)
@@ -67,12 +63,12 @@ class Process:
 
     def __exit__(self, *_: object) -> None:
         """End the process."""
-        self.close()
+        close_all([self])
 
     def _read(self) -> None:
         assert self._popen.stdout is not None
         line = b''
-        # A program may print part of a line and wait, so chunks are read instead of lines.
+        # A program may print a part of a line and wait, so chunks are read instead of lines.
         while chunk := os.read(self._popen.stdout.fileno(), 65536):
             with self._output_changed:
                 self._bytes += chunk
@@ -111,11 +107,11 @@ class Process:
         if self.running:
             return ''
         self._reader.join(1.0)
-        lines = ' / '.join(self.output.strip().splitlines()[-LAST_LINES:])
+        lines = ' / '.join(self.output.strip().splitlines()[-3:])
         return f'{self.command[0]} has ended with status {self.status}: {lines or "no output"}'
 
     def send(self, number: int) -> None:
-        """Send a signal without waiting for its effect."""
+        """Send a signal and do not wait for its effect."""
         self._popen.send_signal(number)
 
     def wait_for_output(self, pattern: str, timeout: float) -> re.Match[str]:
@@ -159,18 +155,14 @@ class Process:
         if self._popen.stdout is not None:
             self._popen.stdout.close()
 
-    def close(self, timeout: float = END_TIME) -> None:
-        """Send SIGINT, wait for the end with a timeout (s), then kill the remaining processes."""
-        close_all([self], timeout)
 
-
-def close_all(processes: Iterable[Process], timeout: float = END_TIME) -> None:
-    """Send SIGINT to all processes, wait for each with a timeout (s), then kill the rest."""
+def close_all(processes: Iterable[Process]) -> None:
+    """Send SIGINT to all processes, wait for their end, and kill the remaining ones."""
     processes = list(processes)
     for process in processes:
         if process.running:
             process.send(signal.SIGINT)
     for process in processes:
         with suppress(TimeoutError):
-            process.wait(timeout)
+            process.wait(END_TIME)
         process.kill()

@@ -11,11 +11,10 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-
 """
-Names of topics and services in an implementation, and the physical numbers of its robot.
+The names of topics and services in an implementation, and the physical numbers of its robot.
 
-The defaults are the names in the assignment. A profile in YAML lists the differences:
+The default names are those of the assignment. A YAML file contains other names and numbers:
 
     topics: {cmd_vel: robot/cmd_vel, tilt: platform_tilt}
     services: {place: put}
@@ -34,11 +33,11 @@ SERVICES = ('place', 'drop')
 
 NUMBERS = {'platform_height': 1.0, 'platform_radius': 0.5, 'wheel_radius': 0.2,
            'max_velocity': 1.0, 'gravity_accel': 9.81}
-"""The physical numbers of the robot (m, s) with the values to assume while they are unknown."""
+"""Physical numbers of the robot (m, m/s, m/s^2), and the values that replace unknown numbers."""
 
 
 class ProfileError(ValueError):
-    """A profile is invalid; the text gives the reason."""
+    """A profile is invalid."""
 
 
 @dataclass
@@ -49,11 +48,11 @@ class Profile:
         **{name: name for name in TOPICS}, 'cmd_vel': 'turtle1/cmd_vel', 'pose': 'turtle1/pose'})
     services: dict[str, str] = field(default_factory=lambda: {name: name for name in SERVICES})
     numbers: dict[str, float] = field(default_factory=dict)
-    """The known numbers; the referee reads the missing ones from the nodes' parameters."""
+    """The known numbers. The referee reads the other ones from the parameters of the nodes."""
 
     @classmethod
     def from_parameters(cls, parameters: Any) -> 'Profile':
-        """Return the default names with the numbers from a parameter object."""
+        """Return a profile with the default names and the numbers from a parameter object."""
         return cls(numbers={name: getattr(parameters, name) for name in NUMBERS})
 
     def load(self, path: Path) -> None:

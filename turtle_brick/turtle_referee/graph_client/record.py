@@ -11,12 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-
-"""
-The messages received from a graph and the requests sent to it, without dependence on ROS.
-
-Times are integer nanoseconds of the system clock, lengths in m, angles in rad.
-"""
+"""Messages received from a graph and requests sent to it. Times are in ns, lengths in m."""
 
 from bisect import bisect_left, insort
 from collections.abc import Callable, Iterator, Sequence
@@ -30,16 +25,18 @@ from turtle_referee.graph_client.geometry import Array, interpolate, Pose, pose
 from turtle_referee.graph_client.profiles import Profile
 
 MAX_GAP_NS = 120_000_000
-"""Longest interval (ns) between two transforms over which to interpolate."""
+"""Longest interval (ns) between two transforms that are interpolated."""
 
 EXTRAPOLATION_NS = 50_000_000
-"""Duration (ns) for which the first and the last transform of a frame are extrapolated."""
+"""Duration (ns) for which a frame is assumed to rest before its first and after its last
+transform."""
 
 MAX_LATENESS_NS = 15_000_000
-"""Largest delay (ns) of the observer; in this time a robot at 3 m/s drives 5 cm."""
+"""Largest delay (ns) of the observer that is not a stall. In this time, a robot with 3 m/s drives
+5 cm."""
 
 STALL_AFTERMATH_NS = NS_PER_SECOND
-"""Duration (ns) after a stall for which its effects may be visible."""
+"""Duration (ns) of the effects of a stall after its end."""
 
 MAX_AHEAD_NS = 5_000_000_000
 """Largest time (ns) by which the stamp of a transform may be ahead of its publication."""
@@ -48,18 +45,18 @@ MAX_DEPTH = 30
 """Largest number of frames between a frame and world."""
 
 OVERLOADED = 'the machine was overloaded'
-"""Reason why a requirement is open that may be met on a less busy machine."""
+"""Beginning of the reason why a requirement is not judged after stalls."""
 
 
 class Received(NamedTuple):
-    """A message with the time (ns) of its publication."""
+    """A message with its publication time (ns)."""
 
     published: int
     message: Any
 
 
 class ReceivedMarker(NamedTuple):
-    """A marker with its topic and the time (ns) of its publication."""
+    """A marker with its topic and its publication time (ns)."""
 
     published: int
     topic: str
@@ -67,7 +64,7 @@ class ReceivedMarker(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """A transform."""
+    """A transform with its stamp (ns) and its parent frame."""
 
     stamp: int
     parent: str
@@ -75,7 +72,7 @@ class Sample(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """A drive of the robot to a goal."""
+    """A drive of the robot with begin and end (ns), start and goal (m)."""
 
     begin: int
     end: int
@@ -84,17 +81,17 @@ class Drive(NamedTuple):
 
     @property
     def length(self) -> float:
-        """Return the distance from start to goal."""
+        """Return the distance (m) from start to goal."""
         return dist(self.start, self.goal)
 
 
 class Request(NamedTuple):
-    """A service call or a published tilt command, with its result."""
+    """A service call or a tilt command with begin and end (ns), value and result."""
 
     begin: int
     end: int
     value: Any
-    accepted: bool = True  # False without a response, or if the field success is false
+    accepted: bool = True  # False if there is no response or if its field success is False
     message: str = ''
 
     def check(self) -> None:
@@ -105,7 +102,7 @@ class Request(NamedTuple):
 
 def in_time_span(items: list[Any], begin: int, end: int | None,
                  time_of: Callable[[Any], int]) -> list[Any]:
-    """Return the items from begin to end (ns) in a list that is sorted by time."""
+    """Return the items from begin to end (ns) in a list that is sorted by `time_of`."""
     last = len(items) if end is None else bisect_left(items, end, key=time_of)
     return items[bisect_left(items, begin, key=time_of):last]
 
@@ -117,12 +114,12 @@ class Frame:
     """All transforms of a frame."""
 
     def __init__(self, static: bool) -> None:
-        """Start empty, for a frame that was first received on /tf_static or on /tf."""
+        """Create a frame without transforms; `static` is True for a frame from /tf_static."""
         self.static = static
-        self.on_both_topics = False  # whether it was received on /tf and on /tf_static
+        self.on_both_topics = False  # True if /tf and /tf_static contain the frame
         self.samples: list[Sample] = []  # sorted by stamp
-        self.published: list[tuple[int, Sample]] = []  # with publication times, as received
-        self.sequence_numbers: list[int] = []  # of the messages, counted per publisher
+        self.published: list[tuple[int, Sample]] = []  # with publication times (ns)
+        self.sequence_numbers: list[int] = []  # message numbers, which each publisher counts
 
     def add(self, published: int, number: int, sample: Sample) -> None:
         """Store a transform with its publication time (ns) and its sequence number."""
@@ -131,7 +128,7 @@ class Frame:
         insort(self.samples, sample, key=stamp_of_sample)
 
     def published_between(self, begin: int, end: int | None = None) -> list[tuple[int, Sample]]:
-        """Return the publication time (ns) and the transform for each publication in a span."""
+        """Return the transforms published from begin to end (ns), with publication times."""
         return in_time_span(self.published, begin, end, lambda published: published[0])
 
     def between(self, begin: int, end: int) -> list[Sample]:
@@ -141,7 +138,7 @@ class Frame:
     def at(self, stamp: int) -> Sample | None:
         """Return the interpolated transform at a time (ns), or None if it is unknown."""
         if self.static:
-            return self.published[0][1]  # A frame with another position later breaks a rule.
+            return self.published[0][1]
         index = bisect_left(self.samples, stamp, key=stamp_of_sample)
         before, after = self.samples[max(index - 1, 0)], self.samples[index:index + 1]
         if not after or stamp < before.stamp:
@@ -161,14 +158,14 @@ class Record:
     """All received messages and all requests."""
 
     def __init__(self, profile: Profile) -> None:
-        """Start empty, for a graph with the names in a profile."""
+        """Create an empty record of a graph with the names in a profile."""
         self.profile = profile
         self.topics: dict[str, list[Received]] = {name: [] for name in profile.topics}
         self.frames: dict[str, Frame] = {}
         self.markers: list[ReceivedMarker] = []
-        self.namespace = '/'  # of the observer and of the graph
+        self.namespace = '/'  # the namespace of the graph
         self.publishers: dict[str, set[str]] = {}  # full node names by topic
-        self.latched: dict[str, bool] = {}  # whether a topic is transient local
+        self.latched: dict[str, bool] = {}  # True for transient local topics
         self.idle: list[tuple[int, int]] = []  # time spans of the robot at rest
         self.driving: list[tuple[int, int]] = []  # time spans with several drives
         self.drives: list[Drive] = []
@@ -177,10 +174,10 @@ class Record:
         self.drops: list[Any] = []
         self.stalls: list[tuple[int, int]] = []
         """Time spans in which the observer was late or all processors were busy."""
-        self.notes: list[str] = []  # problems in the course of the observation
+        self.notes: list[str] = []  # problems during the observation
 
     def is_empty(self) -> bool:
-        """Return whether nothing but TF was received, which all namespaces may share."""
+        """Return whether only TF was received, which may belong to another namespace."""
         return not (self.places or any(self.topics.values()))
 
     def add_transform(self, published: int, number: int, transform: Any, static: bool) -> None:
@@ -188,7 +185,7 @@ class Record:
         translation, rotation = transform.transform.translation, transform.transform.rotation
         stamp = nanoseconds_of(transform.header.stamp)
         if stamp - published > MAX_AHEAD_NS:
-            return  # It would stay the latest transform of its frame.
+            return  # This transform would remain the latest one of its frame.
         frame = self.frames.setdefault(
             transform.child_frame_id.removeprefix('/'), Frame(static))
         frame.on_both_topics = frame.on_both_topics or frame.static is not static
@@ -212,23 +209,15 @@ class Record:
         parent = sample and self.pose(sample.parent, stamp, depth - 1)
         return parent.compose(sample.pose) if sample and parent else None
 
-    def platform(self, stamp: int) -> Pose | None:
-        """Return the pose of the platform in world at a time (ns), or None if it is unknown."""
-        return self.pose('platform', stamp)
-
-    def brick(self, stamp: int) -> Pose | None:
-        """Return the pose of the brick in world at a time (ns), or None if it is unknown."""
-        return self.pose('brick', stamp)
-
     def on_platform(self, stamp: int) -> Array | None:
         """Return the position of the brick in the platform frame at a time (ns), if known."""
-        brick, platform = self.brick(stamp), self.platform(stamp)
+        brick, platform = self.pose('brick', stamp), self.pose('platform', stamp)
         return platform.locate(brick.position) if brick and platform else None
 
     def brick_track(self, begin: int, end: int) -> Iterator[tuple[int, Pose]]:
         """Yield the stamp (ns) and the pose of the brick in world for each of its transforms."""
         for sample in self.frames['brick'].between(begin, end) if 'brick' in self.frames else ():
-            brick = self.brick(sample.stamp)
+            brick = self.pose('brick', sample.stamp)
             if brick is not None:
                 yield sample.stamp, brick
 
@@ -277,7 +266,7 @@ def nanoseconds_of(stamp: Any) -> int:
 
 
 def stamp_of(received: Received) -> int:
-    """Return the stamp (ns) of a message, or its publication time without a plausible stamp."""
+    """Return the stamp (ns) of a message, or its publication time if the stamp is implausible."""
     header = getattr(received.message, 'header', None)
     stamp = nanoseconds_of(header.stamp) if header else 0
     return stamp if abs(stamp - received.published) < MAX_AHEAD_NS else received.published
@@ -287,8 +276,8 @@ def message_rate(times: Sequence[float]) -> float:
     """
     Return the rate (Hz) of periodic messages, or 0 for fewer than six timestamps (s).
 
-    On a busy machine a message may be late, but none is early. Therefore the rate is measured from
-    the least delayed message in the first third to the least delayed one in the last third.
+    On a busy machine, messages may be late, but they are never early. Therefore, the rate is
+    measured between the least delayed messages in the first third and in the last third.
     """
     count = len(times)
     if count < 6 or times[-1] <= times[0]:
@@ -303,19 +292,17 @@ def message_rate(times: Sequence[float]) -> float:
     return (last - first) / (times[last] - times[first])
 
 
-def rest_start(track: Sequence[tuple[int, Any]], tolerance: float, duration: int,
-               coordinates: slice = slice(None)) -> int | None:
+def rest_start(track: Sequence[tuple[int, Any]], tolerance: float, duration: int) -> int | None:
     """
-    Return the time (ns) since which a body has been at rest at the end of its track.
+    Return the time (ns) at which the rest at the end of a track began, or None without a rest.
 
     :param track: times (ns) and positions (m)
     :param tolerance: largest distance (m) from the last position
-    :param duration: shortest duration (ns) of a rest; None is returned after a shorter one
-    :param coordinates: the coordinates to compare
+    :param duration: shortest duration (ns) of a rest
     """
     since = None
     for stamp, position in reversed(track):
-        if not dist(position[coordinates], track[-1][1][coordinates]) <= tolerance:
+        if not dist(position, track[-1][1]) <= tolerance:
             break
         since = stamp
     return None if since is None or track[-1][0] - since < duration else since

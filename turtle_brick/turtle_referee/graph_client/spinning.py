@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Spin nodes while a program waits for a condition, until Ctrl-C or SIGTERM."""
+"""Spin nodes until a condition holds, or until Ctrl-C or SIGTERM."""
 
 from collections.abc import Callable
 import signal
@@ -26,18 +26,18 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 LONGEST_WAIT = 0.02
-"""Timeout (s) of each spin_once. It is constant because a SingleThreadedExecutor restarts its
-round when the timeout changes, and the first node would get every turn under load."""
+"""Timeout (s) of each spin_once. If the timeout changed, a SingleThreadedExecutor would start
+again with its first node, and the other nodes would wait under load."""
 
 INTERRUPTED = Event()
-"""Set by Ctrl-C and SIGTERM after a call of handle_interrupts."""
+"""After a call of handle_interrupts, Ctrl-C and SIGTERM set this event."""
 
 
 def handle_interrupts() -> dict[int, Any]:
     """
     Make Ctrl-C and SIGTERM set INTERRUPTED; return the previous signal handlers.
 
-    A KeyboardInterrupt that is raised inside a callback may be lost or break a node.
+    A KeyboardInterrupt inside a callback could be lost or break a node.
     """
     INTERRUPTED.clear()
     return {number: signal.signal(number, lambda *_: INTERRUPTED.set())
@@ -51,7 +51,7 @@ class Spinner:
 
     def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
         """
-        Spin until a condition holds; check the condition after each callback.
+        Spin until a condition holds, and check the condition after each callback.
 
         :param timeout: time limit (s)
         :param what: description of the condition, for the error message
@@ -91,7 +91,7 @@ class NodeSpinner(Spinner):
         self._handlers = handle_interrupts()
 
     def __enter__(self) -> 'NodeSpinner':
-        """Return the spinner itself."""
+        """Return this spinner."""
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -134,7 +134,7 @@ def brick_is_visible(record: Record) -> Finding:
 def brick_marker_is_at_the_brick(record: Record) -> Finding:
     off = []
     for request in record.places:
-        brick = record.brick(request.end - BEFORE_NS)
+        brick = record.pose('brick', request.end - BEFORE_NS)
         before = [received for received in brick_markers(record)
                   if received.published < request.end]
         if brick is not None and before:
@@ -347,7 +347,7 @@ def brick_has_the_angle(record: Record) -> Finding:
     off, level = [], 0
     for begin, end in record.trial_spans():
         for stamp, brick in list(record.brick_track(begin, end - BEFORE_NS))[::5]:
-            platform = record.platform(stamp)
+            platform = record.pose('platform', stamp)
             if platform is None:
                 continue
             if inclination(brick) <= SAME_ANGLE and inclination(platform) <= SAME_ANGLE:
@@ -355,7 +355,7 @@ def brick_has_the_angle(record: Record) -> Finding:
                 continue
             # The brick may have any angle that the platform had within MAX_LAG.
             off.append(min(angle_between(brick.upright, before.upright) for lag in LAGS
-                           if (before := record.platform(stamp - lag)) is not None))
+                           if (before := record.pose('platform', stamp - lag)) is not None))
     if not off and not level:
         raise Open('the poses of brick and platform were never known at the same time')
     usual = largest(sorted(off)[:len(off) - len(off) // 100])
@@ -402,7 +402,7 @@ def slides_are_frictionless(record: Record) -> Finding:
             found.append(slide(gravity, [
                 (stamp, brick, platform)
                 for stamp, brick in record.brick_track(drop.tilted - 2 * BEFORE_NS, end)
-                if (platform := record.platform(stamp)) is not None]))
+                if (platform := record.pose('platform', stamp)) is not None]))
     first = require_data(found, 'no brick was tilted')[0]
     off = largest(one.off for one in found)
     return Finding(off <= SLIDE_DEVIATION, f'at most {off:.4f} m off in {len(found)} slides', Plot(
@@ -419,9 +419,9 @@ def slides_end_at_the_edge(record: Record) -> Finding:
     for drop in catches(record):
         if drop.floated is None:
             continue
-        brick, platform = record.brick(drop.floated), record.platform(drop.floated)
-        if brick is None or platform is None:
-            raise Broken('the pose of the platform at the end of a slide is unknown')
+        platform = require(record.pose('platform', drop.floated),
+                           'the pose of the platform at the end of a slide is unknown')
+        brick = require(record.pose('brick', drop.floated), 'the pose of the brick is unknown')
         forward = brick.axes[:, 0] @ platform.axes
         clearances.append(distance_to_rectangle(
             platform.locate(brick.position)[:2], atan2(forward[1], forward[0]),

@@ -494,7 +494,7 @@ def platform_has_the_tilt(record: Record) -> Finding:
     for request in require_data(record.tilts, 'the platform was not tilted'):
         require_accepted(request)
         positions = record.joint(joint.name, request.begin, request.end)
-        platform = record.platform(request.end - 50_000_000)
+        platform = record.pose('platform', request.end - 50_000_000)
         if not positions or platform is None:
             raise Broken('the joint or the frame of the platform is not published')
         angle, leaning = positions[-1][1], inclination(platform)
