@@ -127,7 +127,7 @@ def test_report_and_figure_show_the_results(tmp_path):
 
 
 def test_a_signal_ends_the_benchmark_and_its_processes(tmp_path):
-    """It exits with status 0 and writes nothing."""
+    """The benchmark exits with status 0 and writes nothing."""
     process = psutil.Popen(
         [sys.executable, '-m', 'turtle_brick.tools.benchmark', '--output', str(tmp_path / 'out')],
         env={**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, sys.path))},

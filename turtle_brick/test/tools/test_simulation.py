@@ -14,8 +14,8 @@
 """
 Tests for the simulation of the closed loop, and for the two promises of the catcher.
 
-A brick that is decided to be reachable is caught, whatever the robot was doing. If the robot is at
-rest, no brick within max_velocity * (t_fall - 0.13 s) + platform_radius is refused.
+Every brick that the catcher accepts is caught, in any state of the robot. If the robot is at rest,
+no brick within max_velocity * (t_fall - 0.13 s) + platform_radius is refused.
 """
 
 from dataclasses import replace
@@ -76,7 +76,7 @@ def position_near_the_limit(random, simulation):
 
 
 def drop_and_check(simulation):
-    """Drop the brick, check that it is caught if decided to be reachable; return the decision."""
+    """Drop the brick, check that an accepted brick is caught, and return the decision."""
     earlier = len(simulation.decisions)
     simulation.world.release()
     assert simulation.run(lambda: simulation.world.phase is not Phase.FALLING, 60.0)
@@ -123,7 +123,7 @@ def test_both_promises_hold(delays):
     assert verdicts.count(False) >= 5
 
 
-def test_reachable_bricks_are_caught_whatever_the_robot_was_doing():
+def test_reachable_bricks_are_caught_in_every_state_of_the_catcher():
     """The brick is placed and dropped again while the robot approaches, carries or tilts."""
     random = Random(1)
     verdicts, states = [], set()
@@ -149,7 +149,7 @@ def test_reachable_bricks_are_caught_whatever_the_robot_was_doing():
 
 
 def test_reachable_bricks_are_caught_by_a_robot_that_turns_back():
-    """Commands in opposite directions are still in its queue."""
+    """Commands in opposite directions are still in the queue of turtlesim."""
     random = Random(1)
     for seed in range(24):
         speed = random.uniform(1.0, 6.0)
@@ -172,7 +172,7 @@ def test_command_latency_is_neither_too_short_nor_too_long(delays):
     """
     Measure the time from the decision until the platform is under the brick.
 
-    Without the travel time, it is at most COMMAND_LATENCY, and sometimes nearly as long.
+    This time minus the travel time is at most COMMAND_LATENCY, and sometimes nearly as long.
     """
     random = Random(f'{delays}')
     latencies = []

@@ -130,7 +130,7 @@ def test_brick_is_shown_placed_and_caught_on_the_page(domain_id):
         goal = (ARENA_CENTER + 2.0, ARENA_CENTER)
         page.click_ground(*goal, goals)
 
-        # Above the robot, and high enough to be caught although the machine may stall.
+        # The brick falls onto the robot from a height that allows for a stalled machine.
         position = f'{goal[0]:.2f}, {goal[1]:.2f}, 30'
         page.enter_position(position, 'the brick hovers at', button='Place')
         page.click_element('button', 'Drop')

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Programs that run, simulate, measure and draw the exercise."""
+"""Programs that run, simulate and measure the exercise, and draw figures of the results."""
 
 from argparse import ArgumentTypeError
 

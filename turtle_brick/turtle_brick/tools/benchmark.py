@@ -19,13 +19,14 @@ The benchmark needs an otherwise idle machine. It measures as follows:
 
 * `ros2 launch turtle_brick turtle_arena.launch.py view:=none` runs in its own ROS domain.
 * Processor time is the user and system time of each process during two windows. In the idle
-  window, the brick hovers, the robot is at rest, and no other node subscribes to the topics at 100
-  or 250 Hz. In the catching window, a client drops one brick after another and records all topics.
-* Message intervals are measured in another idle window, with the client connected. They are the
-  differences between source timestamps, which the publishing middleware sets.
-* Reaction times are measured from the release of each brick, with the robot at rest at a random
-  distance so that it must move. The release is the timestamp of the last brick position before the
-  fall. The decision is the publication of the goal. Motion begins with the first changed pose.
+  window, the brick hovers, the robot is at rest, and no other node subscribes to topics with a
+  rate of 100 Hz or more. In the catching window, a client drops one brick after another and
+  records all topics.
+* Message intervals are measured in another idle window, with the client connected. An interval is
+  the difference between two source timestamps, which the publisher's middleware sets.
+* Reaction times begin at the release of each brick. The robot is then at rest at a random distance
+  that requires a drive. The release is the timestamp of the last brick position before the fall.
+  The decision is the publication of the goal. Motion begins with the first changed pose.
 """
 
 import argparse
@@ -73,15 +74,15 @@ WARM_UP_TIME = 3.0
 """Time (s) that the graph runs before the first measurement."""
 
 LEAD_TIME_NS = 100_000_000
-"""Time (ns) before a drop request from which brick positions are examined."""
+"""Duration (ns) before a drop request in which brick positions are examined too."""
 
 MOTION_THRESHOLD = 1e-6
-"""Distance (m) beyond which a robot has moved."""
+"""Distance (m) above which a change of position is a motion."""
 
 
 def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | None:
     """
-    Find the delays from a brick's release to the robot's motion.
+    Return the delays between a brick's release and the robot's motion.
 
     :param record: the recorded messages
     :param begin: a time (ns) shortly before the release
@@ -95,7 +96,7 @@ def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | N
     falls = np.flatnonzero(np.diff(heights) < 0.0)
     if not falls.size or falls[0] + 2 >= len(bricks):
         return None
-    # The release is the last position before the first lower one, as it is a physics step.
+    # A fall begins at a physics step, so the release is the last position before a lower one.
     release = bricks[falls[0]][1].stamp
     goals = (goal.published for goal in record.messages('goal_pose', release, end))
     moving = (command.published for command in record.messages('cmd_vel', release, end)
@@ -139,7 +140,7 @@ def graph_processes(launch: psutil.Process) -> dict[str, psutil.Process]:
     """Return the node processes started by a launch process, by the names in NODES."""
     found = {}
     for process in launch.children(recursive=True):
-        for word in process.cmdline()[:2]:  # the program, or Python and the program
+        for word in process.cmdline()[:2]:  # Python may precede the program
             if Path(word).name in NODES:
                 found[Path(word).name] = process
     return found
@@ -158,7 +159,7 @@ def processor_usage(nodes: dict[str, psutil.Process],
 
 
 def measure(seconds: float, drop_count: int) -> dict[str, Any]:
-    """Measure in windows of a duration (s) and over a number of drops; return the results."""
+    """Measure during idle windows of a duration (s) and a number of drops; return the results."""
     parameters, random = load(), Random(1)
     make_observer = partial(Observer, name='benchmark',
                             profile=Profile.from_parameters(parameters))

@@ -19,8 +19,8 @@ Without arguments, the demo drops two bricks: one that can be caught and one tha
 nodes log the events. With --arenas N, the demo runs in N arenas at the same time, each in its own
 process and namespace.
 
-Exit status: 0 if every brick that the catcher accepted was caught and tipped off, and no brick
-within the promised distance was called unreachable; otherwise 1.
+The exit status is 0 if every brick that the catcher accepted was caught and tipped off, and no
+brick within the promised distance was refused. Otherwise the exit status is 1.
 """
 
 import argparse
@@ -56,14 +56,14 @@ START_TIMEOUT = 30.0
 """Timeout (s) for the start of the graph."""
 
 BROWSER_TIMEOUT = 8.0
-"""Longest time (s) that the first brick waits for a browser to open the page."""
+"""Timeout (s) for a browser to open the page before the first drop."""
 
 HOVERING_TIME = 1.0
 """Time (s) that each brick hovers before its drop, so that people can see it."""
 
 DISCOVERY_TIME = 5.0
-"""Time (s) in which other nodes of a domain are discovered. It usually takes a few tenths of a
-second, but if the first announcement is lost, the next one follows 3 s later."""
+"""Time (s) for the discovery of other nodes in a domain. Discovery usually takes a few tenths of a
+second, but a lost announcement is repeated only after 3 s."""
 
 ROBOT_TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom', 'brick_marker')
 """Topics that only turtlesim, a robot or an arena publishes."""
@@ -72,9 +72,9 @@ ROBOT_TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom', 'brick_mar
 @contextmanager
 def choose_domain() -> Iterator[bool]:
     """
-    Use the ROS domain in the environment, or else reserve an empty one on this machine.
+    Use the ROS domain in the environment, or reserve an empty domain if none is set.
 
-    :return: whether other nodes may be in the domain
+    :return: whether the domain may contain other nodes
     :raises DomainError: ROS_DOMAIN_ID is invalid, or no domain is empty
     """
     restrict_to_localhost()
@@ -107,7 +107,7 @@ def check_for_other_robots(namespaces: Sequence[str]) -> None:
 
 
 def faults(watch: DropWatch, promised: float) -> list[str]:
-    """Describe the faults in a drop, given the distance (m) within which a catch is promised."""
+    """Return the faults in a drop; a catch is promised within a distance (m)."""
     found = []
     if watch.down is None:
         found.append('the brick has not come down')
@@ -154,7 +154,7 @@ def bricks(options: argparse.Namespace, client: GraphClient,
 
 
 def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Parameters) -> bool:
-    """Start all nodes in an empty graph and drop the bricks; return whether there is no fault."""
+    """Start all nodes in an empty graph and drop the bricks; return whether no fault was found."""
     graph.add_turtlesim()
     graph.add_robot_state_publisher()
     graph.add_robot()
@@ -165,7 +165,7 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
     client = GraphClient(graph, observer)
     graph.spin_until(client.is_complete, START_TIMEOUT,
                      'turtlesim, robot, arena and catcher are connected')
-    freeze()  # otherwise garbage collection visits all modules and takes tens of milliseconds
+    freeze()  # Without this, a garbage collection takes tens of milliseconds.
     prefix = f'{options.namespace}: ' if options.namespace else ''
     watches, faulty = [], 0
     for brick in bricks(options, client, parameters):
@@ -181,10 +181,10 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
             faulty += 1
     caught = [watch.caught for watch in watches]
     refused = [watch for watch in watches if watch.refusals]
-    # The newline is part of the text, because several processes may write to this terminal.
+    # The newline is part of the text, so that lines of several processes do not mix.
     print(f'{prefix}{len(watches)} dropped: {sum(caught)} caught, {len(refused)} Unreachable, '
           f'{faulty} faulty\n', end='', flush=True)
-    graph.remove(observer)  # it would otherwise record messages for as long as the graph runs
+    graph.remove(observer)  # It would record messages until the graph ends.
     if options.drops or options.place:
         return faulty == 0
     return faulty == 0 and caught == [True, False]
@@ -223,7 +223,7 @@ def run(options: argparse.Namespace) -> int:
 def run_arenas(names: Sequence[str], args: Sequence[str]) -> int:
     """Run the demo in several namespaces at the same time, each in its own process."""
     command = [sys.executable, '-m', 'turtle_brick.tools.demo', *args, '--namespace']
-    # In a session of its own, a process does not receive the terminal's Ctrl-C.
+    # A process in a new session does not receive Ctrl-C from the terminal.
     arenas = [subprocess.Popen([*command, name], start_new_session=True) for name in names]
     try:
         while any(arena.poll() is None for arena in arenas):

@@ -72,7 +72,7 @@ class Graph(Spinner):
         :param domain_id: the ROS domain; if None, the one in the environment
         :param namespace: the namespace of all nodes
         :param quiet: whether the nodes log only warnings and errors
-        :param tf_inside: whether TF moves into the namespace, as in the launch files
+        :param tf_inside: whether the namespace applies to TF, as in the launch files
         """
         self.namespace = namespace
         self._files = TemporaryDirectory()
@@ -159,7 +159,7 @@ class Graph(Spinner):
 
         :param package: the package of the executable
         :param name: the name of the executable
-        :param arguments: its command-line arguments
+        :param arguments: command-line arguments for the executable
         :param listener: called with each printed line
         :raises PackageNotFoundError: the package is not installed
         """

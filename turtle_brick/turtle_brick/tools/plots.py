@@ -15,8 +15,8 @@
 """
 Draw the map of the arena, one drop in detail, and the latency of the live graph.
 
-The figures of the lesson also use the colors and helpers in this module. Nothing here requires a
-display or changes the global state of matplotlib.
+The figures of the lesson also use the colors and helpers in this module. The module does not
+require a display and does not change the global state of matplotlib.
 """
 
 from collections.abc import Iterator, Sequence
@@ -75,7 +75,7 @@ STYLE: dict[Any, Any] = {
 MARGIN_COLORS = LinearSegmentedColormap.from_list('margin', [
     (0.0, '#5c1f1a'), (0.25, '#b5452f'), (0.5, '#f7b36b'),
     (0.5, '#a5dcc4'), (0.75, '#3a8fb7'), (1.0, '#183a6b')])
-"""Colors for refused (below 0.5) and caught (above 0.5)."""
+"""Colors of refused bricks (below 0.5) and of caught bricks (above 0.5)."""
 
 FINE_DASHES = (0, (2, 2))
 

@@ -17,9 +17,9 @@ The closed loop without ROS: brick, robot, turtlesim and catcher at their real r
 
 The simulation uses the same modules as the nodes: `physics.World` at 250 Hz, `driving.Driver` at
 100 Hz, `turtlesim_kinematics.Turtle` with its command queue every 16 ms, and `catch_logic.Catcher`
-at 50 Hz and on every new brick position. The delays between them are those of the live graph.
-Time jumps from event to event, so one hour is simulated in seconds. All random numbers come from
-one seed, so every run can be repeated.
+at 50 Hz and on every new brick position. The delays between them are the same as in the live
+graph. Time jumps from event to event, so one hour is simulated in seconds. All random numbers
+come from one seed, so every run can be repeated.
 
 `simulate_drop` simulates one drop for tables and maps, and `trace` repeats it for a figure.
 """
@@ -143,7 +143,7 @@ class Simulation:
                 self._tick_at, self._robot_at, self._physics_at, self._catcher_at)
             if now > end:
                 return False
-            # If two events have the same time, the one that is first below is handled first.
+            # Events with the same time are handled in the order of these branches.
             if now == self._tick_at:
                 self._tick_turtlesim(now)
             elif now == self._robot_at:
@@ -219,7 +219,7 @@ class Simulation:
                 driver.drive_to(*within_arena(action.x, action.y))
         self.commanded = driver.command(now * SECONDS_PER_NS)
         self._to_turtle.append((now + self._transport, *self.commanded))
-        # Sending only changes reduces the run time of a sweep by a tenth.
+        # Sending only changed states makes a sweep 10 % faster.
         state = (driver.pose, self._tilt)
         if driver.pose is not None and state != self._last_state:
             self._last_state = state
@@ -263,7 +263,7 @@ class SimulatedDrop(NamedTuple):
     number: int  # index of the drop in its sweep, from 0
     seed: int  # seed of its simulation
     result: DropResult
-    promised: float  # largest distance at which a catch is promised; negative if there is none
+    promised: float  # largest distance at which a catch is promised; negative without a promise
 
     @property
     def distance(self) -> float:
@@ -277,7 +277,7 @@ class SimulatedDrop(NamedTuple):
 
     @property
     def reachable(self) -> bool | None:
-        """Return the catcher's decision, or None if it made none."""
+        """Return whether the catcher accepted the brick, or None without a decision."""
         return self.result.decision.reachable if self.result.decision else None
 
     @property
@@ -287,14 +287,14 @@ class SimulatedDrop(NamedTuple):
 
     @property
     def outcome(self) -> str:
-        """Return 'caught', 'refused', or 'missed' (decided to be reachable, but not caught)."""
+        """Return 'caught', 'refused', or 'missed' (accepted, but not caught)."""
         if self.result.caught:
             return 'caught'
         return 'missed' if self.reachable else 'refused'
 
     @property
     def broken_promise(self) -> str:
-        """Describe the promise that was broken; return an empty string if none was."""
+        """Return a description of the broken promise, or an empty string."""
         if self.outcome == 'missed':
             return 'decided to be reachable, but not caught'
         if self.outcome == 'refused' and self.within_promise:
@@ -325,7 +325,7 @@ class SimulatedDrop(NamedTuple):
 
 
 def promised_distance(brick: Vector, parameters: Parameters, excess: float = 0.0) -> float:
-    """Return the `guaranteed_distance` (m) for a brick; negative if it is outside the arena."""
+    """Return the `guaranteed_distance` (m) for a brick, or -inf for a brick outside the arena."""
     x, y, height = brick
     if within_arena(x, y) != (x, y):
         return -inf
@@ -346,7 +346,7 @@ def simulate_drop(parameters: Parameters, number: int, seed: int, brick: Vector)
 
 
 def outcome_counts(drops: Sequence[SimulatedDrop]) -> str:
-    """Return the number of drops in all and for each outcome, as a line of text."""
+    """Return the total number of drops and the number of each outcome, as a line of text."""
     count = Counter(drop.outcome for drop in drops)
     return f'{len(drops):,} drops: ' + ', '.join(
         f'{count[outcome]:,} {outcome}' for outcome in ('caught', 'refused', 'missed'))

@@ -16,8 +16,8 @@
 sweep: simulate many drops without ROS, on all cores, and count the outcomes.
 
 The outputs are a table (drops.csv, one row per drop), a map of the arena, and a figure of one
-drop. The table depends only on the options and the parameters, not on the workers: the same
-options give the same file, byte for byte, even if some workers of a Dask cluster die.
+drop. The table depends only on the options and the parameters. The same options give the
+same file, byte for byte, even if some workers of a Dask cluster die.
 """
 
 import argparse
@@ -91,7 +91,7 @@ class Plan:
 
 
 def table_header(parameters: Parameters, plan: Plan) -> str:
-    """Return the comment lines above the table, which contain all that is needed to repeat it."""
+    """Return the comment lines above the table: the version, the options and the parameters."""
     version = ElementTree.parse(default_path().parents[1] / 'package.xml').findtext('version')
     lines = [f'turtle_brick {version}: sweep {plan.options}',
              'lengths in m, in the world; times in s; parameters:']
@@ -129,21 +129,21 @@ def drop_to_draw(drops: Sequence[SimulatedDrop]) -> SimulatedDrop:
 
 
 def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list[SimulatedDrop]:
-    """Simulate the drops and write the table; return the drops finished before a Ctrl-C."""
+    """Simulate the drops and write the table; return the drops that finished before Ctrl-C."""
     drops: list[SimulatedDrop] = []
     begin = monotonic()
     stopped = Event()
     started = takewhile(lambda _: not stopped.is_set(), plan.simulations())
 
     def stop(*_: object) -> None:
-        """Start no further drop; a second Ctrl-C ends the program."""
+        """End the sweep after the running drops; a second Ctrl-C ends the program."""
         stopped.set()
         signal.signal(signal.SIGINT, original_handler)
 
     with open(options.output / TABLE, 'x', encoding='utf-8', newline='') as file:
         file.write(table_header(parameters, plan))
         writer = csv.writer(file, lineterminator='\n')
-        # The workers inherit this and ignore Ctrl-C, because joblib warns about killed workers.
+        # The workers inherit this handler, because joblib warns about killed workers.
         original_handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
         results = Parallel(None if options.dask else options.workers, return_as='generator')(
             delayed(simulate_drop)(parameters, *simulation) for simulation in started)
@@ -180,9 +180,8 @@ def parse(args: Sequence[str] | None) -> argparse.Namespace:
         description='Simulate many drops without ROS, on all cores, and count the outcomes.',
         epilog='Each drop starts with the robot at rest in the center of the arena. The same '
         'options give the same table, byte for byte. After Ctrl-C, the finished drops stay in the '
-        'table and are drawn. Exit status: 0 if every brick that was decided to be reachable was '
-        'caught and none within the promised distance was refused, otherwise 1; 2 if the sweep '
-        'failed.')
+        'table and are drawn. Exit status: 0 if every accepted brick was caught and no brick '
+        'within the promised distance was refused, otherwise 1; 2 if the sweep failed.')
     kind = parser.add_mutually_exclusive_group()
     kind.add_argument('--drops', type=positive_int, default=2000, metavar='N',
                       help='drop N bricks at random positions in the arena (default: 2000)')
@@ -208,7 +207,7 @@ def parse(args: Sequence[str] | None) -> argparse.Namespace:
 
 
 def make_plan(options: argparse.Namespace, parameters: Parameters) -> Plan:
-    """Return the plan for command-line options; ValueError if a height is invalid."""
+    """Return the plan for command-line options, or raise ValueError for an invalid height."""
     lowest = parameters.brick_size[2] / 2.0
     heights = options.height or [parameters.brick_start[2]]
     if len(heights) > 2 or not lowest <= heights[0] <= heights[-1] < inf:

@@ -31,13 +31,13 @@ FIELD_OF_VIEW = 0.75
 """Vertical field of view (rad) of all cameras."""
 
 MARGIN = 0.7
-"""Margin (m) around each point that must be visible too."""
+"""Margin (m) around each point, which must also be visible."""
 
 NARROW_ASPECT = 0.8
 """Aspect ratio (width / height) below which the panel covers the lower part of the picture."""
 
 FREE_FRACTION = 0.4
-"""Fraction of the height that a narrow picture keeps free: viser's panel covers up to 60 %."""
+"""Fraction of the height above viser's panel in a narrow picture; the panel covers up to 60 %."""
 
 NARROW_CORRECTION = (0.0, 0.0, -0.8)
 """Vector added to the view direction in a narrow picture, to look down more steeply."""
@@ -53,7 +53,7 @@ class View(NamedTuple):
     direction: Vector
     """Direction of the view in the world frame. It must not be vertical."""
     fixed_points: Sequence[Vector] = ()
-    """Points (m) to keep in the picture; if empty, the moving objects are kept there."""
+    """Points (m) to keep in the picture. If there are none, the camera follows moving objects."""
 
     def camera_pose(self, points: Sequence[Vector], aspect: float,
                     previous: Vector | None = None) -> tuple[Vector, Vector]:
@@ -62,7 +62,7 @@ class View(NamedTuple):
 
         :param points: the points (m) in the world frame to keep in the picture, at least one
         :param aspect: width of the picture divided by its height
-        :param previous: previous position of the camera (m), None to ignore it
+        :param previous: previous position of the camera (m), or None for a new view
         """
         is_narrow = aspect < NARROW_ASPECT
         axes = _camera_axes(
@@ -102,7 +102,7 @@ TOP_VIEW = View((0.0, 1e-3, -1.0), [
 
 
 def ground_point(origin: Vector, direction: Vector) -> tuple[float, float] | None:
-    """Return x and y (m) of the point where a ray meets the ground, None if there is none."""
+    """Return x and y (m) of the point where a ray meets the ground, or None."""
     if direction[2] * origin[2] >= 0.0:
         return None
     length = -origin[2] / direction[2]

@@ -73,7 +73,7 @@ CURVE_LENGTH = 120
 
 
 class Page:
-    """The data that the page shows, and the functions that draw them."""
+    """The data that the page shows, and the functions that draw the data."""
 
     def __init__(self, scene: 'Scene', panel: 'Panel', buffer: Buffer,
                  warn: Callable[[str], Any], count_publishers: Callable[[str], int],
@@ -159,7 +159,7 @@ class Page:
             self._tilt = message.angle
 
     def record_arrival(self, name: str, _: object = None) -> None:
-        """Record the arrival of a message, for a name in RATE_NAMES."""
+        """Record the arrival time of a message under a name from RATE_NAMES."""
         self._arrivals[name].append(self._clock())
 
     def draw(self) -> None:
@@ -228,7 +228,7 @@ class Page:
         return height, distance, speed
 
     def _find_fixed_frame(self) -> str:
-        """Return the world, or the robot's root link if no frame is connected to the world."""
+        """Return the world frame, or the robot's root link without a connection to the world."""
         root = self._robot.root
         is_in_world = any(
             self._buffer.can_transform(WORLD, frame, Time()) for frame in (root, BRICK))
@@ -269,7 +269,7 @@ class Page:
             return None
 
     def _warn_once(self, sentence: str) -> None:
-        """Log a warning, unless the same one has been logged before."""
+        """Log a warning, unless the same warning has been logged before."""
         if sentence not in self._warnings:
             self._warnings.add(sentence)
             self._warn(sentence)

@@ -126,7 +126,7 @@ class Panel:
             self._suggestion = (x, y, z)
 
     def show_sections(self, arena: bool, robot: bool, catcher: bool) -> None:
-        """Show the sections of the nodes that are running."""
+        """Show only the sections for the running nodes."""
         self.brick_folder.visible = arena
         self.robot_folder.visible = robot or catcher
         self.status.visible = catcher
@@ -166,7 +166,7 @@ class Panel:
         self.plot.data = (times - times[-1], *curves)
 
     def press(self, button: str) -> None:
-        """Carry out the function of a button in the brick folder."""
+        """Execute the action of a button in the brick folder."""
         if button == 'Drop at random':
             x, y, z = (uniform(*limits) for limits in RANDOM_RANGES)
             self._callbacks.drop((x, y, z))
@@ -217,7 +217,7 @@ class Panel:
 
 def parse_position(text: str) -> Vector:
     """
-    Return the position (m) in a text.
+    Return the position (m) that a text contains.
 
     :raises ValueError: the text is not a position
     """

@@ -126,7 +126,7 @@ class Scene:
 
     def _add(self, name: str, scene_object: SceneObject) -> Any:
         """Add an object and return its node in viser's tree."""
-        # A slash in the name would make the object a child of another one.
+        # A slash in the name would make the object a child of another object.
         path = f'/objects/{quote(name, safe="")}'
         pose, label = scene_object.pose, scene_object.label
         node = self._scene.add_frame(

@@ -30,7 +30,7 @@ Subscribes:
     goal_pose (geometry_msgs/PoseStamped): the goal of the robot
     tilt (turtle_brick_interfaces/Tilt): the angle of the platform (rad)
     cmd_vel, turtle1/cmd_vel (geometry_msgs/Twist), odom (nav_msgs/Odometry),
-        joint_states (sensor_msgs/JointState): only their message rates are shown
+        joint_states (sensor_msgs/JointState): the page shows their message rates only
 
 Publishes, when somebody uses the controls of the page:
     goal_pose (geometry_msgs/PoseStamped): the point on the ground that was clicked
@@ -80,11 +80,11 @@ DRAW_PERIOD = 1.0 / 30.0
 """Time (s) between two updates of the scene."""
 
 RATE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""For topics of which only the rate is shown: their publishers never wait for the viewer."""
+"""QoS for message rates; it lets publishers continue without waiting for the viewer."""
 
 
 class Viewer(Node):
-    """Shows the running graph in a browser and executes the commands that are given there."""
+    """Shows the running graph in a browser and executes the commands from the page."""
 
     def __init__(self, **node_options: Any) -> None:
         """

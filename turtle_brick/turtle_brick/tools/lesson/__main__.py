@@ -15,7 +15,8 @@
 """
 lesson: print the numbers and draw the figures of the lesson in doc/lesson.
 
-Each of the five parts belongs to one page there. The drawings named sketch-*.svg are made by hand.
+Each of the five parts belongs to one page of the lesson. The drawings named sketch-*.svg are made
+by hand.
 """
 
 import argparse
@@ -35,7 +36,7 @@ def main(args: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog='lesson',
         description='Print the numbers and draw the figures of the lesson in doc/lesson.',
-        epilog='Each part belongs to one page there: frames, rolling, falling, queue and reach.')
+        epilog='Each part belongs to one page: frames, rolling, falling, queue and reach.')
     parser.add_argument('part', nargs='?', choices=PARTS, help='part of the lesson (default: all)')
     parser.add_argument('--params-file', type=Path, metavar='FILE',
                         help='parameter file (default: config/turtle.yaml of the package)')

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Lesson 3: the fall and the slide in closed form, compared with a summation of steps."""
+"""Lesson 3: the fall and the slide in closed form, compared with a simulation in steps."""
 
 from collections.abc import Iterator, Sequence
 from math import cos, degrees, sin, sqrt
@@ -47,7 +47,7 @@ def fall(parameters: Parameters, world: World | None = None) -> np.ndarray:
 
 def slide(parameters: Parameters) -> tuple[list[Vector], np.ndarray]:
     """
-    Let a brick slide off a platform at the world origin that is tilted in one step.
+    Simulate a brick that slides off a tilted platform at the world origin.
 
     :return: the brick position and the distance along the platform (m) after each step
     """

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Lesson 4: turtlesim's command queue, and why a simple controller overshoots."""
+"""Lesson 4: turtlesim's command queue, and the overshoot of simple controllers."""
 
 from collections.abc import Callable, Iterator
 from math import copysign, e, pi
@@ -33,7 +33,7 @@ class SentCommand(NamedTuple):
 
     published: float
     latency: float
-    """Time until a pose shows this command, or a newer one if turtlesim dropped it."""
+    """Time until a pose shows this command or, if turtlesim dropped it, a newer command."""
     taken: bool
 
 
@@ -89,7 +89,7 @@ NEAR = 0.01
 
 
 def controllers(parameters: Parameters) -> dict[str, Driver]:
-    """Return three simple controllers and that of turtle_robot, by name."""
+    """Return three simple controllers and the controller of turtle_robot, by name."""
     speed = parameters.max_velocity
     return {
         'full speed until within 5 cm': NaiveDriver(lambda x: speed if x > 0.05 else 0.0),
@@ -101,7 +101,7 @@ def controllers(parameters: Parameters) -> dict[str, Driver]:
 
 def approach(driver: Driver, parameters: Parameters) -> list[tuple[float, float]]:
     """
-    Drive DISTANCE along x with a driver, then wait for a while.
+    Drive DISTANCE along x with a driver, then wait for 2 s.
 
     :return: (time since the goal in s, distance beyond the goal in m) at 250 Hz
     """
@@ -141,7 +141,7 @@ def report(parameters: Parameters) -> Iterator[str]:
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Draw the latency of commands, and three simple controllers beside turtle_robot's."""
+    """Draw the latency of commands, and a drive with each controller."""
     with new_figure(path, 7.6, 6.4) as figure:
         sawtooth, whole, near = figure.subplot_mosaic(
             'AA\nBC', height_ratios=(0.8, 1.5), width_ratios=(1.0, 1.6)).values()

@@ -43,7 +43,7 @@ TELEPORT = 2.0
 
 
 def roll(parameters: Parameters) -> list[RollSample]:
-    """Drive for 1 s, rest, teleport, and drive for 1.5 s towards a wall 1 s away."""
+    """Drive for 1 s, rest, teleport, and drive for 1.5 s towards a wall at a distance of 1 s."""
     turtle = Turtle(1.0, ARENA_CENTER, holonomic=True)
     odometer = Odometer(parameters.wheel_radius)
     speed = parameters.max_velocity
