@@ -31,7 +31,7 @@ HERE = Path(__file__).parent
 
 
 def excluded_files() -> dict[str, list[str]]:
-    """Return the test files that cannot run in this environment, by the reason."""
+    """Return the test files that cannot run in this environment, grouped by reason."""
     excluded = {'only for stand-ins': [
         f'standins/{file.name}' for file in HERE.glob('standins/test_*_standin.py')
         if not is_standin(file.stem.removeprefix('test_').removesuffix('_standin'))]}

@@ -84,12 +84,7 @@ class Arena(Node):
     """Simulate the environment of the robot."""
 
     def __init__(self, **node_options: Any) -> None:
-        """
-        Start with the brick hovering at its configured location.
-
-        :param node_options: options for rclpy.node.Node
-        :raises ParameterError: a parameter is missing or invalid
-        """
+        """Create the node with options of rclpy.node.Node. The brick hovers at its start."""
         super().__init__('arena', **node_options)
         parameters = declare_parameters(self, ArenaParameters)
 

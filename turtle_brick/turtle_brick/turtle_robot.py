@@ -74,12 +74,7 @@ class TurtleRobot(Node):
     """Connect turtlesim to the interfaces of a robot."""
 
     def __init__(self, **node_options: Any) -> None:
-        """
-        Start at rest with a level platform.
-
-        :param node_options: options for rclpy.node.Node
-        :raises ParameterError: a parameter is missing or invalid
-        """
+        """Create the node with options of rclpy.node.Node. The platform is level."""
         super().__init__('turtle_robot', **node_options)
         parameters = declare_parameters(self, RobotParameters)
         self.driver = Driver(parameters.max_velocity)

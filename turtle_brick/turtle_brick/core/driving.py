@@ -69,17 +69,10 @@ class TickClock:
 
     def __init__(self) -> None:
         """Create a clock without ticks."""
-        self.last = inf
-        """Estimated time of the last tick (s), or infinity before the first pose."""
-        self._late = 0
+        self.forget()
 
     def observe(self, now: float) -> float:
-        """
-        Record the arrival of a pose.
-
-        :param now: current time (s)
-        :return: probable time of the tick (s)
-        """
+        """Record a pose that arrives now (s), and return the probable time of its tick (s)."""
         self.last += TICK
         deviation = now - self.last
         if deviation < -self.EARLY * TICK:
@@ -99,6 +92,7 @@ class TickClock:
     def forget(self) -> None:
         """Restart the grid with the next pose."""
         self.last = inf
+        """Estimated time of the last tick (s), or infinity before the first pose."""
         self._late = 0
 
 

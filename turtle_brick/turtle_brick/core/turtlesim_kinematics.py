@@ -25,7 +25,7 @@ Every 16 ms each turtle executes these steps (TurtleFrame::onUpdate, Turtle::upd
 The time step is always 0.016 s, even if a tick is late.
 
 Internal positions use double precision, with y pointing down from the upper left corner. Arguments
-and results use float32, with y pointing up, like turtlesim's messages.
+and results use float32, with y pointing up, as in turtlesim's messages.
 """
 
 from collections import deque
@@ -162,12 +162,7 @@ class Turtle:
             self._commanded_at = now
 
     def update(self, now: float) -> TurtlePose:
-        """
-        Move for one time step, which is the second half of a tick.
-
-        :param now: current time (s), used for the age of the last command
-        :return: new pose
-        """
+        """Move for one time step, which is the second half of a tick, and return the new pose."""
         if self._teleports:
             self._teleport()
         if now - self._commanded_at > COMMAND_TIMEOUT:
@@ -176,14 +171,14 @@ class Turtle:
         linear_y = self._linear_y
         angular = self._angular
 
-        # Like turtlesim, turn first and then move along the new heading.
+        # As in turtlesim, turn first and then move along the new heading.
         theta = _normalize(self._theta + angular * TICK)
         cos = math.cos(theta)
         sin = math.sin(theta)
         x = self._x + (cos * linear_x * TICK - sin * linear_y * TICK)
         y_down = self._y_down - (cos * linear_y * TICK + sin * linear_x * TICK)
 
-        # Like in turtlesim, NaN is not clamped.
+        # As in turtlesim, NaN is not clamped.
         if x < 0.0 or x > ARENA_SIZE or y_down < 0.0 or y_down > ARENA_SIZE:
             self.clamped = (x, y_down)
             x = 0.0 if x < 0.0 else ARENA_SIZE if x > ARENA_SIZE else x
