@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Check the imports of the packages against package.xml and the layers of the design."""
+"""Compare the imports of both packages with package.xml and with the layers of the design."""
 
 import ast
 from pathlib import Path
@@ -27,10 +27,13 @@ MANIFEST = (PACKAGE / 'package.xml').read_text()
 KEYS = {'PIL': 'python3-pil', 'tf2_ros': 'tf2_ros_py', **{name: f'python3-{name}' for name in (
     'hypothesis', 'joblib', 'matplotlib', 'mypy', 'numpy', 'psutil', 'pytest', 'rich', 'tqdm',
     'yaml')}}
-"""The rosdep keys that differ from the name of the module."""
+"""The rosdep keys that differ from their module names."""
 
 NOT_IMPORTED = {'launch_xml', 'ros2launch'}
-"""Dependencies of `ros2 launch` and of the XML launch files."""
+"""Packages required by `ros2 launch` and the XML launch files."""
+
+WITHOUT_KEY = {'viser', 'websockets'}
+"""Modules without a usable rosdep key. A comment in package.xml explains their installation."""
 
 MAY_IMPORT = {
     'turtle_brick/core': ['turtle_brick.core'],
@@ -45,11 +48,11 @@ MAY_IMPORT = {
     'turtle_referee': ['turtle_referee'],
     'standins': ['turtle_brick.core.turtlesim_kinematics'],
 }
-"""The modules of this workspace that each folder may import."""
+"""Modules and packages of this workspace that each folder or file may import."""
 
 
 def imports(*patterns):
-    """Return the full names of the modules imported by the files that match a pattern."""
+    """Return the full names of the modules imported in all files that match a pattern."""
     names = set()
     for path in [path for pattern in patterns for path in PACKAGE.glob(pattern)]:
         for node in ast.walk(ast.parse(path.read_text())):
@@ -65,16 +68,15 @@ def imports(*patterns):
 
 
 def imported_packages(*patterns):
-    """Return the rosdep keys of the modules imported by the files that match a pattern."""
+    """Return the rosdep keys of the external modules imported in all files that match a pattern."""
     modules = {name.partition('.')[0] for name in imports(*patterns)}
     own = {'turtle_brick', 'turtle_referee', *(file.stem for file in PACKAGE.glob('test/**/*.py'))}
-    without_key = set(re.findall(r'\w+', re.search(r'<!-- viser(.*?)-->', MANIFEST, re.S)[0]))
     return {KEYS.get(name, name)
-            for name in modules - sys.stdlib_module_names - own - without_key}
+            for name in modules - sys.stdlib_module_names - own - WITHOUT_KEY}
 
 
 def dependencies(kind):
-    """Return the dependencies of a kind in package.xml."""
+    """Return the names in all package.xml elements of a kind, such as exec_depend."""
     return {element.text for element in ElementTree.fromstring(MANIFEST).iter(kind)}
 
 
@@ -91,7 +93,7 @@ def test_test_depend_lists_all_packages_imported_by_tests():
 
 
 @pytest.mark.parametrize('place', MAY_IMPORT)
-def test_no_layer_imports_a_higher_one(place):
+def test_no_layer_imports_a_higher_layer(place):
     allowed = tuple(f'{module}.' for module in MAY_IMPORT[place])
     modules = imports(place if place.endswith('.py') else f'{place}/**/*.py')
     own = [name for name in modules if name.startswith(('turtle_brick.', 'turtle_referee.'))]
