@@ -126,7 +126,7 @@ class CatcherNode(Node):
             if world_to_parent is None:
                 return
             position = pose_of(world_to_parent.transform).transform(position)
-        if self.catcher.observe_brick(stamp, position, parent):
+        if self.catcher.observe_brick(stamp, position, is_attached=parent == PLATFORM):
             self.update()
 
     def on_timer(self) -> None:

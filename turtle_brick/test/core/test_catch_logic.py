@@ -27,9 +27,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from laws import GRAVITY, law, NS_PER_SECOND, PARAMETERS, REST_Z, seconds
 import pytest
-from turtle_brick.core.catch_logic import (Catcher, CatcherMemory, CENTER, DECISION_DEADLINE,
-                                           DriveGoal, GOAL_TOLERANCE, RAMP_TIME, State,
-                                           TiltCommand, TILTING_TIMEOUT)
+from turtle_brick.core.catch_logic import (Catcher, CENTER, DECISION_DEADLINE, DriveGoal,
+                                           GOAL_TOLERANCE, RAMP_TIME, State, TiltCommand,
+                                           TILTING_TIMEOUT)
 from turtle_brick.core.geometry import from_pitch, Pose
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.tilting_platform import Platform
@@ -48,6 +48,7 @@ class CatchBench:
         self.robot = self.goal = robot
         self.angle = 0.0
         self.visible = True
+        self.attaches_brick = False
         self.every = every
         self.random = Random(1)
         self.now = 100 * NS_PER_SECOND
@@ -88,7 +89,8 @@ class CatchBench:
         """Pass the position of the brick to the catcher; return whether it detects a new fall."""
         x, y, z = self.world.brick
         return self.catcher.observe_brick(
-            self.now + self.brick_ahead, (x, y, z + self.random.uniform(-1e-12, 1e-12)))
+            self.now + self.brick_ahead, (x, y, z + self.random.uniform(-1e-12, 1e-12)),
+            self.attaches_brick and self.world.phase is Phase.RIDING)
 
     def move(self):
         dx, dy = self.goal[0] - self.robot[0], self.goal[1] - self.robot[1]
@@ -210,19 +212,41 @@ def test_unreachable_brick_causes_one_decision_and_no_motion(brick):
         assert bench.states == []
 
 
-def test_brick_hovering_at_the_platform_is_carried_once():
-    """The brick does not follow, so the robot returns below it and waits until it moves."""
-    bench = CatchBench(robot=(3.0, 4.0))
-    bench.world.brick = (3.1, 4.0, REST_Z)
-    bench.run(10.0)
-    assert bench.states == [State.CARRYING, State.LEVELING, State.WAITING]
-    assert bench.world.phase is Phase.HOVERING
-    assert dist(bench.robot, (3.1, 4.0)) < 1e-6
+def test_refused_brick_is_carried_if_it_lands_on_the_platform():
+    """The robot was not available when the brick fell. The brick stays in the world frame."""
+    bench = CatchBench()
+    bench.visible = False
+    bench.drop(5.5, 5.5, 5.0)
+    bench.run(0.76)
+    decision, = bench.published(Decision)
+    assert not decision.reachable
+    bench.visible = True
+    bench.actions.clear()
+    bench.assert_tipped_off()
+
+
+@pytest.mark.parametrize('above', (0.0, 0.009))
+@pytest.mark.parametrize(('brick', 'time'), [
+    ((0.5, 0.5, 6.0), 0.5), ((0.5, 0.5, 6.0), 1.0), ((0.5, 0.5, 6.0), 2.0),
+    ((7.0, 6.0, 9.0), 0.5), ((7.0, 6.0, 9.0), 10.0), ((*CENTER, REST_Z), 0.5)],
+    ids=('falling', 'below the platform', 'on the ground', 'approached', 'tipped off', 'riding'))
+def test_brick_placed_above_an_idle_robot_is_not_carried(brick, time, above):
+    """The robot neither drives nor tilts until the brick falls or is attached to the platform."""
+    bench = CatchBench()
+    bench.attaches_brick = True
+    bench.drop(*brick)
+    bench.run(time)
+    if bench.states[1:]:
+        assert bench.states == COURSE
+    for _ in range(2):  # An approaching robot stops somewhere else.
+        bench.world.brick = (*bench.robot, REST_Z + above)
+        bench.run(0.5)
+    assert bench.states in ([], [State.APPROACHING, State.LEVELING, State.WAITING], COURSE)
+    bench.actions.clear()
     bench.states.clear()
-    # The released brick does not move, but its parent frame changes to the platform.
+    bench.run(3.0)
+    assert bench.actions == [] and bench.states == []
     bench.world.release()
-    bench.run(0.1)
-    bench.catcher.observe_brick(bench.now, bench.world.brick, 'platform')
     bench.assert_tipped_off()
 
 
@@ -291,11 +315,12 @@ def test_catcher_recovers_after_the_brick_or_the_robot_is_lost(state, place):
 
 @any_state
 def test_clock_set_back_resets_the_catcher(state):
-    """The catcher waits with a level platform, and catches the next brick."""
+    """The catcher waits with a level platform, and carries a brick attached to the platform."""
     bench = bench_in(state)
+    bench.attaches_brick = True
     bench.now -= seconds(0.02 if state is State.CARRYING else 50.0)
     bench.update()
-    assert (bench.catcher.memory, bench.catcher.decision) == (CatcherMemory(), None)
+    assert (bench.catcher.state, bench.catcher.decision) == (State.WAITING, None)
     assert bench.actions[-1] == (bench.now, TiltCommand(0.0))
     bench.run(5.0)
     assert bench.catcher.state is State.WAITING

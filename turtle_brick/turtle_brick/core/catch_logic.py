@@ -15,10 +15,9 @@
 """
 Decide how to catch a brick, from the positions of the brick and the robot.
 
-`Catcher` records positions, decides and returns the goals and tilt commands to publish. An
-`Observation` holds the input of the state machine, `transition` is the state machine, and
-`CatcherMemory` holds its state. No function reads a clock: all times are arguments, in nanoseconds
-of one clock.
+`Catcher` records positions, decides, and returns the goals and tilt commands to publish.
+`transition` is its state machine, and `Observation` is the input of the state machine. No function
+reads a clock. All timestamps come from one clock and are in nanoseconds.
 """
 
 from enum import Enum
@@ -37,7 +36,7 @@ from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, within_arena
 
 UPDATE_PERIOD = 0.02
-"""Time (s) between two updates of the catcher. A new fall causes an additional update."""
+"""Time (s) between two updates of the catcher. Each new fall causes another update."""
 
 CENTER = (ARENA_CENTER, ARENA_CENTER)
 """Center (m) of the arena in the world frame, where the robot carries the bricks."""
@@ -49,7 +48,7 @@ TILTING_TIMEOUT = 10.0
 """Time (s) after which the robot levels the platform even if the brick has not left it."""
 
 SETTLING_TIME = 0.05
-"""Time (s) without motion after which a brick is floating or hovering."""
+"""Time (s) without motion after which a brick beside the platform is at rest."""
 
 BRICK_LAG = 0.5
 """Longest time (s) for which a brick on a moving or tilted platform may appear to be at rest. On a
@@ -72,7 +71,7 @@ GOAL_TOLERANCE = 0.02
 """Distance (m) to the goal within which a robot at rest has arrived."""
 
 HEIGHT_TOLERANCE = 0.01
-"""Largest distance (m) of a brick on the platform from its resting height."""
+"""Largest difference (m) between the height of a brick on the platform and its resting height."""
 
 TRANSFORM_SKEW = 0.1
 """Longest time (s) between the latest transforms of the brick and the robot."""
@@ -100,16 +99,18 @@ class Brick(NamedTuple):
     stamp: int = 0
     """Time (ns) of the last observation."""
     last_motion: int = 0
-    """Time (ns) of the last motion."""
-    parent: str = ''
-    """Parent frame. A change of the parent frame counts as a motion."""
+    """Time (ns) of the last motion or of the last change of `is_attached`."""
+    is_attached: bool = False
+    """Whether the platform is the parent frame of the brick."""
+    has_landed: bool = False
+    """Whether the brick fell onto the platform, or is attached to it, and is still there."""
 
-    def observe(self, stamp: int, position: Vector, parent: str) -> 'Brick':
+    def observe(self, stamp: int, position: Vector, is_attached: bool) -> 'Brick':
         """Return the brick after an observation at a time (ns)."""
-        if (stamp < self.stamp or parent != self.parent
+        if (stamp < self.stamp or is_attached is not self.is_attached
                 or dist(position, self.position) > POSITION_TOLERANCE):
-            return Brick(position, stamp, stamp, parent)
-        return Brick(self.position, stamp, self.last_motion, parent)
+            return Brick(position, stamp, stamp, is_attached)
+        return Brick(self.position, stamp, self.last_motion, is_attached)
 
 
 class Observation(NamedTuple):
@@ -118,12 +119,14 @@ class Observation(NamedTuple):
     parameters: CatcherParameters
     now: int
     """Current time (ns)."""
+    state_time: float
+    """Time (s) since the state began."""
     brick: Brick
     is_in_free_fall: bool
     has_reachable_fall: bool
     """Whether the current update decided that a new fall is reachable."""
     robot: RobotMotion | None
-    """Motion of the robot, None if it is not available."""
+    """Motion of the robot, or None if the robot is not available."""
     platform: Platform | None
     tracker: RobotTracker
     is_level_commanded: bool
@@ -137,12 +140,12 @@ class Observation(NamedTuple):
 
     @property
     def still_since(self) -> int:
-        """Start time (ns) of the brick's rest while the robot was available."""
+        """Time (ns) since which the brick is at rest and the robot is available."""
         return max(self.brick.last_motion, self.tracker.last_unseen)
 
     @property
     def still_time(self) -> float:
-        """Duration (s) of the brick's rest until its last observation."""
+        """Time (s) from `still_since` to the last observation of the brick."""
         return (self.brick.stamp - self.still_since) * SECONDS_PER_NS
 
     @property
@@ -154,13 +157,12 @@ class Observation(NamedTuple):
     @property
     def is_at_resting_height(self) -> bool:
         """Whether the brick is at its resting height and is not falling."""
-        height = resting_height(self.parameters)
         return (not self.is_in_free_fall
-                and abs(self.brick.position[2] - height) <= HEIGHT_TOLERANCE)
+                and is_at_resting_height(self.brick.position, self.parameters))
 
     @property
     def is_on_platform(self) -> bool:
-        """Whether the brick is on the level platform, within the accuracy for a moving robot."""
+        """Whether the brick is on the platform, even if the robot's position is outdated."""
         skew = self.parameters.max_velocity * TRANSFORM_SKEW
         return (self.is_at_resting_height and self.robot is not None
                 and self.robot.distance_to(self.brick.position)
@@ -174,9 +176,9 @@ class Observation(NamedTuple):
 
     @property
     def is_lying(self) -> bool:
-        """Whether the brick has been on the level platform of a robot at rest for LYING_TIME."""
+        """Whether a landed brick and the robot with a level platform have been at rest."""
         limit = self.parameters.platform_radius + HEIGHT_TOLERANCE
-        return (self.is_at_resting_height and self.still_time >= LYING_TIME
+        return (self.brick.has_landed and self.still_time >= LYING_TIME
                 and self.robot is not None and self.robot.at_rest and self.robot.level
                 and self.robot.distance_to(self.brick.position) <= limit)
 
@@ -197,44 +199,14 @@ class Observation(NamedTuple):
                 and self.robot.distance_to(goal) <= GOAL_TOLERANCE)
 
 
-class CatcherMemory(NamedTuple):
-    """State of the catcher, and data that outlives an update."""
-
-    state: State = State.WAITING
-    since: int = 0
-    """Time (ns) at which the state began."""
-    carrying_since: int = 0
-    """Time (ns) at which the last CARRYING state began."""
-    hovering_since: int | None = None
-    """Time (ns) of the last motion of a brick that did not follow the robot."""
-
-    def enter(self, state: State, observation: Observation) -> 'CatcherMemory':
-        """Return the updated memory on entering a state."""
-        carrying_since, hovering_since = self.carrying_since, self.hovering_since
-        brick = observation.brick
-        if state is State.CARRYING:
-            carrying_since = observation.now
-        elif (state is State.LEVELING and self.state in (State.CARRYING, State.TILTING)
-                and observation.robot is not None
-                and observation.still_since <= carrying_since
-                and (brick.stamp - carrying_since) * SECONDS_PER_NS >= SETTLING_TIME):
-            hovering_since = brick.last_motion
-        return CatcherMemory(state, observation.now, carrying_since, hovering_since)
-
-    def is_hovering(self, brick: Brick) -> bool:
-        """Return whether the brick did not follow the robot and has not moved since."""
-        return brick.last_motion == self.hovering_since
-
-
-def transition(memory: CatcherMemory, observation: Observation) -> State:
+def transition(state: State, observation: Observation) -> State:
     """Return the next state, which may be the current one."""
-    state = memory.state
     if observation.has_reachable_fall:
         return State.APPROACHING
     if observation.is_robot_briefly_lost and state is not State.LEVELING:
         return state
     if state is State.APPROACHING:
-        if observation.is_on_platform:
+        if observation.is_on_platform and observation.brick.has_landed:
             return State.CARRYING
         if not observation.is_falling:
             return State.LEVELING
@@ -244,17 +216,20 @@ def transition(memory: CatcherMemory, observation: Observation) -> State:
         if observation.has_arrived_at(CENTER):
             return State.TILTING
     elif state is State.TILTING:
-        time = (observation.now - memory.since) * SECONDS_PER_NS
-        if observation.has_left_platform or time > TILTING_TIMEOUT:
+        if observation.has_left_platform or observation.state_time > TILTING_TIMEOUT:
             return State.LEVELING
     elif state is State.LEVELING:
         if observation.is_level_commanded:
             return State.WAITING
-    elif observation.is_lying and not memory.is_hovering(observation.brick):
-        # The brick was placed on the platform, was caught although it was unreachable, or remains
-        # from an interrupted catcher.
+    elif observation.is_lying:
+        # The brick was caught although it was unreachable, or an interrupted catcher left it.
         return State.CARRYING
     return state
+
+
+def is_at_resting_height(position: Vector, parameters: CatcherParameters) -> bool:
+    """Return whether a position (m) is at the height of a brick on the level platform."""
+    return abs(position[2] - resting_height(parameters)) <= HEIGHT_TOLERANCE
 
 
 class DriveGoal(NamedTuple):
@@ -271,11 +246,11 @@ class TiltCommand(NamedTuple):
 
 
 Action = Decision | DriveGoal | TiltCommand
-"""A result for the node to publish."""
+"""Result of an update, which the node publishes."""
 
 
 class TiltRamp:
-    """Angle of the platform, which changes smoothly."""
+    """Smooth changes of the platform's angle."""
 
     def __init__(self, now: int) -> None:
         """Start with a level platform at a time (ns)."""
@@ -323,8 +298,11 @@ class Catcher:
         self._reset(0)
 
     def _reset(self, now: int) -> None:
-        """Forget all observations at a time (ns)."""
-        self.memory = CatcherMemory()
+        """Discard all observations at a time (ns)."""
+        self.state = State.WAITING
+        """State after the last update."""
+        self._state_start = now
+        """Time (ns) at which the state began."""
         self.decision: Decision | None = None
         """Last decision."""
         self.latency = LatencyMonitor()
@@ -333,24 +311,19 @@ class Catcher:
         self._brick = Brick()
         self._detector = FallDetector(self.parameters.gravity_accel)
         self._is_refused = False
-        """Whether the brick was unreachable and has only moved straight down since."""
+        """Whether the brick was unreachable and has moved only straight down since."""
         self._finished_fall: Fall | None = None
-        """Fall that passed the platform before a decision."""
+        """Fall that ended below the platform before a decision."""
         self._tracker = RobotTracker(self.parameters.max_velocity, self.latency)
         self._ramp = TiltRamp(now)
 
-    @property
-    def state(self) -> State:
-        """State after the last update."""
-        return self.memory.state
-
-    def observe_brick(self, stamp: int, position: Vector, parent: str = 'world') -> bool:
+    def observe_brick(self, stamp: int, position: Vector, is_attached: bool = False) -> bool:
         """
         Record the position of the brick.
 
         :param stamp: timestamp of the position (ns)
-        :param position: center (m) in the world frame; ignored beyond MAX_COORDINATE
-        :param parent: parent frame of the brick's transform
+        :param position: center (m) in the world frame, which is ignored beyond MAX_COORDINATE
+        :param is_attached: whether the platform is the parent frame of the brick
         :return: Whether a new fall is detected, so that `update` should be called immediately.
         """
         x, y, z = position
@@ -360,13 +333,21 @@ class Catcher:
         x_before, y_before, z_before = self._brick.position
         if z > z_before + POSITION_TOLERANCE or x != x_before or y != y_before:
             self._is_refused = False
-        self._brick = self._brick.observe(stamp, position, parent)
         fall = self._detector.fall
         is_new_fall = self._detector.observe(stamp, x, y, z)
-        has_ended = fall is not None and self._detector.fall is None
-        if (has_ended and not self._is_decided(fall)
-                and z < resting_height(self.parameters) - HEIGHT_TOLERANCE):
-            self._finished_fall = fall
+        before, self._brick = self._brick, self._brick.observe(stamp, position, is_attached)
+        height = resting_height(self.parameters)
+        has_landed = is_attached or (before.has_landed and not before.is_attached)
+        if fall is not None and self._detector.fall is None:
+            if not self._is_decided(fall) and z < height - HEIGHT_TOLERANCE:
+                self._finished_fall = fall
+            # The brick landed if it was above the platform and would have reached it by now.
+            # Otherwise it was placed.
+            if (z_before > height - HEIGHT_TOLERANCE
+                    and fall.height(stamp, self._detector.gravity) < height + HEIGHT_TOLERANCE):
+                has_landed = True
+        if has_landed and is_at_resting_height(position, self.parameters):
+            self._brick = self._brick._replace(has_landed=True)
         return is_new_fall
 
     def update(self, now: int, platform: Platform | None) -> list[Action]:
@@ -376,7 +357,7 @@ class Catcher:
         Call this function at least 50 times per second.
 
         :param now: current time (ns). If the time has decreased, the catcher starts again.
-        :param platform: the platform, None if it is not available
+        :param platform: platform of the robot, or None if it is not available
         :return: Decisions and commands to publish, in this order.
         """
         actions: list[Action] = []
@@ -391,7 +372,12 @@ class Catcher:
             self.decision = decision
             self._is_refused = not decision.reachable
             actions.append(decision)
-        observation = self._observe(robot, platform, decision)
+        observation = Observation(
+            self.parameters, now, (now - self._state_start) * SECONDS_PER_NS, self._brick,
+            is_in_free_fall=self._detector.fall is not None,
+            has_reachable_fall=decision is not None and decision.reachable,
+            robot=robot, platform=platform, tracker=self._tracker,
+            is_level_commanded=self._ramp.angle == 0.0)
         previous = self.state
         self._change_state(observation)
         actions += self._drive_goals(previous, observation)
@@ -399,7 +385,7 @@ class Catcher:
         return actions
 
     def _decide(self, robot: RobotMotion | None) -> Decision | None:
-        """Return the decision about a new fall, None if there is none or it has to wait."""
+        """Return the decision about a new fall, or None without a fall or a decision yet."""
         finished_fall, self._finished_fall = self._finished_fall, None
         if finished_fall is not None:
             return self._decide_finished_fall(finished_fall, robot)
@@ -421,7 +407,7 @@ class Catcher:
         return None if self._reachability(fall, best_case, excess).reachable else decision
 
     def _decide_finished_fall(self, fall: Fall, robot: RobotMotion | None) -> Decision:
-        """Return the decision about a fall that ended before it was decided."""
+        """Return the decision about a fall that ended without a decision."""
         decision = self._reachability(fall, robot, self._tracker.excess)
         return decision._replace(reachable=False, reason=(
             f'the fall was detected {-decision.available:.3f} s after the brick had landed'))
@@ -431,28 +417,19 @@ class Catcher:
         return decide_reachability(fall, self._now, robot, self.parameters, excess)
 
     def _is_decided(self, fall: Fall | None) -> bool:
-        """Return whether there already is a decision about a fall or a refused brick."""
+        """Return whether a decision about the fall, or about its refused brick, exists."""
         return self._is_refused or (self.decision is not None and self.decision.fall is fall)
 
-    def _observe(self, robot: RobotMotion | None, platform: Platform | None,
-                 decision: Decision | None) -> Observation:
-        """Return the input of the state machine."""
-        return Observation(
-            self.parameters, self._now, self._brick,
-            is_in_free_fall=self._detector.fall is not None,
-            has_reachable_fall=decision is not None and decision.reachable,
-            robot=robot, platform=platform, tracker=self._tracker,
-            is_level_commanded=self._ramp.angle == 0.0)
-
     def _change_state(self, observation: Observation) -> None:
-        """Enter the next state, and start a new ramp. A new fall enters APPROACHING again."""
-        state = transition(self.memory, observation)
+        """Enter the next state and start a new ramp. Each reachable fall enters APPROACHING."""
+        state = transition(self.state, observation)
         if observation.has_reachable_fall or state is not self.state:
-            self.memory = self.memory.enter(state, observation)
+            self.state = state
+            self._state_start = self._now
             self._ramp.start(self._now)
 
     def _drive_goals(self, previous: State, observation: Observation) -> list[Action]:
-        """Return the goal to publish, if any, and repeat a recent goal if messages get lost."""
+        """Return a new goal, or repeat a recent goal if messages get lost."""
         goal = self._new_goal(previous, observation)
         if goal is not None:
             self._tracker.record_goal(self._now, goal)
@@ -462,7 +439,7 @@ class Catcher:
         return []
 
     def _new_goal(self, previous: State, observation: Observation) -> tuple[float, float] | None:
-        """Return a new goal (m) in the world frame, None if the robot needs no new goal."""
+        """Return a new goal (m) in the world frame, or None if the robot needs no new goal."""
         robot, state = observation.robot, self.state
         if self.decision is not None and observation.has_reachable_fall:
             return self.decision.fall.position[:2]
@@ -471,23 +448,16 @@ class Catcher:
         if robot is None:
             return None
         if state is State.LEVELING and previous in DRIVING_STATES:
-            return self._stopping_point(robot, observation.brick)
+            # A moving robot stops straight ahead.
+            return within_arena(*(robot.destinations or ((robot.x, robot.y),))[0])
         if (state in DRIVING_STATES and robot.at_rest
                 and not observation.has_arrived_at(self._tracker.goal)):
             # The goal was lost, or another node has published another goal.
             return self._tracker.goal
         return None
 
-    def _stopping_point(self, robot: RobotMotion, brick: Brick) -> tuple[float, float]:
-        """Return the goal (m) after a brick is lost: under a hovering brick, or straight ahead."""
-        if self.memory.is_hovering(brick):
-            return within_arena(*brick.position[:2])
-        if robot.destinations:
-            return within_arena(*robot.destinations[0])
-        return within_arena(robot.x, robot.y)
-
     def _tilt_commands(self, observation: Observation) -> list[Action]:
-        """Return the tilt commands to publish, and repeat recent ones if messages get lost."""
+        """Return new tilt commands, or repeat a recent command if messages get lost."""
         commands: list[Action] = []
         if observation.has_reachable_fall:
             self._ramp.level(self._now)

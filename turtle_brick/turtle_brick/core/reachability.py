@@ -46,7 +46,7 @@ turtlesim executes a command at the first tick after six newer commands have arr
 
 COMMAND_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + QUEUE_LATENCY + COMMAND_PERIOD + 0.010
 """Longest time (s) from a decision until the arena receives the first motion of the platform. It
-consists of three messages, one cycle of the robot for the goal, turtlesim's queue, one cycle of the
+consists of three messages, a cycle of the robot for the goal, turtlesim's queue, a cycle of the
 robot for the pose, and 10 ms for the next physics step and the operating system."""
 
 GUARANTEED_LATENCY = 0.13
