@@ -156,9 +156,10 @@ any_excess = pytest.mark.parametrize('excess', (0.0, 0.2))
 
 
 def make_tracker(excess=0.0):
-    """Return a tracker with an excess latency (s), its committed distance (m) and latency (s)."""
+    """Return a tracker for an excess latency (s), its committed distance (m) and latency (s)."""
     latency = LatencyMonitor()
-    latency.record_response_delay(NS_PER_SECOND, excess)
+    for _ in range(2):
+        latency.record_response_delay(NS_PER_SECOND, excess)
     return (RobotTracker(PARAMETERS.max_velocity, latency),
             PARAMETERS.max_velocity * (COMMITTED_TIME + excess), COMMAND_LATENCY + excess)
 
@@ -224,7 +225,9 @@ def test_motion_of_a_newly_observed_robot_is_uncertain(excess):
     (0.2, 0.3, 5.01, 0.0)],
     ids=('late', 'observed late', 'very late', 'ignored', 'near goal'))
 def test_response_delay_of_a_robot_at_rest_is_measured(still, moved, goal, longer):
-    tracker, *_ = make_tracker()
+    latency = LatencyMonitor()
+    latency.record_response_delay(NS_PER_SECOND, inf)  # A single delay does not count.
+    tracker = RobotTracker(PARAMETERS.max_velocity, latency)
     for time in (1.9, 2.0):
         observe(tracker, time, 5.0)
     tracker.record_goal(seconds(2.0), (goal, 5.0))

@@ -79,6 +79,11 @@ class RecentValues:
             return 0.0
         return self._sorted[round(fraction * (len(self._sorted) - 1))]
 
+    def largest(self, now: int, rank: int) -> float:
+        """Return the largest value (rank 1), the second largest, etc., or 0 without this value."""
+        self._remove_old(now)
+        return self._sorted[-rank] if len(self._sorted) >= rank else 0.0
+
     def total(self, now: int) -> float:
         """Return the sum of the values at a time (ns)."""
         self._remove_old(now)
@@ -182,21 +187,23 @@ class LatencyMonitor:
         if self._first_robot_stamp is not None:
             observed = (now - self._first_robot_stamp) * SECONDS_PER_NS
         fraction = self._pauses.total(now) / min(max(observed, 1.0), WINDOW)
-        return fraction * duration + self._pauses.quantile(now, 1.0)
+        return fraction * duration + self._pauses.largest(now, 1)
 
     def excess(self, now: int) -> float:
         """
         Return the excess latency (s) at a time (ns).
 
         A goal and the resulting motion pass one link each, so the delay of the slowest link counts
-        twice. If the clocks disagree, the ages are unreliable, so the clock error and the
-        response delay are added.
+        twice. A single late response counts only if messages are late or lost, because a node may
+        have stopped for a moment. If the clocks disagree, the ages are unreliable, so the clock
+        error and the response delay are added.
         """
         clock_error = self.clock_error(now)
         link = max(
             self._ages.quantile(now, 1.0 - OUTLIER_FRACTION) + clock_error - USUAL_AGE, 0.0)
         transport = 2.0 * link + (LOSS_RESERVE if self.loses_messages(now) else 0.0)
-        response = self._response_delays.quantile(now, 1.0)
+        is_link_slow = transport > 0.0 or clock_error > 0.0
+        response = self._response_delays.largest(now, 1 if is_link_slow else 2)
         if clock_error > 0.0:
             return transport + clock_error + response
         return max(transport, response)
