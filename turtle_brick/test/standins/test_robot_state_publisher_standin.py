@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The stand-in of robot_state_publisher against recordings of the real one."""
+"""Compares the stand-in for robot_state_publisher with recordings of the real one."""
 
 import contextlib
 import json

@@ -279,12 +279,7 @@ MAY_DIFFER = (
     ('centre', 'center'),
     ('metres', 'meters'),
 )
-"""
-Replacements that remove differences which are allowed.
-
-They are warnings about a graph that is not known yet, lost messages, the name of the stand-in, the
-traceback before an error, and the format of argparse, which depends on the Python version.
-"""
+"""Replacements that remove the allowed differences, such as warnings and argparse formats."""
 
 ANSWERS = {
     'call_place_refused': r'(message=).*()',

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The stand-in of tf2_ros against recordings of the real one, and the types of its messages."""
+"""Compares the stand-in for tf2_ros with recordings, and message types with the real ones."""
 
 import json
 from pathlib import Path

@@ -154,9 +154,9 @@ def test_turtles_are_spawned_and_killed(shared, poses):
         live.call('kill', Kill, Kill.Request(name='bob'))
         wait_for_removal('bob')
     for message in (r'Spawning turtle \[turtle1\] at x=\[5\.544445\], y=\[5\.544445\], theta=\[0',
-                 r'\[ERROR\].*A turtle named \[bob\] already exists\n',
-                 r'A turtle cannot be named \[no such name\]',
-                 r'\[ERROR\].*Tried to kill turtle \[bob\], which does not exist\n'):
+                    r'\[ERROR\].*A turtle named \[bob\] already exists\n',
+                    r'A turtle cannot be named \[no such name\]',
+                    r'\[ERROR\].*Tried to kill turtle \[bob\], which does not exist\n'):
         turtlesim.wait_for_output(message, 10.0)
     live.call('reset', Empty)
     wait_for_removal('turtle2')

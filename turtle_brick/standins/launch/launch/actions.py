@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The actions of launch, with its names."""
+"""The actions and event handlers of launch."""
 
 import asyncio
 import codecs

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The log, values, substitutions and conditions of launch, with its names."""
+"""The logging, utilities, substitutions and conditions of launch."""
 
 from datetime import datetime
 from functools import lru_cache

@@ -56,7 +56,7 @@ class Joint(NamedTuple):
         return self.kind in _FIXED
 
     def pose(self, position: float) -> tuple[Vector, Quaternion]:
-        """Return the pose (m) of the child in the parent for a joint position (rad or m)."""
+        """Return the origin (m) and rotation of the child for a joint position (rad or m)."""
         if self.kind in _ROTATING:
             x, y, z = self.axis
             s = sin(0.5 * position)

@@ -74,6 +74,11 @@ class GraphNode(Node):
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda number, _: _signals.append(int(number)))
 
+    def destroy_node(self):
+        """Destroy the executor and the node."""
+        self._executor.shutdown()
+        super().destroy_node()
+
     def spin_until(self, condition, timeout=float('inf')):
         """Spin until a condition is true or a timeout (s) expires; return whether it is true."""
         deadline = monotonic() + timeout
@@ -151,13 +156,14 @@ def has_all_services(graph, name, namespace):
 @contextlib.contextmanager
 def open_graph(found=None, name=None, ros_args=()):
     """Yield a node that knows the graph, or at least what `found` requires; then shut down."""
+    rclpy.init(args=['--ros-args', *ros_args], signal_handler_options=SignalHandlerOptions.NO)
+    graph = GraphNode(name)
     try:
-        rclpy.init(args=['--ros-args', *ros_args], signal_handler_options=SignalHandlerOptions.NO)
-        graph = GraphNode(name)
         graph.discover(found)
         yield graph
     finally:
         faulthandler.dump_traceback_later(END_TIMEOUT, exit=True)
+        graph.destroy_node()
         rclpy.try_shutdown()
 
 
