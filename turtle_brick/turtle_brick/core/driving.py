@@ -69,7 +69,9 @@ class TickClock:
 
     def __init__(self) -> None:
         """Create a clock without ticks."""
-        self.forget()
+        self.last = inf
+        """Estimated time of the last tick (s), or infinity before the first pose."""
+        self._late = 0
 
     def observe(self, now: float) -> float:
         """Record a pose that arrives now (s), and return the probable time of its tick (s)."""
@@ -92,7 +94,6 @@ class TickClock:
     def forget(self) -> None:
         """Restart the grid with the next pose."""
         self.last = inf
-        """Estimated time of the last tick (s), or infinity before the first pose."""
         self._late = 0
 
 
