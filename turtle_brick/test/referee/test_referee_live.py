@@ -61,7 +61,7 @@ def marks(record, mark):
 
 
 def test_our_graph_meets_every_requirement(domain_id):
-    with Graph(domain_id, namespace='judged', quiet=True) as graph:
+    with Graph(domain_id, namespace='judged', quiet=True, tf_inside=True) as graph:
         add_nodes(graph)
         record = observe(graph, discovery_time=60.0, program=PROGRAM)
     assert marks(record, BROKEN) == {}

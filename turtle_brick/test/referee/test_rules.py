@@ -123,10 +123,12 @@ def add_walls(record, times):
 def drive(record, off):
     """Add a robot that rests until 0 s, then drives a leg forward and back."""
     base = numpy.array((0.0, 0.0, HINGE - model(record).pose('platform').position[2]))
+    stem = model(record).joint('stem')
     for joint in model(record).joints:
-        add_transforms(record, joint.child, joint.parent, (
-            (number / 10.0, joint.origin) for number in range(-5, 50)),
-                  static=joint.child != 'platform')
+        if joint != stem:
+            add_transforms(record, joint.child, joint.parent, (
+                (number / 10.0, joint.origin) for number in range(-5, 50)),
+                      static=joint.child != 'platform')
     add_transforms(record, 'odom', 'world', [(-0.5, pose((*CENTER, 0.0)))], static=True)
     record.idle, record.driving = [(at(-0.5), at(0.0))], [(at(0.0), at(2.0 * LEG))]
     for begin, here, there in ((0.0, 0.0, 1.5), (LEG, 1.5, 0.0)):
@@ -144,13 +146,15 @@ def drive(record, off):
         odometry.pose.pose.position.x, odometry.pose.pose.position.y = x, y
         for one in (odometry.twist.twist, twist):
             one.linear.x, one.linear.y = speed * DIRECTION
+        angle = atan2(*DIRECTION[::-1]) + pi * back + off.crooked
         add_transforms(record, 'base_link', 'odom', [(seconds, pose(base + (x, y, 0.0)))])
+        add_transforms(record, 'stem', 'base_link', [
+            (seconds, Pose(stem.origin.position, turn(UPRIGHT[2], angle)))])
         add_message(record, 'odom', odometry, seconds, late)
         add_message(record, 'cmd_vel', twist, seconds)
         add_message(record, 'joint_states', JointState(
             name=['stem_joint', 'wheel_joint', 'platform_joint'],
-            position=[atan2(*DIRECTION[::-1]) + pi * back + off.crooked,
-                      (way + 1.5 * back) * angle_per_meter, 0.0],
+            position=[angle, (way + 1.5 * back) * angle_per_meter, 0.0],
             velocity=[0.0, abs(speed) * angle_per_meter, 0.0]), seconds)
         add_message(record, 'pose', SimpleNamespace(x=CENTER[0] + x, y=CENTER[1] + y), seconds)
     add_transforms(record, 'base_link', 'odom', [
@@ -294,6 +298,23 @@ def scale_velocity(record, factor):
         received.message.velocity[1] *= factor
 
 
+def turn_backward(record, factor):
+    """Multiply the position and the velocity of the wheel by a factor."""
+    for received in record.topics['joint_states']:
+        for values in (received.message.position, received.message.velocity):
+            values[1] *= factor
+
+
+def tilt_in_tf(record, angle):
+    """Tilt the platform by 0.3 rad in joint_states and by another angle (rad) in TF."""
+    joint = model(record).joint('platform')
+    record.tilts.append(Request(at(9.0), at(9.3), 0.3))
+    add_transforms(record, 'base_link', 'odom', [(9.2, pose((0.0, 0.0, 0.0)))])
+    add_transforms(record, 'platform', joint.parent, [
+        (9.2, joint.origin.compose(Pose(numpy.zeros(3), pitch(angle))))])
+    add_message(record, 'joint_states', JointState(name=[joint.name], position=[0.3]), 9.1)
+
+
 def move_response(record, seconds, missing=0):
     """Move the response of a drop to a time (s) after the fall; drop its first transforms."""
     record.drops[0].request = Request(at(2.45), at(2.5 + seconds), None)
@@ -350,6 +371,8 @@ FAULTS = (
     ('frames: base_link', lambda record, dy: change(record, 'pose', LEG - 0.02, 'y', dy),
      (0.005,), (0.02,)),
     ('frames: robot', lambda record, name: record.frames.pop(name), (), ('eyes',)),
+    ('frames: robot', lambda record, dz: shift(record, 'odom', -0.5, dz, 2),
+     (0.005,), (-1.0, 0.2)),
     ('rate: base_link', lambda record, lost: record.frames['base_link'].samples.__delitem__(
         slice(0, 40, lost)), (), (10,)),
     ('frames: brick', lambda record, parent: add_transforms(
@@ -360,7 +383,9 @@ FAULTS = (
      ('/elsewhere/arena',), ('/judged/arena',)),
     ('odom: twist', lambda record, speed: [change(
         record, 'odom', number / 100.0, 'twist.twist.linear.x', speed) for number in range(50)],
-     (), (0.1,)),
+     (), (0.1, -4.8)),
+    ('odom: pose', lambda record, z: change(record, 'odom', 0.2, 'pose.pose.orientation.z', z),
+     (0.005,), (0.05, -0.05)),
     ('joint_states: names', lambda record, name: setattr(
         record.topics['joint_states'][5].message, 'name', [name]),
      ('wheel_joint',), ('antenna_joint',)),
@@ -368,6 +393,9 @@ FAULTS = (
     ('joint_states: velocity', lambda record, speed: setattr(
         record.topics['joint_states'][5].message, 'velocity', [speed, 0.0, 0.0]), (), (-0.1,)),
     ('drive: rolling', 'slip', (0.98,), (0.973, 1.027)),
+    ('drive: rolling', turn_backward, (1.0,), (-1.0,)),
+    urdf('drive: rolling', "joint[@name='wheel_joint']/axis", 'xyz', '0 -1 0'),
+    urdf('drive: stem', "joint[@name='stem_joint']/axis", 'xyz', '0 0 -1'),
     ('drive: stem', 'crooked', (radians(4.0),), (radians(-6.0),)),
     ('drive: straight', lambda record, dy: change(record, 'pose', 0.2, 'y', dy),
      (0.04,), (0.08, -0.08)),
@@ -381,7 +409,8 @@ FAULTS = (
     urdf('URDF: platform', "link[@name='platform']/visual/origin", 'rpy', '0.05 0 0', '0 -0.05 0'),
     urdf('URDF: platform', "joint[@name='eyes_joint']/origin", 'xyz', '0 0 3'),
     urdf('URDF: room to turn', "link[@name='base_link']/visual/origin", 'xyz', '0 0 1.1'),
-    urdf('URDF: post', "link[@name='post']/visual/origin", 'xyz', '0.03 0 0'),
+    urdf('URDF: platform', "joint[@name='platform_joint']/axis", 'xyz', '0 0 1'),
+    urdf('URDF: post', "link[@name='post']/visual/origin", 'xyz', '0.03 0 0', '0 0 -0.8'),
     urdf('URDF: stem', "link[@name='stem']/visual/origin", 'xyz', '0 0 0.9'),
     urdf('URDF: stem', "joint[@name='stem_joint']/axis", 'xyz', '0 1 0'),
     urdf('URDF: wheel', "joint[@name='wheel_joint']/parent", 'link', 'base_link'),
@@ -409,15 +438,22 @@ FAULTS = (
     ('fall: acceleration', 'step', (0.002, 0.02), ()),
     ('fall: course', 'aside', (0.002,), (0.05,)),
     ('fall: course', lambda record, dz: shift(record, 'brick', 3.2, dz, 2), (0.015,), (0.03,)),
+    ('tilt', tilt_in_tf, (0.31,), (-0.3, 0.33)),
     ('fall: ground', 'below', (0.0,), (-0.06, 0.06)),
     ('fall: platform', 'above', (0.0,), (-0.06, 0.06)),
     ('brick: angle', 'lean', (0.018, -0.018), (0.022,)),
     ('slide: law', 'pull', (1.0,), (0.8, 1.15, 1e-6)),
     ('slide: end', 'stop', (), (NUMBERS['platform_radius'], NUMBERS['platform_radius'] + LENGTH)),
+    ('slide: end', lambda record, dz: shift(record, 'brick', (
+        record.drops[1].floated - BEGIN) * SECONDS_PER_NS, dz, 2), (0.02,), (-0.06,)),
     ('brick: floats', 'drift', (0.002,), (0.006,)),
     ('again', lambda record, never: setattr(record.drops[1], 'leveled', never), (), (None,)),
     ('carry', lambda record, dx: setattr(
         record.drops[1], 'carried_to', (CENTER[0] + dx, CENTER[1])), (0.08,), (0.12,)),
+    ('walls: size', lambda record, z: setattr(
+        record.markers[0].marker.pose.position, 'z', z), (0.25,), (-0.25,)),
+    ('walls: size', lambda record, x: setattr(
+        record.markers[0].marker.pose.position, 'x', x), (5.9,), (-5.5, 7.0)),
     ('walls: visible', publish_walls, (range(-1, 12),), ((0.0,), (0.0, 0.1))),
     ('brick marker: visible', lambda record, latched: record.latched.update(
         {'/brick_marker': latched}), (), (False,)),

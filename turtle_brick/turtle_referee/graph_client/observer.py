@@ -160,9 +160,11 @@ class Observer(Node):
         self._tilt_publisher: Publisher | None = None  # once the type is known
         self._clients_by_service: dict[str, Client] = {}
         psutil.cpu_percent(percpu=True)  # start of the first measurement
-        for topic, static in (('/tf', False), ('/tf_static', True)):
-            self.poller.subscribe(TFMessage, topic, partial(self._on_transforms, static),
-                                  subscription_qos(static))
+        # TF may be shared by all namespaces or may be inside the namespace of the graph.
+        for topic, static in (('tf', False), ('tf_static', True)):
+            for name in {self.resolve_topic_name(f'/{topic}'), self.resolve_topic_name(topic)}:
+                self.poller.subscribe(TFMessage, name, partial(self._on_transforms, static),
+                                      subscription_qos(static))
         self.create_timer(FETCH_PERIOD, self.update)
 
     def destroy_node(self) -> None:

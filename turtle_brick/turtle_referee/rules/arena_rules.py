@@ -79,20 +79,27 @@ def walls(record: Record) -> list[ReceivedMarker]:
 
 
 @rule('walls: size', 'the same size as the turtlesim simulator and … a matching coordinate system',
-      f'walls at 0 and {ARENA_SIZE:.2f} m ± {WALL_TOLERANCE} m')
+      f'walls at 0 and {ARENA_SIZE:.2f} m ± {WALL_TOLERANCE} m, along the edges, above the ground')
 def walls_are_at_the_edges(record: Record) -> Finding:
     sides: tuple[list[float], list[float]] = ([], [])
+    ends, heights = [], []
     for received in walls(record):
         there = pose_of_marker(record, received, record.idle[0][1])
         size = abs(there.axes) @ (received.marker.scale.x, received.marker.scale.y, 0.0)
         thin_axis = int(size[1] < size[0])
         sides[thin_axis].append(there.position[thin_axis])
+        middle, half_length = there.position[1 - thin_axis], size[1 - thin_axis] / 2.0
+        ends += [half_length - middle, middle + half_length - ARENA_SIZE]
+        heights.append(there.position[2])
     if not all(sides):
         raise Broken('some sides have no wall')
     found = [end(side) for side in sides for end in (min, max)]
     off = largest(abs(a - b) for a, b in zip(found, (0.0, ARENA_SIZE) * 2))
-    return Finding(off <= WALL_TOLERANCE, 'x from {:.2f} to {:.2f}, y from {:.2f} to {:.2f} m'
-                   .format(*found))
+    return Finding(off <= WALL_TOLERANCE and largest(ends) <= 2.0 * WALL_TOLERANCE
+                   and min(heights) >= 0.0,
+                   'x from {:.2f} to {:.2f}, y from {:.2f} to {:.2f} m'.format(*found)
+                   + f', {largest(ends):.2f} m beyond the corners, center at a height of at least '
+                   f'{min(heights):.2f} m')
 
 
 def brick_markers(record: Record) -> list[ReceivedMarker]:
@@ -226,10 +233,20 @@ class MeasuredFall(NamedTuple):
 
     drop: DropWatch
     begin: float  # start (s) of the fitted fall after the last transform at rest
-    times: Array  # since the start (s)
-    depths: Array
+    times: Array  # times (s) since the start
+    depths: Array  # distances (m) below the starting position
     acceleration: float
-    aside: float  # horizontal distance (m)
+    off: float  # largest distance (m) from the fitted fall
+    aside: Array  # horizontal distances (m) from the starting position
+
+
+def fit_fall(times: Array, depths: Array) -> tuple[float, float, float]:
+    """Fit a fall from rest; return its start (s), acceleration and largest deviation (m)."""
+    # In a fall from rest the square root of the depth is a linear function of time.
+    slope, offset = numpy.polyfit(times, numpy.sqrt(2.0 * depths), 1)
+    begin, acceleration = -float(offset / slope), float(slope) ** 2
+    off = float(numpy.max(numpy.abs(depths - acceleration * (times - begin) ** 2 / 2.0)))
+    return begin, acceleration, off
 
 
 def falls(record: Record) -> list[MeasuredFall]:
@@ -247,11 +264,10 @@ def falls(record: Record) -> list[MeasuredFall]:
             continue
         times = numpy.array([(stamp - drop.released) * SECONDS_PER_NS for stamp, _ in track])
         depths = numpy.array([drop.place[2] - position[2] for _, position in track])
-        # In a fall from rest the square root of the depth is a linear function of time.
-        slope, offset = numpy.polyfit(times, numpy.sqrt(2.0 * depths), 1)
-        begin = -float(offset / slope)
-        found.append(MeasuredFall(drop, begin, times - begin, depths, float(slope) ** 2,
-                                  largest(dist(position[:2], hover) for _, position in track)))
+        aside = numpy.array([dist(position[:2], hover) for _, position in track])
+        begin, acceleration, off = fit_fall(times, depths)
+        found.append(MeasuredFall(
+            drop, begin, times - begin, depths, acceleration, off, aside))
     return require_data(found, 'no fall was long enough')
 
 
@@ -275,11 +291,19 @@ def falls_have_the_acceleration(record: Record) -> Finding:
       f'within {FALL_DEVIATION} m of a fall from rest at each stamp, straight down')
 def falls_are_parabolas(record: Record) -> Finding:
     found = falls(record)
-    off = largest(float(numpy.max(numpy.abs(
-        fall.depths - fall.acceleration * fall.times ** 2 / 2.0))) for fall in found)
-    aside = largest(fall.aside for fall in found)
-    return Finding(off <= FALL_DEVIATION and aside <= NEAR,
-                   f'at most {off:.4f} m off along the fall and {aside:.4f} m aside')
+    off = largest(fall.off for fall in found)
+    aside = largest(fall.aside.max() for fall in found)
+    text = f'at most {off:.4f} m off along the fall and {aside:.4f} m aside'
+    for fall in found:
+        # The deviation begins where the fall so far is no longer one fall from rest.
+        begin = next((number for number in range(10, len(fall.times)) if fall.aside[number] > NEAR
+                      or fit_fall(fall.times[:number + 1], fall.depths[:number + 1])[2]
+                      > FALL_DEVIATION), None)
+        if begin is not None:
+            text += (f'; the deviation begins {fall.times[begin]:.2f} s after the start, at a '
+                     f'height of {fall.drop.place[2] - fall.depths[begin]:.2f} m')
+            break
+    return Finding(off <= FALL_DEVIATION and aside <= NEAR, text)
 
 
 def judge_landing(record: Record, caught: bool) -> Finding:
@@ -412,9 +436,10 @@ def slides_are_frictionless(record: Record) -> Finding:
 
 
 @rule('slide: end', 'When the trailing-edge brick clears the platform, it magically floats',
-      'the slide ends when the trailing edge has cleared the platform', ['slide: law'])
+      'the slide stays on the plane of the platform and ends when the trailing edge has cleared '
+      'the platform', ['slide: law'])
 def slides_end_at_the_edge(record: Record) -> Finding:
-    radius, clearances = number(record, 'platform_radius'), []
+    radius, clearances, heights = number(record, 'platform_radius'), [], []
     scale = brick_markers(record)[-1].marker.scale
     for drop in catches(record):
         if drop.floated is None:
@@ -426,10 +451,14 @@ def slides_end_at_the_edge(record: Record) -> Finding:
         clearances.append(distance_to_rectangle(
             platform.locate(brick.position)[:2], atan2(forward[1], forward[0]),
             (scale.x, scale.y)) - radius)
+        before = require(record.on_platform(drop.tilted - 2 * BEFORE_NS),
+                         'the pose of the brick before a slide is unknown')
+        heights.append(abs(platform.locate(brick.position)[2] - before[2]))
     require_data(clearances, 'no brick has slid off')
-    return Finding(min(clearances) >= -EARLY_END and largest(clearances) <= LATE_END,
+    return Finding(min(clearances) >= -EARLY_END and largest(clearances) <= LATE_END
+                   and largest(heights) <= SLIDE_DEVIATION,
                    ', '.join(f'{one:+.3f}' for one in clearances)
-                   + ' m between platform and brick')
+                   + f' m between platform and brick, {largest(heights):.3f} m off the plane')
 
 
 @rule('brick: floats', 'it magically floats in place',

@@ -14,12 +14,13 @@
 """Rules for frames, names, rates, the robot's description and the robot's node."""
 
 from collections.abc import Iterator
+from functools import partial
 from itertools import pairwise
 from math import asin, degrees, dist, hypot, isfinite
 from typing import Any
 
 from turtle_referee.graph_client.constants import CENTER, SECONDS_PER_NS
-from turtle_referee.graph_client.geometry import Array, inclination
+from turtle_referee.graph_client.geometry import angle_between, Array, inclination, pose
 from turtle_referee.graph_client.record import (Drive, Frame, message_rate, Received, Record,
                                                 Sample, stamp_of)
 from turtle_referee.rules.limits import (EXACT, MAX_MISALIGNMENT, MAX_SLIP, NEAR, PHYSICS_RATE,
@@ -101,11 +102,17 @@ def base_link_is_the_turtle(record: Record) -> Finding:
 
 
 @rule('frames: robot', "base_link has other child frames, as defined by the robot's urdf file",
-      'every link of the URDF is a frame below base_link', ['rate: joint_states'])
+      'every link of the URDF is a frame below base_link, and the wheel is on the ground',
+      ['rate: joint_states'])
 def links_are_frames(record: Record) -> Finding:
-    links = model(record).links
-    return from_faults([f'{link} is not in TF' for link in links if link != 'base_link'
-                        and 'base_link' not in record.ancestors(link)], len(links), 'links')
+    robot = model(record)
+    faults = [f'{link} is not in TF' for link in robot.links if link != 'base_link'
+              and 'base_link' not in record.ancestors(link)]
+    radius = record.profile.numbers.get('wheel_radius')
+    wheel = record.pose('wheel', record.idle[0][1]) if record.idle else None
+    if wheel is not None and radius is not None and not abs(wheel.position[2] - radius) <= NEAR:
+        faults.append(f'the wheel is {wheel.position[2] - radius:.3f} m above the ground')
+    return from_faults(faults, len(robot.links), 'links')
 
 
 @rule('frames: brick', 'brick. This frame is the location of the brick',
@@ -141,15 +148,6 @@ def names_are_relative(record: Record) -> Finding:
                         if not topic.startswith(own)], len(topics), 'topics')
 
 
-AT_100_HZ = 'All publishing and broadcasting shall be done at 100 Hz'
-"""The sentence that requires four of the rates."""
-
-
-def expected_rate(nominal: float) -> str:
-    """Return the expected rate (Hz) as text."""
-    return f'{nominal:g} Hz ± {RATE_TOLERANCE:.0%}'
-
-
 def judge_rate(record: Record, name: str, nominal: float) -> Finding:
     """Judge the rate (Hz) of a topic or a frame by its stamps, at rest and while driving."""
     rates = []
@@ -165,30 +163,14 @@ def judge_rate(record: Record, name: str, nominal: float) -> Finding:
         f'{rate:.2f} Hz {label}' for rate, label in zip(rates, ('at rest', 'driving'))))
 
 
-@rule('rate: cmd_vel', AT_100_HZ, expected_rate(RATE))
-def rate_of_cmd_vel(record: Record) -> Finding:
-    return judge_rate(record, 'cmd_vel', RATE)
-
-
-@rule('rate: odom', AT_100_HZ, expected_rate(RATE))
-def rate_of_odom(record: Record) -> Finding:
-    return judge_rate(record, 'odom', RATE)
-
-
-@rule('rate: joint_states', AT_100_HZ, expected_rate(RATE))
-def rate_of_joint_states(record: Record) -> Finding:
-    return judge_rate(record, 'joint_states', RATE)
-
-
-@rule('rate: base_link', AT_100_HZ, expected_rate(RATE))
-def rate_of_base_link(record: Record) -> Finding:
-    return judge_rate(record, 'base_link', RATE)
-
-
-@rule('rate: brick', 'The node should simulate the physics at 250 Hz',
-      expected_rate(PHYSICS_RATE))
-def rate_of_brick(record: Record) -> Finding:
-    return judge_rate(record, 'brick', PHYSICS_RATE)
+for name, nominal, sentence in (
+        ('cmd_vel', RATE, 'All publishing and broadcasting shall be done at 100 Hz'),
+        ('odom', RATE, 'All publishing and broadcasting shall be done at 100 Hz'),
+        ('joint_states', RATE, 'All publishing and broadcasting shall be done at 100 Hz'),
+        ('base_link', RATE, 'All publishing and broadcasting shall be done at 100 Hz'),
+        ('brick', PHYSICS_RATE, 'The node should simulate the physics at 250 Hz')):
+    rule(f'rate: {name}', sentence, f'{nominal:g} Hz ± {RATE_TOLERANCE:.0%}')(
+        partial(judge_rate, name=name, nominal=nominal))
 
 
 def velocity(message: Any) -> tuple[float, float, float]:
@@ -211,18 +193,23 @@ def commands_at_rest(record: Record) -> Finding:
 @rule('odom: pose', 'Publishing nav_msgs/Odometry message on the odom topic',
       'the pose of base_link in odom equals the one in TF, except for one tick of turtlesim')
 def odometry_equals_tf(record: Record) -> Finding:
-    off = []
+    off, turned = [], []
     for odometry in messages(record, 'odom'):
         frames = (odometry.message.header.frame_id, odometry.message.child_frame_id)
         if frames != ('odom', 'base_link'):
             raise Broken(f'the odometry is that of {frames[1]!r} in {frames[0]!r}')
         sample = frame(record, 'base_link').at(stamp_of(odometry))
         if sample is not None:
-            position = odometry.message.pose.pose.position
-            off.append(dist((position.x, position.y), sample.pose.position[:2]))
+            p, q = odometry.message.pose.pose.position, odometry.message.pose.pose.orientation
+            there = pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+            off.append(dist(there.position[:2], sample.pose.position[:2]))
+            turned.append(angle_between(there.axes[:, 0], sample.pose.axes[:, 0]))
     require(off or None, 'no transform at the time of any odometry message')
     # The position between two transforms is uncertain by one tick of turtlesim.
-    return within(number(record, 'max_velocity') * 0.016 + EXACT, off, '')
+    allowed = number(record, 'max_velocity') * 0.016 + EXACT
+    return Finding(largest(off) <= allowed and largest(turned) <= SAME_ANGLE,
+                   f'at most {largest(off):.3f} m and {largest(turned):.3f} rad off in '
+                   f'{len(off)} measurements')
 
 
 @rule('odom: twist', 'twist can be a direct copy of the latest cmd_vel',
@@ -306,10 +293,10 @@ def platform_clears_the_base(record: Record) -> Finding:
 
 
 @rule('URDF: post', 'A fixed cylindrical link should connect the base_link to the platform',
-      'a cylinder below the platform that is fixed to base_link')
+      'a cylinder between cube and platform that is fixed to base_link')
 def post_is_fixed(record: Record) -> Finding:
     robot = model(record)
-    hinge = robot.pose('platform').position
+    base, hinge = robot.solid('base_link', 'box'), robot.pose('platform').position
     fixed = [link for link in robot.links if link != 'base_link'
              and not any(joint.movable for joint in robot.joints_to(link))]
     posts = []
@@ -317,7 +304,7 @@ def post_is_fixed(record: Record) -> Finding:
         for solid in robot.links[link]:
             center = robot.center(link, solid)
             if (solid.kind == 'cylinder' and dist(center[:2], hinge[:2]) <= NEAR
-                    and center[2] < hinge[2]):
+                    and base.pose.position[2] < center[2] < hinge[2]):
                 posts.append(link)
     return Finding(bool(posts), ', '.join(posts) or 'there is no such link')
 
@@ -417,18 +404,31 @@ def speed_is_limited(record: Record) -> Finding:
                    f'at most {largest(speeds):.3f} m/s (limit {limit:g})')
 
 
-@rule('drive: rolling', 'the wheel is rolling without slipping',
-      f'wheel angle x wheel_radius = driven distance, within {MAX_SLIP:.0%}',
-      ['joint_states: names', 'URDF: wheel', 'URDF: numbers', 'frames: base_link'])
-def wheel_does_not_slip(record: Record) -> Finding:
+def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
+    """Return the distances (m) of the robot and of its wheel; a wheel may roll backward (< 0)."""
     joint, radius = model(record).joint('wheel'), number(record, 'wheel_radius')
-    base, points = frame(record, 'base_link'), []
-    for drive in drives(record):
-        # Compare angles and positions with the same stamps: the robot may still move at the end.
-        pairs = [(angle, sample.pose.position[:2]) for stamp, angle in record.joint(
-            joint.name, drive.begin, drive.end) if (sample := base.at(stamp)) is not None]
-        points.append((sum(dist(p, q) for (_, p), (_, q) in pairwise(pairs)),
-                       radius * sum(abs(b - a) for (a, _), (b, _) in pairwise(pairs))))
+    driven = rolled = 0.0
+    last_angle, last_wheel = 0.0, None
+    for stamp, angle in record.joint(joint.name, drive.begin, drive.end):
+        wheel = record.pose(joint.child, stamp)
+        if wheel is None:
+            continue
+        if last_wheel is not None:
+            motion = (wheel.position - last_wheel.position)[:2]
+            axis = wheel.axes @ joint.axis
+            forward = (angle - last_angle) * (axis[1] * motion[0] - axis[0] * motion[1]) >= 0.0
+            driven += hypot(*motion)
+            rolled += radius * abs(angle - last_angle) * (1.0 if forward else -1.0)
+        last_angle, last_wheel = angle, wheel
+    return driven, rolled
+
+
+@rule('drive: rolling', 'the wheel is rolling without slipping',
+      f'wheel angle x wheel_radius = driven distance within {MAX_SLIP:.0%}, in the direction of '
+      'the motion', ['joint_states: names', 'URDF: wheel', 'URDF: numbers', 'frames: base_link',
+                     'frames: robot'])
+def wheel_does_not_slip(record: Record) -> Finding:
+    points = [driven_and_rolled(record, drive) for drive in drives(record)]
     driven, rolled = zip(*points)
     return Finding(largest(abs(b - a) - MAX_SLIP * a - 0.005 for a, b in points) <= 0.0,
                    f'rolled {sum(rolled):.3f} m, driven {sum(driven):.3f} m in {len(points)} '
@@ -490,15 +490,17 @@ def stem_points_along(record: Record) -> Finding:
 @rule('tilt', 'The tilt angle … is set to the last message received on this topic',
       'joint and TF have each requested angle', ['frames: robot', 'URDF: platform'])
 def platform_has_the_tilt(record: Record) -> Finding:
-    joint, texts, met = model(record).joint('platform'), [], True
+    robot, joint, texts, met = model(record), model(record).joint('platform'), [], True
     for request in require_data(record.tilts, 'the platform was not tilted'):
         require_accepted(request)
         positions = record.joint(joint.name, request.begin, request.end)
-        platform = record.pose('platform', request.end - 50_000_000)
-        if not positions or platform is None:
+        stamp = request.end - 50_000_000
+        platform, base = record.pose('platform', stamp), record.pose('base_link', stamp)
+        if not positions or platform is None or base is None:
             raise Broken('the joint or the frame of the platform is not published')
-        angle, leaning = positions[-1][1], inclination(platform)
-        met = (met and abs(angle - request.value) <= SAME_ANGLE
-               and abs(leaning - abs(angle)) <= SAME_ANGLE)
-        texts.append(f'{request.value:g} rad: joint {angle:.3f}, inclination {leaning:.3f}')
+        angle = positions[-1][1]
+        expected = base.axes @ robot.pose('platform', {joint.name: request.value}).upright
+        off = angle_between(platform.upright, expected)
+        met = met and abs(angle - request.value) <= SAME_ANGLE and off <= SAME_ANGLE
+        texts.append(f'{request.value:g} rad: joint {angle:.3f}, TF {off:.3f} off')
     return Finding(met, '; '.join(texts))
