@@ -21,7 +21,6 @@ tests do not require rviz2 or a display. One test runs the real arena.
 
 import json
 import os
-from pathlib import Path
 import re
 import signal
 import subprocess
