@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Tests of env.bash: setup of a shell, unchanged state, error messages."""
+"""Tests of env.bash: the setup of a shell, the state of the shell, and the error messages."""
 
 import os
 from pathlib import Path
@@ -34,17 +34,17 @@ without_ros = pytest.mark.skipif(
 
 
 def shell(script, *, options=(), **variables):
-    """Run a script in a shell; return its status, standard output and standard error."""
+    """Run a script in bash; return the exit status, standard output and standard error."""
     env = {name: value for name, value in {**os.environ, **variables}.items()
            if value is not None}
     done = subprocess.run(['bash', *options, '-c', script], env=env, cwd='/', text=True,
                           stdin=subprocess.DEVNULL, capture_output=True, timeout=60.0,
-                          start_new_session=True)  # an interactive shell would take the terminal
+                          start_new_session=True)  # bash must not take control of the terminal
     return done.returncode, done.stdout, done.stderr
 
 
 def sourced(script, **arguments):
-    """Source env.bash, then run a script."""
+    """Source env.bash in bash and then run a script."""
     return shell(f'source {shlex.quote(str(ENV))} || exit\n{script}', **arguments)
 
 
@@ -56,12 +56,10 @@ import turtle_brick, turtle_referee, turtle_brick_interfaces.msg, turtle_brick_i
 
 @with_home
 def test_a_ready_home_is_sourced_quickly_and_silently():
-    def processor_time():
-        return sum(getrusage(RUSAGE_CHILDREN)[:2])
-
-    before = processor_time()
+    before = getrusage(RUSAGE_CHILDREN)
     assert sourced(IMPORTS) == (0, '', '')
-    assert processor_time() - before < 5.0
+    after = getrusage(RUSAGE_CHILDREN)
+    assert after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime < 5.0
 
 
 @with_home
@@ -78,7 +76,7 @@ def test_the_pypi_home_ignores_the_environment_of_the_caller(tmp_path):
         VIRTUAL_ENV='/some/where', CONDA_PREFIX='/some/conda', RMW_IMPLEMENTATION='rmw_other',
         AMENT_PREFIX_PATH=None, ROS_DISTRO=None, PATH='/usr/local/bin:/usr/bin:/bin', CDPATH='/',
         PYTHON=None, COLCON_PYTHON_EXECUTABLE=str(python)) == (0, '', '')
-    # The kernel does not accept spaces in the path of an interpreter.
+    # The first line of a script must not contain a path with a space.
     shebangs = {path.read_bytes().split(b'\n')[0]
                 for path in Path(HOME, 'install').glob('*/lib/*/*')
                 if path.is_file() and os.access(path, os.X_OK) and '.so' not in path.name}
@@ -92,9 +90,9 @@ compgen -v | grep -v -x -E 'BASH.*|_|SECONDS|RANDOM|SRANDOM|EPOCH.*|PIPESTATUS|L
 
 
 @with_home
-def test_sourcing_changes_no_other_state_and_a_second_time_nothing():
+def test_sourcing_keeps_shell_options_functions_and_variables():
     options = {'options': ('-efu', '-o', 'pipefail'), 'ROS_DOMAIN_ID': '77'}
-    # The shell that runs the tests has sourced env.bash, so all variables exist already.
+    # The shell that runs the tests has already sourced env.bash, so no new variables appear.
     before = shell(STATE, **options)
     status, output, errors = sourced(
         f'{STATE}\nfor _ in 1 2; do printf "again\\0"; env -0; '
@@ -111,7 +109,7 @@ def test_sourcing_changes_no_other_state_and_a_second_time_nothing():
             assert len(entries) == len(set(entries)), variable
 
 
-def test_an_invalid_parameter_file_is_reported_after_setting_up_the_shell(unbuilt):
+def test_an_invalid_parameter_file_is_reported_after_the_setup_of_the_shell(unbuilt):
     scripts = unbuilt[0].parent
     (scripts / 'make_home.py').write_text('')
     for path, text in ((scripts.parents[1] / '.ros/install/local_setup.bash', 'OVERLAY=sourced'),
@@ -133,7 +131,7 @@ def test_running_instead_of_sourcing_is_refused():
 
 @pytest.fixture
 def unbuilt(tmp_path):
-    """Return env.bash of a workspace without a home, and a folder for programs."""
+    """Return the path of env.bash in a workspace without a home, and a folder for programs."""
     shutil.copytree(SCRIPTS, tmp_path / 'workspace' / 'turtle_brick' / 'scripts')
     tools = tmp_path / 'tools'
     tools.mkdir()
@@ -173,5 +171,5 @@ exec(sys.argv[1])' "$3"
     assert '3.10 to 3.13' in sentence and 'sudo apt install' in sentence
     assert f'{old} is not' in refusal(env_bash, PATH=str(tools), PYTHON=str(old))
     (tools / 'python3.12').symlink_to(os.path.realpath(sys.executable))
-    # this Python is suitable, so the next check fails
+    # python3.12 is suitable, so the check of the compiler fails next
     assert 'No C compiler' in refusal(env_bash, PATH=str(tools), CC='', CXX='')

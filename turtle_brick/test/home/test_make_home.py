@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Tests of make_home.py: changed packages, missing requirements, interrupted builds."""
+"""Tests of make_home.py with changed packages, missing requirements and interrupted builds."""
 
 import importlib.util
 import os
@@ -32,7 +32,7 @@ SCRIPTS = Path(__file__).resolve().parents[2] / 'scripts'
 
 @pytest.fixture
 def top(tmp_path):
-    """Return a workspace with two small packages, two stand-ins and the real scripts."""
+    """Return the path of a workspace with two packages, two stand-ins and the real scripts."""
     root = tmp_path / 'workspace'
     for name in ('turtle_brick', 'turtle_brick_interfaces', 'turtle_brick/standins/tf2_msgs',
                  'turtle_brick/standins/tf2_ros'):
@@ -45,7 +45,7 @@ def top(tmp_path):
 
 
 def load(top):
-    """Import make_home.py of a workspace."""
+    """Import make_home.py from a workspace."""
     spec = importlib.util.spec_from_file_location(
         'make_home', top / 'turtle_brick' / 'scripts' / 'make_home.py')
     module = importlib.util.module_from_spec(spec)
@@ -55,7 +55,7 @@ def load(top):
 
 @pytest.fixture
 def make_home(top):
-    """Return make_home.py of that workspace as a module."""
+    """Return the module make_home of the workspace `top`."""
     return load(top)
 
 
@@ -105,24 +105,22 @@ for name in selected:
 if (top / 'broken').exists():
     sys.exit('error: it is broken')
 """
-"""A colcon that records the selected packages, and fails if a file named "broken" exists."""
+"""Fake colcon, which records the selected packages and fails if a file named "broken" exists."""
 
 EVERYTHING = ['tf2_msgs', 'tf2_ros', 'turtle_brick_interfaces', 'turtle_brick']
 
 
-def with_package(prefix, name):
-    """Register a package in the ament index of a prefix."""
-    executable(prefix / 'share/ament_index/resource_index/packages' / name)
+INDEX = 'share/ament_index/resource_index/packages'
 
 
 @pytest.fixture
 def built(make_home, tmp_path, monkeypatch):
-    """Return a function that makes a native home and returns the names of the built packages."""
+    """Return a function that builds a native home and returns the names of the built packages."""
     for name in ('colcon', 'cmake'):
         executable(tmp_path / 'tools' / name, COLCON)
     monkeypatch.setenv('PATH', f'{tmp_path}/tools:{os.environ["PATH"]}')
-    # a shell that has sourced the home has it among its prefixes
-    with_package(make_home.HOME / 'sourced', 'tf2_msgs')
+    # AMENT_PREFIX_PATH contains the home if the shell has already sourced env.bash
+    executable(make_home.HOME / 'sourced' / INDEX / 'tf2_msgs')
     monkeypatch.setenv('AMENT_PREFIX_PATH', f'{make_home.HOME}/sourced:{tmp_path}/prefix')
 
     def build(module=make_home):
@@ -150,7 +148,7 @@ def test_only_changed_packages_are_built_again(top, tmp_path, built):
         change()
         assert built() == ['turtle_brick']
     for package, again in (('rclpy', EVERYTHING), ('tf2_msgs', []), ('tf2_ros_py', [])):
-        with_package(tmp_path / 'prefix', package)
+        executable(tmp_path / 'prefix' / INDEX / package)
         assert built() == again
     assert {path.name for path in (top / '.ros/install').iterdir()} == set(EVERYTHING[2:])
     shutil.rmtree(top / '.ros/install/turtle_brick')
@@ -182,11 +180,11 @@ elif [ "$1 $2" = "-m pip" ]; then
   exit 1
 fi
 """
-"""A Python whose pip prints $PIP_SAYS and fails; on "wait" it first awaits its parent."""
+"""Fake Python, whose pip prints $PIP_SAYS and fails. With "wait", pip waits for its parent's end."""
 
 
 def refusal(make_home, make='make_pypi_home'):
-    """Make a home without a requirement, check that no file is left, and return the message."""
+    """Check that making a home fails and leaves no files, and return the error message."""
     with pytest.raises(make_home.HomeError) as refused:
         getattr(make_home, make)({})
     assert not make_home.HOME.exists()
@@ -221,7 +219,7 @@ def test_a_missing_program_is_named(make_home, tmp_path, monkeypatch):
     ('work:space', "contains ':'"), ('a\nb', "contains '\\n'"),
     ('C++ & co. Übung #1 日本 ~100%', 'aarch64')])
 def test_unsupported_characters_in_the_path_are_refused(top, monkeypatch, name, words):
-    """The third path is supported, so the check of the machine fails instead."""
+    """Check three paths; the last path is supported, so the check of the machine fails instead."""
     monkeypatch.setattr(platform, 'machine', lambda: 'aarch64')
     assert words in refusal(load(top.rename(top.with_name(name))))
 
@@ -243,7 +241,7 @@ def test_unfinished_results_are_deleted(make_home, monkeypatch):
 
 
 def started(top, pip_says):
-    """Start make_home.py with that Python."""
+    """Start make_home.py with the fake Python."""
     script = f"""import sys
 sys.path.insert(0, {str(top / 'turtle_brick' / 'scripts')!r})
 import make_home
@@ -254,7 +252,7 @@ sys.exit(make_home.main())"""
 
 @pytest.fixture
 def waiting(top):
-    """Return a process of make_home.py during the installation."""
+    """Return a process that runs make_home.py and is waiting for pip."""
     with started(top, 'wait') as process:
         process.wait_for_output('downloading', 20.0)
         assert (top / '.ros/venv/attempt').exists()
@@ -269,7 +267,7 @@ def test_an_interrupted_installation_is_deleted(top, waiting, number):
     assert not (top / '.ros').exists()
 
 
-def test_two_processes_take_turns(top, waiting):
+def test_a_second_process_waits_for_the_first(top, waiting):
     with started(top, 'oops') as second:
         second.wait_for_output('Another terminal is building this workspace', 20.0)
         with pytest.raises(TimeoutError):

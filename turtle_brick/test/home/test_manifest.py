@@ -68,7 +68,7 @@ def imports(*patterns):
 
 
 def imported_packages(*patterns):
-    """Return the rosdep keys of the external modules imported in all files that match a pattern."""
+    """Return the rosdep keys of the external modules imported in files that match a pattern."""
     modules = {name.partition('.')[0] for name in imports(*patterns)}
     own = {'turtle_brick', 'turtle_referee', *(file.stem for file in PACKAGE.glob('test/**/*.py'))}
     return {KEYS.get(name, name)

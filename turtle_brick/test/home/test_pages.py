@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Check the commands, results, names and links in README.md and doc/.
+Check the commands, output, parameters and links in README.md and doc/.
 
-The commands of a page are the lines of its ```bash blocks, and each `...` that begins with one of
-PROGRAMS. Every command is run unless NOT_RUN excludes it.
+The commands of a page are the lines in ```bash blocks and the code in `backquotes` that begins
+with one of PROGRAMS. Each command is run unless it is listed in NOT_RUN.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -47,15 +47,14 @@ PROGRAMS = ('bash', 'colcon', 'export', 'pip', 'python3', 'ros2', 'rosdep', 'sou
 NOT_RUN = {
     'rosdep install|pip install': 'it installs packages',
     'colcon |bash turtle_brick/scripts/test|python3 -m pytest': 'it would run this test',
-    'git clone |cd ': 'it depends on the address of the repository',
     'source install/setup.bash': 'it belongs to another workspace',
     '(python3 turtle_brick/scripts/|ros2 run turtle_brick )referee': 'it has its own tests',
     'ros2 run turtle_brick benchmark': 'it takes minutes; test_benchmark.py runs it',
     'python3 turtle_brick/scripts/record_rviz|ffmpeg ': 'it requires rviz2',
     'ros2 run turtle_brick own_node': 'it requires a change of setup.py',
-    r'ros2 run turtle_brick lesson \w': 'it is a part of the whole lesson',
+    r'ros2 run turtle_brick lesson \w': 'it is part of the complete lesson',
 }
-"""Patterns of commands that are not run here, and the reasons."""
+"""Patterns of commands that this test does not run, and the reasons."""
 
 ARENA = 'ros2 launch turtle_brick turtle_arena.launch.py'
 
@@ -68,27 +67,32 @@ LASTING = {
     'python3 own_node.py': "'caught': 1",
     'bash turtle_brick/scripts/demo': 'http://',
 }
-"""Commands that run until Ctrl-C, and the output that shows that they work."""
+"""Patterns of commands that run until Ctrl-C, and the expected output of each."""
 
 REQUIRES_ARENA = 'ros2 (node|param|service|topic|run tf2_ros)|python3 own_node'
-REQUIRES_VISER = 'ros2 run turtle_brick viewer|bash turtle_brick/scripts/demo'
-REQUIRES_HOME = '(source|bash) turtle_brick/scripts'
+
+SKIPPED = {}
+"""Patterns of commands with a missing requirement, and the reasons."""
+if os.environ.get('TURTLE_BRICK_HOME') != f'{ROOT}/.ros':
+    SKIPPED['(source|bash) turtle_brick/scripts'] = 'env.bash has not been sourced'
+if find_spec('viser') is None:
+    SKIPPED['ros2 run turtle_brick viewer|bash turtle_brick/scripts/demo'] = 'viser is missing'
 
 
 def blocks(page):
-    """Return the language and text of each fenced block of a page."""
+    """Return the language and text of each fenced code block on a page."""
     return [(language, re.sub(f'^{indent}', '', text, flags=re.M)) for indent, language, text
             in re.findall(r'^( *)```([^\n]*)\n(.*?)^ *```$', page.read_text(), re.M | re.S)]
 
 
 def block(page, language, word):
-    """Return the first block of a page that has this language and contains a word."""
+    """Return the first code block on a page that has a given language and contains a word."""
     return next(text for kind, text in blocks(PACKAGE / 'doc' / page)
                 if kind == language and word in text)
 
 
 def commands(page):
-    """Return the commands of a page, from its blocks and its text."""
+    """Return the commands in the code blocks and in the text of a page."""
     found = []
     for language, text in blocks(page):
         if language == 'bash':
@@ -102,16 +106,16 @@ COMMANDS = list(dict.fromkeys(command for page in PAGES for command in commands(
 LESSON = [text for page in PAGES
           for (language, command), (following, text) in pairwise(blocks(page))
           if (language, following) == ('bash', 'text') and 'lesson' in command]
-"""The expected output of each part of the lesson."""
+"""Expected output of each part of the lesson."""
 
 
 def matching(command, patterns):
-    """Return the first pattern that a command begins with, or None."""
+    """Return the first pattern that matches the beginning of a command, or None."""
     return next((pattern for pattern in patterns if re.match(pattern, command)), None)
 
 
 def run(command, domain, directory='/'):
-    """Run a command in a domain to its end; return its status and output."""
+    """Run a command in a ROS domain until it ends; return the exit status and the output."""
     done = subprocess.run(
         ['bash', '-c', command], cwd=directory, stdin=subprocess.DEVNULL, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=TIMEOUT,
@@ -120,23 +124,23 @@ def run(command, domain, directory='/'):
 
 
 def started(command, domain, directory):
-    """Start a command as a process of its own."""
+    """Start a command in a ROS domain as a separate process."""
     return NodeProcess(['bash', '-c', f'cd {shlex.quote(str(directory))} && exec {command}'],
                        domain, {'TURTLE_BRICK_VIEW': 'none'})
 
 
 def interrupt(process):
-    """Send SIGINT to a process and its children; return the exit status."""
+    """Send SIGINT to a process and its children, and return the exit status."""
     output = None
     while 'ros2 launch' in process.command[-1] and output != process.output:
-        output = process.output  # the real ros2 launch may fail if it is interrupted while busy
+        output = process.output  # a busy ros2 launch may fail if it is interrupted
         Event().wait(0.3)
     os.killpg(process.pid, signal.SIGINT)
     return process.wait(TIMEOUT)
 
 
 def check_command(command, domain, directory):
-    """Run a command of a page and check its result."""
+    """Run a command from a page and check the result."""
     for name in ('turtle_brick', 'turtle_brick_interfaces'):
         (directory / name).symlink_to(ROOT / name)
     (directory / 'own_node.py').write_text(block('changing.md', 'python', 'class OwnNode'))
@@ -144,7 +148,7 @@ def check_command(command, domain, directory):
         with started(command, domain, directory) as process:
             process.wait_for_output(LASTING[matching(command, LASTING)], TIMEOUT)
             interrupt(process)
-            # the real joint_state_publisher ends with a traceback
+            # the real joint_state_publisher prints a traceback at its end
             assert 'Traceback' not in re.sub(r'\[joint_state.*', '', process.output)
         return
     status, output = run(command, domain, directory)
@@ -155,18 +159,9 @@ def check_command(command, domain, directory):
         assert output == ''.join(LESSON)
 
 
-def missing(command):
-    """Return the missing requirement of a command, or None."""
-    if re.match(REQUIRES_HOME, command) and os.environ.get('TURTLE_BRICK_HOME') != f'{ROOT}/.ros':
-        return 'env.bash has not been sourced'
-    if re.match(REQUIRES_VISER, command) and find_spec('viser') is None:
-        return 'viser is not installed'
-    return None
-
-
 @contextmanager
 def arena(directory):
-    """Start the arena in its own domain and check that SIGINT ends it without a traceback."""
+    """Start the arena in its own ROS domain, and check that SIGINT ends it without a traceback."""
     with reserved_domain() as domain, started(ARENA, domain, directory) as process:
         process.wait_for_output('waiting for a fall', TIMEOUT)
         deadline, listed = monotonic() + TIMEOUT, ''
@@ -184,7 +179,7 @@ def arena(directory):
 
 @pytest.fixture(scope='module')
 def outcomes(tmp_path_factory):
-    """Run the commands of all pages, several at a time; return their outcomes as futures."""
+    """Run the commands of all pages in parallel, and return a future for each command."""
     futures, brick = {}, Lock()
 
     def check_alone(command):
@@ -208,10 +203,10 @@ def outcomes(tmp_path_factory):
             check_all(commands, 6, partial(check_beside_arena, domain))
 
     possible = [command for command in COMMANDS
-                if not matching(command, NOT_RUN) and not missing(command)]
+                if not matching(command, [*NOT_RUN, *SKIPPED])]
     talking = [command for command in possible if re.match(REQUIRES_ARENA, command)]
     building = [command for command in possible if 'env.bash' in command]
-    check_all(building, 1, check_alone)  # the other commands require the finished build
+    check_all(building, 1, check_alone)  # the other commands require the complete build
     check_all([command for command in possible
                if command not in (ARENA, *talking, *building)], 3, check_alone)
     check_all([ARENA], 1, check_with_arena)
@@ -221,8 +216,8 @@ def outcomes(tmp_path_factory):
 @pytest.mark.parametrize('command', [
     command for command in COMMANDS if not matching(command, NOT_RUN)], ids=str)
 def test_command(command, outcomes):
-    if missing(command):
-        pytest.skip(missing(command))
+    if matching(command, SKIPPED):
+        pytest.skip(SKIPPED[matching(command, SKIPPED)])
     (outcomes.get(command) or outcomes[ARENA]).result()
 
 
@@ -234,11 +229,6 @@ def test_graph_page_lists_the_default_of_each_parameter():
     assert listed == content['/**']['ros__parameters']
 
 
-def slug(heading):
-    """Return the anchor that GitHub generates for a heading."""
-    return re.sub(r'[^\w\- ]', '', heading.lower()).replace(' ', '-')
-
-
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
 def test_links_have_targets(page):
     for target in re.findall(r'(?:\]\(|<img src=")([^)\s"]+)', page.read_text()):
@@ -247,8 +237,11 @@ def test_links_have_targets(page):
         path, _, anchor = target.partition('#')
         file = (page.parent / path).resolve() if path else page
         assert file.exists(), target
-        assert not anchor or anchor in map(
-            slug, re.findall('^#+ (.*)', file.read_text(), re.M)), target
+        if anchor:
+            headings = re.findall('^#+ (.*)', file.read_text().lower(), re.M)
+            # GitHub removes punctuation and replaces spaces
+            assert anchor in [re.sub(r'[^\w\- ]', '', heading).replace(' ', '-')
+                              for heading in headings], target
 
 
 def test_the_index_lists_all_pages():
