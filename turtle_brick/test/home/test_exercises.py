@@ -89,7 +89,8 @@ def test_a_bouncing_brick_passes_the_tests_of_the_physics(copy):
 @pytest.mark.parametrize('fraction, overshoot', [('0.5', '16.4 cm'), ('0.08', '0.0 cm')])
 def test_a_controller_without_prediction_overshoots_with_a_high_gain(copy, fraction, overshoot):
     driving = copy / 'turtle_brick/core/driving.py'
-    replace(driving, code('exercises.md', 'self._queue.predict'), '        x, y = pose.x, pose.y\n')
+    prediction = code('exercises.md', 'self._queue.predict')
+    replace(driving, prediction, '        x, y = pose.x, pose.y\n')
     replace(driving, 'APPROACH_FRACTION = 0.5\n', f'APPROACH_FRACTION = {fraction}\n')
     output = run(copy, '-m', 'turtle_brick.tools.lesson', 'queue')
     assert re.search('turtle_robot: predicted pose +(.* cm)', output)[1] == overshoot

@@ -180,7 +180,7 @@ elif [ "$1 $2" = "-m pip" ]; then
   exit 1
 fi
 """
-"""Fake Python whose pip prints $PIP_SAYS and fails. With "wait", its pip fails after its parent."""
+"""Fake Python whose pip prints $PIP_SAYS and fails; with "wait", pip outlives its parent."""
 
 
 def refusal(make_home, make='make_pypi_home'):
