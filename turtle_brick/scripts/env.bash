@@ -14,14 +14,15 @@
 
 # Source this file in bash:  source turtle_brick/scripts/env.bash
 #
-# It builds the packages of this workspace and makes them available in the shell, together with
-# ROS 2. If ROS 2 Jazzy is sourced or installed in /opt/ros/jazzy, the packages are built on it
-# (native home). Otherwise ROS is installed from Python wheels into .ros next to the packages (PyPI
-# home). Later calls build only the changed packages. The status is 0 if the shell is ready.
-# Otherwise the last line of output gives the reason.
+# This script builds the packages of this workspace and makes the packages and ROS 2 available in
+# the shell. If ROS 2 Jazzy is sourced or installed in /opt/ros/jazzy, the script builds the
+# packages with this installation (native home). Otherwise the script installs ROS from Python
+# wheels into the folder .ros next to the packages (PyPI home). Later calls build only the changed
+# packages. The status is 0 if the shell is ready. Otherwise the last line of output gives the
+# reason. The script uses these environment variables:
 #
-#   PYTHON=...   the Python for the PyPI home, 3.10 to 3.13 (default: the first suitable one of
-#                python3, python3.13, python3.12, python3.11 and python3.10)
+#   PYTHON=...   the Python for the PyPI home, 3.10 to 3.13 (default: the first suitable program
+#                among python3, python3.13, python3.12, python3.11 and python3.10)
 #   TURTLE_BRICK_VIEW=...   the viewer that the launch files start: rviz, web or none (default:
 #                rviz if rviz2 is installed, otherwise web)
 #   FASTRTPS_DEFAULT_PROFILES_FILE=...   the discovery settings of the PyPI home (default:
@@ -43,7 +44,7 @@ _turtle_brick_env() {
   scripts=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P) || return 1
   home=${scripts%/*/*}/.ros
 
-  # Choose the home. A shell that uses the PyPI home keeps it.
+  # Choose the home. A shell that already uses the PyPI home continues to use it.
   if [[ -n ${TURTLE_BRICK_HOME-} && ${VIRTUAL_ENV-} == "$TURTLE_BRICK_HOME/venv" ]]; then
     kind=pypi
   elif [[ -n ${ROS_DISTRO-} && $ROS_DISTRO != jazzy ]]; then
@@ -90,7 +91,7 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
     fi
   fi
 
-  # -I ignores the Python variables and user packages of the caller
+  # -I ignores the Python environment variables and the user's packages
   _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 "$python" -I -X utf8 "$scripts/make_home.py" "$kind" \
     </dev/null || return 1
 
@@ -98,11 +99,11 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
     source "$home/venv/local_setup.bash" || return 1
     export FASTRTPS_DEFAULT_PROFILES_FILE=${FASTRTPS_DEFAULT_PROFILES_FILE:-$scripts/fastdds.xml}
   fi
-  # colcon's script does not quote the path of Python; an empty IFS allows spaces in it
+  # an empty IFS is required because the script of colcon does not quote the path of Python
   IFS='' source "$home/install/local_setup.bash" || return 1
   export TURTLE_BRICK_HOME=$home
 
-  # Report a mistake in the parameter file as early as possible.
+  # Report errors in the parameter file before a node is started.
   local status=0
   python3 -m turtle_brick.core.parameters "${scripts%/*}/config/turtle.yaml" </dev/null || status=1
 

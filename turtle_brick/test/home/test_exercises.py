@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Apply sample solutions of the exercises to a copy of the package, and check their effect."""
+"""Apply sample solutions of the exercises to a copy of the package, and check their effects."""
 
 import os
 from pathlib import Path
