@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-# Makes the virtual environment of the PyPI home the ROS prefix of a shell. make_home.py copies this
-# file into the virtual environment; env.bash and the setup.bash of an overlay source the copy.
+# Make the virtual environment of the PyPI home the ROS prefix of a shell. make_home.py copies this
+# file into the virtual environment. env.bash and the setup.bash of an overlay source the copy.
 
-# These variables would select packages of another Python, or middleware that is not installed here.
+# These variables could select packages of another Python or a middleware that is not installed.
 unset PYTHONHOME PYTHONPATH RMW_IMPLEMENTATION
 export PYTHONNOUSERSITE=1
 
@@ -23,10 +23,10 @@ VIRTUAL_ENV=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
 export VIRTUAL_ENV AMENT_PREFIX_PATH=$VIRTUAL_ENV
 export ROS_DISTRO=jazzy ROS_VERSION=2 ROS_PYTHON_VERSION=3
 
-# Without this variable the wheels restart every Python process to set LD_LIBRARY_PATH.
+# Without this variable, the wheels would restart every Python process to set LD_LIBRARY_PATH.
 export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1
 
-# Put an entry first in a search path and remove older entries of this home from the path.
+# Insert an entry at the beginning of a search path, and remove the older entries of this home.
 _turtle_brick_first() {
   local entry rest='' IFS=:
   local -; set -f

@@ -12,18 +12,16 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Create the environment of this workspace or update it: `make_home.py native|pypi`.
+Create or update the home of this workspace, with `make_home.py native` or `make_home.py pypi`.
 
-env.bash runs this program and then sources its results from `.ros/`, next to the two packages:
+The script env.bash runs this program and then sources the results in `.ros`:
 
-- `venv` (PyPI home only): a virtual environment with the real rclpy, DDS, rosidl and messages of
+- `venv` (PyPI home only) is a virtual environment with rclpy, DDS, rosidl and the messages of
   Jazzy. It is also a ROS prefix, and its `local_setup.bash` sets the environment variables.
-- `build`, `install`, `log`: the colcon directories of the two packages and of each stand-in whose
-  real package is not installed.
-- `made.json`: a fingerprint of the inputs of each result, written when the result is complete, so
-  interrupted builds are repeated.
+- `build`, `install` and `log` are the colcon directories of all built packages.
+- `made.json` contains a fingerprint of the inputs of each complete result.
 
-The exit status is 0 if the environment is ready. Otherwise the last line of output is the reason.
+The exit status is 0 if the home is ready. Otherwise the last line of output is the reason.
 """
 
 from __future__ import annotations
@@ -54,80 +52,76 @@ RECORD = HOME / 'made.json'
 
 VERSION = f'{sys.version_info.major}.{sys.version_info.minor}'
 BASE_PYTHON = Path(sys.base_prefix, 'bin', f'python{VERSION}')
-"""The interpreter outside any virtual environment."""
+"""The Python interpreter of this process outside any virtual environment."""
 
 FOREIGN_INCLUDE = re.compile(r'/opt/python/cp\w+-cp\w+/include/python3\.\d+t?')
 FOREIGN_PACKAGES = re.compile(r'/opt/python/cp\w+-cp\w+/lib/python3\.\d+t?/site-packages')
-"""Paths on the machine that built the wheels, in the CMake files of the wheels."""
+"""Paths in the CMake files of the wheels that exist only on the machine that built the wheels."""
 
 UNQUOTED_TARGET = re.compile(r'(add_custom_target\(\s*ament_cmake_python_\S+(?: ALL)?)')
 ASCII_LINES = re.compile(r'(file\(STRINGS "\$\{idl_output\}" idl_tuples)\)')
-"""CMake commands that fail if the path of the workspace has parentheses or non-ASCII letters."""
+"""CMake commands that fail if the workspace path contains parentheses or non-ASCII letters."""
 
 ALLOWED = '/ ._-+~@=!%&()#'
-"""Characters besides letters and digits that CMake, Ninja and colcon accept in a path."""
+"""Characters other than letters and digits that CMake, Ninja and colcon accept in a path."""
 
 NOT_BUILT = ('doc', 'media', 'scripts', 'standins', 'test')
 IGNORED = re.compile(r'/\.|/__pycache__/|\.egg-info/')
-"""Folders of a package, and hidden or generated files, that do not affect its build."""
+"""Folders, hidden files and generated files that do not affect the build of a package."""
 
 REAL_NAMES = {'tf2_ros': 'tf2_ros_py'}
-"""Stand-ins whose real package has another name."""
+"""The real packages of the stand-ins that have a different name."""
 
 COMPILERS = (('C compiler', ('cc', 'gcc', 'clang'), 'build-essential'),
              ('C++ compiler', ('c++', 'g++', 'clang++'), 'build-essential'))
 BUILD_TOOLS = (('build tool', ('colcon',), 'python3-colcon-common-extensions'),
                ('build tool', ('cmake',), 'cmake'))
-"""Required programs: description, alternative names, and the Ubuntu package."""
+"""Required programs, each with a description, alternative names and the Ubuntu package."""
 
 
 class HomeError(Exception):
-    """A requirement is missing or a step failed; the message is one sentence for the user."""
+    """Error with a message for the user: a requirement is missing or a step has failed."""
 
 
 def report(text: str, end: str = '\n') -> None:
     """Print text on standard error."""
-    print(text, end=end, file=sys.stderr, flush=True)
+    print(f'{text}{end}', end='', file=sys.stderr, flush=True)  # a signal must not split the line
 
 
 def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None:
     """
-    Run a command and report its duration and, on a terminal, its latest line of output.
+    Run a command, and show its latest line of output on a terminal.
 
-    :param step: The name of this step for the user.
-    :param failed: The sentence for the user if the command fails.
-    :raises HomeError: The command failed. Its output has been printed.
+    :param step: name of this step for the user
+    :param failed: error message for the user if the command fails
+    :raises HomeError: the command failed, and its output has been printed
     """
     start, output = time.monotonic(), ''
 
-    def show(line: str = '') -> None:
-        text = f'\r  {step} ... {time.monotonic() - start:.0f} s {line}'.rstrip()
-        text = text[:shutil.get_terminal_size().columns]
-        report(f'{text}\033[K' if sys.stderr.isatty() else text, end='')
+    def show(line: str, end: str = '') -> None:
+        if sys.stderr.isatty():
+            text = f'\r  {step} ... {time.monotonic() - start:.0f} s {line}'.rstrip()
+            report(f'{text[:shutil.get_terminal_size().columns]}\033[K', end)
 
-    try:
-        report(f'  {step} ...', end='')
-        with subprocess.Popen(
-                command, cwd=TOP, env=env, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT, text=True, errors='replace') as process:
-            try:
-                for line in process.stdout or ():
-                    output += line
-                    if sys.stderr.isatty():
-                        show(line.strip())
-                process.wait()
-            finally:
-                process.kill()  # if this program is interrupted
-    finally:
-        show()
-        report('')
+    report(f'  {step} ...', end='' if sys.stderr.isatty() else '\n')
+    with subprocess.Popen(
+            command, cwd=TOP, env=env, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, text=True, errors='replace') as process:
+        try:
+            for line in process.stdout or ():
+                output += line
+                show(line.strip())
+            process.wait()
+        finally:
+            process.kill()  # if this program is interrupted
+            show('', end='\n')
     if process.returncode:
         report(output.rstrip())
         raise HomeError(failed)
 
 
 def clean_environment() -> dict[str, str]:
-    """Return the environment variables without search paths into the home."""
+    """Return the environment variables without the search paths in the home."""
     env = dict(os.environ)
     for name in [name for name in env if name.endswith('PATH')]:
         env[name] = os.pathsep.join(entry for entry in env[name].split(os.pathsep)
@@ -138,7 +132,7 @@ def clean_environment() -> dict[str, str]:
 
 
 def fingerprint(*parts: object) -> str:
-    """Return a hash of the string forms of some values."""
+    """Return a hash of values, which are converted to strings."""
     return hashlib.sha256('\0'.join(map(str, parts)).encode()).hexdigest()
 
 
@@ -153,7 +147,7 @@ def folder_fingerprint(folder: Path) -> str:
 
 
 def read_record() -> dict[str, str]:
-    """Return the recorded fingerprints by name, or none if the record is missing or invalid."""
+    """Return the fingerprints by name, or an empty dict if the record is missing or invalid."""
     try:
         return json.loads(RECORD.read_text())
     except (OSError, ValueError):
@@ -161,7 +155,7 @@ def read_record() -> dict[str, str]:
 
 
 def write_record(made: dict[str, str]) -> None:
-    """Record the fingerprints."""
+    """Write the fingerprints to the record."""
     RECORD.write_text(json.dumps(made, indent=1, sort_keys=True) + '\n')
 
 
@@ -174,11 +168,11 @@ def lock() -> None:
         report('turtle_brick: Another terminal is building this workspace. Waiting for it ...')
         fcntl.flock(folder, fcntl.LOCK_EX)
     except OSError:
-        pass  # some file systems (NFS) cannot lock a folder
+        pass  # some file systems, such as NFS, cannot lock a folder
 
 
 def check_path() -> None:
-    """Check that CMake, colcon and search paths can handle the path of the workspace."""
+    """Check that CMake and colcon accept the path of the workspace."""
     for character in str(HOME):
         if not (character.isalnum() or character in ALLOWED):
             raise HomeError(f'The path {str(TOP)!r} contains {character!r}, which CMake or colcon '
@@ -223,12 +217,6 @@ def check_python() -> None:
             f'them, for example with "sudo apt install python{VERSION}-dev".')
 
 
-def venv_fingerprint() -> str:
-    """Return the fingerprint of the virtual environment made by this Python."""
-    return fingerprint(VENV, BASE_PYTHON, *(
-        path.read_bytes() for path in (REQUIREMENTS, LOCAL_SETUP, Path(__file__))))
-
-
 def repair_cmake(text: str, include: str, packages: str) -> str:
     """Replace foreign paths and unsafe commands in a CMake file of the wheels."""
     text = FOREIGN_INCLUDE.sub(lambda _: include, text)
@@ -252,7 +240,7 @@ def make_venv() -> None:
            '--use-pep517']
     setuptools = next(line.split()[0] for line in REQUIREMENTS.read_text().splitlines()
                       if line.startswith('setuptools=='))
-    # three small packages have no wheels, and building them requires setuptools
+    # three small packages have no wheels, so pip builds them, which requires setuptools
     for name, arguments in (('setuptools', [setuptools]),
                             ('ROS 2 Jazzy', ['-r', str(REQUIREMENTS)])):
         run([*pip, *arguments], env, f'downloading and installing {name}',
@@ -270,7 +258,7 @@ def make_venv() -> None:
 
 
 def find_prefix(package: str, prefixes: Iterable[str]) -> str | None:
-    """Return the first prefix that has a package in its ament index, or None."""
+    """Return the first prefix whose ament index contains a package, or None."""
     index = 'share/ament_index/resource_index/packages'
     return next((prefix for prefix in prefixes if Path(prefix, index, package).is_file()), None)
 
@@ -290,12 +278,12 @@ def packages_to_build(prefixes: list[str]) -> dict[str, Path]:
 def build(prefixes: list[str], python: str, made: dict[str, str], launcher: list[str],
           env: dict[str, str]) -> None:
     """
-    Build the changed packages and delete those that are no longer needed.
+    Build the changed packages, and delete packages that are no longer required.
 
-    :param prefixes: The prefixes of the underlay.
-    :param python: A text that identifies the Python used for the build.
-    :param made: The recorded fingerprints; this function updates them.
-    :param launcher: The beginning of a command that runs another command in the underlay.
+    :param prefixes: prefixes of the underlay
+    :param python: string that identifies the Python used for the build
+    :param made: recorded fingerprints, which this function updates
+    :param launcher: words that precede each command, to run the command in the underlay
     """
     folders = packages_to_build(prefixes)
     real = [find_prefix(name, prefixes)
@@ -316,7 +304,7 @@ def build(prefixes: list[str], python: str, made: dict[str, str], launcher: list
     if outdated:
         write_record(made)
     for name in outdated:
-        # colcon would keep files that a package no longer installs
+        # colcon does not delete files that a package no longer installs
         shutil.rmtree(HOME / 'build' / name, ignore_errors=True)
         shutil.rmtree(HOME / 'install' / name, ignore_errors=True)
     if not changed:
@@ -327,21 +315,20 @@ def build(prefixes: list[str], python: str, made: dict[str, str], launcher: list
         '--build-base', str(HOME / 'build'), '--install-base', str(HOME / 'install')]
     if launcher:
         command += ['--cmake-args', f'-DPython3_EXECUTABLE={VENV}/bin/python3']
-    packages = ' and '.join(changed) if len(changed) < 3 else f'{len(changed)} packages'
-    run(command, env, f'building {packages}',
+    run(command, env, f'building {len(changed)} of {len(folders)} packages',
         f'colcon could not build {", ".join(changed)}. See its output above and in '
         '.ros/log/latest_build.')
     write_record({**made, **current})
 
 
 def remove_home() -> None:
-    """Delete the record and then the home."""
+    """Delete the home, beginning with the record."""
     RECORD.unlink(missing_ok=True)
     shutil.rmtree(HOME, ignore_errors=True)
 
 
 def make_native_home(made: dict[str, str]) -> None:
-    """Build the packages on the sourced ROS installation."""
+    """Build the packages with the sourced ROS installation."""
     env = clean_environment()
     env['COLCON_DEFAULTS_FILE'] = os.devnull  # ignore the user's colcon defaults
     prefixes = [prefix for prefix in env.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if prefix]
@@ -349,8 +336,9 @@ def make_native_home(made: dict[str, str]) -> None:
 
 
 def make_pypi_home(made: dict[str, str]) -> None:
-    """Make the virtual environment if it is missing or outdated, and build the packages on it."""
-    mark = venv_fingerprint()
+    """Make the virtual environment if it is missing or outdated, and build the packages."""
+    mark = fingerprint(VENV, BASE_PYTHON, *(
+        path.read_bytes() for path in (REQUIREMENTS, LOCAL_SETUP, Path(__file__))))
     if made.get('venv') != mark or not VENV.is_dir():
         check_path()
         check_platform()
@@ -368,7 +356,7 @@ def make_pypi_home(made: dict[str, str]) -> None:
             remove_home()
             raise
     env = clean_environment()
-    # CMake would search the prefixes of another active environment
+    # otherwise CMake would also search the prefixes of another active environment
     for name in ('CONDA_PREFIX', 'CMAKE_PREFIX_PATH'):
         env.pop(name, None)
     env.update(CMAKE_GENERATOR='Ninja', COLCON_DEFAULTS_FILE=os.devnull, PYTHONUTF8='1')
@@ -377,16 +365,13 @@ def make_pypi_home(made: dict[str, str]) -> None:
 
 
 def main() -> int:
-    """Make the home named on the command line; return 0 if it is ready."""
-    homes = {'native': make_native_home, 'pypi': make_pypi_home}
-    if len(sys.argv) != 2 or sys.argv[1] not in homes:
-        report('usage: make_home.py native|pypi')
-        return 2
+    """Make the home selected on the command line; return 0 if it is ready."""
+    make = {'native': make_native_home, 'pypi': make_pypi_home}[sys.argv[1]]
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.default_int_handler)
     try:
         lock()
-        homes[sys.argv[1]](read_record())
+        make(read_record())
     except HomeError as error:
         report(f'turtle_brick: {error}')
     except KeyboardInterrupt:
