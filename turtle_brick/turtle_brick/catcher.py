@@ -20,8 +20,8 @@ Publishes:
     tilt (turtle_brick_interfaces/Tilt): angle of the platform (rad)
     catcher_marker (visualization_msgs/Marker): the text "Unreachable" above an unreachable brick,
         for 3 s, once per fall
-    catcher_state (std_msgs/String, latched): current state: waiting, approaching, carrying,
-        tilting or leveling
+    catcher_state (std_msgs/String, latched): current state, which is waiting, approaching,
+        carrying, tilting or leveling
     catcher_decision (std_msgs/String, latched): "reachable: " or "unreachable: " and the reason,
         once per fall
 
@@ -29,14 +29,14 @@ Subscribes:
     /tf, /tf_static: poses of the brick and the platform, the only input
 
 The node measures the latency of messages (`turtle_brick.core.latency`), so the nodes can run on
-several machines. The clocks of these machines must be synchronized, for example by chrony.
+several machines. Their clocks must be synchronized, for example by chrony.
 
 Parameters, read-only:
     max_velocity (double, m/s): maximum speed of the robot
     platform_height (double, m): height of the platform's top
     platform_radius (double, m): radius of the platform
     gravity_accel (double, m/s^2): acceleration due to gravity
-    brick_size (double[3], m): size of the brick along its own x, y and z
+    brick_size (double[3], m): size of the brick along its x, y and z axes
     tilt_angle (double, rad): angle of the platform for tipping off the brick
 """
 
@@ -63,7 +63,7 @@ COMMANDS = QoSProfile(depth=1)
 """QoS of goals and tilt commands. With a depth of 1, a lost command does not delay newer ones."""
 
 MOVING_FRAMES = (BRICK, PLATFORM, BASE_LINK)
-"""Frames whose transforms show the latency of messages."""
+"""Frames with moving transforms. Their ages show the latency of messages."""
 
 MAX_TIMER_DELAY = 0.005
 """Longest delay (s) of a timer callback that is not late."""
@@ -79,7 +79,7 @@ TEXT_LIFETIME = 3
 
 
 class CatcherNode(Node):
-    """Control the robot so that it catches falling bricks."""
+    """Node that makes the robot catch falling bricks."""
 
     def __init__(self, **node_options: Any) -> None:
         """
@@ -90,8 +90,6 @@ class CatcherNode(Node):
         """
         super().__init__('catcher', **node_options)
         self.catcher = Catcher(declare_parameters(self, CatcherParameters))
-        self.has_logged_missing = False
-        """Whether the node has logged what it waits for."""
         self.is_complete = False
         """Whether the robot and the brick have been found."""
         self.has_warned_of_clocks = False
@@ -209,15 +207,14 @@ class CatcherNode(Node):
         self.marker_publisher.publish(marker)
 
     def log_missing(self) -> None:
-        """Log once which parts of the graph are missing, and once that all of them are found."""
+        """Log the missing parts of the graph once, and log once that all of them are found."""
         missing = [f'the transform of {frame}' for frame in (PLATFORM, BRICK)
                    if latest_transform(self.tf_buffer, frame) is None]
         if not self.has_subscribers():
             missing.append('a subscriber of goal_pose and tilt')
-        if missing and not self.has_logged_missing:
-            self.has_logged_missing = True
-            self.get_logger().info(f'Waiting for {" and ".join(missing)}')
-        if not missing:
+        if missing:
+            self.get_logger().info(f'Waiting for {" and ".join(missing)}', once=True)
+        else:
             self.is_complete = True
             self.get_logger().info('Found the robot and the brick, waiting for a fall')
 

@@ -72,13 +72,9 @@ def test_hovering_brick_is_not_falling():
     assert detector.fall is None
 
 
-def test_height_of_a_falling_brick():
+def test_height_of_a_falling_brick_and_time_to_a_height():
     fall = Fall(0, 5.0, 5.0, 9.0, speed=1.0)
     assert fall.height(2 * NS_PER_SECOND, gravity=2.0) == pytest.approx(3.0)
-
-
-def test_time_to_a_height():
-    fall = Fall(0, 5.0, 5.0, 9.0, speed=1.0)
     assert fall.time_to(3.0, gravity=2.0) == pytest.approx(2.0)
     assert isnan(fall.time_to(10.0, gravity=2.0))
 
@@ -144,7 +140,7 @@ other_falls = st.tuples(st.just(pi / 2.0), st.floats(0.1, 10.0),
 @law(40)
 @given(motion=slides | other_falls, spacing=intervals)
 def test_slides_and_other_accelerations_are_not_falls(motion, spacing):
-    """The steepest slope is the largest tilt_angle, 1.5 rad, and is most similar to a fall."""
+    """A slide at the largest tilt_angle, 1.5 rad, is most similar to a fall."""
     slope, speed, factor = motion
     bench = DetectorBench(spacing)
     start = bench.now
@@ -161,6 +157,11 @@ def test_slides_and_other_accelerations_are_not_falls(motion, spacing):
                               'time set back')))
 def test_interrupted_fall_ends_and_the_next_fall_is_detected(
         spacing, samples, sign, amount, event):
+    """
+    The time is set back to before the last timestamp.
+
+    A position with exactly the last timestamp is a repetition, which the detector ignores.
+    """
     bench = DetectorBench(spacing)
     release = bench.now
     assert bench.fall(5.0, 5.0, 20.0, release, 4)
@@ -172,7 +173,7 @@ def test_interrupted_fall_ends_and_the_next_fall_is_detected(
     elif event == 'placed aside':
         x += sign * amount
     elif event == 'time set back':
-        bench.now -= seconds(amount) + 1  # an equal timestamp would repeat the last sample
+        bench.now -= seconds(amount) + 1
     bench.hover(x, 5.0, z, 1)
     assert event == 'stopped' or bench.detector.fall is None
     landed = bench.now

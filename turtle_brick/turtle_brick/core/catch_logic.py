@@ -157,8 +157,9 @@ class Observation(NamedTuple):
     @property
     def is_at_resting_height(self) -> bool:
         """Whether the brick is at its resting height and is not falling."""
+        height = resting_height(self.parameters)
         return (not self.is_in_free_fall
-                and is_at_resting_height(self.brick.position, self.parameters))
+                and abs(self.brick.position[2] - height) <= HEIGHT_TOLERANCE)
 
     @property
     def is_on_platform(self) -> bool:
@@ -176,7 +177,7 @@ class Observation(NamedTuple):
 
     @property
     def is_lying(self) -> bool:
-        """Whether a landed brick and the robot with a level platform have been at rest."""
+        """Whether a landed brick has been at rest on the level platform of a robot at rest."""
         limit = self.parameters.platform_radius + HEIGHT_TOLERANCE
         return (self.brick.has_landed and self.still_time >= LYING_TIME
                 and self.robot is not None and self.robot.at_rest and self.robot.level
@@ -227,11 +228,6 @@ def transition(state: State, observation: Observation) -> State:
     return state
 
 
-def is_at_resting_height(position: Vector, parameters: CatcherParameters) -> bool:
-    """Return whether a position (m) is at the height of a brick on the level platform."""
-    return abs(position[2] - resting_height(parameters)) <= HEIGHT_TOLERANCE
-
-
 class DriveGoal(NamedTuple):
     """Goal (m) of the robot in the world frame."""
 
@@ -279,10 +275,6 @@ class TiltRamp:
             self.angle = goal
         self._command_time = now
         return True
-
-    def level(self, now: int) -> None:
-        """Set the angle to 0 without a ramp."""
-        self.angle, self._command_time = 0.0, now
 
     def command_age(self, now: int) -> float:
         """Return the age (s) of the last command at a time (ns)."""
@@ -346,8 +338,8 @@ class Catcher:
             if (z_before > height - HEIGHT_TOLERANCE
                     and fall.height(stamp, self._detector.gravity) < height + HEIGHT_TOLERANCE):
                 has_landed = True
-        if has_landed and is_at_resting_height(position, self.parameters):
-            self._brick = self._brick._replace(has_landed=True)
+        self._brick = self._brick._replace(
+            has_landed=has_landed and abs(z - height) <= HEIGHT_TOLERANCE)
         return is_new_fall
 
     def update(self, now: int, platform: Platform | None) -> list[Action]:
@@ -388,7 +380,9 @@ class Catcher:
         """Return the decision about a new fall, or None without a fall or a decision yet."""
         finished_fall, self._finished_fall = self._finished_fall, None
         if finished_fall is not None:
-            return self._decide_finished_fall(finished_fall, robot)
+            late = self._reachability(finished_fall, robot, self._tracker.excess)
+            return late._replace(reachable=False, reason=(
+                f'the fall was detected {-late.available:.3f} s after the brick had landed'))
         fall = self._detector.fall
         age = abs(self._now - self._brick.stamp) * SECONDS_PER_NS
         if fall is None or self._is_decided(fall) or age > CLOCK_DIFFERENCE:
@@ -405,12 +399,6 @@ class Catcher:
         if robot is not None:
             best_case = robot._replace(uncertainty=0.0)
         return None if self._reachability(fall, best_case, excess).reachable else decision
-
-    def _decide_finished_fall(self, fall: Fall, robot: RobotMotion | None) -> Decision:
-        """Return the decision about a fall that ended without a decision."""
-        decision = self._reachability(fall, robot, self._tracker.excess)
-        return decision._replace(reachable=False, reason=(
-            f'the fall was detected {-decision.available:.3f} s after the brick had landed'))
 
     def _reachability(self, fall: Fall, robot: RobotMotion | None, excess: float) -> Decision:
         """Return the decision for a fall, a robot and an excess latency (s)."""
@@ -460,7 +448,7 @@ class Catcher:
         """Return new tilt commands, or repeat a recent command if messages get lost."""
         commands: list[Action] = []
         if observation.has_reachable_fall:
-            self._ramp.level(self._now)
+            self._ramp = TiltRamp(self._now)
             commands.append(TiltCommand(0.0))
         goal = self.parameters.tilt_angle if self.state is State.TILTING else 0.0
         has_changed = self._ramp.advance(self._now, goal)

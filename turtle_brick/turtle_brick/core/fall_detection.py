@@ -99,8 +99,10 @@ class FallDetector:
             if stamp == last_stamp:
                 return False
             sideways = abs(x - last_x) + abs(y - last_y)
+            off_course = 0.0 if self.fall is None else (
+                abs(self.fall.height(stamp, self.gravity) - z))
             if (stamp < last_stamp or sideways > self.SIDEWAYS_TOLERANCE
-                    or self._is_off_course(stamp, z)):
+                    or off_course > self.HEIGHT_TOLERANCE):
                 samples.clear()
                 self.fall = None
         samples.append((stamp, x, y, z))
@@ -108,12 +110,6 @@ class FallDetector:
             return False
         self.fall = self._detect()
         return self.fall is not None
-
-    def _is_off_course(self, stamp: int, z: float) -> bool:
-        """Return whether a height (m) at a time (ns) contradicts the current fall."""
-        if self.fall is None:
-            return False
-        return abs(self.fall.height(stamp, self.gravity) - z) > self.HEIGHT_TOLERANCE
 
     def _detect(self) -> Fall | None:
         """Return the fall that the three samples show, or None."""
