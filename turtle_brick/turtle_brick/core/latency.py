@@ -73,7 +73,7 @@ class RecentValues:
         insort(self._sorted, value)
 
     def quantile(self, now: int, fraction: float) -> float:
-        """Return a quantile (fraction from 0 to 1) at a time (ns), or 0 without values."""
+        """Return the value at a fraction (0 to 1) of the sorted values, or 0 without values."""
         self._remove_old(now)
         if not self._sorted:
             return 0.0

@@ -76,7 +76,7 @@ class RobotTracker:
 
     @property
     def goal(self) -> tuple[float, float]:
-        """Last recorded goal (m) in the world frame."""
+        """Last recorded point (m) in the world frame, to which the robot was sent."""
         return self._goals[-1][1]
 
     @property
