@@ -18,6 +18,7 @@ from math import dist
 
 from driven import PARAMETERS, record_published, SteppedGraph
 from geometry_msgs.msg import PoseStamped
+from laws import REST_Z
 from live_graph import graph, LATCHED, TIMEOUT
 import pytest
 from rclpy.duration import Duration
@@ -109,6 +110,20 @@ def test_unreachable_and_reachable_brick(domain_id, capfd):
     assert 'a subscriber of goal_pose and tilt' in waiting
     assert sum('Found the robot and the brick' in line for line in lines) == 1
     assert not [line for line in lines if 'WARN' in line or 'ERROR' in line]
+
+
+def test_brick_attached_to_the_platform_is_carried(domain_id):
+    """The brick is released on the platform, so the catcher does not observe a fall."""
+    with graph(domain_id) as live:
+        bench = Bench(live)
+        live.record('goal_pose', PoseStamped)
+        live.record('tilt', Tilt)
+        live.wait_for(bench.catcher.has_subscribers, TIMEOUT, 'the catcher finds the robot')
+        bench.place(5.0, 5.0, REST_Z)
+        bench.run(3.0)
+        assert bench.goals == [] and bench.world.phase is Phase.HOVERING
+        bench.drop()
+        bench.until(Phase.FLOATING)
 
 
 def test_latency_and_clock_errors_are_measured(domain_id, capfd, monkeypatch):
