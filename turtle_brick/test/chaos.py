@@ -13,14 +13,14 @@
 # limitations under the License.
 
 """
-Test how the graph recovers from killed and frozen nodes and from random messages.
+Test whether the graph recovers from killed and frozen nodes and from random messages.
 
-    python3 turtle_brick/test/chaos.py kills [PATTERN]    each node x kill or freeze x stage
-    python3 turtle_brick/test/chaos.py messages [COUNT]   on each topic and service
+    python3 turtle_brick/test/chaos.py kills [PATTERN]    each fault of each node in each stage
+    python3 turtle_brick/test/chaos.py messages [COUNT]   messages on each topic and service
 
-The nodes run in separate processes and are observed from outside. After each fault, or a thousand
-messages, the graph must recover without help. Then the next easy brick must be caught, carried to
-the center and tipped off. The first failed trial ends the program with a non-zero exit status.
+After each fault, or after a thousand messages, the graph must recover without help. Then the next
+easy brick must be caught, carried to the center and tipped off. The program ends at the first
+failure.
 """
 
 from collections.abc import Callable, Iterable
@@ -62,7 +62,7 @@ NODES = {
 """Package, executable and arguments of each node."""
 
 FAULTS = {'kill': None, 'freeze 0.3': 0.3, 'freeze 2': 2.0}
-"""None means SIGKILL and a restart; a number is the time (s) between SIGSTOP and SIGCONT."""
+"""The time (s) between SIGSTOP and SIGCONT, or None for SIGKILL and a restart."""
 
 STAGES: dict[str, Callable[[Any, DropWatch], Any]] = {
     'idle': lambda scene, watch: True,
@@ -74,32 +74,29 @@ STAGES: dict[str, Callable[[Any, DropWatch], Any]] = {
     'floating': lambda scene, watch: watch.leveled,
     'unreachable': lambda scene, watch: watch.refusals,
 }
-"""The condition for the beginning of each stage."""
-
-RECOVERY_TIME = 60.0
-"""Timeout (s) of every wait."""
+"""The stages of a drop, and the conditions under which they begin."""
 
 START_TIME = 1.5 if 'FASTRTPS_DEFAULT_PROFILES_FILE' in os.environ else 5.0
-"""Time (s) after which all nodes have discovered a new process. DDS announces participants every
-3 s, or every 0.3 s with the profile of this project, and the first announcement may be lost."""
+"""Time (s) until all nodes have discovered a new process. DDS announces participants every 3 s, or
+every 0.3 s with the profile of this project, and the first announcement may be lost."""
 
 EASY_HEIGHT, EASY_DISTANCE, UNREACHABLE_HEIGHT = 8.0, 2.0, 12.0
-"""Heights (m) of reachable and unreachable bricks, and the largest distance (m) of a reachable one
-from the robot. The unreachable brick falls long enough to be seen on a busy machine."""
+"""Height (m) of easy bricks, their largest distance (m) from the robot, and the height (m) of
+unreachable bricks, which a busy machine can still observe."""
 
 BATCH, PERIOD = 1000, 0.005
-"""Number of random messages between two easy bricks, and the time (s) between two messages."""
+"""Number of random messages before each easy brick, and the time (s) between two messages."""
 
 EXCLUDED = ('/rosout', '/parameter_events', '/turtle1/cmd_vel', '/joint_states')
-"""Topics without random messages. A NaN in cmd_vel makes the pose of turtlesim NaN permanently,
-and a stamp before 1970 ends robot_state_publisher; this is true for the real nodes, too."""
+"""Topics without random messages. The real turtlesim keeps a NaN from cmd_vel in its pose, and a
+stamp before 1970 ends the real robot_state_publisher."""
 
 
 class Scene(Graph):
-    """The graph in separate processes, with a client that observes and uses it."""
+    """A graph in separate processes, with a client."""
 
     def __init__(self, domain_id: int, random: Random, names: Iterable[str] = NODES) -> None:
-        """Start nodes in a ROS domain; `random` is the source of all random values."""
+        """Start nodes in a ROS domain; all random values come from `random`."""
         super().__init__(domain_id)
         self.random = random
         self.parameters = (self.params_file, self.parameter_file(self.robot_parameters()))
@@ -134,7 +131,7 @@ class Scene(Graph):
                 assert 'Traceback' not in process.output, process.output[-500:]
             return condition()
 
-        self.spin_until(check, RECOVERY_TIME, what)
+        self.spin_until(check, 60.0, what)
 
     @property
     def brick_state(self) -> str:
@@ -147,13 +144,13 @@ class Scene(Graph):
         return platform is not None and inclination(platform) < tolerance
 
     def recover(self) -> None:
-        """Wait until the graph is complete, the robot at rest and the brick off the platform."""
+        """Wait until the graph is complete, the robot rests and the brick is not on it."""
         self.spin_for(self.known_at - monotonic())
         self.restart_observer()
         self.wait_until(lambda: self.client.is_complete() and self.client.is_at_rest()
                         and 'waiting for a fall' in self.processes['catcher'].output
                         and self.brick_state in ('hovering', 'floating', 'grounded'),
-                        'the graph is complete, the robot at rest, the brick off the platform')
+                        'the graph is complete, the robot rests, and the brick is not on it')
 
     def place(self, position: Vector) -> None:
         """Place the brick; repeat the request if its response is lost."""
@@ -179,8 +176,8 @@ class Scene(Graph):
         """
         Drop an easy brick and check that it is caught, carried to the center and tipped off.
 
-        :param fault_end: time (s) of the end of a fault, if there was one. The catcher takes
-            delays into account for WINDOW, so a refused brick is dropped again after that time.
+        :param fault_end: the time (s) at which a fault ended. The catcher considers the delays
+            for WINDOW and may refuse the brick; then another one is dropped after that time.
         """
         watch = self.release(self.easy_position())
         self.wait_until(lambda: watch.down, 'the easy brick is down')
@@ -222,7 +219,7 @@ class Scene(Graph):
         self.check_catch(monotonic())
 
     def check_messages(self, count: int) -> None:
-        """Check that the graph recovers from a number of random messages in quick succession."""
+        """Check that the graph recovers from a number of random messages."""
         def follows_commands() -> bool:
             self.observer.send_tilt(0.0)
             self.observer.send_goal(*CENTER)
@@ -230,8 +227,8 @@ class Scene(Graph):
             return self.is_level(1e-3) and self.client.distance_to(CENTER) < 0.05
 
         sender = self.add(Node, parameters=False, node_name='sender')
-        # A transient local publisher reaches every subscription. Names with a part that begins
-        # with _ are hidden; they belong to the actions of turtlesim.
+        # A transient local publisher reaches every subscription. Names with the part _action
+        # belong to the actions of turtlesim.
         publishers = [
             sender.create_publisher(load_type(types[0]), name, subscription_qos(latched=True))
             for name, types in sender.get_topic_names_and_types()
@@ -246,7 +243,7 @@ class Scene(Graph):
             send(fill_randomly(kind(), self.random))
             self.spin_for(PERIOD)
         self.remove(sender)
-        self.spin_for(MAX_AHEAD_NS * SECONDS_PER_NS)  # until no stamp is ahead of the time
+        self.spin_for(MAX_AHEAD_NS * SECONDS_PER_NS)  # Afterwards no stamp is in the future.
         self.restart_observer()
         self.wait_until(lambda: self.client.is_complete()
                         and self.observer.count_subscribers('tilt'), 'the graph is complete')
@@ -256,15 +253,13 @@ class Scene(Graph):
         self.check_catch()
 
 
-# -------------------------------------------------------------------------- random messages
-
 NUMBERS = [*(number / 2.0 for number in range(-2, 24)), nan, inf, -3e38, 1e-45]
-# Not odom and post, because tf2 keeps the last static transform of a frame permanently.
+# tf2 keeps static transforms permanently, so odom and post are not included.
 FRAMES = ['world', 'base_link', 'platform', 'brick', 'stem', 'wheel', 'foreign']
 VALUES = {'boolean': [False, True], 'double': NUMBERS, 'float': NUMBERS,
           'string': [*FRAMES, '', '/platform', 'näme with blanks\n', '%s%n{}<robot/>',
                      'x' * 100_000]}
-"""Random values of each type; most of them are plausible."""
+"""The values of each type from which random values are chosen."""
 
 
 def fill_randomly(message: Any, random: Random) -> Any:
@@ -287,8 +282,6 @@ def random_value(kind: str, random: Random) -> Any:
     return random.choice(VALUES.get(kind, [*range(12), 127]))
 
 
-# --------------------------------------------------------------------------------- program
-
 def main(command: str = '', argument: str = '') -> None:
     """Run the requested trials until the first one fails."""
     if command == 'kills':
@@ -299,7 +292,7 @@ def main(command: str = '', argument: str = '') -> None:
     else:
         sys.exit(__doc__)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    handle_interrupts()  # Without it, SIGTERM would leave the processes behind.
+    handle_interrupts()  # SIGTERM must end the processes, too.
     with reserved_domain() as domain_id, Scene(domain_id, Random(0)) as scene:
         scene.recover()
         for number, (check, trial) in enumerate(trials, 1):

@@ -15,12 +15,12 @@
 """
 far: run the graph on three hosts with slow links between them, and drop bricks.
 
-The hosts are network namespaces on this machine. A switch connects them and delays or loses each
-frame. The first host runs turtlesim, robot_state_publisher and turtle_robot, the second one the
-arena and the client, and the third one the catcher. Root permissions are not necessary, but user
-namespaces (`unshare --user`) and /dev/net/tun are.
+The hosts are network namespaces on this machine. A switch connects them, and delays or loses
+Ethernet frames. The first host runs the robot, the second one the arena and the client, and the
+third one the catcher. The program requires user namespaces (`unshare --user`) and /dev/net/tun,
+but no root permissions.
 
-    python3 test/far.py --delay 30 --jitter 5 --loss 1 --drops 40
+    python3 turtle_brick/test/far.py --delay 30 --jitter 5 --loss 1 --drops 40
 """
 
 import argparse
@@ -65,16 +65,11 @@ START_TIME = 60.0
 """Timeout (s) for the start of the graph."""
 
 TIMEOUT = 40.0
-"""Timeout (s) of any other wait: several DDS heartbeats and a drive across the arena."""
+"""Timeout (s) of all other waits, which include DDS heartbeats and a drive across the arena."""
 
-HOVERING_TIME = 1.0
-"""Duration (s) for which a brick hovers before it is dropped."""
-
-
-# ------------------------------------------------------------------------- hosts and switch
 
 def move_to_new_host(number: int) -> int:
-    """Move this process and its future children to a new host; return the host's tap device."""
+    """Move this process and its future children to a new host; return the tap device."""
     if ctypes.CDLL(None).unshare(CLONE_NEWNET) != 0:
         raise OSError('unshare: network namespaces are not permitted')
     tap = os.open('/dev/net/tun', os.O_RDWR)
@@ -92,12 +87,12 @@ def move_to_new_host(number: int) -> int:
 def switch(taps: list[int], delay: float, jitter: float, loss: float,
            is_done: Callable[[], bool]) -> None:
     """
-    Forward Ethernet frames to their destination, or to all hosts if it is unknown.
+    Forward Ethernet frames to their destination, or to all hosts if the destination is unknown.
 
     :param delay: mean delay (s) of a frame
     :param jitter: standard deviation (s) of the delay
     :param loss: fraction of lost frames
-    :param is_done: called ten times per second; the switch stops if it returns True
+    :param is_done: function that is called ten times per second and stops the switch
     """
     random = Random(1)
     tap_of: dict[bytes, int] = {}  # by MAC address
@@ -121,8 +116,6 @@ def switch(taps: list[int], delay: float, jitter: float, loss: float,
                                                count, tap, frame))
 
 
-# --------------------------------------------------------------------------------- bricks
-
 def promised_distance(height: float, latency: float) -> float:
     """Return the guaranteed distance (m) for a brick at a height (m) and a latency (s)."""
     # A command uses one link, the motion is reported over another one, and the release is
@@ -132,7 +125,7 @@ def promised_distance(height: float, latency: float) -> float:
 
 def random_place(robot: tuple[float, float], latency: float | None, random: Random
                  ) -> tuple[float, float, float]:
-    """Return a random place (m) at 0.6 to 1.0 of the promised distance, or at 0.6 m at first."""
+    """Return a random place (m) at 0.6 to 1.0 of the promised distance, or at 0.6 m if unknown."""
     while True:
         z = resting_height(load()) + random.uniform(3.0, 7.0)
         distance = 0.6
@@ -146,11 +139,11 @@ def random_place(robot: tuple[float, float], latency: float | None, random: Rand
 
 def drop_bricks(drops: int) -> int:
     """
-    Drop bricks and print each outcome, then a row of the table in the documentation.
+    Drop bricks, and print each outcome and a row of the table in figures.md.
 
-    The first brick only serves to measure the latency.
+    The first brick serves only to measure the latency.
 
-    :return: the exit status: 0 if each other brick was caught or refused
+    :return: the exit status, which is 0 if all other bricks were caught or refused
     """
     random = Random(1)
     outcomes: Counter[str] = Counter()
@@ -171,7 +164,7 @@ def drop_bricks(drops: int) -> int:
             robot = client.robot_position()
             assert robot is not None
             place = random_place(robot, latencies[-1] if latencies else None, random)
-            client.place(place, HOVERING_TIME).check()
+            client.place(place, hovering=1.0).check()
             decisions.clear()
             watch = client.drop(place)
             assert watch.down, 'the brick does not land'
@@ -194,8 +187,6 @@ def drop_bricks(drops: int) -> int:
           flush=True)
     return 1 if broken else 0
 
-
-# --------------------------------------------------------------------------------- program
 
 def run_robot() -> None:
     """Run turtlesim, robot_state_publisher and turtle_robot until SIGINT or SIGTERM."""

@@ -13,16 +13,16 @@
 # limitations under the License.
 
 """
-referee: judge an implementation of the assignment, sentence by sentence, from outside.
+referee: judge an implementation of the assignment by its topics, services and TF.
 
-It observes a running graph through topics, services and TF only and sends the requests of a user
-(goal_pose, tilt, place, drop). For each requirement of the assignment it reports the measured and
-the expected result. A requirement is met, broken, or open if it cannot be judged. The command
-after "--" starts the graph, which ends with the referee:
+The referee sends the same commands as a user (goal_pose, tilt, place, drop) and reports the
+measured and the expected result for each requirement of the assignment. A requirement is met,
+broken or open. It is open if it cannot be judged. The command after "--" starts the graph, which
+ends together with the referee:
 
     ros2 run turtle_brick referee -- ros2 launch turtle_brick turtle_arena.launch.py view:=none
 
-The exit status is 0 if nothing is broken, 1 if something is, 2 if nothing was judged.
+The exit status is 0 if nothing is broken, 1 if something is broken, and 2 if nothing was judged.
 """
 
 import argparse
@@ -59,7 +59,7 @@ START_TIME = 60.0
 
 def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str],
             log: Callable[[str], None]) -> Record:
-    """Run all requests on a graph, started by a command if there is one; return the record."""
+    """Send all requests to a running graph, or to one that a command starts; return the record."""
     with ExitStack() as stack:
         spinner = stack.enter_context(NodeSpinner(
             partial(Observer, profile=profile), namespace=options.namespace))
@@ -94,12 +94,12 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
             ('profile', 'FILE', 'YAML file with other names of topics and services, and with '
              'numbers that are not parameters of a node'),
             ('json', 'FILE', 'write all results as JSON'),
-            ('page', 'FILE', 'write a page with plots (HTML)'),
-            ('summary', 'DIR', 'judge nothing; summarize all JSON files below a directory'),
+            ('page', 'FILE', 'write an HTML page with plots'),
+            ('summary', 'DIR', 'summarize all JSON files below a directory instead of judging'),
             ('csv', 'FILE', 'write the summary as CSV')):
         parser.add_argument(f'--{name}', type=Path, metavar=kind, help=text)
     parser.add_argument('--verbose', action='store_true', help='show the output of the command')
-    # `ros2 run` removes a "--" that is the first argument.
+    # `ros2 run` removes the "--" if it is the first argument.
     parser.add_argument('command', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
     args = list(args)
     split = args.index('--') if '--' in args else len(args)
@@ -107,7 +107,7 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
     for name in ('csv', 'json', 'page'):
         path = getattr(options, name)
         if path is not None and not path.parent.is_dir():
-            parser.error(f'--{name} {path}: there is no directory {path.parent}')
+            parser.error(f'--{name} {path}: the directory {path.parent} does not exist')
     command = [*options.command, *args[split + 1:]]
     if options.summary and (command or options.json) or options.csv and not options.summary:
         parser.error('--csv requires --summary; --json and a command exclude it')
@@ -116,7 +116,7 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
 
 def judge(profile: Profile, options: argparse.Namespace, command: Sequence[str]
           ) -> list[Judgement]:
-    """Observe and judge a graph and write all reports, or raise RuntimeError without a graph."""
+    """Observe and judge a graph, and write all reports; raise RuntimeError without a graph."""
     begin = monotonic()
 
     def log(text: str) -> None:

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Write judgements as tables on terminal and HTML page, JSON and CSV, for one graph or a class."""
+"""Report the judgements of one graph or of a class in the terminal, as HTML, JSON and CSV."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -57,7 +57,7 @@ def tally(marks: Iterable[str]) -> str:
 
 
 def result(judgement: Judgement) -> str:
-    """Return the measured result and the requirements that may be its cause."""
+    """Return the measured result and the broken requirements from which it may follow."""
     if judgement.follows:
         return f'{judgement.measured}; may follow from: {", ".join(judgement.follows)}'
     return judgement.measured
@@ -75,7 +75,7 @@ def print_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> None
 
 def html_table(titles: Sequence[str], rows: Iterable[Sequence[object]],
                links: Mapping[Any, str] = {}) -> str:
-    """Return an HTML table with colored marks; `links` maps cell contents to addresses."""
+    """Return an HTML table with colored marks; `links` contains the addresses for some cells."""
     def html(value: object) -> str:
         if value in links:
             return f'<a href="{escape(links[value])}">{escape(str(value))}</a>'
@@ -104,7 +104,7 @@ def print_judgements(judgements: Sequence[Judgement], notes: Sequence[str]) -> N
 
 
 def as_json(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
-    """Return all data, including the points of the plots, as JSON."""
+    """Return all judgements, with the points of their plots, and facts about the run as JSON."""
     def plain(value: Any) -> Any:
         if isinstance(value, float):
             return float(f'{value:.7g}') if isfinite(value) else None
@@ -138,7 +138,7 @@ def draw(plot: Plot) -> str:
 
 
 def as_text(value: Any) -> str:
-    """Return a number, a text, a list or a dictionary as text."""
+    """Return a number, string, list or dictionary as text."""
     if isinstance(value, dict):
         return ', '.join(f'{name} {one}' for name, one in value.items())
     return '; '.join(value) if isinstance(value, list) else str(value)
@@ -160,7 +160,7 @@ TITLES = ('student', MET, BROKEN, OPEN, 'broken', 'open', 'date')
 
 
 def read(path: Path, name: str) -> dict[str, Any]:
-    """Return the table row for the JSON file of a student, or raise ValueError."""
+    """Return the table row for the JSON file of a student; raise ValueError if it is invalid."""
     open_requirements: dict[str, list[str]] = {}  # names by reason
     try:
         data = json.loads(path.read_text(encoding='utf-8'))
@@ -186,7 +186,11 @@ def read(path: Path, name: str) -> dict[str, Any]:
 
 def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | None,
               page_path: Path | None) -> int:
-    """Summarize all JSON files below a directory; return 1 if one is invalid, 2 without any."""
+    """
+    Summarize all JSON files below a directory in a table with one row per student.
+
+    :return: the exit status, which is 1 if some files are invalid, and 2 if all files are
+    """
     rows, faults, links = [], [], {}
     for path in sorted(directory.rglob('*.json')):
         name, own = str(path.relative_to(directory).with_suffix('')), path.with_suffix('.html')

@@ -60,6 +60,7 @@ def run(copy, *arguments):
     env = {**os.environ, 'PYTHONPATH': f'{copy}:{os.environ.get("PYTHONPATH", "")}',
            'PYTEST_DISABLE_PLUGIN_AUTOLOAD': '1'}
     env.pop('AMENT_PREFIX_PATH', None)  # otherwise the copy would read the installed turtle.yaml
+    env.pop('PYTEST_ADDOPTS', None)
     return subprocess.run([sys.executable, *arguments], cwd=copy, env=env, text=True, check=True,
                           stdout=subprocess.PIPE, timeout=60.0).stdout
 

@@ -71,8 +71,6 @@ def test_our_graph_meets_every_requirement(domain_id):
     assert expected <= marks(record, MET).keys()
 
 
-# -------------------------------------------------------------------------- faulty graphs
-
 # Each fault changes the messages of a topic, whichever node publishes it. The faults are
 # independent, so one graph has all of them.
 
@@ -153,8 +151,6 @@ def test_faults_are_found(domain_id, monkeypatch):
     else:
         assert broken == expected
 
-
-# ---------------------------------------------------------------------- incomplete graphs
 
 def test_nodes_that_die_are_judged(domain_id):
     """The robot ends when its drive begins, and the arena before the first place request."""

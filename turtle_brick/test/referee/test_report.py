@@ -88,8 +88,6 @@ def test_the_terminal_repeats_what_is_not_met(capsys):
         '1 ✔ met, 2 ✗ broken, 2 – open']
 
 
-# ----------------------------------------------------------------------------------- a class
-
 @pytest.fixture
 def judged(tmp_path):
     """Return a directory with the JSON files of three workspaces and an empty page."""
@@ -137,8 +135,6 @@ def test_invalid_options_and_directories_are_refused(tmp_path, capsys):
         with pytest.raises(SystemExit):
             referee.main(options)
 
-
-# ---------------------------------------------------------------------- profiles and options
 
 @pytest.mark.parametrize('text, reason', (
     ('topics: {tlit: x}', "topics.tlit: 'x' is not valid; the names here are cmd_vel, odom"),

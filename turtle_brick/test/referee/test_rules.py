@@ -118,8 +118,6 @@ def add_walls(record, times):
             add_marker(record, box('world', x, y, size), seconds, '/walls')
 
 
-# ------------------------------------------------------------------------------ the record
-
 def drive(record, off):
     """Add a robot that rests until 0 s, then drives a leg forward and back."""
     base = numpy.array((0.0, 0.0, HINGE - model(record).pose('platform').position[2]))
@@ -245,8 +243,6 @@ def make_record(parts=PARTS, **off):
         add_part(record, SimpleNamespace(**{**CORRECT, **off}))
     return record
 
-
-# ---------------------------------------------------------------------------------- faults
 
 NAMES = {rule.name for rule in referee.RULES}
 ROBOT_RULES = {rule.name for rule in robot_rules.RULES} - {'frames: brick', 'rate: brick', 'tilt'}
@@ -516,8 +512,6 @@ def test_times_of_a_drop_equal_the_closed_form():
         sqrt(2.0 * (CORRECT['stop'] - OFFSET) / (acceleration * sin(ANGLE))), abs=0.05)
 
 
-# ------------------------------------------------------------------------------ a busy machine
-
 def test_a_fault_outside_a_stall_is_broken():
     record = make_record((drive,))
     change_request(record, 'drives', goal=CENTER, start=(0.0, 0.0))
@@ -536,8 +530,6 @@ def test_a_fault_during_a_stall_is_open():
     broken = {one.name for one in referee.RULES.judge(record) if one.mark == BROKEN}
     assert broken == set()
 
-
-# ------------------------------------------------------------------------------- unusual records
 
 def test_velocities_are_judged_only_if_they_are_published():
     record = make_record()

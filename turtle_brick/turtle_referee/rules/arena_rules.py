@@ -442,7 +442,7 @@ def slides_end_at_the_edge(record: Record) -> Finding:
     radius, clearances, heights = number(record, 'platform_radius'), [], []
     scale = brick_markers(record)[-1].marker.scale
     for drop in catches(record):
-        if drop.floated is None:
+        if drop.floated is None or drop.tilted is None:
             continue
         platform = require(record.pose('platform', drop.floated),
                            'the pose of the platform at the end of a slide is unknown')

@@ -11,16 +11,16 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The numbers in the assignment, and the tolerances of the referee: m, rad, s unless noted."""
+"""Numbers in the assignment and tolerances of the referee (m, rad, s unless noted otherwise)."""
 
 RATE = 100.0
-"""Hz: "All publishing and broadcasting shall be done at 100 Hz"."""
+"""Rate (Hz) of all topics and frames except the brick."""
 PHYSICS_RATE = 250.0
-"""Hz: "The node should simulate the physics at 250 Hz"."""
+"""Rate (Hz) of the physics and of the frame of the brick."""
 LIFETIME = 3.0
-"""Duration of the text: "a Text marker that lasts for 3 seconds"."""
+"""Duration of the text "Unreachable"."""
 LIFETIME_TOLERANCE = 0.3
-"""Tolerance of that duration."""
+"""Tolerance of the duration of the text."""
 RATE_TOLERANCE = 0.02
 """Relative tolerance of a rate or an acceleration."""
 EXACT = 1e-3
@@ -28,30 +28,30 @@ EXACT = 1e-3
 NEAR = 0.01
 """Tolerance of two positions that should be equal."""
 PRECISION = 0.05
-"""Distance of the robot from its goal, from the line to the goal, and beyond the goal."""
+"""Largest distance of the robot from its goal, from the line to the goal, and beyond the goal."""
 SAME_ANGLE = 0.02
 """Tolerance of two angles that should be equal."""
 MAX_SLIP = 0.02
-"""Fraction of a drive, in addition to 5 mm, by which the rolled distance may differ."""
+"""Largest difference between rolled and driven distance, as a fraction of the drive."""
 VELOCITY_TOLERANCE = 0.1
-"""Fraction by which the integrated velocity of the wheel may differ from its rotation."""
+"""Largest difference between the wheel's integrated velocity and rotation, as a fraction."""
 MAX_MISALIGNMENT = 5.0
-"""Angle (degrees) between the motion and the rolling direction of the wheel."""
+"""Largest angle (degrees) between the motion and the rolling direction of the wheel."""
 WALL_TOLERANCE = 0.3
-"""Distance from the center of a wall to the edge of turtlesim's arena."""
+"""Largest distance from the center of a wall to the edge of the arena."""
 MARKER_PERIOD = 2.0
 """Longest period of a repeated marker that is not latched."""
 FALL_DELAY = 0.5
 """Longest time from the response of the drop service to the fall."""
 MAX_LAG = 0.05
-"""Delay of an object on the platform, because another node publishes the platform's pose."""
+"""Largest delay between the transforms of the platform and of the brick on the platform."""
 FALL_DEVIATION = 0.02
-"""Distance of a falling brick from its parabola."""
+"""Largest distance of a falling brick from its parabola."""
 SLIDE_DEVIATION = 0.04
-"""Distance of a sliding brick from its computed position."""
+"""Largest distance of a sliding brick from its computed position."""
 EARLY_END, LATE_END = 0.02, 0.08
-"""Overlap with the platform, and distance from it, at the end of a slide."""
+"""Largest overlap of brick and platform, and their largest distance, at the end of a slide."""
 CENTER_DISTANCE = 0.1
-"""Distance from the arena center at which a brick is tipped off."""
+"""Largest distance from the arena center at which a brick is tipped off."""
 REACTION_TIME = 0.3
-"""Time from the release of a brick to the motion of the robot."""
+"""Time after the release of a brick in which every robot should be able to start."""

@@ -16,7 +16,7 @@
 from collections.abc import Iterator
 from functools import partial
 from itertools import pairwise
-from math import asin, degrees, dist, hypot, isfinite
+from math import asin, copysign, degrees, dist, hypot, isfinite
 from typing import Any
 
 from turtle_referee.graph_client.constants import CENTER, SECONDS_PER_NS
@@ -374,8 +374,8 @@ def deviations(record: Record) -> Iterator[tuple[float, float]]:
     for drive in drives(record):
         (x0, y0), (x1, y1) = drive.start, drive.goal
         ux, uy = (x1 - x0) / drive.length, (y1 - y0) / drive.length
-        for pose in record.messages('pose', drive.begin, drive.end):
-            dx, dy = pose.message.x - x1, pose.message.y - y1
+        for received in record.messages('pose', drive.begin, drive.end):
+            dx, dy = received.message.x - x1, received.message.y - y1
             yield dx * ux + dy * uy, dy * ux - dx * uy
 
 
@@ -407,7 +407,7 @@ def speed_is_limited(record: Record) -> Finding:
 def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
     """Return the distances (m) of the robot and of its wheel; a wheel may roll backward (< 0)."""
     joint, radius = model(record).joint('wheel'), number(record, 'wheel_radius')
-    driven = rolled = 0.0
+    driven = rolled = direction = 0.0
     last_angle, last_wheel = 0.0, None
     for stamp, angle in record.joint(joint.name, drive.begin, drive.end):
         wheel = record.pose(joint.child, stamp)
@@ -416,11 +416,11 @@ def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
         if last_wheel is not None:
             motion = (wheel.position - last_wheel.position)[:2]
             axis = wheel.axes @ joint.axis
-            forward = (angle - last_angle) * (axis[1] * motion[0] - axis[0] * motion[1]) >= 0.0
             driven += hypot(*motion)
-            rolled += radius * abs(angle - last_angle) * (1.0 if forward else -1.0)
+            rolled += radius * abs(angle - last_angle)
+            direction += (angle - last_angle) * (axis[1] * motion[0] - axis[0] * motion[1])
         last_angle, last_wheel = angle, wheel
-    return driven, rolled
+    return driven, copysign(rolled, direction)
 
 
 @rule('drive: rolling', 'the wheel is rolling without slipping',

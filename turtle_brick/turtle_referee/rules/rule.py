@@ -11,12 +11,11 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-
 """
-Judge the requirements of the assignment by a record, without ROS.
+Rules that judge the requirements of the assignment by a record, without ROS.
 
-A rule is a function that returns a `Finding`. It raises `Broken` if something required is absent,
-and `Open` if the record is not sufficient for a judgement.
+A rule is a function that returns a `Finding`. The function raises `Broken` if required data is
+absent, and `Open` if the record is insufficient for a judgement.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -34,15 +33,15 @@ ORDER = (BROKEN, OPEN, MET)
 """Order of the marks in a report."""
 
 ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
-"""A plural after the number 1, as in '1 rides'."""
+"""A plural noun after the number 1, such as '1 rides'."""
 
 
 class Broken(Exception):
-    """A requirement is broken; the text describes the fault."""
+    """A requirement is broken by the fault in the text."""
 
 
 class Open(Exception):
-    """A requirement cannot be judged; the text gives the reason."""
+    """A requirement cannot be judged for the reason in the text."""
 
 
 class Series(NamedTuple):
@@ -54,7 +53,7 @@ class Series(NamedTuple):
 
 
 class Plot(NamedTuple):
-    """Measured points and their expected line."""
+    """A plot of measured points and of the line on which they should be."""
 
     title: str
     x_label: str
@@ -64,7 +63,7 @@ class Plot(NamedTuple):
 
 
 class Finding(NamedTuple):
-    """Result of a rule."""
+    """The result of a rule, with a plot if there is one."""
 
     met: bool
     measured: str
@@ -72,7 +71,7 @@ class Finding(NamedTuple):
 
 
 class Judgement(NamedTuple):
-    """A requirement with its expected and its measured result."""
+    """A requirement with its mark, its expected result and its measured result."""
 
     name: str
     sentence: str
@@ -80,7 +79,7 @@ class Judgement(NamedTuple):
     mark: str
     measured: str
     plot: Plot | None = None
-    follows: Sequence[str] = ()  # broken requirements that may be the cause
+    follows: Sequence[str] = ()  # other broken requirements that may be the cause
 
 
 Judge = Callable[[Record], Finding]
@@ -93,10 +92,10 @@ class Rule(NamedTuple):
     sentence: str
     expected: str
     judge: Judge
-    depends_on: Sequence[str]  # requirements that cause this one to be broken if they are broken
+    depends_on: Sequence[str]  # requirements without which this one cannot be met
 
     def __call__(self, record: Record) -> Judgement:
-        """Judge a record without regard to the load of the machine."""
+        """Judge a record, and ignore the load of the machine."""
         plot = None
         try:
             with numpy.errstate(all='ignore'):
@@ -107,14 +106,14 @@ class Rule(NamedTuple):
         except Open as error:
             mark, measured = OPEN, str(error)
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-            # An implementation may publish anything; the other rules are judged nevertheless.
+            # Unexpected data must not end the referee.
             mark = BROKEN
             measured = f'the received data is inconsistent ({type(error).__name__}: {error})'
         return Judgement(self.name, self.sentence, self.expected, mark, measured, plot)
 
 
 class Rules(list[Rule]):
-    """A list of rules."""
+    """A list of rules that are judged together."""
 
     def rule(self, name: str, sentence: str, expected: str,
              depends_on: Sequence[str] = ()) -> Callable[[Judge], Judge]:
@@ -122,9 +121,9 @@ class Rules(list[Rule]):
         Return a decorator that adds a function to the list as a rule.
 
         :param name: name of the requirement
-        :param sentence: its wording in the assignment
-        :param expected: its expected result
-        :param depends_on: requirements that cause this one to be broken if they are broken
+        :param sentence: sentence in the assignment
+        :param expected: expected result
+        :param depends_on: requirements without which this one cannot be met
         """
         def add(judge: Judge) -> Judge:
             self.append(Rule(name, sentence, expected, judge, depends_on))
@@ -132,10 +131,10 @@ class Rules(list[Rule]):
         return add
 
     def judge(self, record: Record) -> list[Judgement]:
-        """Judge a record; return broken requirements first, and causes before consequences."""
+        """Judge a record; sort broken requirements first, and causes before consequences."""
         judgements, overload = [rule(record) for rule in self], record.stall_summary()
         if overload:
-            # A requirement counts as broken only if it was also broken without a stall.
+            # A requirement counts as broken only if it was broken without a stall, too.
             calm = record.without_stalls()
             judgements = [
                 judgement._replace(mark=OPEN,
@@ -150,10 +149,10 @@ class Rules(list[Rule]):
         return sorted(judgements, key=lambda one: (ORDER.index(one.mark), bool(one.follows)))
 
     def causes(self, broken: Mapping[str, str]) -> dict[str, list[str]]:
-        """Return the possible causes of each broken requirement, given by name and result."""
+        """Return the possible causes of broken requirements, which have a name and a result."""
         above = {name: self.all_dependencies(name) for name in broken}
         roots = [name for name in broken if not above[name] & broken.keys()]
-        # Several rules may report the same absence in the same words; the first one is the cause.
+        # If several rules report the same absence, the first one counts as the cause.
         first = {broken[root]: root for root in reversed(roots)}
         return {name: sorted({first[broken[root]] for root in roots
                               if root == name or root in above[name]} - {name})
@@ -173,7 +172,7 @@ def number(record: Record, name: str) -> float:
 
 
 def require_data(items: list[Value], reason: str) -> list[Value]:
-    """Return the items, or raise Open with a reason if there are none."""
+    """Return the items, or raise Open with a reason if the list is empty."""
     if not items:
         raise Open(reason)
     return items
@@ -201,14 +200,14 @@ def largest(values: Iterable[float]) -> float:
 
 def within(limit: float, values: list[float], reason: str,
            text: str = 'at most {:.3f} m off in {} measurements') -> Finding:
-    """Return whether no value is above a limit, or raise Open if there are no values."""
+    """Return the finding for values with a limit, or raise Open if there are no values."""
     value = largest(require_data(values, reason))
     return Finding(value <= limit, text.format(value, len(values)))
 
 
 def from_faults(faults: Sequence[str], count: int, items: str,
                 plot: Plot | None = None) -> Finding:
-    """Return the finding for a number of checked items, some of them with faults."""
+    """Return the finding for a number of items and the faults of some of them."""
     text = f'{count - len(faults)} of {count} {items}'
     if faults:
         text += f': {"; ".join(faults[:5])}'
