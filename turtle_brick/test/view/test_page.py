@@ -12,10 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
+from itertools import permutations
 from math import cos, dist, hypot, isnan, nan, pi, sin
 from unittest.mock import Mock
 
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, Vector3
 from hypothesis import given
 from hypothesis import strategies as st
 from laws import law
@@ -46,6 +47,13 @@ ROBOT = """
 </robot>
 """
 
+WAITING = 'Waiting for a brick to fall'
+FALLING = 'The brick is falling'
+DRIVING = 'Reachable: driving under the brick'
+REASON = 'the robot needs 1 s, 0.009 s too long'
+GROUNDED = f'The unreachable brick fell to the ground: {REASON}'
+MISSED = 'Missed: the brick fell to the ground'
+
 
 class PageBench:
     """A page with a mock scene and a mock panel, and the messages for it."""
@@ -74,6 +82,19 @@ class PageBench:
         """Send the marker and the state of the brick."""
         self.page.on_marker('brick_marker', brick_marker(phase, (0.4, 0.2, 0.12)))
         self.page.on_brick_state(String(data=phase.value))
+
+    def status_after(self, *events):
+        """Send decisions and states of brick and catcher; return the status and its alarm."""
+        for event in events:
+            if ': ' in event:
+                receive = self.page.on_catcher_decision
+            elif event in ('waiting', 'approaching', 'carrying', 'tilting', 'leveling'):
+                receive = self.page.on_catcher_state
+            else:
+                receive = self.page.on_brick_state
+            receive(String(data=event))
+        self.draw(after=NS_PER_SECOND)
+        return self.panel.show_status.call_args.args
 
     def send_goal(self, x, y=0.0, frame='world'):
         """Send a goal."""
@@ -115,14 +136,14 @@ def test_curves_show_height_distance_and_speed(bench):
     bench.draw()
     bench.send_transform('world', 'odom', (5.0, 5.0, 0.0), static=True)
     bench.now += NS_PER_SECOND
-    for step in range(31):
+    for step in range(61):
         bench.send_transform('odom', 'base_link', (0.03 * step, -0.01 * step, 0.0))
         bench.send_transform('world', 'brick', (5.0, 7.0, 9.0 - 0.02 * step))
         bench.draw()
         bench.now += NS_PER_SECOND // 100
     (*before, last, now), = bench.panel.show_curves.call_args.args
-    assert last[1:] == pytest.approx((8.6, hypot(0.6, 2.2), hypot(3.0, 1.0)))
-    assert now[1:] == pytest.approx((8.4, hypot(0.9, 2.3), hypot(3.0, 1.0)))
+    assert last[1:] == pytest.approx((8.0, hypot(1.5, 2.5), hypot(3.0, 1.0)))
+    assert now[1:] == pytest.approx((7.8, hypot(1.8, 2.6), hypot(3.0, 1.0)))
     assert now[0] - last[0] == pytest.approx(0.1)
     assert all(map(isnan, before[0][1:3])), 'the values before the first transform are unknown'
     rates = dict(bench.last_argument(bench.panel.show_rates))
@@ -144,16 +165,59 @@ def test_panel_shows_state_and_height_of_the_brick(bench):
         bench.panel.suggest_position.reset_mock()
 
 
-def test_panel_shows_decision_and_state_of_the_catcher(bench):
-    for topic, text, status in (
-            (bench.page.on_brick_state, 'falling', ('The brick is falling', False)),
-            (bench.page.on_catcher_decision, 'unreachable: 0.009 s too late',
-             ('Unreachable: 0.009 s too late', True)),
-            (bench.page.on_catcher_state, 'carrying', ('Unreachable: 0.009 s too late', True)),
-            (bench.page.on_brick_state, 'riding', ('Caught: carrying', False))):
-        topic(String(data=text))
-        bench.draw(after=NS_PER_SECOND)
-        assert bench.panel.show_status.call_args.args == status
+def test_speed_is_constant_although_turtlesim_moves_in_ticks_of_16_ms(bench):
+    bench.send_transform('world', 'odom', static=True)
+    for cycle in range(200):
+        bench.send_transform('odom', 'base_link', (3.0 * 0.016 * (10 * cycle // 16), 0.0, 0.0))
+        bench.draw()
+        bench.now += NS_PER_SECOND // 100
+    *_, speeds = zip(*bench.last_argument(bench.panel.show_curves))
+    assert speeds[-14:] == pytest.approx([3.0] * 14)
+
+
+@pytest.mark.parametrize('story', [
+    (('hovering', WAITING), ('falling', FALLING), ('reachable: 0.2 s to spare', DRIVING),
+     ('approaching', DRIVING), ('riding', 'Caught'), ('carrying', 'Caught: carrying'),
+     ('tilting', 'Caught: tilting'), ('leveling', 'Caught'), ('floating', WAITING),
+     ('falling', FALLING), ('grounded', WAITING)),
+    (('hovering', WAITING), ('falling', FALLING),
+     (f'unreachable: {REASON}', f'Unreachable: {REASON}'), ('grounded', GROUNDED),
+     ('', WAITING), ('hovering', WAITING), ('falling', FALLING)),
+    (('unreachable: the previous brick', WAITING),
+     ('falling', 'Unreachable: the previous brick'), ('reachable: 0.2 s to spare', DRIVING),
+     ('grounded', MISSED))],
+    ids=['caught', 'unreachable', 'joined late'])
+def test_panel_shows_the_status_of_the_catch(bench, story):
+    for event, text in story:
+        assert bench.status_after(event) == (text, 'nreachable' in text)
+
+
+@pytest.mark.parametrize(('topics', 'last', 'text'), [
+    ((['falling', 'grounded'], [f'unreachable: {REASON}'], ['waiting']), [], GROUNDED),
+    ((['falling'], ['reachable: 0.2 s to spare'], ['approaching']), ['grounded'], MISSED),
+    ((['falling', 'riding'], ['reachable: 0.2 s to spare'], ['approaching', 'carrying']),
+     [], 'Caught: carrying')],
+    ids=['unreachable', 'missed', 'caught'])
+def test_final_status_does_not_depend_on_the_order_of_topics(bench, topics, last, text):
+    """The previous brick was unreachable, and a new brick follows."""
+    numbers = [number for number, events in enumerate(topics) for _ in events]
+    for order in set(permutations(numbers)):
+        queues = [iter(events) for events in topics]
+        status, _ = bench.status_after(
+            'falling', 'unreachable: too high', 'grounded', 'hovering',
+            *(next(queues[number]) for number in order), *last)
+        assert status == text
+        assert bench.status_after('hovering', 'falling') == (FALLING, False)
+
+
+def test_walls_are_translucent(bench):
+    wall = Marker(type=Marker.CUBE, scale=Vector3(x=1.0, y=1.0, z=1.0))
+    wall.header.frame_id, wall.color.a = 'world', 1.0
+    bench.send_transform('world', 'brick')
+    bench.page.on_walls(MarkerArray(markers=[wall]))
+    bench.draw()
+    shape, = bench.last_argument(bench.scene.show)['walls//0'].shapes
+    assert shape.color[3] == pytest.approx(0.3)
 
 
 def test_goal_in_any_frame_is_marked_until_the_robot_arrives(bench):

@@ -157,7 +157,8 @@ def test_slider_follows_the_platform_and_reports_angles_outside_its_range(page):
 
 def test_position_is_parsed_or_rejected():
     for text, position in (('7.5, 7, 1.66', (7.5, 7.0, 1.66)),
-                           ('(-1,2e1,.5) ', (-1.0, 20.0, 0.5))):
+                           ('(-1,2e1,.5) ', (-1.0, 20.0, 0.5)), ('7.5 7  1.66', (7.5, 7.0, 1.66)),
+                           ('1, 2 3', (1.0, 2.0, 3.0))):
         assert parse_position(text) == position
     for text in ('', '7.5, 7', '7.5, , 8', '7,5, 7, 8'):
         with pytest.raises(ValueError, match=f'{text!r} is not a position. Enter x, y and z'):

@@ -33,8 +33,7 @@ from std_msgs.msg import String
 from tf2_ros import Buffer, TransformException
 from turtle_brick.core.geometry import Pose
 from turtle_brick.core.time_steps import nanoseconds_of, NS_PER_SECOND
-from turtle_brick.ros.tf import BASE_LINK, BRICK, MAX_AGE_NS, ODOM, pose_of, WORLD
-from turtle_brick.view.catch_status import CatchStatus
+from turtle_brick.ros.tf import BASE_LINK, BRICK, MAX_AGE_NS, ODOM, PLATFORM, pose_of, WORLD
 from turtle_brick.view.shapes import (is_drawable, Markers, ORIGIN, robot_shapes, RobotShapes,
                                       SceneObject, Shape)
 from turtle_brick_interfaces.msg import Tilt
@@ -50,7 +49,7 @@ BRICK_TF = 'brick (TF)'
 RATE_NAMES = ('cmd_vel', 'odom', 'joint_states', BRICK_TF)
 """The names in the list of rates."""
 
-FRAMES = (WORLD, ODOM, BASE_LINK, BRICK)
+FRAMES = (WORLD, ODOM, BASE_LINK, 'stem', 'wheel', PLATFORM, BRICK)
 """The frames that can be shown."""
 
 SECTION_TOPICS = ('brick_marker', 'odom', 'catcher_marker')
@@ -62,8 +61,15 @@ GOAL = Shape('cylinder', (0.24, 0.24, 0.01), (0.10, 0.75, 0.25, 1.0))
 GOAL_TOLERANCE = 0.05
 """Distance (m) between robot and goal below which the mark is hidden."""
 
+WALL_OPACITY = 0.3
+"""Largest opacity of the walls, so that no wall hides the robot or the brick."""
+
 PANEL_PERIOD_NS = NS_PER_SECOND // 10
-"""Update period of the panel (ns). The robot's speed is computed over the same duration."""
+"""Update period of the panel (ns)."""
+
+SPEED_WINDOW_NS = 400_000_000
+"""Duration (ns) over which the robot's speed is computed. It contains 25 ticks of turtlesim and 40
+cycles of turtle_robot, so that the curve is smooth."""
 
 RATE_WINDOW_NS = 2 * NS_PER_SECOND
 """Duration (ns) over which message rates are computed."""
@@ -81,9 +87,6 @@ class Page:
         """
         Start without data.
 
-        :param scene: the scene in which objects are drawn
-        :param panel: the panel that shows texts and curves
-        :param buffer: the transforms
         :param warn: logs a warning
         :param count_publishers: returns the number of publishers on a topic
         :param clock: returns the present time (ns) of a monotonic clock
@@ -97,7 +100,7 @@ class Page:
         self._warnings: set[str] = set()
         self._robot = RobotShapes('', {})
         self._markers = Markers()
-        self._status = CatchStatus()
+        self._brick_state = self._catcher_state = self._decision = ''
         self._goal: tuple[float, float] | None = None
         self._tilt = 0.0
         self._arrivals: dict[str, deque[int]] = {name: deque(maxlen=1000) for name in RATE_NAMES}
@@ -124,6 +127,7 @@ class Page:
     def on_walls(self, message: MarkerArray) -> None:
         """Store the markers of the walls."""
         for marker in message.markers:
+            marker.color.a = min(marker.color.a, WALL_OPACITY)
             self.on_marker('walls', marker)
 
     def on_marker(self, topic: str, message: Marker) -> None:
@@ -135,15 +139,19 @@ class Page:
 
     def on_brick_state(self, message: String) -> None:
         """Store the state of the brick."""
-        self._status.on_brick_state(message.data)
+        self._brick_state = message.data
+        # Messages on different topics arrive in any order, so a decision about a brick can arrive
+        # before the state `falling`. It is valid until a brick hovers or rides.
+        if message.data in ('hovering', 'riding'):
+            self._decision = ''
 
     def on_catcher_state(self, message: String) -> None:
         """Store the state of the catcher."""
-        self._status.catcher_state = message.data
+        self._catcher_state = message.data
 
     def on_catcher_decision(self, message: String) -> None:
         """Store the decision of the catcher."""
-        self._status.on_decision(message.data)
+        self._decision = message.data
 
     def on_goal(self, message: PoseStamped) -> None:
         """Store the goal of the robot."""
@@ -201,12 +209,14 @@ class Page:
 
     def _update_panel(self, now: int) -> None:
         self._panel.show_sections(*(self._count_publishers(topic) > 0 for topic in SECTION_TOPICS))
-        brick, state = self._drawn_pose(BRICK), self._status.brick_state or 'state unknown'
+        brick, state = self._drawn_pose(BRICK), self._brick_state or 'state unknown'
         if brick is not None and state == 'hovering':
             self._panel.suggest_position(brick.position)
         height = 'height unknown' if brick is None else f'height {brick.position[2]:.2f} m'
         self._panel.show_brick(f'{state}, {height}')
-        self._panel.show_status(self._status.text, self._status.is_unreachable)
+        self._panel.show_status(
+            catch_status(self._brick_state, self._catcher_state, self._decision),
+            self._decision.startswith('unreachable') and state in ('falling', 'grounded'))
         self._panel.show_tilt(self._tilt)
         self._panel.show_rates([
             (name, message_rate([time for time in times if now - time <= RATE_WINDOW_NS]))
@@ -217,14 +227,14 @@ class Page:
     def _curve_values(self) -> tuple[float, float, float]:
         """Return the values of CURVES, NaN if unknown."""
         brick, robot = self._drawn_pose(BRICK), self._drawn_pose(BASE_LINK)
-        before = self._pose(BASE_LINK, max(self._drawn_time - PANEL_PERIOD_NS, 1))
+        before = self._pose(BASE_LINK, max(self._drawn_time - SPEED_WINDOW_NS, 1))
         height = distance = speed = nan
         if brick is not None:
             height = brick.position[2]
         if robot is not None and brick is not None:
             distance = dist(brick.position[:2], robot.position[:2])
         if robot is not None and before is not None:
-            speed = dist(robot.position, before.position) * NS_PER_SECOND / PANEL_PERIOD_NS
+            speed = dist(robot.position, before.position) * NS_PER_SECOND / SPEED_WINDOW_NS
         return height, distance, speed
 
     def _find_fixed_frame(self) -> str:
@@ -273,6 +283,27 @@ class Page:
         if sentence not in self._warnings:
             self._warnings.add(sentence)
             self._warn(sentence)
+
+
+def catch_status(brick_state: str, catcher_state: str, decision: str) -> str:
+    """Return the status of the current catch as one line of text."""
+    verdict, _, reason = decision.partition(': ')
+    match brick_state, verdict:
+        case 'falling', 'reachable':
+            return 'Reachable: driving under the brick'
+        case 'falling', 'unreachable':
+            return f'Unreachable: {reason}'
+        case 'falling', _:
+            return 'The brick is falling'
+        case 'grounded', 'reachable':
+            return 'Missed: the brick fell to the ground'
+        case 'grounded', 'unreachable':
+            return f'The unreachable brick fell to the ground: {reason}'
+        case 'riding', _ if catcher_state in ('carrying', 'tilting'):
+            return f'Caught: {catcher_state}'
+        case 'riding', _:
+            return 'Caught'
+    return 'Waiting for a brick to fall'
 
 
 def message_rate(times: list[int]) -> float | None:

@@ -22,6 +22,7 @@ from time import monotonic
 from typing import Any, NamedTuple
 
 import numpy
+from turtle_brick.arena import BRICK_COLORS
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.view.camera import ground_point, NEAR_VIEW, TOP_VIEW
@@ -64,13 +65,7 @@ class Panel:
     """The panel of the page. Its attributes are viser's handles of the controls."""
 
     def __init__(self, server: viser.ViserServer, scene: Scene, callbacks: PanelCallbacks) -> None:
-        """
-        Create the controls.
-
-        :param server: the server of the page
-        :param scene: the scene of the page
-        :param callbacks: the functions to call when somebody uses a control
-        """
+        """Create the controls; they call the callbacks when somebody uses them."""
         self._scene = scene
         self._callbacks = callbacks
         self._slider_time = -inf
@@ -93,6 +88,7 @@ class Panel:
     def _add_brick_folder(self, gui: viser.GuiApi) -> None:
         with gui.add_folder('Brick') as self.brick_folder:
             self.brick = gui.add_html('')
+            gui.add_html(_legend())
             with gui.add_form(None) as form:
                 # Any, because mypy regards the value of a control as read-only.
                 self.position: Any = gui.add_text('x, y, z (m)', '')
@@ -222,11 +218,21 @@ def parse_position(text: str) -> Vector:
     :raises ValueError: the text is not a position
     """
     try:
-        x, y, z = map(float, text.strip(' ()').split(','))
+        x, y, z = map(float, text.strip(' ()').replace(',', ' ').split())
     except ValueError:
         raise ValueError(f'{text!r} is not a position. Enter x, y and z in meters, for example '
                          '7.5, 7, 1.66.') from None
     return (x, y, z)
+
+
+def _legend() -> str:
+    """Return an HTML element that explains the colors of the brick."""
+    entries = []
+    for phase, (red, green, blue, _) in BRICK_COLORS.items():
+        color = f'rgb({255 * red:.0f},{255 * green:.0f},{255 * blue:.0f})'
+        entries.append(f'<span style="color:{color}">■</span> {phase.value}')
+    return ('<div data-turtle-brick="legend" style="padding:0.2em 1em;font-size:0.8em">'
+            f'{" ".join(entries)}</div>')
 
 
 def _html(name: str, text: str, is_alarm: bool = False) -> str:

@@ -36,7 +36,8 @@ POSITION_TOLERANCE = 1e-3
 """Distance (m) above which two camera positions are different."""
 
 LABEL_ANCHORS: dict[str, Any] = {
-    'world': 'bottom-right', 'odom': 'top-right', 'base_link': 'bottom-left', 'brick': 'top-left'}
+    'world': 'bottom-right', 'odom': 'top-right', 'base_link': 'bottom-left', 'stem': 'top-left',
+    'wheel': 'top-right', 'platform': 'bottom-right', 'brick': 'top-left'}
 """Corner of each frame's label that is placed at the origin, so that labels do not overlap."""
 
 

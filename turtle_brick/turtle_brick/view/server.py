@@ -35,7 +35,7 @@ class PageServer:
 
         :param host: name or address of the network interface
         :param port: preferred port; if it is in use, the next free one is taken
-        :param title: title of the page
+        :param title: heading of the page and of its tab in the browser
         :raises ParameterError: the host or the port cannot be used
         """
         check_address(host, port)
@@ -64,13 +64,7 @@ class PageServer:
 
 
 def check_address(host: str, port: int) -> None:
-    """
-    Check that a page can be served at an address; viser itself would try 1000 other ports.
-
-    :param host: name or address of the network interface
-    :param port: the preferred port
-    :raises ParameterError: the host or the port cannot be used
-    """
+    """Raise ParameterError if no page can be served; viser itself would try 1000 other ports."""
     if not 0 <= port <= 65535:
         raise ParameterError(f'port is {port}, but must be from 0 to 65535')
     try:

@@ -100,7 +100,7 @@ class Viewer(Node):
             description='Network interface on which the page is served', read_only=True)).value
         port = self.declare_parameter('port', 8080, ParameterDescriptor(
             description='Port; if in use, the next free one is taken', read_only=True)).value
-        self.server = PageServer(host, port, 'turtle_brick')
+        self.server = PageServer(host, port, f'turtle_brick {self.get_namespace()}'.rstrip(' /'))
         self._scheduled: deque[Callable[[], None]] = deque()
         self._has_browser = False
         buffer = Buffer()
