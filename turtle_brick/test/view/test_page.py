@@ -212,7 +212,7 @@ def test_final_status_does_not_depend_on_the_order_of_topics(bench, topics, last
 
 def test_walls_are_translucent(bench):
     wall = Marker(type=Marker.CUBE, scale=Vector3(x=1.0, y=1.0, z=1.0))
-    wall.header.frame_id, wall.color.a = 'base_link', 1.0
+    wall.header.frame_id, wall.color.a = 'world', 1.0
     bench.send_transform('world', 'brick')
     bench.page.on_walls(MarkerArray(markers=[wall]))
     bench.draw()
