@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Runs commands such as `ros2` again that were recorded with the real ROS 2 programs."""
+"""Repeats commands such as `ros2` that were recorded with the real ROS 2 programs."""
 
 from contextlib import contextmanager, suppress
 import gc
@@ -32,7 +32,7 @@ from types import SimpleNamespace
 DATA = Path(__file__).parent / 'data' / 'ros2'
 
 TIMEOUT = 30.0
-"""Default timeout (s) for an output of a command."""
+"""Default timeout (s) for the output of a command."""
 
 POLL_TIME = 0.02
 """Time (s) between two checks of a condition."""
@@ -41,7 +41,7 @@ PROGRAMS = {'ros2': 'ros2cli.cli', 'launch_test': 'launch_testing'}
 """Programs that can run in a fork, and their modules."""
 
 FORKS = get_context('forkserver')
-"""Forks a process that has imported these modules, which saves 0.4 s of 0.6 s per command."""
+"""Forks a process that has imported these modules. A fork saves 0.4 s of 0.6 s per command."""
 FORKS.set_forkserver_preload([*PROGRAMS.values(), *(f'ros2cli.{name}' for name in (
     'graph', 'packages', 'messages', 'topic_statistics')), 'launch_xml', 'numpy', 'rclpy.action'])
 
@@ -65,7 +65,7 @@ def write_files(directory):
 
 
 def with_paths(words, files):
-    """Return the words of a recorded command with the present directory of its files."""
+    """Replace the placeholders of directories in a recorded command."""
     return [word.replace('$FILES', str(files)).replace('$PROBE', f'{files}/probe')
             for word in words]
 
@@ -88,7 +88,7 @@ def run_in_fork(words, environment, directory, *pipes):
     except BaseException:  # noqa: B902 -- Python prints any exception at its end
         sys.excepthook(*sys.exc_info())
         status = 1
-    gc.collect()  # Destroys the nodes, as the end of Python does. A fork ends without it.
+    gc.collect()  # Destroys the nodes. A fork ends without the usual cleanup of Python.
     sys.exit(status)
 
 
@@ -96,7 +96,7 @@ class Command:
     """A running command in its own process group, as if started by a shell."""
 
     def __init__(self, words, environment, stdin=None, directory='/', forked=False):
-        """Start the command, in a fork if requested; `stdin` is its complete input."""
+        """Start the command with a given input (`stdin`), in a fork if requested."""
         self.text, self.error = '', ''
         self.changed = threading.Condition()
         stdin_pipe, stdout_pipe, stderr_pipe = (FORKS.Pipe(duplex=False) for _ in range(3))
@@ -136,7 +136,7 @@ class Command:
                     else self.process.exitcode)
 
     def wait_for(self, condition, timeout=TIMEOUT):
-        """Wait until a condition is true, the command ends or time is up; return the condition."""
+        """Wait for a condition, the end of the command or a timeout. Return the condition."""
         deadline = monotonic() + timeout
         with self.changed:
             while not condition() and self.status is None and monotonic() < deadline:
@@ -144,7 +144,7 @@ class Command:
             return condition()
 
     def has_printed(self, expected):
-        """Return whether complete lines match a pattern, or a pattern and its minimum count."""
+        """Return whether complete lines match a pattern at least once, or [pattern, count]."""
         pattern, count = expected if isinstance(expected, list) else (expected, 1)
         return len(re.findall(pattern, self.text[:self.text.rfind('\n') + 1], re.M)) >= count
 
@@ -164,7 +164,7 @@ class Command:
         return found
 
     def end(self, timeout=2 * TIMEOUT):
-        """Wait for the end, kill and return the processes that are still running."""
+        """Wait until the command ends. Kill and return its remaining processes."""
         try:
             assert self.wait_for(lambda: self.status is not None, timeout), self.text + self.error
             for reader in self.readers:
@@ -187,7 +187,7 @@ def restored_signal_handlers():
 
 def run_here(words, patch, stdin=''):
     """
-    Run `ros2` in this process; return its status and its output.
+    Run `ros2` in this process, and return its status and output.
 
     :param patch: the MonkeyPatch that undoes the changes to this process
     """

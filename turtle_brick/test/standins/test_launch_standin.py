@@ -14,8 +14,8 @@
 """
 Compares the stand-in for launch, launch_ros, launch_xml and launch_testing with recordings.
 
-Most tests execute a launch file in this process and replace Popen() by a function that records its
-arguments. The other tests run commands, all at the same time, because most of them wait.
+Most tests execute a launch file in this process and replace Popen() with a function that records
+its arguments. The other tests run commands in parallel, because most commands wait.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ SHARE = get_package_share_directory('turtle_brick')
 
 
 def recorded(*names):
-    """Return the records in files for parametrize."""
+    """Return the records in files as parameters of tests."""
     return [pytest.param(record, id=name)
             for name, record in records(*(f'launch_{name}' for name in names)).items()
             if names[0] != 'errors' or record['stdout'].startswith('[')]
@@ -81,7 +81,7 @@ def environment(files, runs, monkeypatch):
 
 
 def normal(text, files, log_dir=None):
-    """Replace variable parts of a text by the placeholders in the recordings."""
+    """Replace the variable parts of a text with the placeholders in the recordings."""
     text = text.replace('\r\n', '\n')
     if log_dir:
         text = text.replace(str(log_dir), '$LOGDIR')
@@ -98,13 +98,13 @@ def normal(text, files, log_dir=None):
 
 @cache
 def xacro(*arguments):
-    """Return the result of xacro, cached because each run takes half a second."""
+    """Run xacro and cache the result, because each run takes half a second."""
     return subprocess.run(['xacro', *arguments], capture_output=True, text=True)
 
 
 @pytest.fixture
 def starts(monkeypatch):
-    """Return the recorded arguments of Popen(), which starts `true` instead."""
+    """Replace each process with `true`, and return the recorded arguments of Popen()."""
     found = []
 
     def start(command, **options):
@@ -123,7 +123,7 @@ def starts(monkeypatch):
 
 
 def process_record(command, options, temporary, files, inherited):
-    """Return the record of a process, in the format of the recordings."""
+    """Return the record of a process in the format of the recordings."""
     argv = [command] if options['shell'] else list(command)
     written = {}
     for index, part in enumerate(argv):
@@ -203,7 +203,7 @@ def test_interrupted_command_is_not_an_error(environment, tmp_path, monkeypatch)
 # -------------------------------------------------------------------------- tests with commands
 
 def run(record, files, top, before):
-    """Run a recorded command with its signals; return it and its remaining processes."""
+    """Run a recorded command with its signals. Return the command and remaining processes."""
     environment = {
         **before, 'ROS_LOG_DIR': str(top / 'log'), 'HOME': str(top / 'home'),
         'COLUMNS': '100', 'PYTHON_COLORS': '0',  # tracebacks as before Python 3.13
@@ -241,13 +241,13 @@ COMMANDS.append(pytest.param(PYTEST, id='pytest'))
 
 @pytest.fixture(scope='module')
 def runs(files, tmp_path_factory, request):
-    """Run the commands of all selected tests at the same time, in the background."""
+    """Run the commands of all selected tests in parallel, in the background."""
     wanted = [item.callspec.id for item in request.session.items
               if getattr(item, 'originalname', '').endswith('run_matches_recording')]
     commands = [param for param in COMMANDS
                 if any(name.startswith(param.id) for name in wanted)]
     tops = {param.id: tmp_path_factory.mktemp('run') for param in commands}
-    before = dict(os.environ)  # The tests in this process change it.
+    before = dict(os.environ)  # Tests in this process change os.environ.
     with ThreadPoolExecutor(8) as pool:
         slow_first = sorted(commands, key=lambda param: -param.values[0].get('seconds', 1))
         yield {param.id: pool.submit(run, param.values[0], files, tops[param.id], before)
@@ -255,13 +255,13 @@ def runs(files, tmp_path_factory, request):
 
 
 def by_source(text):
-    """Return the lines of each process and of each logger, because their mutual order varies."""
+    """Return the lines by process or logger, because the order of the sources varies."""
     lines_by_source, source = {}, ''
     text = re.sub(r'(?<=[^\n])(\[(INFO|ERROR)\])', r'\n\1', text)
     for line in filter(None, text.replace('\r', '').split('\n')):  # print() writes twice
         match = re.match(r'(\[(?:INFO|ERROR|WARNING)\] \[.*?\]:|\[[\w]+-\d+\]) ?', line)
         source = match.group(1) if match else source
-        if "sending signal 'SIGINT'" not in line:  # missing if the process has ended before
+        if "sending signal 'SIGINT'" not in line:  # not if it had already ended
             lines = lines_by_source.setdefault(re.sub('INFO|ERROR|WARNING', '', source), [])
             if 'ignored SIGINT' not in line or line not in lines:  # Two signals may become one.
                 lines.append(line)
@@ -269,7 +269,7 @@ def by_source(text):
 
 
 def without_end_status(text):
-    """Remove the end status of processes that a signal may interrupt before they handle it."""
+    """Remove the exit status of processes that a signal may end before they set a handler."""
     return re.sub(
         r'\[\w+\] (\[wait-\d\]: process has )(finished cleanly|died).*', r'\1ended', text)
 
@@ -289,7 +289,7 @@ def test_run_matches_recording(record, runs, files):
         found, text = (each.replace('\n', '').split('$STAMP') for each in (
             found.replace(log_dir.name, '$RUN'), text.replace('$HOME', '$WORK/home')))
         assert sorted(found) == sorted(text)
-    if record['name'].startswith('sigterm'):  # The real one does not end the processes.
+    if record['name'].startswith('sigterm'):  # The real launch does not end them.
         assert not remaining
         for number in '12':
             assert f"sending signal 'SIGTERM' to process[wait-{number}]" in output
@@ -321,7 +321,7 @@ def test_test_run_matches_recording(record, runs, files):
                                   normal(text, files)))
         for text in (done.text, done.error, record['stdout'], record['stderr']))
     output, expected = (sorted(sum(by_source(text).values(), [])) for text in (output, expected))
-    if 'exit code -2' in record['stdout']:  # Python may print a traceback at its start.
+    if 'exit code -2' in record['stdout']:  # A starting Python may print a traceback.
         output = [line for line in output if not line.startswith('[wait-1] ')]
     assert output == expected
     # Since Python 3.12, unittest reports that there are no tests.

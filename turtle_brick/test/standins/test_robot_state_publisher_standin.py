@@ -37,12 +37,12 @@ NS_PER_SECOND = 1_000_000_000
 
 
 def nanoseconds(stamp):
-    """Return a recorded stamp in ns."""
+    """Convert a recorded timestamp to ns."""
     return stamp[0] * NS_PER_SECOND + stamp[1]
 
 
 def joint_state(row, shift):
-    """Return the message for a row of a recording, with the stamp shifted by a time (ns)."""
+    """Return the message in a row of a recording, with a shifted timestamp (shift in ns)."""
     message = JointState(name=row['name'], position=[float(value) for value in row['position']])
     if nanoseconds(row['stamp']):
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(
@@ -51,7 +51,7 @@ def joint_state(row, shift):
 
 
 def assert_transforms(message, recorded, shift=0, stamps=True):
-    """Compare a message with a recording whose stamps are shifted by a time (ns)."""
+    """Compare a message with a recording, whose timestamps are shifted by a duration (ns)."""
     assert len(message.transforms) == len(recorded)
     for found, wanted in zip(message.transforms, recorded):
         t, r = found.transform.translation, found.transform.rotation
@@ -67,14 +67,14 @@ def assert_transforms(message, recorded, shift=0, stamps=True):
 # ----------------------------------------------------------------------------------- recordings
 
 def shift_to_past(live, recording):
-    """Return the time (ns) to add to recorded stamps so that the last one is a second ago."""
+    """Return the offset (ns) that shifts the last recorded timestamp to one second ago."""
     now = live.listener.get_clock().now().nanoseconds
     return now - NS_PER_SECOND - nanoseconds(recording['sent'][-1]['stamp'])
 
 
 @contextlib.contextmanager
 def running(domain_id, **parameters):
-    """Run the node with parameters; yield the graph, the node and the messages on /tf."""
+    """Run the node with parameters. Yield the graph, the node and the messages on /tf."""
     overrides = [Parameter(name, value=value) for name, value in parameters.items()]
     with graph(domain_id) as live:
         node = live.add(RobotStatePublisher, parameters=False, parameter_overrides=overrides)
@@ -93,7 +93,7 @@ def test_joint_states_cause_the_recorded_transforms(recording, domain_id):
         shift = shift_to_past(live, recording)
         for row in recording['sent']:
             node.joint_states_callback(joint_state(row, shift))
-        # The transform for this message shows that all earlier ones have arrived.
+        # When the transform for this message arrives, all earlier transforms have arrived.
         end = JointState(name=['j3'], position=[0.25], header=Header(
             stamp=live.listener.get_clock().now().to_msg()))
         live.publisher('joint_states', JointState, qos_profile_sensor_data).publish(end)
@@ -108,7 +108,7 @@ def test_joint_states_cause_the_recorded_transforms(recording, domain_id):
 
 
 def test_all_messages_are_published_without_limit_or_stamps(domain_id):
-    """A frequency of zero keeps messages in order of time; ignore_timestamp keeps all messages."""
+    """Frequency 0 allows equal timestamps, and ignore_timestamp allows decreasing timestamps."""
     for parameter, stamps in (({'publish_frequency': 0.0}, (5, 5, 6)),
                               ({'ignore_timestamp': True}, (5, 0, 4))):
         with running(domain_id, robot_description=URDF, **parameter) as (live, node, tf):
@@ -122,7 +122,7 @@ def test_all_messages_are_published_without_limit_or_stamps(domain_id):
 
 @pytest.mark.parametrize('frequency, stop', [(1000.0, signal.SIGTERM), (2000.0, None)])
 def test_end_prints_at_most_one_line(frequency, stop, tmp_path, domain_id):
-    """SIGTERM ends the node silently; an invalid parameter ends it with status 1 and one line."""
+    """SIGTERM ends the node without output. An invalid parameter ends it with one line."""
     file = tmp_path / 'parameters.yaml'
     file.write_text(json.dumps({'/**': {'ros__parameters': {
         'robot_description': URDF, 'publish_frequency': frequency}}}))

@@ -12,15 +12,14 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The stand-in for `ros2` prints what the real one prints for a running turtle_arena.
+Compares the stand-in for `ros2` with recordings of the real `ros2` for a running turtle_arena.
 
-The tests replay all recordings in data/ros2 of verbs that the stand-in has.
+The tests replay all recordings in data/ros2 of verbs that the stand-in supports.
 """
 
 from argparse import Namespace
 from concurrent.futures import ThreadPoolExecutor
 import contextlib
-import faulthandler
 import os
 from pathlib import Path
 import re
@@ -54,15 +53,14 @@ def signals_of(record):
     return signals
 
 
-# These commands run in processes of their own, like those of a user: they are interrupted, start
-# processes, need an empty graph or fail with a traceback. At least one command per kind of graph
-# access is here. All others run in this process, whose node joins the graph at once and receives
-# latched messages with any QoS.
+# These commands run in separate processes because they are interrupted, start processes, require
+# an empty graph or fail with a traceback. They include each kind of graph access. All other
+# commands run in this process and do not wait until the graph is known.
 PROCESSES = [name for name, record in RECORDS.items() if signals_of(record) or re.match(
     'run_(?!help|unk)|ros2_run|empty|node_list$|node_info_catcher|echo_once$|pub_times|'
     'pub_bad_topic|param_list_all', name)]
 
-# The verbs that change parameters or call services run last, because they affect the others.
+# Verbs that set parameters or call services run last, because they affect the other verbs.
 HERE = sorted(set(RECORDS).difference(PROCESSES, ['interface_list']), key=lambda name: (
     re.match('param_set|call', name) is not None, list(RECORDS).index(name)))
 
@@ -74,7 +72,7 @@ def files(tmp_path_factory):
     write_files(top)
     with pytest.MonkeyPatch.context() as environment:
         environment.setenv('COLUMNS', '100')
-        environment.setenv('LANGUAGE', 'C')  # saves argparse a look-up of translations per word
+        environment.setenv('LANGUAGE', 'C')  # Otherwise argparse searches for translations.
         environment.setenv('AMENT_PREFIX_PATH',
                            f'{top}/probe:{os.environ["AMENT_PREFIX_PATH"]}')
         yield top
@@ -83,7 +81,7 @@ def files(tmp_path_factory):
 # --------------------------------------------------------------------------------------- graph
 
 def complete(turtlesim):
-    """Add the topic, action and parameters that the recordings show and the stand-in lacks."""
+    """Add the recorded topic, action and parameters that the stand-in does not have."""
     turtlesim.create_publisher(Color, 'turtle1/color_sensor', 10)
     ActionServer(turtlesim, RotateAbsolute, 'turtle1/rotate_absolute', lambda _: None)
     for color, name, value in (('b', 'Blue', 255), ('g', 'Green', 86), ('r', 'Red', 69)):
@@ -94,7 +92,7 @@ def complete(turtlesim):
 
 @pytest.fixture(scope='module')
 def arena():
-    """Run the nodes of `turtle_arena view:=none` in a separate domain; yield the arena node."""
+    """Run the nodes of `turtle_arena view:=none` in a new domain. Yield the arena node."""
     with reserved_domain() as domain, Graph(domain, quiet=True) as graph:
         complete(graph.add_turtlesim())
         graph.add_robot_state_publisher()
@@ -104,7 +102,7 @@ def arena():
         stopped = threading.Event()
 
         def spin():
-            while not stopped.wait(0.02):  # The rates do not matter here.
+            while not stopped.wait(0.02):  # No test depends on the rates.
                 graph.spin_for(0.005)
 
         spinning = threading.Thread(target=spin, name='arena')
@@ -125,11 +123,11 @@ def start(words, domain, stdin=''):
 
 
 def is_time_for_signal(record, when, command, arena):
-    """Return whether a command has printed the expected lines, or subscribed if there are none."""
+    """Return whether a command has printed all lines or, without output, has subscribed."""
     kind, expected = when
     if kind == 'line':
         return command.has_printed(expected)
-    # The signal was sent some seconds after the start, when the command was waiting.
+    # The recorded signal was sent a few seconds after the start, while the command was waiting.
     expected = record['stdout'].replace('$MORE\n', '').count('\n')
     return command.text.count('\n') >= expected if expected else any(
         info.node_name == f'_ros2cli_{command.pid}' for topic in record['command'][3:]
@@ -148,7 +146,7 @@ def replay(record, domain, arena, files):
 
 @pytest.fixture(scope='module')
 def outcomes(arena, files, request):
-    """Run the commands that this session tests, six at a time, because most of them wait."""
+    """Run the selected commands, six at a time, because most commands wait."""
     wanted = [item.callspec.params['name'] for item in request.session.items
               if getattr(item, 'function', None) is test_command]
     with reserved_domain() as empty, ThreadPoolExecutor(6) as pool:
@@ -160,14 +158,14 @@ def outcomes(arena, files, request):
 
 @pytest.fixture(scope='module')
 def open_graph_here(arena):
-    """Join the domain of the arena; yield a replacement of open_graph() for this process."""
+    """Join the domain of the arena. Yield a replacement for open_graph() in this process."""
     with pytest.MonkeyPatch.context() as environment, restored_signal_handlers():
         environment.setenv('ROS_DOMAIN_ID', str(arena.context.get_domain_id()))
         with cli_graph.open_graph():  # waits until the graph is known
 
             @contextlib.contextmanager
             def open_graph(found=None, name=None):
-                """Yield a node without any wait."""
+                """Yield a node without discovering the graph."""
                 with restored_signal_handlers():
                     node = GraphNode(name)
                     try:
@@ -176,13 +174,13 @@ def open_graph_here(arena):
                         node.destroy_node()
 
             yield open_graph
-        faulthandler.cancel_dump_traceback_later()
+        signal.alarm(0)
 
 
 # --------------------------------------------------------------------- tests without a recording
 
 def test_graph_is_complete_when_all_nodes_and_services_are_announced():
-    """Each participant needs a named node, and each visible node its services."""
+    """Each participant must have a named node, and each visible node must have services."""
     info = {'ros_discovery_info': {1: '', 2: ''}, '/parameter_events': {1: 'arena', 2: '_ros2cli'}}
     written, read = ({'arena': {each: []}, '_ros2cli': {}} for each in (
         'rr/dropReply', 'rq/dropRequest'))
@@ -232,7 +230,7 @@ TF2_ECHO_OUTPUT = """At time 0.0
 
 
 def test_tf2_echo_prints_published_transform(outcomes, domain_id):
-    """tf2_echo and static_transform_publisher print what the real ones print, until Ctrl-C."""
+    """tf2_echo and static_transform_publisher have the output of the real programs."""
     publisher, echo = (start(['ros2', 'run', 'tf2_ros', *words.split()], domain_id) for words in (
         'static_transform_publisher --x 1.5 --y -2 --z 0.25 --roll 0.1 --pitch 0.2 --yaw 0.3 '
         '--frame-id world --child-frame-id brick', 'tf2_echo world brick -r 20'))
@@ -248,7 +246,7 @@ def test_tf2_echo_prints_published_transform(outcomes, domain_id):
 
 
 def test_closed_pipe_ends_command_without_error(outcomes, arena):
-    """For example, `ros2 topic echo ... | head` prints no error."""
+    """For example, `ros2 topic echo ... | head` does not print an error."""
     command = ['bash', '-c', 'ros2 topic echo /turtle1/pose | head -n 1']
     done = start(command, arena.context.get_domain_id())
     done.end()
@@ -260,7 +258,7 @@ def test_closed_pipe_ends_command_without_error(outcomes, arena):
 
 MAY_DIFFER = (
     (r' *qos_overrides:\n( {6}.*\n)+', ''),
-    # interfaces that the workspace got or lost after the recordings
+    # interfaces added or removed after the recordings
     (r'.*(/brick_state|/catcher_decision|/catcher_state|/tf2_frames)\b.*\n', ''),
     (r'.*(/parameter_events|qos_overrides)\b.*\n', ''),
     (r'.*RTPS_TRANSPORT_SHM.*\n', ''),  # DDS on a busy machine
@@ -275,7 +273,7 @@ MAY_DIFFER = (
     (r"'(?=[\w', ]*\)\n)", ''),
     (r'(required: .*), (argv|launch_arguments)\n', r'\1\n'),
     (r'searching: .*', ''),
-    # spelling in the workspace at the time of the recordings
+    # spelling at the time of the recordings
     ('centre', 'center'),
     ('metres', 'meters'),
 )
@@ -295,7 +293,7 @@ TOKENS = {
     'PREFIX': r'\S+',
     'GID': '[0-9a-f.]+',
 }
-"""Patterns for the placeholders in the recordings; all other placeholders are numbers."""
+"""Patterns for the placeholders in the recordings. All other placeholders are numbers."""
 
 
 def comparable(name, text):
@@ -342,7 +340,7 @@ def test_verb(name, open_graph_here, files, monkeypatch):
 
 
 MESSAGES = ((0.2, 120), (0.5, 80), (0.6, 400), (1.4, 100), (1.9, 300))
-"""Reception time (s) of each message and a number n: its size is 100 n bytes, its delay n ms."""
+"""Reception time (s) and number n of messages with a size of 100 n bytes and a delay of n ms."""
 
 REPORTS = {
     topic_statistics.bandwidth_report: """
@@ -358,12 +356,12 @@ no new messages""",
 average rate: 2.143
 \tmin: 0.100s max: 0.800s std dev: 0.28674s window: 3
 """}
-"""Output of the real classes for MESSAGES after 2 and 3 s, with a window of 3 messages."""
+"""Output of the real `ros2` for MESSAGES after 2 and 3 s, with a window of 3 messages."""
 
 
 @pytest.mark.parametrize('report', REPORTS)
 def test_statistics_are_those_of_the_real_ros2(report):
-    """`ros2 topic hz`, `delay` and `bw` compute the same figures as the real ones."""
+    """`ros2 topic hz`, `delay` and `bw` print the same statistics as the real verbs."""
     sample = {topic_statistics.bandwidth_report: lambda time, number: number * 100,
               topic_statistics.delay_report: lambda time, number: time - number / 1000,
               topic_statistics.rate_report: lambda time, number: None}[report]
@@ -376,7 +374,7 @@ def test_statistics_are_those_of_the_real_ros2(report):
 
 @pytest.mark.parametrize('words, sentence', [
     ('interface proto a a --b -h',
-     'ros2 interface proto is not in this stand-in; it needs the real ros2cli'),
+     'ros2 interface proto is in the real ros2cli, but not in this stand-in'),
     ('bag record -a',
      'ros2 bag is not in this stand-in: use `ros2 topic echo --csv TOPIC > FILE` to record a '
      'topic'),
@@ -384,7 +382,7 @@ def test_statistics_are_those_of_the_real_ros2(report):
     ('service call /drop Trigger', 'The passed service type is invalid')])
 def test_missing_verb_or_invalid_type_is_one_line(words, sentence, files, open_graph_here,
                                                   monkeypatch):
-    """The error names the missing verb and an alternative, or says that a type is invalid."""
+    """The error names the missing verb or the invalid type."""
     monkeypatch.setattr(messages, 'open_graph', open_graph_here)
     done = run_here(['ros2', *words.split()], monkeypatch)
     assert (done.status, done.text, done.error) == (1, '', f'{sentence}\n')
@@ -404,7 +402,7 @@ def test_interfaces_are_listed(files, monkeypatch):
     ('message_type', {'topic_name': '/odom'}, {'nav_msgs/msg/Odometry'})])
 def test_completion_offers_existing_names(argument, before, answers, open_graph_here,
                                           monkeypatch):
-    """The names come from the installed packages and from the graph."""
+    """Completion offers names from the installed packages and from the graph."""
     monkeypatch.setattr(cli_graph, 'open_graph', open_graph_here)
     table = cli.yaml.safe_load(Path(cli.__file__).with_name('command_line.yaml').read_text())
     known = cli.complete(table['completed'], Namespace(dest=argument), Namespace(**before))
@@ -412,7 +410,7 @@ def test_completion_offers_existing_names(argument, before, answers, open_graph_
 
 
 def test_shell_completes_after_tab(tmp_path, domain_id, monkeypatch):
-    """The answers have the form that a shell with env.bash expects."""
+    """The suggestions have the format that bash expects after env.bash is sourced."""
     line = 'ros2 interface show turtlesim/msg/'
     for name, value in (('_ARGCOMPLETE', '1'), ('COMP_LINE', line), ('COMP_POINT', len(line)),
                         ('_ARGCOMPLETE_IFS', '\n'), ('_ARGCOMPLETE_SUPPRESS_SPACE', '0'),

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Compares the stand-in for tf2_ros with recordings, and message types with the real ones."""
+"""Compares the stand-in for tf2_ros with recordings, and type hashes with the real hashes."""
 
 import json
 from pathlib import Path
@@ -34,14 +34,14 @@ from tf2_ros import (Buffer, LookupException, StaticTransformBroadcaster, Transf
 DATA = Path(__file__).parents[1] / 'data' / 'tf2'
 RECORDED = json.loads((DATA / 'tf2_recorded.json').read_text())
 RANDOM = json.loads((DATA / 'tf2_random.json').read_text())
-"""Random calls: changing trees, duplicate stamps, old data, loops and cache times."""
+"""Random calls with changing trees, duplicate timestamps, old data, loops and cache times."""
 
 REAL_HASHES = json.loads((DATA / 'type_hashes.json').read_text())
 """Type hashes of tf2_msgs and turtlesim."""
 
 CACHE_TIME = {'single_and_cache_expiry': 2.0,
               **{script['name']: script['cache_time'] for script in RANDOM}}
-"""Cache times (s) of the recorded buffers that differ from 10 s."""
+"""Cache times (s) of the recorded buffers if they differ from 10 s."""
 
 NS_PER_SECOND = 1_000_000_000
 LATEST = Time()
@@ -50,7 +50,7 @@ LATEST = Time()
 # ---------------------------------------------------------------------------------- conversions
 
 def stamped(parent, child, time, translation=(0.0, 0.0, 0.0), rotation=(0.0, 0.0, 0.0, 1.0)):
-    """Return a transform with a time (ns)."""
+    """Return a transform with a timestamp (ns)."""
     message = TransformStamped()
     message.header.stamp.sec, message.header.stamp.nanosec = divmod(time, NS_PER_SECOND)
     message.header.frame_id = parent
@@ -68,7 +68,7 @@ def numbers(message):
 
 
 def seconds(time):
-    """Return a time from seconds."""
+    """Convert seconds to a time."""
     return Time(nanoseconds=round(time * NS_PER_SECOND))
 
 
@@ -76,7 +76,7 @@ def seconds(time):
 
 @pytest.mark.parametrize('script', RECORDED + RANDOM, ids=lambda script: script['name'])
 def test_calls_return_the_recorded_results(script):
-    """Values are equal to 1e-9; exceptions and frame lists are identical."""
+    """Numbers differ by at most 1e-9. Exceptions and frame lists are identical."""
     buffer = Buffer(Duration(seconds=CACHE_TIME.get(script['name'], 10.0)))
     for call in script['ops']:
         if call['op'] in ('set', 'set_static'):
@@ -142,7 +142,7 @@ def test_broadcast_transforms_can_be_looked_up(domain_id):
     """
     Moving and static transforms arrive reliably over DDS until the listener unsubscribes.
 
-    One latched message contains all static transforms; a child keeps its first pose.
+    One latched message contains all static transforms. A child frame keeps its first transform.
     """
     with graph(domain_id) as live:
         moving = TransformBroadcaster(live.listener)

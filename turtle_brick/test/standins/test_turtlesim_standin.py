@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The stand-in for turtlesim_node: topics, services, parameters, QoS, log and end.
+Tests the topics, services, parameters, QoS, log and shutdown of the stand-in for turtlesim_node.
 
 test_turtlesim_kinematics.py compares the motion with recordings.
 """
@@ -40,7 +40,7 @@ COMMAND = [executable('turtlesim', 'turtlesim_node')]
 
 @pytest.fixture(scope='module')
 def shared():
-    """Run one turtlesim and a graph; at the end, SIGTERM must end turtlesim without output."""
+    """Run turtlesim and a graph. Check that SIGTERM ends turtlesim without output."""
     with reserved_domain() as domain_id, graph(domain_id) as live:
         with process(COMMAND, domain_id, stop=None) as turtlesim:
             yield turtlesim, live
@@ -79,7 +79,7 @@ def wait_for_pose(live, poses, condition, name):
 
 
 def test_poses_are_published_at_62_5_hz(shared, poses):
-    """The topics are reliable, and late ticks are not made up for."""
+    """The topics are reliable, and late ticks are skipped."""
     _, live = shared
     live.wait_for(lambda: len(poses.messages) > 100, 20.0, '100 poses')
     intervals = [later - earlier for earlier, later in zip(poses.times, poses.times[1:])]
@@ -95,13 +95,13 @@ def test_poses_are_published_at_62_5_hz(shared, poses):
 
 
 def test_command_moves_turtle_for_one_second(shared, poses):
-    """The turtle moves for whole ticks, sideways only when the node is holonomic."""
+    """The turtle moves for whole ticks, and sideways only if the node is holonomic."""
     _, live = shared
     commands = live.publisher('turtle1/cmd_vel', Twist)
     commands.publish(twist(x=1.0, y=1.0))
     wait_for_pose(live, poses, lambda pose: pose.linear_velocity > 0.0, 'motion')
     end = wait_for_pose(live, poses, lambda pose: pose.linear_velocity == 0.0, 'the end')
-    # A busy machine skips ticks, but the timeout does not wait for them.
+    # A busy machine skips ticks, but this does not extend the timeout of a command.
     ticks = (end.x - ARENA_CENTER) / TICK
     assert ticks == pytest.approx(round(ticks), abs=1e-3)
     assert 30 < ticks < 64.5
@@ -115,7 +115,7 @@ def test_command_moves_turtle_for_one_second(shared, poses):
 
 
 def test_teleport_services_move_turtle_at_once(shared, poses):
-    """The walls limit the position, and the log reports it."""
+    """The walls limit the position. The node logs a warning in this case."""
     turtlesim, live = shared
 
     def jump(x, y):
@@ -171,7 +171,7 @@ def test_drawing_services_only_log_a_warning(shared):
 
 
 def test_invalid_parameter_ends_node_with_one_line(domain_id):
-    """The line names the parameter and its value."""
+    """The error message names the parameter and its value."""
     with process([*COMMAND, '--ros-args', '-p', 'holonomic:=abc'], domain_id,
                  stop=None) as running:
         assert running.wait(20.0) == 1

@@ -14,17 +14,17 @@
 """
 The stand-in for joint_state_publisher and joint_state_publisher_gui 2.4.0.
 
-Publishes: joint_states (sensor_msgs/JointState), at the parameter `rate`.
+Publishes: joint_states (sensor_msgs/JointState), at the frequency in the parameter `rate`.
 Subscribes: robot_description (std_msgs/String, latched).
 Parameters: rate (integer, 10 Hz), zeros.JOINT (double).
-Joints that mimic others are not published, because robot_state_publisher computes them.
+Joints that mimic other joints are not published, because robot_state_publisher computes them.
 joint_state_publisher_gui shows a page on 127.0.0.1 instead of a window.
 """
 
 from collections.abc import Callable
 from math import pi
 from random import uniform
-from signal import SIGINT, signal, SIGTERM
+from signal import alarm, SIGINT, signal, SIGTERM
 import sys
 from threading import Event
 from typing import Any
@@ -55,13 +55,13 @@ class JointStatePublisher(Node):
         for name in LEFT_OUT:
             if self.get_parameters_by_prefix(name) or self.has_parameter(name):
                 raise ValueError(
-                    f'{name} is not in this stand-in; it needs the real joint_state_publisher')
+                    f'{name} is in the real joint_state_publisher, but not in this stand-in')
         rate = self.get_parameter_or('rate', Parameter('rate', value=10)).value
         if not rate > 0:
             raise ValueError(f'rate is {rate}, but must be more than 0')
         self.positions: dict[str, float] = {}
         self.limits: dict[str, tuple[float, float, float]] = {}
-        """Minimum, maximum and zero position of each joint."""
+        """Minimum, maximum and zero position of each joint (rad or m)."""
         self.get_logger().info(
             'Waiting for robot_description to be published on the robot_description topic...')
         self.create_subscription(String, 'robot_description', self.configure, QoSProfile(
@@ -107,7 +107,7 @@ class Gui(JointStatePublisher):
 
     def __init__(self) -> None:
         """Start the server of the page."""
-        import rich  # Slow to import, and only needed here.
+        import rich  # These modules are slow to import and are only used here.
         import viser
         rich.get_console().quiet = True  # suppresses the messages of viser
         self.sliders: dict[str, Any] = {}
@@ -122,11 +122,11 @@ class Gui(JointStatePublisher):
         self.call_in_page(self.create_sliders)
 
     def call_in_page(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function in the thread of the page, because viser is not thread-safe."""
+        """Call a function in the thread of viser, because viser is not thread-safe."""
         self.server.get_event_loop().call_soon_threadsafe(function, *arguments)
 
     def create_sliders(self) -> None:
-        """Create two buttons, and a slider for each joint."""
+        """Create two buttons and a slider for each joint."""
         gui = self.server.gui
         gui.reset()
         gui.add_button('Randomize').on_click(lambda _: self.call_in_page(self.set_positions, {
@@ -167,6 +167,7 @@ def main(node_type: type[JointStatePublisher] = JointStatePublisher) -> str | No
     executor.add_node(node)
     while not stopped.is_set():
         executor.spin_once(timeout_sec=0.1)
+    alarm(5)  # Fast DDS blocked the shutdown of 1 in 700 processes.
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()

@@ -49,7 +49,7 @@ class LaunchDescription:
     execute = get_sub_entities
 
     def declared_arguments(self, entity=None, given=(), conditional=False):
-        """Return the arguments of this and of included files, and whether each is required."""
+        """Return each argument of this and the included files, and whether it is required."""
         found = []
         for each in (entity or self).get_sub_entities():
             under = conditional or each.condition is not None
@@ -62,7 +62,7 @@ class LaunchDescription:
         return found
 
     def get_launch_arguments(self):
-        """Return the arguments of this and of included files, without duplicate names."""
+        """Return the arguments of this and the included files, without duplicate names."""
         found = {}
         for argument, _ in self.declared_arguments():
             found.setdefault(argument.name, argument)
@@ -105,7 +105,7 @@ def get_launch_description_from_any_launch_file(path):
 
 
 class LaunchDescriptionSource:
-    """A launch file, whose path may contain substitutions."""
+    """A launch file with a path that may contain substitutions."""
 
     def __init__(self, launch_file_path):
         self.path = launch_file_path
@@ -153,7 +153,7 @@ actions.IncludeLaunchDescription = IncludeLaunchDescription
 
 
 class LaunchContext:
-    """The state of a launch: configurations, environment, running actions."""
+    """The configurations, environment variables and processes of a launch."""
 
     def __init__(self, *, argv=None, noninteractive=False):
         self.launch_configurations = {}
@@ -165,18 +165,18 @@ class LaunchContext:
         self.processes = []  # ExecuteProcess actions
         self.handlers = []  # OnProcessExit handlers, the latest first
         self.process_count = 0
-        self.listeners = []  # functions that are called for each event
-        self.signal = signal.SIGINT  # sent first to end a process
+        self.listeners = []  # functions called for each event
+        self.signal = signal.SIGINT  # first signal sent to end a process
         self.perform_substitution = lambda substitution: substitution.perform(self)
         self.create_task = lambda coroutine: self.tasks.append(asyncio.ensure_future(coroutine))
 
     def set_environment(self, environment):
-        """Replace the environment of this process."""
+        """Replace the environment variables of this process."""
         self.environment.clear()
         self.environment.update(environment)
 
     def notify(self, *event):
-        """Notify the listeners of an event."""
+        """Call all listeners with an event."""
         for listener in self.listeners:
             listener(*event)
 
@@ -211,12 +211,12 @@ class LaunchService:
         self._loop = None
 
     def shutdown(self):
-        """End the launch; thread-safe."""
+        """End the launch. This method is thread-safe."""
         with suppress(RuntimeError):  # The launch has ended.
             self._loop.call_soon_threadsafe(self.context.shutdown)
 
     def run(self, *, shutdown_when_idle=True):
-        """Launch in the main thread until all processes have ended; return the exit code."""
+        """Launch in the main thread until all processes have exited. Return the exit code."""
         status = asyncio.run(self.run_async())
         number = self.context.signal
         if number != signal.SIGINT:
@@ -225,7 +225,7 @@ class LaunchService:
         return status
 
     async def run_async(self):
-        """Launch until all processes have ended; return the exit code."""
+        """Launch until all processes have exited, and return the exit code."""
         context, self._loop = self.context, asyncio.get_running_loop()
         launch_config.level, launch_config.on_closed_stdout = self._level, self._on_closed_stdout
         signals = []
@@ -239,9 +239,9 @@ class LaunchService:
             for description in self._descriptions:
                 context.visit(description)
         except Exception as error:
-            if not signals:  # A signal also ends the process of a Command.
+            if not signals:  # A signal also interrupts a Command.
                 self._fail(error)
-        await asyncio.sleep(0)  # handles the signals received so far
+        await asyncio.sleep(0)  # lets the loop handle pending signals
         while context.tasks:
             done, _ = await asyncio.wait(context.tasks, return_when=asyncio.FIRST_COMPLETED)
             context.tasks = [task for task in context.tasks if task not in done]

@@ -30,7 +30,7 @@ from launch.substitutions import (Deferred, get_logger, LaunchConfiguration,
 
 
 class Action(Deferred):
-    """An action, which calls its method `do` if its condition is true."""
+    """An action that calls its method `do` if its condition is true."""
 
     actions = ()
     execute = Deferred.call
@@ -40,12 +40,12 @@ class Action(Deferred):
         self.condition = condition
 
     def get_sub_entities(self):
-        """Return the known entities that the action may return."""
+        """Return the entities that the action may return, as far as they are known."""
         return self.actions
 
 
 def action(name, function):
-    """Create an action class from a function, which may return entities to execute."""
+    """Create an action class from a function that may return further entities to execute."""
     return type(name, (Action,), {'do': staticmethod(function)})
 
 
@@ -158,7 +158,7 @@ class ExecuteProcess(Action):
            respawn_delay=None, respawn_max_retries=-1,
            sigterm_timeout=LaunchConfiguration('sigterm_timeout', default=5),
            sigkill_timeout=LaunchConfiguration('sigkill_timeout', default=5)):
-        """Start the process after all entities of this step."""
+        """Expand the arguments, and start the process when the event loop continues."""
         def text(value):
             return None if value is None else perform(context, value)
 
@@ -228,7 +228,7 @@ class ExecuteProcess(Action):
             self.ended.set_result, self.popen.wait())).start()
         code = await self.ended
         for stream in streams:
-            for _ in range(20):  # A full pipe holds 16 times the amount of one read.
+            for _ in range(20):  # A pipe holds at most 1 MiB, which is 16 reads.
                 stream.read()
         if code == 0:
             self.logger.info(f'process has finished cleanly [pid {pid}]')
@@ -246,7 +246,7 @@ class ExecuteProcess(Action):
             handler.call(self.context)
 
     def end(self, number):
-        """Send SIGINT or SIGTERM, and stronger signals if the process does not end in time."""
+        """Send SIGINT or SIGTERM, and stronger signals until the process ends."""
         if self.popen and self.popen.poll() is None:
             self.context.create_task(self._end(number))
 

@@ -37,7 +37,7 @@ launch_config = SimpleNamespace(level='INFO', on_closed_stdout=lambda: None)
 
 @lru_cache(None)
 def log_file(name):
-    """Return an open file in the log directory; the first call creates the directory."""
+    """Return an open file in the log directory, which the first call creates."""
     if not hasattr(launch_config, 'log_dir'):
         base = os.environ.get('ROS_LOG_DIR') or os.path.join(
             os.environ.get('ROS_HOME') or os.path.join('~', '.ros'), 'log')
@@ -76,7 +76,7 @@ class get_logger:
 # ------------------------------------------------------------------------------ launch.utilities
 
 class Deferred:
-    """Stores the arguments of the method `do` until call() passes them on with the context."""
+    """Stores arguments, which call() passes to the method `do` after the context."""
 
     def __init__(self, *args, **kwargs):
         signature = inspect.signature(self.do)
@@ -106,7 +106,7 @@ perform = perform_substitutions
 
 
 def read_typed(text, kind=None):
-    """Convert a text to a type such as str, bool or list[int]; None selects the type of YAML."""
+    """Convert a text to a type such as bool or list[int], or by default to its YAML type."""
     if kind in (str, int, float):
         return kind(text)
     if kind is bool and text in ('0', '1'):
@@ -127,7 +127,7 @@ class SubstitutionFailure(RuntimeError):
 
 
 class Substitution(Deferred):
-    """A substitution; its method `do` returns the text."""
+    """A substitution with a method `do` that returns its text."""
 
     perform = Deferred.call
 
@@ -242,7 +242,7 @@ PythonExpression = substitution(
 
 
 def _to_text(context, side):
-    """Return one side of a comparison as text."""
+    """Convert one side of a comparison to a text."""
     if isinstance(side, Substitution) or isinstance(side, (list, tuple)) and any(
             isinstance(part, Substitution) for part in side):
         return perform(context, side)

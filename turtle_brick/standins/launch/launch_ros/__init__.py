@@ -49,7 +49,7 @@ ExecutableInPackage = substitution(
 
 
 class ParameterValue:
-    """The value of a parameter, and its type if the value is a text."""
+    """A parameter value. A type can be given if the value is a text."""
 
     def __init__(self, value, *, value_type=None):
         self.value = [value] if isinstance(value, Substitution) else value
@@ -63,7 +63,7 @@ class ParameterValue:
 
 
 def evaluate(context, value):
-    """Return the value of a parameter as it is written to a file."""
+    """Return the value that is written to the parameter file."""
     if isinstance(value, ParameterValue):
         return value.evaluate(context)
     if not isinstance(value, (list, tuple, Substitution)):
@@ -84,7 +84,7 @@ def evaluate(context, value):
 
 
 def evaluate_dict(context, parameters, prefix=''):
-    """Return the values of nested parameters by full name."""
+    """Return nested parameters as one dictionary with full names."""
     found = {}
     for name, value in parameters.items():
         name = prefix + perform(context, name)
@@ -94,7 +94,7 @@ def evaluate_dict(context, parameters, prefix=''):
 
 
 def join_namespaces(base, namespace):
-    """Join two namespaces, each of which may be None; an absolute namespace replaces the base."""
+    """Join two namespaces, which may be None. An absolute namespace replaces the base."""
     from rclpy.validate_namespace import validate_namespace
     if base is None or namespace and namespace.startswith('/'):
         base = ''
@@ -104,7 +104,7 @@ def join_namespaces(base, namespace):
 
 
 def _collect(kind, context, *values):
-    # A change inside of a group outlives the group if the list existed before, as in the real one.
+    # As in the real launch_ros, a change within a group persists if the list existed before.
     context.launch_configurations.setdefault(kind, []).extend(values)
 
 

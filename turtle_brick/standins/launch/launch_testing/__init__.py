@@ -36,7 +36,7 @@ ReadyToTest = action('ReadyToTest', lambda context: context.notify('ready'))
 
 
 def post_shutdown_test():
-    """Mark a class of tests that run after all processes have ended."""
+    """Mark a test class that runs after all processes have exited."""
     def mark(test_class):
         test_class.after_shutdown = True
         return test_class
@@ -44,7 +44,7 @@ def post_shutdown_test():
 
 
 class Processes:
-    """Exit codes and outputs of processes; tests receive it as proc_info and proc_output."""
+    """The exit codes and outputs of processes, passed to tests as proc_info and proc_output."""
 
     def __init__(self):
         self.changed, self.ready, self.found = threading.Condition(), threading.Event(), {}
@@ -67,7 +67,7 @@ class Processes:
         return iter(list(self.found.values()))
 
     def select(self, process=None):
-        """Return the processes of an action, or with a part of a name, or all if it is None."""
+        """Return the processes that belong to an action or contain a name, or all processes."""
         return [each for each in self if process in (None, each.action) or (
             isinstance(process, str) and process in each.process_name)]
 
@@ -109,7 +109,7 @@ assertInStderr = functools.partial(assertInStdout, stream='stderr')
 
 
 def tests_of(module, given):
-    """Return two suites with the tests of a module: before and after the shutdown."""
+    """Return two suites with the tests before and after the shutdown."""
     suites = unittest.TestSuite(), unittest.TestSuite()
     for suite in unittest.defaultTestLoader.loadTestsFromModule(module):
         for test in suite:
@@ -127,7 +127,7 @@ def has_ready_to_test(entity):
 
 
 def run(module, arguments=(), debug=False):
-    """Launch and run the tests of a module; return (name, text) of each failure."""
+    """Launch and test a module, and return the name and text of each failure."""
     description = module.generate_test_description()
     if not isinstance(description, tuple):
         description = description, {}
@@ -186,7 +186,7 @@ def main():
         parser.error(f"Test file '{path}' does not exist")
     for given, name in ((options.show_args, '-s'), (options.junit_xml, '--junit-xml')):
         if given:
-            parser.error(f'{name} is not in this stand-in; it needs the real launch_testing')
+            parser.error(f'{name} is in the real launch_testing, but not in this stand-in')
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Only the launch service handles Ctrl-C.
     name = os.path.splitext(os.path.basename(path))[0]
     spec = importlib.util.spec_from_file_location(name, path)
@@ -213,7 +213,7 @@ def pytest_pycollect_makemodule(module_path, parent):
     try:
         marks = getattr(getattr(module.obj, 'generate_test_description', None), 'pytestmark', ())
     except (Exception, pytest.skip.Exception):
-        return module  # Its collection reports the error.
+        return module  # The collection of the module reports the error.
     if any(mark.name == 'launch_test' for mark in marks):
         return LaunchTestFile.from_parent(parent, path=module_path, module=module.obj)
     return module

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The stand-in for launch_xml 3.4.3: reads launch files in XML."""
+"""The stand-in for launch_xml 3.4.3, which reads launch files in XML."""
 
 import inspect
 from pathlib import Path
@@ -45,7 +45,7 @@ ACTIONS = {
     'push-ros-namespace': launch_ros.PushROSNamespace, 'set_remap': launch_ros.SetRemap,
     'set_parameter': launch_ros.SetParameter,
     'set_parameters_from_file': launch_ros.SetParametersFromFile}
-PYTHON = {  # Python names of attributes that differ from the XML names
+PYTHON = {  # Python names of the attributes whose names differ
     'default': 'default_value', 'message': 'msg', 'file': 'launch_description_source',
     'pkg': 'package', 'exec': 'executable', 'args': 'arguments', 'ros_args': 'ros_arguments',
     'launch-prefix': 'prefix', 'from': 'src', 'to': 'dst'}
@@ -58,7 +58,7 @@ NOT_IN_FILES = {'self', 'context', 'options', 'actions', 'choices', 'launch_argu
 
 
 def arguments(function):
-    """Return the XML attributes for the arguments of a function, and the required ones."""
+    """Return the XML attributes for a function's arguments, and the required attributes."""
     found = {name: each for name, each in inspect.signature(function).parameters.items()
              if name not in NOT_IN_FILES}
     return list(found), [name for name, each in found.items() if each.default is each.empty]
@@ -74,7 +74,7 @@ def unescape(text):
 
 
 class ToSubstitutions(Transformer):
-    """Converts the syntax tree of the grammar to substitutions."""
+    """Converts a syntax tree to substitutions."""
 
     def template(self, parts):
         return [part if isinstance(part, Substitution) else TextSubstitution(text=unescape(part))
@@ -105,7 +105,7 @@ def substitute(text):
 
 
 def split(text):
-    """Split a command into words; spaces inside of substitutions do not separate words."""
+    """Split a command into words at the spaces outside of substitutions."""
     words, word = [], []
     for part in substitute(text):
         if not isinstance(part, TextSubstitution):
@@ -128,7 +128,7 @@ def on_exit(text):
                      f'`{text}`Other on_exit actions not yet supported')
 
 
-READERS = {  # functions for attributes that are not texts with substitutions, by Python name
+READERS = {  # functions that read attributes without substitutions
     'arguments': split, 'ros_arguments': split, 'cmd': split, 'description': unescape,
     'respawn_max_retries': int, 'respawn_delay': float,
     'on_exit': on_exit,
@@ -154,7 +154,7 @@ def attributes(element, known, needed=()):
 
 
 def parameter(element):
-    """Return a parameter of a node: the path of a file, or a dictionary."""
+    """Return a node parameter as a dictionary, or the path of a parameter file."""
     if 'from' in element.attrib:
         return attributes(element, ['src'])['src']
     if 'name' not in element.attrib:
@@ -185,7 +185,7 @@ def parameter(element):
 
 
 def take(elements, tag, *names):
-    """Remove the elements with a tag; return the given attributes of each."""
+    """Remove the elements with a tag, and return the given attributes of each element."""
     taken = [[attributes(each, names, names)[name] for name in names] for each in elements
              if each.tag == tag]
     elements[:] = [each for each in elements if each.tag != tag]
@@ -193,7 +193,7 @@ def take(elements, tag, *names):
 
 
 def nested_options(element, inner):
-    """Remove the nested elements that an action allows; return the arguments they stand for."""
+    """Remove the nested elements that an action allows, and return them as arguments."""
     if element.tag == 'arg':
         choices = [perform(None, value) for value, in take(inner, 'choice', 'value')]
         return {'name': unescape(element.attrib['name']), 'choices': choices or None}
@@ -237,7 +237,7 @@ def action(element):
 
 
 def parse(path):
-    """Return the launch description in a file."""
+    """Read a launch description from a file."""
     try:
         root = ElementTree.parse(path).getroot()
     except ElementTree.ParseError as error:

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Reads the joints of a robot from a URDF; does not import ROS."""
+"""Reads the joints of a robot from a URDF, without importing ROS."""
 
 from math import cos, sin, sqrt
 from typing import NamedTuple
@@ -29,11 +29,11 @@ _FREE = ('floating',)
 
 
 class DescriptionError(ValueError):
-    """A robot_description is invalid; the message gives the reason."""
+    """A robot description is invalid. The message contains the reason."""
 
 
 class Joint(NamedTuple):
-    """A joint between two links; origin (m) in the parent frame, unit axis in the joint frame."""
+    """A joint with its origin (m) in the parent frame and its unit axis in the joint frame."""
 
     name: str
     kind: str
@@ -52,7 +52,7 @@ class Joint(NamedTuple):
 
     @property
     def is_fixed(self) -> bool:
-        """Return whether the joint is fixed; a floating joint is neither fixed nor moves."""
+        """Return whether the joint is fixed. A floating joint is neither fixed nor moving."""
         return self.kind in _FIXED
 
     def pose(self, position: float) -> tuple[Vector, Quaternion]:
@@ -71,7 +71,7 @@ class Joint(NamedTuple):
 
 
 def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
-    """Return the Hamilton product p q: rotation q followed by p."""
+    """Return the Hamilton product p q, which applies the rotation q before p."""
     px, py, pz, pw = p
     qx, qy, qz, qw = q
     return (pw * qx + px * qw + py * qz - pz * qy,
@@ -88,7 +88,7 @@ def rotate(rotation: Quaternion, vector: Vector) -> Vector:
 
 def signed(rotation: Quaternion) -> Quaternion:
     """
-    Return a unit quaternion with the sign that robot_state_publisher gives it.
+    Return the unit quaternion of a rotation, with the same sign as robot_state_publisher.
 
     :return: The same rotation. w is positive if its magnitude exceeds 1/2, otherwise the largest
         component of x, y and z is positive.
@@ -107,7 +107,7 @@ def _from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def _joint(element: ElementTree.Element, links: list[str]) -> Joint:
-    """Return a joint; raise a ValueError with the reason if it is invalid."""
+    """Read a joint, or raise a ValueError that describes an invalid attribute."""
     def attribute(tag: str, name: str, default: str | None = None) -> str | None:
         found = element.find(tag)
         return default if found is None else found.get(name, default)

@@ -24,15 +24,14 @@ Subscribes:
 
 ROS parameters (read-only):
     robot_description (string): the URDF of the robot; required
-    publish_frequency (double, 20.0): maximum rate of /tf (Hz), at most 1000, measured by the
-        stamps of joint_states; zero means no limit
-    ignore_timestamp (bool, false): whether to publish for every message, regardless of its stamp
+    publish_frequency (double, 20.0): maximum rate of /tf (Hz), measured by the timestamps of
+        joint_states; at most 1000, or 0 for no limit
+    ignore_timestamp (bool, false): whether to publish for every message, whatever its timestamp
     frame_prefix (string, empty): prefix of all frame names
 """
 
-from faulthandler import dump_traceback_later
 from functools import lru_cache
-from signal import SIGINT, signal, SIGTERM
+from signal import alarm, SIGINT, signal, SIGTERM
 from threading import Event
 from typing import Any, NamedTuple
 
@@ -52,7 +51,7 @@ from tf2_msgs.msg import TFMessage
 
 
 class Source(NamedTuple):
-    """The transform of a joint, and the index of the position in a message that it depends on."""
+    """The transform of a joint, and the index of the position that determines it in a message."""
 
     index: int
     multiplier: float
@@ -64,7 +63,7 @@ class Source(NamedTuple):
 
 def fill(stamped: TransformStamped, joint: Joint, position: float, stamp: Time
          ) -> TransformStamped:
-    """Set the transform of a joint to a position (rad or m), and return it."""
+    """Set the transform of a joint to a position (rad or m), and return the transform."""
     stamped.header.stamp = stamp
     translation, rotation = stamped.transform.translation, stamped.transform.rotation
     ((translation.x, translation.y, translation.z),
@@ -73,7 +72,7 @@ def fill(stamped: TransformStamped, joint: Joint, position: float, stamp: Time
 
 
 class RobotStatePublisher(Node):
-    """Publishes the transforms of all links; the module docstring lists the interface."""
+    """Publishes the transforms of all links. The module docstring lists the ROS API."""
 
     def __init__(self, **node_arguments: Any) -> None:
         """Publish the transforms of fixed joints, and subscribe to joint_states."""
@@ -90,10 +89,10 @@ class RobotStatePublisher(Node):
 
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._joints = parse(description)
-        # Cached, because a publisher always sends the same joint names.
+        # The result is cached because a publisher always sends the same joint names.
         self._sources = lru_cache(self._find_sources)
         self._published: dict[str, int] = {}
-        """Stamp (ns) of the last published state of each joint."""
+        """Timestamp (ns) of the last published state of each joint."""
         self._last_call = 0
 
         self._tf_publisher = self.create_publisher(TFMessage, '/tf', QoSProfile(depth=100))
@@ -122,7 +121,7 @@ class RobotStatePublisher(Node):
             for index, multiplier, offset, joint, stamped in self._sources(names)]))
 
     def _is_due(self, names: tuple[str, ...], state: JointState) -> bool:
-        """Return whether a message is due after the last one; if so, record its stamp."""
+        """Return whether to publish a message, and record its timestamp in this case."""
         now = self.get_clock().now().nanoseconds
         published = self._published
         if now < self._last_call:
@@ -178,7 +177,7 @@ def main(args: list[str] | None = None) -> str | None:
     executor.add_node(node)
     while not stopped.is_set():
         executor.spin_once(timeout_sec=0.1)
-    dump_traceback_later(4, exit=True)  # one process of 700 hung in Fast DDS at its end
+    alarm(5)  # Fast DDS blocked the shutdown of 1 in 700 processes.
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The command `ros2`: parse the command line that command_line.yaml describes, and run a verb."""
+"""The command `ros2`, which runs the verb on its command line."""
 
 import argparse
 from contextlib import redirect_stdout
@@ -29,7 +29,7 @@ import yaml
 
 
 def positive(text):
-    """Convert an argument to a number above 0."""
+    """Convert an argument to a positive number."""
     if not float(text) > 0.0:
         raise argparse.ArgumentTypeError('Value must be positive')
     return float(text)
@@ -37,11 +37,11 @@ def positive(text):
 
 def refuse(missing):
     """Exit with an error that names a missing verb or option."""
-    sys.exit(f'{missing} is not in this stand-in; it needs the real ros2cli')
+    sys.exit(f'{missing} is in the real ros2cli, but not in this stand-in')
 
 
 class LeftOut(argparse.Action):
-    """An option that the stand-in does not have."""
+    """An option that the stand-in does not support."""
 
     def __call__(self, parser, namespace, values, option_string=None):
         """Exit with an error that names the option."""
@@ -53,7 +53,7 @@ TYPES = {'int': int, 'float': float, 'positive': positive, 'left out': LeftOut}
 
 
 def add_arguments(parser, arguments):
-    """Add arguments to a parser; a nested list holds mutually exclusive arguments."""
+    """Add arguments to a parser. A nested list contains mutually exclusive arguments."""
     for each in arguments:
         if isinstance(each, list):
             add_arguments(parser.add_mutually_exclusive_group(), each)
@@ -67,7 +67,7 @@ def add_arguments(parser, arguments):
 
 
 def add_commands(parser, prefix, typed, table):
-    """Add the commands that may follow a prefix; only the typed command gets its arguments."""
+    """Add the commands that start with a prefix, and the arguments of the typed command."""
     commands = {name[len(prefix):]: text for name, text in table['words'].items()
                 if name.startswith(prefix) and ' ' not in name[len(prefix):]}
     width = max(len(name) for name, text in commands.items() if text)
@@ -100,7 +100,7 @@ def add_command(parser, command, typed, table):
 
 
 def parse(argv):
-    """Return the parsed command line; its attribute `function` runs the verb."""
+    """Return the parsed command line with an attribute `function` that runs the verb."""
     text = Path(__file__).with_name('command_line.yaml').read_text(encoding='utf-8')
     table = yaml.load(text, Loader=yaml.CSafeLoader)
     parser = argparse.ArgumentParser(
@@ -121,7 +121,7 @@ def parse(argv):
 
 
 def complete(verbs, action, parsed_args, **_):
-    """Return the possible values of an argument, from the output of another verb."""
+    """Return the possible values of an argument, which the output of another verb lists."""
     os.environ.pop('_ARGCOMPLETE', None)
     with redirect_stdout(StringIO()) as output:
         if action.dest in verbs:
@@ -131,13 +131,13 @@ def complete(verbs, action, parsed_args, **_):
 
 
 def interrupt(number, _):
-    """Raise KeyboardInterrupt with the number of a signal, for SIGTERM as well as for Ctrl-C."""
+    """Raise KeyboardInterrupt with the number of the received signal."""
     raise KeyboardInterrupt(int(number))
 
 
 def main():
     """Run the verb on the command line, and exit with its status."""
-    # SIGINT needs a handler too, because a shell makes its background jobs ignore it.
+    # Background jobs of a shell ignore SIGINT unless they set a handler.
     signal.signal(signal.SIGTERM, interrupt)
     signal.signal(signal.SIGINT, interrupt)
     try:
@@ -148,7 +148,7 @@ def main():
         sys.stdout.flush()
     except KeyboardInterrupt as error:
         status = error.args[0]
-    except BrokenPipeError:  # The reader has ended, as in `ros2 topic echo /odom | head`.
+    except BrokenPipeError:  # The reader has closed the pipe, for example `head`.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         status = 1
     except RuntimeError as error:

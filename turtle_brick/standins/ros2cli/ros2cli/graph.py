@@ -11,10 +11,9 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The verbs that list and describe the graph, and the node with which all verbs join the graph."""
+"""The verbs that list and describe the graph, and the node that verbs use to join the graph."""
 
 import contextlib
-import faulthandler
 from functools import partial, reduce
 import os
 import re
@@ -33,25 +32,25 @@ from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 import yaml
 
 SPIN_TIME = 0.02
-"""Longest time (s) in which a node spins before it looks at signals and conditions again."""
+"""Longest duration of a spin (s). Signals and conditions are checked after each spin."""
 
 KNOWN, FOUND, MISSING, LIMIT = 40, 25, 100, 400
 """
-Numbers of spins. A busy machine spins less often per second, so it waits longer.
+Numbers of spins. On a busy machine, each spin takes longer, which increases the timeouts.
 
-Participants announce themselves every 0.3 s (fastdds.xml) and when a new one appears. The graph is
-known when it is complete and has not changed for KNOWN spins. FOUND spins are enough when the
-requested entity is in the graph; MISSING spins must pass before it counts as absent.
+Participants announce themselves every 0.3 s (fastdds.xml) and when a new participant appears. The
+graph is known when it is complete and has not changed for KNOWN spins. FOUND spins are sufficient
+if the graph contains the requested entity. The entity counts as absent after MISSING spins.
 """
 
 COMMON_TOPICS = ('/rosout', '/parameter_events')
-"""Topics of all nodes, including those of other commands, which come and go."""
+"""Topics of every node. Their counts change whenever another command starts or ends."""
 
 SERVICE_TIMEOUT = 5.0
 """Timeout (s) for the appearance of a parameter service, and for its response."""
 
-END_TIMEOUT = 4
-"""Timeout (s) for the end of the process: one process of 700 hung in Fast DDS."""
+END_TIMEOUT = 5
+"""Timeout (s) for the shutdown, because Fast DDS blocked the shutdown of 1 in 700 processes."""
 
 TYPES = ('not set', 'boolean', 'integer', 'double', 'string', 'byte array', 'boolean array',
          'integer array', 'double array', 'string array')
@@ -59,11 +58,11 @@ TYPES = ('not set', 'boolean', 'integer', 'double', 'string', 'byte array', 'boo
 
 
 _signals: list[int] = []
-"""Ctrl-C and SIGTERM since the creation of the node. An exception inside of rclpy may get lost."""
+"""Signals received since the node was created. rclpy may lose an exception from a handler."""
 
 
 class GraphNode(Node):
-    """The hidden node of a command; Ctrl-C and SIGTERM end its spinning."""
+    """The hidden node of a command, which stops spinning after Ctrl-C or SIGTERM."""
 
     def __init__(self, name):
         """Create the node, hidden unless a name is given."""
@@ -80,7 +79,7 @@ class GraphNode(Node):
         super().destroy_node()
 
     def spin_until(self, condition, timeout=float('inf')):
-        """Spin until a condition is true or a timeout (s) expires; return whether it is true."""
+        """Spin until a condition is true or a timeout (s) expires, and return the condition."""
         deadline = monotonic() + timeout
         while not condition():
             if monotonic() >= deadline:
@@ -94,7 +93,7 @@ class GraphNode(Node):
             raise KeyboardInterrupt(_signals[0])
 
     def discover(self, found=None):
-        """Spin until the graph is known, or until the condition `found` is true for this node."""
+        """Spin until the graph is known. Fewer spins are sufficient if found(self) is true."""
         state, unchanged = None, 0
         for spins in range(LIMIT):
             previous, state = state, (
@@ -139,12 +138,12 @@ def is_complete(graph):
 
 
 def participants(publishers):
-    """Return the identifiers of the participants of publishers."""
+    """Return the identifiers of the participants that own publishers."""
     return {bytes(publisher.endpoint_gid)[:12] for publisher in publishers}
 
 
 def has_all_services(graph, name, namespace):
-    """Return whether the services of a node have both their topics, requests and responses."""
+    """Return whether each service of a node has a topic for requests and one for responses."""
     written, read = (
         {match[1] for topic, _ in get(name, namespace, no_demangle=True)
          if (match := re.fullmatch('r[qr](/.*)(Request|Reply)', topic))}
@@ -155,20 +154,20 @@ def has_all_services(graph, name, namespace):
 
 @contextlib.contextmanager
 def open_graph(found=None, name=None, ros_args=()):
-    """Yield a node that knows the graph, or at least what `found` requires; then shut down."""
+    """Yield a node that has discovered the graph. Shut down at the end."""
     rclpy.init(args=['--ros-args', *ros_args], signal_handler_options=SignalHandlerOptions.NO)
     graph = GraphNode(name)
     try:
         graph.discover(found)
         yield graph
     finally:
-        faulthandler.dump_traceback_later(END_TIMEOUT, exit=True)
+        signal.alarm(END_TIMEOUT)
         graph.destroy_node()
         rclpy.try_shutdown()
 
 
 def visible(names_and_types, hidden):
-    """Return types by name, without hidden names unless these are requested."""
+    """Return types by name, and omit hidden names unless they are requested."""
     return {name: types for name, types in names_and_types
             if hidden or not topic_or_service_is_hidden(name)}
 
@@ -188,7 +187,7 @@ def node_list(args):
 
 def node_info(args):
     """Print the topics, services and actions of a node."""
-    from rclpy import action  # Slow to import, and no other verb needs it.
+    from rclpy import action  # This module is slow to import and only used here.
 
     def exists(graph):
         return args.node_name in graph.node_names(args.include_hidden)
@@ -213,7 +212,7 @@ def node_info(args):
 
 
 def print_names(get_types, args):
-    """Print the names of topics or services, only those of one type if it is given."""
+    """Print the names of all topics or services, or of those with a given type."""
     with open_graph() as graph:
         found = {name: types for name, types in get_types(graph, args.hidden).items()
                  if getattr(args, 'type', None) in (None, *types)}
@@ -244,7 +243,7 @@ def topic_list(args):
 
 
 def print_type(get_types, option, args):
-    """Print the types of a topic or service; return 1 if it does not exist."""
+    """Print the types of a topic or service, and return 1 if it does not exist."""
     name = getattr(args, option)
     with open_graph(lambda graph: name in get_types(graph)) as graph:
         types = get_types(graph, args.hidden).get(name, ())
@@ -274,13 +273,13 @@ def topic_info(args):
 
 
 def matching_nodes(graph, args):
-    """Return the names of the nodes whose parameters the command line refers to."""
+    """Return the names of the nodes whose parameters the command line selects."""
     return [name for name in dict.fromkeys(graph.node_names(args.include_hidden_nodes))
             if args.node_name in (None, name, name[1:])]
 
 
 def call_parameter_service(graph, node, service, **request):
-    """Return the response of a parameter service of a node."""
+    """Call a parameter service of a node, and return the response."""
     kind = getattr(srv, service.title().replace('_', ''))
     client = graph.create_client(kind, f'{node}/{service}')
     if not graph.spin_until(client.service_is_ready, SERVICE_TIMEOUT):
@@ -294,7 +293,7 @@ def call_parameter_service(graph, node, service, **request):
 
 @contextlib.contextmanager
 def parameter_services(args):
-    """Yield a function that calls a parameter service of the node on the command line."""
+    """Yield a function that calls a parameter service of the selected node."""
     with open_graph(lambda graph: matching_nodes(graph, args)) as graph:
         if not graph.spin_until(lambda: matching_nodes(graph, args), args.timeout):
             raise RuntimeError('Node not found')

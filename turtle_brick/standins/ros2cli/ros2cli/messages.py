@@ -27,7 +27,7 @@ import yaml
 
 
 def interface(name, kind, problem):
-    """Return the class of a type; `std_msgs/String` is short for `std_msgs/msg/String`."""
+    """Return the class of an interface. `std_msgs/String` means `std_msgs/msg/String`."""
     try:
         package, *middle, own_name = name.split('/')
         found = getattr(import_module('.'.join([package, *(middle or [kind])])), own_name)
@@ -44,7 +44,7 @@ def read_values(args):
 
 
 def fill(message, values, stamps=None):
-    """Set fields of a message, and add the fields that get the publishing time to `stamps`."""
+    """Set message fields. Add fields that require the publishing time to `stamps`."""
     if not isinstance(values, dict):
         raise TypeError(f"Value '{values}' is expected to be a dictionary but is a "
                         f'{type(values).__name__}')
@@ -84,7 +84,7 @@ def filled(kind, values, stamps=None):
 
 
 class Fields(dict):
-    """The fields of a message, in the order in which YAML writes them, one per line."""
+    """The fields of a message, which YAML writes in this order."""
 
 
 yaml.add_representer(Fields, lambda dumper, fields: yaml.MappingNode(
@@ -115,14 +115,14 @@ def to_yaml(value, args, kind=None):
 
 
 def to_csv(value):
-    """Return all values in the result of to_yaml(), separated by commas."""
+    """Convert the result of to_yaml() to a text with all values, separated by commas."""
     if isinstance(value, (dict, list)):
         return ','.join(map(to_csv, value.values() if isinstance(value, dict) else value))
     return str(value)
 
 
 def message_filter(text):
-    """Return a filter for messages, from a Python expression of m; None accepts all messages."""
+    """Return a function that evaluates a Python expression of the message m, by default True."""
     def passes(m):
         try:
             return text is None or eval(text)
@@ -142,7 +142,7 @@ def topic_class(graph, topic):
 
 
 def qos_profile(args, publishers=()):
-    """Return the QoS from the options; without options, one that matches all publishers."""
+    """Return the QoS from the options, or by default a QoS that matches all publishers."""
     qos = ros_qos.QoSPresetProfiles.get_from_short_key(args.qos_profile)
     chosen = {name[len('qos_'):]: value for name, value in vars(args).items()
               if name.startswith('qos_') and name != 'qos_profile' and value is not None}

@@ -110,7 +110,7 @@ def show(name, comments, nested_comments, indent=''):
 
 
 def run(args):
-    """Run an executable, pass signals on to it, and return its status."""
+    """Run an executable, forward signals to it, and return its exit status."""
     paths = [path for path in executables(args.package_name)
              if os.path.basename(path) == args.executable_name]
     if not paths:
@@ -118,7 +118,7 @@ def run(args):
     if len(paths) > 1:
         return '\n- '.join(['Multiple executables found:', *paths])
     child = subprocess.Popen([*shlex.split(args.prefix or ''), paths[0], *args.argv])
-    signal.signal(signal.SIGINT, lambda *_: None)  # The terminal sends Ctrl-C to the child too.
+    signal.signal(signal.SIGINT, lambda *_: None)  # The terminal also sends Ctrl-C to the child.
     for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, lambda number, _: child.send_signal(number))
     status = child.wait()
@@ -131,7 +131,7 @@ def run(args):
 
 def launch(args):
     """Launch a file, or print its arguments."""
-    # Slow to import, and no other verb needs it.
+    # These modules are slow to import and only used here.
     from launch import LaunchDescription, LaunchService
     from launch.actions import IncludeLaunchDescription
     from launch.launch_description_sources import AnyLaunchDescriptionSource
@@ -178,7 +178,7 @@ def show_arguments(path):
 
 
 def launch_file(package, name):
-    """Return the path of a file in the share directory of a package or a folder below it."""
+    """Return the path of a file in the share directory of a package or in its subfolders."""
     try:
         share = index.get_package_share_directory(package)
     except index.PackageNotFoundError as error:

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Measures topics: the figures of `ros2 topic hz`, `ros2 topic delay` and `ros2 topic bw`."""
+"""The verbs that print statistics about a topic: `topic hz`, `topic delay` and `topic bw`."""
 
 from collections import deque
 from functools import partial
@@ -28,9 +28,9 @@ def measure(sample, report, args, **options):
     """
     Print statistics about the latest messages of a topic, once per second.
 
-    :param sample: Function of a message; returns the value to store with its reception time (s).
-    :param report: Function that returns the text: rate_report, delay_report or bandwidth_report.
-    :param options: Further arguments of create_subscription().
+    :param sample: function that converts a message to the value stored with its reception time
+    :param report: rate_report, delay_report or bandwidth_report
+    :param options: further arguments for create_subscription()
     """
     passes = message_filter(getattr(args, 'filter_expr', None))
     samples, last = deque(maxlen=args.window_size + 1), None
@@ -67,7 +67,7 @@ def spread(durations):
 
 
 def rate_report(samples, window, now, is_new):
-    """Return the average message rate, or nothing if there are no new messages."""
+    """Return the average message rate, or an empty text if there are no new messages."""
     if not is_new:
         return ''
     periods = [end - start for (start, _), (end, _) in pairwise(samples)]
@@ -75,7 +75,7 @@ def rate_report(samples, window, now, is_new):
 
 
 def delay_report(samples, window, now, is_new):
-    """Return the average delay from the stamp of a message to its reception."""
+    """Return the average delay from the timestamp of a message to its reception."""
     if not is_new:
         return 'no new messages'
     delays = [time - stamp for time, stamp in samples][1:]
@@ -83,7 +83,7 @@ def delay_report(samples, window, now, is_new):
 
 
 def bandwidth_report(samples, window, now, is_new):
-    """Return the data rate and the sizes of the latest messages."""
+    """Return the data rate and the message sizes for the latest messages."""
     times, sizes = zip(*list(samples)[-window:])
     bandwidth = sum(sizes) / (now - times[0])
     if bandwidth < 1e3:

@@ -70,7 +70,7 @@ def tf2_echo(args):
 
 
 def static_transform_publisher(args):
-    """Publish a static transform until a signal arrives."""
+    """Publish a static transform until Ctrl-C or SIGTERM."""
     quaternion, angles = (args.qx, args.qy, args.qz, args.qw), (args.yaw, args.pitch, args.roll)
     if args.frame_id == args.child_frame_id:
         return f"cannot publish static transform from '{args.frame_id}' to itself, exiting"

@@ -14,10 +14,8 @@
 """
 The stand-in for the Python module tf2_ros of tf2_ros_py 0.36.4, in pure Python.
 
-It provides the buffer, listener, broadcasters and exceptions. Missing are the action client and
-server and the service tf2_frames of the buffer, futures, lookups between two times, transform() of
-message types with BufferInterface, velocities, and the listener arguments spin_thread, static_only
-and static_qos. The executor of the node calls the listener.
+It provides the buffer, listener, broadcasters and exceptions. The executor of the node calls the
+listener. The README of the stand-ins lists the missing features.
 """
 
 from collections.abc import Iterable
@@ -50,7 +48,7 @@ class Buffer(BufferCore):
     """
     A transform buffer whose lookups can wait.
 
-    It is cleared when the clock of the node, or the system clock without a node, jumps back.
+    The buffer is cleared when the node's clock (by default the system clock) jumps back.
     """
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None) -> None:
@@ -71,9 +69,9 @@ class Buffer(BufferCore):
         """
         Return the pose of the source frame in the target frame.
 
-        :param time: The time; zero means the latest common time.
-        :param timeout: Longest time to wait for the transform.
-        :raises TransformException: The transform is not available.
+        :param time: time of the transform, or zero for the latest common time
+        :param timeout: longest time to wait for the transform
+        :raises TransformException: the transform is not available
         """
         if timeout.nanoseconds:
             self.can_transform(target_frame, source_frame, time, timeout)
@@ -82,7 +80,7 @@ class Buffer(BufferCore):
     def can_transform(self, target_frame: str, source_frame: str, time: AnyTime,
                       timeout: Duration = Duration(), return_debug_tuple: bool = False
                       ) -> bool | tuple[bool, str]:
-        """Return whether a transform is available before a timeout; optionally also the reason."""
+        """Return whether a transform becomes available in time, optionally with a reason."""
         def answer() -> tuple[bool, str]:
             return self.can_transform_core(target_frame, source_frame, time)
 
@@ -96,10 +94,10 @@ class TransformListener:
 
     def __init__(self, buffer: Buffer, node: Node, *, qos: QoSProfile | int | None = None
                  ) -> None:
-        """Subscribe reliably with depth 100; `qos` changes the QoS of /tf."""
+        """Create reliable subscriptions with depth 100, or with another QoS for /tf."""
         self.buffer = buffer
         self.node = node
-        # A reentrant group lets transforms arrive while a callback waits for one.
+        # In a reentrant group, transforms are received while a callback waits for a transform.
         self.group = ReentrantCallbackGroup()
         self.tf_sub = node.create_subscription(
             TFMessage, '/tf', self.callback, qos or QoSProfile(depth=100),
@@ -129,7 +127,7 @@ class TransformListener:
 
 
 def as_list(transform: TransformStamped | Iterable[TransformStamped]) -> list[TransformStamped]:
-    """Return one transform or several transforms as a list."""
+    """Return one or several transforms as a list."""
     return list(transform) if hasattr(transform, '__iter__') else [transform]
 
 
@@ -161,7 +159,7 @@ class StaticTransformBroadcaster:
         self._child_frame_ids: set[str] = set()
 
     def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
-        """Publish one or several transforms, together with all earlier ones."""
+        """Publish one or several transforms together with all earlier transforms."""
         for item in as_list(transform):
             if item.child_frame_id not in self._child_frame_ids:
                 self._child_frame_ids.add(item.child_frame_id)

@@ -14,8 +14,8 @@
 """
 Stores transforms and computes the transform between any two frames.
 
-A cache holds the recent transforms of one frame as tuples (parent, x, y, z, qx, qy, qz, qw). The
-coordinates of a point p in the parent are q p q* + (x, y, z). Times are integers in ns.
+A cache stores the recent transforms of a frame as tuples (parent, x, y, z, qx, qy, qz, qw). A
+point p in the frame has the coordinates q p q* + (x, y, z) in the parent. Times are integers (ns).
 """
 
 from bisect import bisect_left, bisect_right
@@ -39,7 +39,7 @@ Entry = tuple[str, float, float, float, float, float, float, float]
 
 _NS_PER_SECOND = 1_000_000_000
 _MAX_DEPTH = 1000
-"""A longer path to the root counts as a loop."""
+"""Maximum number of frames on a path to the root. A longer path counts as a loop."""
 _IDENTITY: Transform = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
@@ -68,7 +68,7 @@ class TimeoutException(TransformException):
 
 
 class NoDataError(Exception):
-    """The cache has no transform for a time; the message gives the reason."""
+    """The cache has no transform for a time. The message contains the reason."""
 
 
 def display_time(time: int) -> str:
@@ -79,7 +79,7 @@ def display_time(time: int) -> str:
 
 def canonical(x: float, y: float, z: float, w: float) -> Rotation:
     """
-    Return the unit quaternion of a rotation with the sign that tf2 gives it.
+    Return the unit quaternion of a rotation, with the same sign as tf2.
 
     :return: The same rotation. w is positive if its magnitude exceeds 1/2, otherwise the largest
         component of x, y and z is positive.
@@ -99,7 +99,7 @@ def canonical(x: float, y: float, z: float, w: float) -> Rotation:
 
 
 def interpolate(one: Entry, two: Entry, ratio: float) -> Entry:
-    """Interpolate two transforms, along a straight line and the shortest rotation."""
+    """Interpolate between two transforms along a straight line and the shortest rotation."""
     cosine = sum(p * q for p, q in zip(one[4:], two[4:]))
     half_angle = acos(min(1.0, abs(cosine)))
     translation = ((1.0 - ratio) * u + ratio * v for u, v in zip(one[1:4], two[1:4]))
@@ -121,7 +121,7 @@ class Cache:
         self._entries: list[Entry] = []
 
     def latest(self) -> tuple[int, str | None]:
-        """Return the latest time and its parent; (0, None) if the cache is empty."""
+        """Return the latest time and its parent, or (0, None) if the cache is empty."""
         return (self._times[-1], self._entries[-1][0]) if self._times else (0, None)
 
     def clear(self) -> None:
@@ -131,7 +131,7 @@ class Cache:
             self._entries.clear()
 
     def insert(self, time: int, entry: Entry) -> bool:
-        """Add a transform unless it is a duplicate; return False if it is too old."""
+        """Add a transform unless it is a duplicate. Return False if it is too old."""
         if self.static:
             self._times, self._entries = [0], [entry]
             return True
@@ -152,7 +152,7 @@ class Cache:
         """
         Return the transform at a time, interpolated if necessary.
 
-        :raises NoDataError: The time is outside the range of the cache.
+        :raises NoDataError: the time is outside the range of the cache
         """
         times = self._times
         if not times:
@@ -189,7 +189,7 @@ def nanoseconds_of(time: AnyTime | Duration | DurationMsg) -> int:
 
 
 def compose(outer: Transform, inner: Transform) -> Transform:
-    """Return the product of two transforms; the inner one is applied first."""
+    """Return the product of two transforms. The inner transform is applied first."""
     x, y, z, qx, qy, qz, qw = outer
     ix, iy, iz, px, py, pz, pw = inner
     # The vector v rotated by (q, w) is v + 2 w (q x v) + 2 q x (q x v).
@@ -214,22 +214,22 @@ def invert(transform: Transform) -> Transform:
 
 class BufferCore:
     """
-    A tree of frames with recent transforms; thread-safe.
+    A thread-safe tree of frames with recent transforms.
 
-    Values and exceptions are those of the real tf2. A time of zero means the latest time at which
-    the transform is available.
+    Results and exceptions are equal to those of the real tf2. A time of zero means the latest time
+    at which the transform is available.
     """
 
     def __init__(self, cache_time: Duration | None = None) -> None:
         """Create an empty buffer that keeps transforms for a duration, by default 10 s."""
         self._cache_time = nanoseconds_of(cache_time or Duration(seconds=10))
         self._frames: dict[str, Cache | None] = {}
-        """Transforms of each frame to its parent; None for a frame without a parent."""
+        """Transforms from each frame to its parent, or None for a frame without a parent."""
         self._changed = Condition()
-        """Notified of each new transform; its lock protects the frames."""
+        """Condition that is notified of each new transform. Its lock protects the frames."""
 
     def set_transform(self, transform: TransformStamped, authority: str) -> None:
-        """Add a transform; log an error and ignore the transform if it is invalid."""
+        """Add a transform, or log an error if the transform is invalid."""
         self._insert(transform, authority, False)
 
     def set_transform_static(self, transform: TransformStamped, authority: str) -> None:
@@ -237,14 +237,14 @@ class BufferCore:
         self._insert(transform, authority, True)
 
     def clear(self) -> None:
-        """Remove all transforms except the static ones; keep the frames."""
+        """Remove all transforms that are not static, and keep the frames."""
         with self._changed:
             for cache in filter(None, self._frames.values()):
                 cache.clear()
 
     def can_transform_core(self, target_frame: str, source_frame: str, time: AnyTime
                            ) -> tuple[bool, str]:
-        """Return whether a transform is available, and the reason if it is not."""
+        """Return whether a transform is available, and otherwise the reason."""
         nanoseconds = nanoseconds_of(time)
         with self._changed:
             if target_frame == source_frame:
@@ -260,7 +260,7 @@ class BufferCore:
 
     def lookup_transform_core(self, target_frame: str, source_frame: str, time: AnyTime
                               ) -> TransformStamped:
-        """Return the pose of the source frame in the target frame, or raise the reason."""
+        """Return the pose of the source frame in the target frame, or raise an exception."""
         nanoseconds = nanoseconds_of(time)
         with self._changed:
             found = self._lookup(target_frame, source_frame, nanoseconds)
@@ -285,7 +285,7 @@ class BufferCore:
         x, y, z = translation.x, translation.y, translation.z
         qx, qy, qz, qw = rotation.x, rotation.y, rotation.z, rotation.w
         square = qx * qx + qy * qy + qz * qz + qw * qw
-        # Other lengths are normalized later, as in tf2. A NaN is rejected here.
+        # Other lengths are normalized later, as in tf2. NaN does not fulfill these conditions.
         if not (0.0 < square < inf and parent_name and child_name and parent_name != child_name
                 and x == x and y == y and z == z):
             get_logger('tf2').error(
@@ -311,7 +311,7 @@ class BufferCore:
     # ------------------------------------------------------------------------------------ output
 
     def _problem(self, name: str) -> str:
-        """Return the reason why a frame name cannot be used; empty if the frame exists."""
+        """Return the reason why a frame cannot be used, or an empty text if the frame exists."""
         if name in self._frames:
             return ''
         if not name:
@@ -320,7 +320,7 @@ class BufferCore:
             'frame does not exist')
 
     def _missing(self, **frames: str) -> str:
-        """Return the reason for the first unusable frame, in the words of canTransform."""
+        """Return the error text of canTransform for the first frame that cannot be used."""
         for argument, name in frames.items():
             if problem := self._problem(name):
                 return (f'Invalid frame ID "{name}" passed to canTransform argument {argument} - '
@@ -328,7 +328,7 @@ class BufferCore:
         return ''
 
     def _check(self, argument: str, name: str) -> None:
-        """Raise an exception if a frame cannot be used, in the words of lookupTransform."""
+        """Raise the exception of lookupTransform if a frame cannot be used."""
         problem = self._problem(name)
         if problem == 'frame does not exist':
             raise LookupException(
@@ -341,7 +341,7 @@ class BufferCore:
     def _lookup(self, target: str, source: str, time: int) -> tuple[int, Transform]:
         """Return the effective time (ns) and the pose of the source in the target frame."""
         if target == source:
-            # tf2 does so for unknown frames too.
+            # Like tf2, do not check whether the frame exists.
             cache = self._frames.get(target)
             if time == 0 and cache is not None:
                 time, _ = cache.latest()
@@ -371,7 +371,7 @@ class BufferCore:
 
     def _climb(self, frame: str, goal: str, other: str, time: int
                ) -> tuple[str, Transform, NoDataError | None]:
-        """Return the last reachable ancestor of a frame, the pose in it, and the gap after it."""
+        """Return the last reachable ancestor, the pose in this ancestor, and the gap above it."""
         pose = _IDENTITY
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]

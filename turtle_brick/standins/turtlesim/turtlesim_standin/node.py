@@ -20,8 +20,8 @@ Publishes, for each turtle, every 16 ms:
     <turtle>/pose (turtlesim/msg/Pose): pose and commanded velocity
 
 Subscribes, for each turtle:
-    <turtle>/cmd_vel (geometry_msgs/msg/Twist): velocity; each tick of 16 ms takes one message
-        from a queue of seven
+    <turtle>/cmd_vel (geometry_msgs/msg/Twist): velocity; a queue holds up to seven messages, and
+        each tick of 16 ms applies one message
 
 Serves, for each turtle:
     <turtle>/teleport_absolute (turtlesim/srv/TeleportAbsolute): move to a pose at once
@@ -42,8 +42,7 @@ rotate_absolute are missing.
 """
 
 from collections.abc import Callable
-from faulthandler import dump_traceback_later
-from signal import SIGINT, signal, SIGTERM
+from signal import alarm, SIGINT, signal, SIGTERM
 from threading import Event
 from typing import Any
 
@@ -66,7 +65,7 @@ from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelativ
 
 
 def service_callback(function: Callable[[Any], None]) -> Callable[[Any, Any], Any]:
-    """Return a service callback that calls a function of the request."""
+    """Return a service callback that passes the request to a function."""
     def callback(request: Any, response: Any) -> Any:
         function(request)
         return response
@@ -81,8 +80,8 @@ class TurtleTopics:
         """Create the topics and services."""
         self._node = node
         qos = QoSProfile(depth=QUEUE_DEPTH)
-        # The EventsExecutor may crash when event callbacks are destroyed, so there are none
-        # (https://github.com/ros2/rclpy/issues/1644).
+        # Event callbacks are disabled because the EventsExecutor may crash when they are
+        # destroyed (https://github.com/ros2/rclpy/issues/1644).
         self._publisher = node.create_publisher(
             Pose, f'{name}/pose', qos,
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
@@ -112,7 +111,7 @@ class TurtleTopics:
 
 
 class TurtleSimNode(Node):
-    """Turtlesim without a window; the module docstring lists the interface."""
+    """Turtlesim without a window. The module docstring lists the ROS API."""
 
     def __init__(self, **node_arguments: Any) -> None:
         """Start with turtle1 in the center."""
@@ -130,7 +129,7 @@ class TurtleSimNode(Node):
             lambda _: self.get_logger().warning('turtlesim draws nothing here')))
         self.create_service(Spawn, 'spawn', self._spawn)
         self.create_service(Kill, 'kill', service_callback(self._kill))
-        # A steady clock, because the Qt timer in the real turtlesim ignores simulated time.
+        # The clock is steady because the Qt timer in the real turtlesim ignores simulated time.
         self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _now(self) -> float:
@@ -207,7 +206,7 @@ def main(args: list[str] | None = None) -> str | None:
     executor.add_node(node)
     while not stopped.is_set():
         executor.spin_once(timeout_sec=0.1)
-    dump_traceback_later(4, exit=True)  # one process of 700 hung in Fast DDS at its end
+    alarm(5)  # Fast DDS blocked the shutdown of 1 in 700 processes.
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()
