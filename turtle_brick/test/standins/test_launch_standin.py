@@ -200,6 +200,54 @@ def test_interrupted_command_is_not_an_error(environment, tmp_path, monkeypatch)
     assert done.text.endswith('user interrupted with ctrl-c (SIGINT)\n')
 
 
+COMMON_FEATURES = """
+from launch import LaunchDescription
+from launch.actions import EmitEvent, ExecuteProcess, LogInfo, RegisterEventHandler
+from launch.conditions import LaunchConfigurationEquals, LaunchConfigurationNotEquals
+from launch.event_handlers import OnProcessExit
+from launch.events import Shutdown
+from launch.substitutions import AnonName
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterFile
+
+
+def generate_launch_description():
+    parameters = ParameterFile('parameters.yaml', allow_substs=True)
+    node = Node(package='turtle_brick', executable='arena', prefix='echo', output='screen',
+                name=AnonName('anonymous'), parameters=[parameters])
+    return LaunchDescription([
+        LogInfo(msg='equal', condition=LaunchConfigurationEquals('side', 'left')),
+        LogInfo(msg='wrong', condition=LaunchConfigurationNotEquals('side', 'left')),
+        LogInfo(msg='different', condition=LaunchConfigurationNotEquals('side', None)),
+        ExecuteProcess(cmd=['sleep', '60']), node,
+        RegisterEventHandler(OnProcessExit(
+            target_action=node, on_exit=EmitEvent(event=Shutdown(reason='done'))))])
+"""
+
+
+def test_common_features_without_recordings(environment, tmp_path, monkeypatch):
+    """The launch file uses conditions, an event, an anonymous name and a parameter file."""
+    monkeypatch.chdir(tmp_path)
+    Path('common.launch.py').write_text(COMMON_FEATURES)
+    Path('parameters.yaml').write_text('side: $(var side)')
+    done = run_here(['ros2', 'launch', 'common.launch.py', 'side:=left'], monkeypatch)
+    assert done.status == 0
+    messages = re.findall(r'launch.user\]: (.*)', done.text)
+    assert messages == ['equal', 'different']
+    path = re.search(r'__node:=anonymous_\S*_\d+ --params-file (\S+)', done.text)[1]
+    assert Path(path).read_text() == 'side: left'
+    assert "sending signal 'SIGINT' to process[sleep-1]" in done.text
+
+
+@pytest.mark.parametrize('package, name', [
+    ('launch', 'LaunchIntrospector'), ('launch.actions', 'ResetEnvironment'),
+    ('launch.event_handlers', 'OnShutdown'), ('launch.substitutions', 'FileContent'),
+    ('launch_ros.actions', 'LifecycleNode'), ('launch_testing.asserts', 'EventuallyEqual')])
+def test_missing_name_is_explained(package, name):
+    with pytest.raises(ImportError, match=f'^{name} is not in the stand-in for'):
+        exec(f'from {package} import {name}', {})
+
+
 # -------------------------------------------------------------------------- tests with commands
 
 def run(record, files, top, before):

@@ -126,6 +126,11 @@ def test_lookup_waits_until_timeout():
     assert monotonic() - begin < 15.0
 
 
+def test_missing_name_is_explained():
+    with pytest.raises(ImportError, match='^TransformServer is not in the stand-in for tf2_ros'):
+        from tf2_ros import TransformServer  # noqa: F401
+
+
 # -------------------------------------------------------------------------------------- live ROS
 
 class ListenerNode(Node):

@@ -24,13 +24,16 @@ import sys
 
 from launch import actions, substitutions
 from launch.actions import Action, DeclareLaunchArgument, SetLaunchConfiguration
-from launch.substitutions import get_logger, launch_config, log_file, perform, Substitution
+from launch.substitutions import (get_logger, launch_config, log_file, missing_name, perform,
+                                  Substitution)
 
 __all__ = ['Action', 'LaunchContext', 'LaunchDescription', 'LaunchService', 'Substitution']
 for name in ('conditions', 'logging', 'utilities'):  # separate modules in the real package
     sys.modules[f'launch.{name}'] = globals()[name] = substitutions
 sys.modules['launch.event_handlers'] = event_handlers = actions
+sys.modules['launch.events'] = events = actions  # Shutdown is also used as an event.
 sys.modules['launch.launch_description_sources'] = sys.modules[__name__]
+__getattr__ = missing_name('launch')
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT, signal.SIGHUP)
 
 

@@ -25,8 +25,10 @@ import traceback
 import tty
 from types import SimpleNamespace
 
-from launch.substitutions import (Deferred, get_logger, LaunchConfiguration,
+from launch.substitutions import (Deferred, get_logger, LaunchConfiguration, missing_name,
                                   normalize_to_list_of_substitutions, perform, read_typed, write)
+
+__getattr__ = missing_name('launch')
 
 
 class Action(Deferred):
@@ -73,7 +75,7 @@ AppendEnvironmentVariable = action('AppendEnvironmentVariable', _append)
 LogInfo = action('LogInfo', lambda context, *, msg: get_logger('launch.user').info(
     perform(context, msg)))
 Shutdown = action('Shutdown', lambda context, *, reason='': context.shutdown())
-
+EmitEvent = action('EmitEvent', lambda context, *, event: [event])
 
 RegisterEventHandler = action('RegisterEventHandler', lambda context, event_handler: (
     context.handlers.insert(0, event_handler)))

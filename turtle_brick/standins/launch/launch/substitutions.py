@@ -19,6 +19,7 @@ import importlib
 import inspect
 import math
 import os
+import random
 import re
 import shlex
 import shutil
@@ -29,6 +30,19 @@ import time
 from types import SimpleNamespace
 
 import yaml
+
+
+def missing_name(package):
+    """Return a module function __getattr__ that explains why a name is missing."""
+    def __getattr__(name):
+        kind = ImportError if name[:1].isupper() else AttributeError
+        raise kind(f'{name} is not in the stand-in for {package}: check its spelling, use another '
+                   'feature, or install the real ROS 2 Jazzy')
+    return __getattr__
+
+
+__getattr__ = missing_name('launch')
+
 
 # -------------------------------------------------------------------------------- launch.logging
 
@@ -235,6 +249,14 @@ def _evaluate(context, expression, python_modules=('math',)):
     return str(eval(perform(context, expression), {}, names))
 
 
+def _anonymous_name(context, name):
+    name = perform(context, name)
+    unique = f'{name}_{socket.gethostname()}_{os.getpid()}_{random.randint(0, sys.maxsize)}'
+    return context.launch_configurations.setdefault(
+        f'anon{name}', re.sub('[-.:]', '_', unique))
+
+
+AnonName = substitution('AnonName', 'AnonName({name})', _anonymous_name)
 FindExecutable = substitution('FindExecutable', 'FindExec({name})', _find_executable)
 Command = substitution('Command', 'Command({command})', _command)
 PythonExpression = substitution(
@@ -305,3 +327,21 @@ class IfCondition:
 class UnlessCondition(IfCondition):
 
     wanted = ('false', '0')
+
+
+class LaunchConfigurationEquals:
+    """True if a launch configuration has a value, or does not exist and the value is None."""
+
+    expected = True
+
+    def __init__(self, launch_configuration_name, expected_value):
+        self.name, self.value = launch_configuration_name, expected_value
+
+    def evaluate(self, context):
+        value = self.value if self.value is None else perform(context, self.value)
+        return (context.launch_configurations.get(self.name) == value) is self.expected
+
+
+class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
+
+    expected = False

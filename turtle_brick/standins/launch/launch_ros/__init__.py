@@ -14,16 +14,18 @@
 """The stand-in for launch_ros 0.26.6: nodes, their parameters, remappings and namespaces."""
 
 import os
+from pathlib import Path
 import shutil
 import sys
 from tempfile import NamedTemporaryFile
 
 from ament_index_python.packages import get_package_prefix, get_package_share_directory
 from launch.actions import action, ExecuteProcess
-from launch.substitutions import (get_logger, perform, read_typed, Substitution, substitution,
-                                  SubstitutionFailure)
+from launch.substitutions import (get_logger, missing_name, perform, read_typed, Substitution,
+                                  substitution, SubstitutionFailure)
 import yaml
 
+__getattr__ = missing_name('launch_ros')
 for module in ('actions', 'descriptions', 'parameter_descriptions', 'substitutions'):
     sys.modules[f'{__name__}.{module}'] = sys.modules[__name__]  # as in the real package
 
@@ -60,6 +62,24 @@ class ParameterValue:
         if isinstance(self.value, str) or any(isinstance(part, Substitution) for part in parts):
             return read_typed(perform(context, self.value), self.value_type)
         return self.value
+
+
+class ParameterFile:
+    """A parameter file, which may contain substitutions if `allow_substs` is true."""
+
+    def __init__(self, param_file, *, allow_substs=False):
+        self.param_file, self.allow_substs = param_file, allow_substs
+
+    def evaluate(self, context):
+        """Return the path of the file, or of a copy with the values of its substitutions."""
+        path, allowed = perform(context, self.param_file), self.allow_substs
+        if not (allowed if isinstance(allowed, bool) else read_typed(
+                perform(context, allowed), bool)):
+            return path
+        from launch_xml import substitute
+        with NamedTemporaryFile('w', prefix='launch_params_', delete=False) as file:
+            file.write(perform(context, substitute(Path(path).read_text())))
+        return file.name
 
 
 def evaluate(context, value):
@@ -162,7 +182,11 @@ class Node(ExecuteProcess):
                     key = f'{namespace.rstrip("/")}/{name}' if name and namespace else '/**'
                     yaml.dump({key: {'ros__parameters': evaluate_dict(context, each)}}, file,
                               default_flow_style=False)
-            path = file.name if isinstance(each, dict) else perform(context, each)
+                path = file.name
+            elif isinstance(each, ParameterFile):
+                path = each.evaluate(context)
+            else:
+                path = perform(context, each)
             if os.path.isfile(path):
                 self.cmd += ['--params-file', path]
             else:

@@ -27,7 +27,8 @@ import launch_ros
 
 PARSER = Lark(Path(__file__).with_name('grammar.lark').read_text(), start='template')
 SUBSTITUTIONS = {
-    'var': substitutions.LaunchConfiguration, 'env': substitutions.EnvironmentVariable,
+    'anon': substitutions.AnonName, 'var': substitutions.LaunchConfiguration,
+    'env': substitutions.EnvironmentVariable,
     'find-exec': substitutions.FindExecutable, 'dirname': substitutions.ThisLaunchFileDir,
     'filename': substitutions.ThisLaunchFile, 'eval': substitutions.PythonExpression,
     'command': substitutions.Command, 'equals': substitutions.EqualsSubstitution,

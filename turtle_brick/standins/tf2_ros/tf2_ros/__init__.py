@@ -20,6 +20,7 @@ listener. The README of the stand-ins lists the missing features.
 
 from collections.abc import Iterable
 import sys
+from typing import NoReturn
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -42,6 +43,14 @@ __all__ = [
 for name in ('buffer', 'static_transform_broadcaster', 'transform_broadcaster',
              'transform_listener'):  # separate modules in the real package
     sys.modules[f'{__name__}.{name}'] = globals()[name] = sys.modules[__name__]
+
+
+
+def __getattr__(name: str) -> NoReturn:
+    """Explain why a name is missing."""
+    raise (ImportError if name[:1].isupper() else AttributeError)(
+        f'{name} is not in the stand-in for tf2_ros: check its spelling, use another feature, or '
+        'install the real ROS 2 Jazzy')
 
 
 class Buffer(BufferCore):
