@@ -43,6 +43,19 @@ def test_invalid_input_gives_one_sentence(domain, words, monkeypatch, capsys):
     assert sentence.startswith(f'demo: {words}') and len(sentence) < 160
 
 
+def test_bricks_below_the_ground_are_refused_before_the_graph_starts(capsys, monkeypatch):
+    monkeypatch.setattr(demo, 'handle_interrupts', lambda: None)
+    assert demo.main('--place 1 2 3 --place 1 2 -3'.split()) == 1
+    assert capsys.readouterr() == ('', 'demo: z is -3 m, but must be at least 0.06 m so that the '
+                                   'bottom of the brick is not below the ground\n')
+
+
+def test_random_and_given_positions_exclude_each_other(capsys):
+    with pytest.raises(SystemExit, match='2'):
+        demo.main('--drops 3 --place 1 2 3'.split())
+    assert 'argument --place: not allowed with argument --drops' in capsys.readouterr().err
+
+
 @pytest.mark.parametrize('observed, fault', [
     ({'down': None}, 'the brick has not come down'),
     ({'refusals': [1, 2], 'caught': False, 'distance': 9.0}, 'called Unreachable more than once'),

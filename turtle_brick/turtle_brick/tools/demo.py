@@ -41,6 +41,7 @@ from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import load, ParameterError, Parameters
 from turtle_brick.core.reachability import COMMAND_LATENCY, guaranteed_distance, resting_height
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, within_arena
+from turtle_brick.physics import World
 from turtle_brick.tools import positive_int
 from turtle_brick.tools.graph import Graph
 from turtle_brick.tools.simulation import promised_distance
@@ -64,6 +65,12 @@ HOVERING_TIME = 1.0
 DISCOVERY_TIME = 5.0
 """Time (s) for the discovery of other nodes in a domain. Discovery usually takes a few tenths of a
 second, but a lost announcement is repeated only after 3 s."""
+
+FIRST_PORT = 8080
+"""Port of the first page. Each further arena uses the next port."""
+
+KEEPS_RUNNING = 'The graph keeps running until Ctrl-C.'
+"""Message to a user at a terminal."""
 
 ROBOT_TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom', 'brick_marker')
 """Topics that only turtlesim, a robot or an arena publishes."""
@@ -190,10 +197,10 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
     return faulty == 0 and caught == [True, False]
 
 
-def start_viewer(graph: Graph) -> None:
-    """Start the viewer, and open its page in a browser if this machine has a screen."""
+def start_viewer(graph: Graph, port: int) -> None:
+    """Start the viewer on a port, and open its page in a browser if there is a screen."""
     prefix = f'{graph.namespace}: ' if graph.namespace else ''
-    viewer = graph.add_process('turtle_brick', 'viewer',
+    viewer = graph.add_process('turtle_brick', 'viewer', '--ros-args', '-p', f'port:={port}',
                                listener=lambda line: sys.stderr.write(prefix + line))
 
     def wait_for_output(pattern: str, timeout: float) -> re.Match[str] | None:
@@ -208,23 +215,32 @@ def start_viewer(graph: Graph) -> None:
         wait_for_output('Viewer: a browser has opened the page', BROWSER_TIMEOUT)
 
 
-def run(options: argparse.Namespace) -> int:
+def is_interactive() -> bool:
+    """Return whether a user runs the demo in a terminal."""
+    return sys.stdin.isatty() and sys.stdout.isatty()
+
+
+def run(options: argparse.Namespace, parameters: Parameters) -> int:
     """Run the demo in one arena; return its exit status."""
     with Graph(namespace=options.namespace, tf_inside=bool(options.namespace)) as graph:
         if not options.no_view:
-            start_viewer(graph)
-        good = run_scenario(graph, options, load())
-        if sys.stdin.isatty() and sys.stdout.isatty():
-            print('The graph keeps running until Ctrl-C.')
+            start_viewer(graph, options.port)
+        good = run_scenario(graph, options, parameters)
+        if is_interactive():
+            if not options.namespace:
+                print(KEEPS_RUNNING)
             graph.spin_until(lambda: False, inf, 'Ctrl-C')
     return 0 if good else 1
 
 
 def run_arenas(names: Sequence[str], args: Sequence[str]) -> int:
     """Run the demo in several namespaces at the same time, each in its own process."""
-    command = [sys.executable, '-m', 'turtle_brick.tools.demo', *args, '--namespace']
+    if is_interactive():
+        print(KEEPS_RUNNING, flush=True)
+    command = [sys.executable, '-m', 'turtle_brick.tools.demo', *args]
     # A process in a new session does not receive Ctrl-C from the terminal.
-    arenas = [subprocess.Popen([*command, name], start_new_session=True) for name in names]
+    arenas = [subprocess.Popen([*command, '--namespace', name, '--port', str(FIRST_PORT + number)],
+                               start_new_session=True) for number, name in enumerate(names)]
     try:
         while any(arena.poll() is None for arena in arenas):
             if INTERRUPTED.wait(LONGEST_WAIT):
@@ -241,12 +257,14 @@ def parse(args: Sequence[str]) -> argparse.Namespace:
     """Parse the command line."""
     parser = argparse.ArgumentParser(
         prog='demo', description='Run the whole graph in one process and drop bricks into it.')
-    parser.add_argument(
+    positions = parser.add_mutually_exclusive_group()
+    positions.add_argument(
         '--place', nargs=3, type=float, action='append', metavar=('X', 'Y', 'Z'), default=[],
         help='drop a brick from this position (m, world frame) instead of the usual two; '
         'repeatable')
-    parser.add_argument('--drops', type=positive_int, metavar='N',
-                        help='drop N bricks from random positions instead of the usual two')
+    positions.add_argument(
+        '--drops', type=positive_int, metavar='N',
+        help='drop N bricks from random positions instead of the usual two')
     parser.add_argument('--seed', type=int, default=1, metavar='N',
                         help='seed for the random positions (default: 1)')
     parser.add_argument(
@@ -255,6 +273,7 @@ def parse(args: Sequence[str]) -> argparse.Namespace:
         'half a core or more')
     parser.add_argument('--no-view', action='store_true', help='do not start the browser viewer')
     parser.add_argument('--namespace', default='', help=argparse.SUPPRESS)
+    parser.add_argument('--port', type=int, default=FIRST_PORT, help=argparse.SUPPRESS)
     return parser.parse_args(args)
 
 
@@ -264,13 +283,17 @@ def main(args: Sequence[str] | None = None) -> int:
     options = parse(args)
     handle_interrupts()
     try:
+        parameters = load()
+        world = World.from_parameters(parameters)
+        for position in options.place:
+            world.brick = position  # raises ValueError for the same positions as the arena
         if options.namespace:
-            return run(options)
+            return run(options, parameters)
         names = [f'arena_{number + 1}' for number in range(options.arenas)]
         with choose_domain() as shared:
             if shared:
                 check_for_other_robots(names if len(names) > 1 else [''])
-            return run_arenas(names, args) if len(names) > 1 else run(options)
+            return run_arenas(names, args) if len(names) > 1 else run(options, parameters)
     except KeyboardInterrupt:
         return 0
     except (DomainError, PackageNotFoundError, ParameterError, TimeoutError, ValueError) as error:
