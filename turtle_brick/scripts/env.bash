@@ -14,18 +14,18 @@
 
 # Source this file in bash:  source turtle_brick/scripts/env.bash
 #
-# This script builds the packages of this workspace and makes the packages and ROS 2 available in
-# the shell. If ROS 2 Jazzy is sourced or installed in /opt/ros/jazzy, the script builds the
-# packages with this installation (native home). Otherwise the script installs ROS from Python
-# wheels into the folder .ros next to the packages (PyPI home). Later calls build only the changed
-# packages. The status is 0 if the shell is ready. Otherwise the last line of output gives the
-# reason. The script uses these environment variables:
+# This script builds the packages in this workspace and makes them and ROS 2 available in the
+# shell. If ROS 2 Jazzy is sourced or installed in /opt/ros/jazzy, the script uses this
+# installation (native home). Otherwise, the script first installs ROS from Python wheels into the
+# directory .ros next to the packages (PyPI home). When sourced again, the script builds only
+# changed packages. The return status is 0 on success. Otherwise, the last line of output states
+# the reason. The script uses these environment variables:
 #
-#   PYTHON=...   the Python for the PyPI home, 3.10 to 3.13 (default: the first suitable program
-#                among python3, python3.13, python3.12, python3.11 and python3.10)
-#   TURTLE_BRICK_VIEW=...   the viewer that the launch files start: rviz, web or none (default:
-#                rviz if rviz2 is installed, otherwise web)
-#   FASTRTPS_DEFAULT_PROFILES_FILE=...   the discovery settings of the PyPI home (default:
+#   PYTHON=...   Python interpreter for the PyPI home, 3.10 to 3.13 (default: the first suitable
+#                program among python3, python3.13, python3.12, python3.11 and python3.10)
+#   TURTLE_BRICK_VIEW=...   viewer started by the launch files: rviz, web or none (default: rviz
+#                if rviz2 is installed, otherwise web)
+#   FASTRTPS_DEFAULT_PROFILES_FILE=...   discovery settings for the PyPI home (default:
 #                fastdds.xml)
 
 if [ -z "${BASH_VERSION-}" ]; then
@@ -40,7 +40,7 @@ fi
 _turtle_brick_env() {
   local scripts home kind python='' fits candidate
   local -a candidates
-  local -; set +u  # the setup files of ROS and colcon read unset variables
+  local -; set +u  # the ROS and colcon setup files read unset variables
   scripts=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P) || return 1
   home=${scripts%/*/*}/.ros
 
@@ -48,8 +48,8 @@ _turtle_brick_env() {
   if [[ -n ${TURTLE_BRICK_HOME-} && ${VIRTUAL_ENV-} == "$TURTLE_BRICK_HOME/venv" ]]; then
     kind=pypi
   elif [[ -n ${ROS_DISTRO-} && $ROS_DISTRO != jazzy ]]; then
-    echo "turtle_brick: This shell has sourced ROS 2 $ROS_DISTRO, but the packages require Jazzy." \
-      "Open a shell without ROS 2 $ROS_DISTRO." >&2
+    echo "turtle_brick: This shell has sourced ROS 2 $ROS_DISTRO, but this workspace requires Jazzy." \
+      "Open a new shell in which ROS 2 $ROS_DISTRO is not sourced." >&2
     return 1
   elif [[ -n ${ROS_DISTRO-} ]] && python3 -c 'import rclpy' 2>/dev/null </dev/null; then
     kind=native
@@ -58,14 +58,14 @@ _turtle_brick_env() {
     source /opt/ros/jazzy/setup.bash || return 1
     if ! python3 -c 'import rclpy' 2>/dev/null </dev/null; then
       echo "turtle_brick: The python3 on the PATH, $(type -P python3), cannot import rclpy from" \
-        '/opt/ros/jazzy. Deactivate its conda or virtual environment and try again.' >&2
+        '/opt/ros/jazzy. Deactivate the conda or virtual environment and source env.bash again.' >&2
       return 1
     fi
   else
     kind=pypi
   fi
 
-  # Choose the Python.
+  # Choose the Python interpreter.
   if [[ $kind == native ]]; then
     python=python3
   elif [[ -z ${PYTHON-} ]] && "$home/venv/bin/python" -I -c '' 2>/dev/null </dev/null; then
@@ -83,7 +83,7 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
       fi
     done
     if [[ -z $python ]]; then
-      local problem='The PATH contains no CPython 3.10 to 3.13.'
+      local problem='The PATH does not contain CPython 3.10 to 3.13.'
       [[ -z ${PYTHON-} ]] || problem="$PYTHON is not CPython 3.10 to 3.13."
       echo "turtle_brick: $problem Install one, for example with \"sudo apt install python3" \
         'python3-venv python3-dev", or set the variable PYTHON to its path.' >&2
@@ -99,11 +99,11 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
     source "$home/venv/local_setup.bash" || return 1
     export FASTRTPS_DEFAULT_PROFILES_FILE=${FASTRTPS_DEFAULT_PROFILES_FILE:-$scripts/fastdds.xml}
   fi
-  # an empty IFS is required because the script of colcon does not quote the path of Python
+  # an empty IFS is required because the colcon script does not quote the path to Python
   IFS='' source "$home/install/local_setup.bash" || return 1
   export TURTLE_BRICK_HOME=$home
 
-  # Report errors in the parameter file before a node is started.
+  # Report errors in the parameter file before any node starts.
   local status=0
   python3 -m turtle_brick.core.parameters "${scripts%/*}/config/turtle.yaml" </dev/null || status=1
 
@@ -125,7 +125,7 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
       eval "$(register-python-argcomplete ros2)" # Tab completion
       source=' from Python wheels'
     fi
-    echo "turtle_brick: Ready, with ROS 2 Jazzy$source and the packages built in $home" >&2
+    echo "turtle_brick: This shell is ready to use ROS 2 Jazzy$source and the packages in $home" >&2
   fi
   return "$status"
 }

@@ -12,16 +12,16 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Create or update the home of this workspace, with `make_home.py native` or `make_home.py pypi`.
+Create or update the home directory `.ros` with `make_home.py native` or `make_home.py pypi`.
 
-The script env.bash runs this program and then sources the results in `.ros`:
+The script env.bash runs this program and then sources the setup files in `.ros`:
 
-- `venv` (PyPI home only) is a virtual environment with rclpy, DDS, rosidl and the messages of
-  Jazzy. It is also a ROS prefix, and its `local_setup.bash` sets the environment variables.
-- `build`, `install` and `log` are the colcon directories of all built packages.
-- `made.json` contains a fingerprint of the inputs of each complete result.
+- `venv` (PyPI home only) is a virtual environment that contains rclpy, DDS, rosidl and the Jazzy
+  messages. It is also a ROS prefix, and its `local_setup.bash` sets the environment variables.
+- `build`, `install` and `log` are the colcon directories for all packages.
+- `made.json` contains fingerprints of the virtual environment and of each built package.
 
-The exit status is 0 if the home is ready. Otherwise the last line of output is the reason.
+The exit status is 0 on success. Otherwise, the last line of output states the reason.
 """
 
 from __future__ import annotations
@@ -52,49 +52,49 @@ RECORD = HOME / 'made.json'
 
 VERSION = f'{sys.version_info.major}.{sys.version_info.minor}'
 BASE_PYTHON = Path(sys.base_prefix, 'bin', f'python{VERSION}')
-"""The Python interpreter of this process outside any virtual environment."""
+"""The base Python interpreter, even if this process runs in a virtual environment."""
 
 FOREIGN_INCLUDE = re.compile(r'/opt/python/cp\w+-cp\w+/include/python3\.\d+t?')
 FOREIGN_PACKAGES = re.compile(r'/opt/python/cp\w+-cp\w+/lib/python3\.\d+t?/site-packages')
-"""Paths in the CMake files of the wheels that exist only on the machine that built the wheels."""
+"""Paths in the wheels' CMake files that exist only where the wheels were built."""
 
 UNQUOTED_TARGET = re.compile(r'(add_custom_target\(\s*ament_cmake_python_\S+(?: ALL)?)')
 ASCII_LINES = re.compile(r'(file\(STRINGS "\$\{idl_output\}" idl_tuples)\)')
 """CMake commands that fail if the workspace path contains parentheses or non-ASCII letters."""
 
 ALLOWED = '/ ._-+~@=!%&()#'
-"""Characters other than letters and digits that CMake, Ninja and colcon accept in a path."""
+"""Non-alphanumeric characters that CMake, Ninja and colcon accept in a path."""
 
 NOT_BUILT = ('doc', 'media', 'scripts', 'standins', 'test')
 IGNORED = re.compile(r'/\.|/__pycache__/|\.egg-info/')
-"""Folders, hidden files and generated files that do not affect the build of a package."""
+"""Folders, hidden files and generated files that do not affect package builds."""
 
 REAL_NAMES = {'tf2_ros': 'tf2_ros_py'}
-"""The real packages of the stand-ins that have a different name."""
+"""Name of the real package for each stand-in that has a different name."""
 
 COMPILERS = (('C compiler', ('cc', 'gcc', 'clang'), 'build-essential'),
              ('C++ compiler', ('c++', 'g++', 'clang++'), 'build-essential'))
 BUILD_TOOLS = (('build tool', ('colcon',), 'python3-colcon-common-extensions'),
                ('build tool', ('cmake',), 'cmake'))
-"""Required programs, each with a description, alternative names and the Ubuntu package."""
+"""Description, alternative names and Ubuntu package for each required program."""
 
 
 class HomeError(Exception):
-    """Error with a message for the user: a requirement is missing or a step has failed."""
+    """Error with a message for the user about a missing requirement or a failed step."""
 
 
 def report(text: str, end: str = '\n') -> None:
-    """Print text on standard error."""
-    print(f'{text}{end}', end='', file=sys.stderr, flush=True)  # a signal must not split the line
+    """Print text to standard error."""
+    print(f'{text}{end}', end='', file=sys.stderr, flush=True)  # a signal cannot split one write
 
 
 def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None:
     """
-    Run a command, and show its latest line of output on a terminal.
+    Run a command and show its latest output line if standard error is a terminal.
 
-    :param step: name of this step for the user
+    :param step: description of this step for the user
     :param failed: error message for the user if the command fails
-    :raises HomeError: the command failed, and its output has been printed
+    :raises HomeError: if the command fails, after its output has been printed
     """
     start, output = time.monotonic(), ''
 
@@ -113,7 +113,7 @@ def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None
                 show(line.strip())
             process.wait()
         finally:
-            process.kill()  # if this program is interrupted
+            process.kill()  # in case this program is interrupted
             show('', end='\n')
     if process.returncode:
         report(output.rstrip())
@@ -121,7 +121,7 @@ def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None
 
 
 def clean_environment() -> dict[str, str]:
-    """Return the environment variables without the search paths in the home."""
+    """Return the environment variables without search path entries in the home directory."""
     env = dict(os.environ)
     for name in [name for name in env if name.endswith('PATH')]:
         env[name] = os.pathsep.join(entry for entry in env[name].split(os.pathsep)
@@ -132,12 +132,12 @@ def clean_environment() -> dict[str, str]:
 
 
 def fingerprint(*parts: object) -> str:
-    """Return a hash of values, which are converted to strings."""
+    """Return a hash of the string representations of the given values."""
     return hashlib.sha256('\0'.join(map(str, parts)).encode()).hexdigest()
 
 
 def folder_fingerprint(folder: Path) -> str:
-    """Return a hash of the names, modes and contents of the source files of a package."""
+    """Return a hash of the names, modes and contents of a package's source files."""
     found: list[object] = []
     for path in sorted(folder.rglob('*')):
         name = path.relative_to(folder)
@@ -147,7 +147,7 @@ def folder_fingerprint(folder: Path) -> str:
 
 
 def read_record() -> dict[str, str]:
-    """Return the fingerprints by name, or an empty dict if the record is missing or invalid."""
+    """Return the recorded fingerprints, or an empty dict if the record is missing or invalid."""
     try:
         return json.loads(RECORD.read_text())
     except (OSError, ValueError):
@@ -155,24 +155,24 @@ def read_record() -> dict[str, str]:
 
 
 def write_record(made: dict[str, str]) -> None:
-    """Write the fingerprints to the record."""
+    """Write the fingerprints to the record file."""
     RECORD.write_text(json.dumps(made, indent=1, sort_keys=True) + '\n')
 
 
 def lock() -> None:
-    """Wait until no other process builds this home, and lock it until this process ends."""
+    """Wait until no other process is building the workspace, and lock it until exit."""
     folder = os.open(TOP, os.O_RDONLY)
     try:
         fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        report('turtle_brick: Another terminal is building this workspace. Waiting for it ...')
+        report('turtle_brick: Another terminal is building this workspace. Waiting until it finishes ...')
         fcntl.flock(folder, fcntl.LOCK_EX)
     except OSError:
         pass  # some file systems, such as NFS, cannot lock a folder
 
 
 def check_path() -> None:
-    """Check that CMake and colcon accept the path of the workspace."""
+    """Check that CMake and colcon accept the workspace path."""
     for character in str(HOME):
         if not (character.isalnum() or character in ALLOWED):
             raise HomeError(f'The path {str(TOP)!r} contains {character!r}, which CMake or colcon '
@@ -180,34 +180,34 @@ def check_path() -> None:
 
 
 def check_platform() -> None:
-    """Check that this machine is an x86-64 Linux with a supported glibc."""
+    """Check that this machine runs x86-64 Linux with a supported version of glibc."""
     library, version = platform.libc_ver()
     machine = (platform.system(), platform.machine().lower(), library)
     numbers = [int(number) for number in re.findall(r'\d+', version)]
     if machine != ('Linux', 'x86_64', 'glibc') or numbers < [2, 28]:
         raise HomeError(
-            'The Python wheels of ROS 2 Jazzy require Linux on x86-64 with glibc 2.28 or newer, '
-            f'but this machine has {platform.system()} on {platform.machine()} with '
+            'The Python wheels for ROS 2 Jazzy require Linux on x86-64 with glibc 2.28 or newer, '
+            f'but this machine runs {platform.system()} on {platform.machine()} with '
             f'{library or "another C library"} {version}'.rstrip()
-            + '. Install ROS 2 Jazzy here or use its container, and source it first.')
+            + '. Install ROS 2 Jazzy or use its container, and source its setup.bash first.')
 
 
 def check_programs(*required: tuple[str, tuple[str, ...], str]) -> None:
-    """Check that one of the programs of each kind is on the PATH."""
+    """Check that the PATH contains at least one program of each required kind."""
     for kind, names, package in required:
         if not any(map(shutil.which, names)):
             raise HomeError(f'No {kind} found: the PATH does not contain {" or ".join(names)}. '
-                            f'Install it, for example with "sudo apt install {package}".')
+                            f'Install one, for example with "sudo apt install {package}".')
 
 
 def check_python() -> None:
-    """Check that this Python can make a virtual environment and has its C headers."""
+    """Check that this Python can create virtual environments and that its C headers exist."""
     try:
         import ensurepip  # noqa: F401
         import venv  # noqa: F401
     except ImportError as error:
         raise HomeError(
-            f'Python {VERSION} at {sys.executable} cannot make virtual environments ({error}). '
+            f'Python {VERSION} at {sys.executable} cannot create virtual environments ({error}). '
             'Install the missing package, for example with '
             f'"sudo apt install python{VERSION}-venv".') from None
     header = Path(sysconfig.get_path('include'), 'Python.h')
@@ -218,7 +218,7 @@ def check_python() -> None:
 
 
 def repair_cmake(text: str, include: str, packages: str) -> str:
-    """Replace foreign paths and unsafe commands in a CMake file of the wheels."""
+    """Replace foreign paths and unsafe commands in a CMake file from the wheels."""
     text = FOREIGN_INCLUDE.sub(lambda _: include, text)
     text = FOREIGN_PACKAGES.sub(lambda _: packages, text)
     text = UNQUOTED_TARGET.sub(r'\1 VERBATIM', text)
@@ -226,7 +226,7 @@ def repair_cmake(text: str, include: str, packages: str) -> str:
 
 
 def make_venv() -> None:
-    """Make the virtual environment and install the wheels."""
+    """Create the virtual environment and install the wheels."""
     env = clean_environment()
     for name in ('PYTHONPATH', 'PYTHONHOME'):
         env.pop(name, None)
@@ -240,12 +240,12 @@ def make_venv() -> None:
            '--use-pep517']
     setuptools = next(line.split()[0] for line in REQUIREMENTS.read_text().splitlines()
                       if line.startswith('setuptools=='))
-    # three small packages have no wheels, so pip builds them, which requires setuptools
+    # three small packages have no wheels, and pip requires setuptools to build them
     for name, arguments in (('setuptools', [setuptools]),
                             ('ROS 2 Jazzy', ['-r', str(REQUIREMENTS)])):
         run([*pip, *arguments], env, f'downloading and installing {name}',
-            f'pip could not install the packages of {REQUIREMENTS.name}. See its output above. '
-            'If it cannot reach the Python package index, connect this machine to the network '
+            f'pip could not install the packages in {REQUIREMENTS.name}. See its output above. '
+            'If pip cannot reach the Python package index, connect this machine to the network '
             "or configure pip's proxy or index, and try again.")
 
     packages = VENV / 'lib' / f'python{VERSION}' / 'site-packages'
@@ -264,7 +264,7 @@ def find_prefix(package: str, prefixes: Iterable[str]) -> str | None:
 
 
 def packages_to_build(prefixes: list[str]) -> dict[str, Path]:
-    """Return the folders of both packages and of all required stand-ins, by package name."""
+    """Return the folders of both packages and all required stand-ins by package name."""
     folders = {}
     for manifest in sorted(TOP.glob('turtle_brick/standins/*/package.xml')):
         name = ElementTree.parse(manifest).findtext('name')
@@ -278,12 +278,12 @@ def packages_to_build(prefixes: list[str]) -> dict[str, Path]:
 def build(prefixes: list[str], python: str, made: dict[str, str], launcher: list[str],
           env: dict[str, str]) -> None:
     """
-    Build the changed packages, and delete packages that are no longer required.
+    Build the changed packages and delete the builds of packages that are no longer required.
 
-    :param prefixes: prefixes of the underlay
-    :param python: string that identifies the Python used for the build
+    :param prefixes: ROS prefixes in the underlay
+    :param python: string that identifies the Python interpreter used for the build
     :param made: recorded fingerprints, which this function updates
-    :param launcher: words that precede each command, to run the command in the underlay
+    :param launcher: words that precede a command to run it in the underlay, or an empty list
     """
     folders = packages_to_build(prefixes)
     real = [find_prefix(name, prefixes)
@@ -322,13 +322,13 @@ def build(prefixes: list[str], python: str, made: dict[str, str], launcher: list
 
 
 def remove_home() -> None:
-    """Delete the home, beginning with the record."""
+    """Delete the home directory, starting with the record file."""
     RECORD.unlink(missing_ok=True)
     shutil.rmtree(HOME, ignore_errors=True)
 
 
 def make_native_home(made: dict[str, str]) -> None:
-    """Build the packages with the sourced ROS installation."""
+    """Build the packages against the sourced ROS installation."""
     env = clean_environment()
     env['COLCON_DEFAULTS_FILE'] = os.devnull  # ignore the user's colcon defaults
     prefixes = [prefix for prefix in env.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if prefix]
@@ -336,7 +336,7 @@ def make_native_home(made: dict[str, str]) -> None:
 
 
 def make_pypi_home(made: dict[str, str]) -> None:
-    """Make the virtual environment if it is missing or outdated, and build the packages."""
+    """Create the virtual environment if it is missing or outdated, and build the packages."""
     mark = fingerprint(VENV, BASE_PYTHON, *(
         path.read_bytes() for path in (REQUIREMENTS, LOCAL_SETUP, Path(__file__))))
     if made.get('venv') != mark or not VENV.is_dir():
@@ -344,8 +344,8 @@ def make_pypi_home(made: dict[str, str]) -> None:
         check_platform()
         check_programs(*COMPILERS)
         check_python()
-        report('turtle_brick: ROS 2 Jazzy is not installed here. Installing it from Python wheels '
-               'into .ros (only once; this takes two to four minutes and 650 MB)')
+        report('turtle_brick: ROS 2 Jazzy is not installed. Installing it once from Python wheels '
+               'into .ros, which takes two to four minutes and 650 MB ...')
         try:
             remove_home()
             HOME.mkdir(exist_ok=True)
@@ -365,7 +365,7 @@ def make_pypi_home(made: dict[str, str]) -> None:
 
 
 def main() -> int:
-    """Make the home selected on the command line; return 0 if it is ready."""
+    """Build the home selected on the command line and return the exit status."""
     make = {'native': make_native_home, 'pypi': make_pypi_home}[sys.argv[1]]
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.default_int_handler)
@@ -375,7 +375,7 @@ def main() -> int:
     except HomeError as error:
         report(f'turtle_brick: {error}')
     except KeyboardInterrupt:
-        report('turtle_brick: Interrupted. The workspace is not ready; source env.bash again.')
+        report('turtle_brick: The build was interrupted. Source env.bash again.')
     except OSError as error:
         report(f'turtle_brick: The workspace cannot be built: {error}.')
     else:

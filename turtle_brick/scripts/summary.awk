@@ -1,7 +1,7 @@
 # Add up the output of `colcon test-result --all`, which has one line per result file:
 #   .../pytest.xml: 5 tests, 0 errors, 1 failures, 2 skipped
-# The results of ctest (Test.xml) are not counted because its tests write their own result files.
-# The status is 0 if there were tests and none failed.
+# The ctest results (Test.xml) are not counted because each ctest test writes its own result file.
+# The exit status is 0 if at least one test passed and none failed.
 
 /\.xml: [0-9]+ tests?, / && !/\/Test\.xml: / {
   tests += $(NF - 7)

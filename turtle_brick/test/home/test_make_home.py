@@ -263,7 +263,7 @@ def waiting(top):
 def test_an_interrupted_installation_is_deleted(top, waiting, number):
     assert waiting.stop(number) == 1
     assert waiting.output.splitlines()[-1] == (
-        'turtle_brick: Interrupted. The workspace is not ready; source env.bash again.')
+        'turtle_brick: The build was interrupted. Source env.bash again.')
     assert not (top / '.ros').exists()
 
 
