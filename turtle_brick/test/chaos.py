@@ -254,8 +254,7 @@ class Scene(Graph):
 
 
 NUMBERS = [*(number / 2.0 for number in range(-2, 24)), nan, inf, -3e38, 1e-45]
-# tf2 keeps static transforms permanently, so odom and post are not included.
-FRAMES = ['world', 'base_link', 'platform', 'brick', 'stem', 'wheel', 'foreign']
+FRAMES = ['world', 'odom', 'base_link', 'post', 'platform', 'brick', 'stem', 'wheel', 'foreign']
 VALUES = {'boolean': [False, True], 'double': NUMBERS, 'float': NUMBERS,
           'string': [*FRAMES, '', '/platform', 'näme with blanks\n', '%s%n{}<robot/>',
                      'x' * 100_000]}

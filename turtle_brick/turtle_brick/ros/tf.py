@@ -151,6 +151,8 @@ class GuardedListener(TransformListener):
             it runs when all transforms of the message are in the buffer
         """
         self._on_transform = on_transform
+        self._is_static: dict[str, bool] = {}
+        """Whether each frame is static, by its first transform."""
         self._last = 0
         self._next_warning = 0
         """Earliest time of the next warning (ns)."""
@@ -176,7 +178,11 @@ class GuardedListener(TransformListener):
         store = self.buffer.set_transform_static if static else self.buffer.set_transform
         stored = []
         for transform in message.transforms:
+            child = transform.child_frame_id.removeprefix('/')
             reason = rejection_reason(transform, static, now)
+            if not reason and self._is_static.setdefault(child, static) != static:
+                reason = ('would turn a moving frame into a static one' if static else
+                          'would turn a static frame into a moving one')
             if not reason:
                 store(transform, 'default_authority')
                 stored.append(transform)
