@@ -45,7 +45,6 @@ for name in ('buffer', 'static_transform_broadcaster', 'transform_broadcaster',
     sys.modules[f'{__name__}.{name}'] = globals()[name] = sys.modules[__name__]
 
 
-
 def __getattr__(name: str) -> NoReturn:
     """Explain why a name is missing."""
     raise (ImportError if name[:1].isupper() else AttributeError)(
