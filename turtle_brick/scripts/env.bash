@@ -48,8 +48,8 @@ _turtle_brick_env() {
   if [[ -n ${TURTLE_BRICK_HOME-} && ${VIRTUAL_ENV-} == "$TURTLE_BRICK_HOME/venv" ]]; then
     kind=pypi
   elif [[ -n ${ROS_DISTRO-} && $ROS_DISTRO != jazzy ]]; then
-    echo "turtle_brick: This shell has sourced ROS 2 $ROS_DISTRO, but this workspace requires Jazzy." \
-      "Open a new shell in which ROS 2 $ROS_DISTRO is not sourced." >&2
+    echo "turtle_brick: This shell has sourced ROS 2 $ROS_DISTRO, but this workspace requires" \
+      "Jazzy. Open a new shell without sourcing ROS 2 $ROS_DISTRO." >&2
     return 1
   elif [[ -n ${ROS_DISTRO-} ]] && python3 -c 'import rclpy' 2>/dev/null </dev/null; then
     kind=native
@@ -58,7 +58,7 @@ _turtle_brick_env() {
     source /opt/ros/jazzy/setup.bash || return 1
     if ! python3 -c 'import rclpy' 2>/dev/null </dev/null; then
       echo "turtle_brick: The python3 on the PATH, $(type -P python3), cannot import rclpy from" \
-        '/opt/ros/jazzy. Deactivate the conda or virtual environment and source env.bash again.' >&2
+        '/opt/ros/jazzy. Deactivate the conda or virtual environment and try again.' >&2
       return 1
     fi
   else
@@ -125,7 +125,7 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
       eval "$(register-python-argcomplete ros2)" # Tab completion
       source=' from Python wheels'
     fi
-    echo "turtle_brick: This shell is ready to use ROS 2 Jazzy$source and the packages in $home" >&2
+    echo "turtle_brick: Ready to use ROS 2 Jazzy$source and the packages in $home" >&2
   fi
   return "$status"
 }

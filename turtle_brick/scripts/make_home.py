@@ -165,7 +165,7 @@ def lock() -> None:
     try:
         fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        report('turtle_brick: Another terminal is building this workspace. Waiting until it finishes ...')
+        report('turtle_brick: Another terminal is building this workspace. Waiting ...')
         fcntl.flock(folder, fcntl.LOCK_EX)
     except OSError:
         pass  # some file systems, such as NFS, cannot lock a folder
