@@ -26,6 +26,10 @@ no error accumulates. A brick on a tilted platform slides with the acceleration 
 
 The location of the brick is its center. Its bottom touches the platform or the ground.
 The brick always has the inclination of the platform.
+
+A brick lands if its center is above the platform, because the assignment defines the platform by
+one radius and the catcher by one position to reach. A sliding brick leaves the platform when its
+whole bottom is outside the radius, because the assignment requires its trailing edge to clear it.
 """
 
 from __future__ import annotations
@@ -34,8 +38,8 @@ from enum import Enum
 from math import hypot, isfinite
 from typing import TYPE_CHECKING
 
-from turtle_brick.core.geometry import (distance_to_rectangle, from_yaw, multiply, Pose,
-                                        Quaternion, Vector)
+from turtle_brick.core.geometry import (distance_to_rectangle, from_yaw, MAX_COORDINATE, multiply,
+                                        Pose, Quaternion, Vector)
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 
@@ -69,8 +73,8 @@ class World:
     By default the brick is a point, and there is no platform. Set `size`, `thickness` and
     `platform` to change this.
 
-    The constructor and the setter of `brick` raise ValueError if the location is not finite, or if
-    the bottom of the brick would be below the ground.
+    The constructor and the setter of `brick` raise ValueError if the location is not finite or too
+    far away, or if the bottom of the brick would be below the ground.
     """
 
     def __init__(self, brick, gravity, radius, dt):  # noqa: D406,D407,D413,D417
@@ -141,6 +145,9 @@ class World:
         x, y, z = (float(value) for value in location)
         if not (isfinite(x) and isfinite(y) and isfinite(z)):
             raise ValueError(f'the location ({x:g}, {y:g}, {z:g}) is not finite')
+        if abs(x) + abs(y) + abs(z) > MAX_COORDINATE:
+            raise ValueError(f'the location ({x:g}, {y:g}, {z:g}) is too far away: the sum of its '
+                             f'coordinates must be at most {MAX_COORDINATE:g} m')
         if z < self._half_height:
             raise ValueError(f'z is {z:g} m, but must be at least {self._half_height:g} m so that '
                              'the bottom of the brick is not below the ground')

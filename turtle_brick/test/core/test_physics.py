@@ -102,7 +102,7 @@ def test_from_parameters():
 
 @pytest.mark.parametrize('location, reason', [
     ((0.0, nan, 1.0), 'nan'), ((-inf, 0.0, 1.0), 'inf'), ((0.0, 0.0, inf), 'inf'),
-    ((1.0, 1.0, 0.09), 'below the ground')])
+    ((1.0, 1.0, 0.09), 'below the ground'), ((-1e19, 1.0, 1.0), 'too far away')])
 def test_invalid_location_is_refused(location, reason):
     world = World((1.0, 1.0, 3.0), 9.81, 0.5, 0.004)
     world.size = (0.4, 0.2, 0.2)

@@ -90,7 +90,8 @@ def test_fall_by_its_stamps(bench):
 
 def test_place_and_drop_refuse_invalid_requests(bench):
     """The response contains the reason, and the brick does not move."""
-    refusals = (bench.place(nan, 1.0, 1.0), 'nan'), (bench.place(1.0, 1.0, -0.5), '-0.5')
+    refusals = [(bench.place(*location), why) for location, why in (
+        ((nan, 1.0, 1.0), 'nan'), ((1.0, 1.0, -0.5), '-0.5'), ((-1e19, 1.0, 1.0), '-1e+19'))]
     assert bench.world.brick == PARAMETERS.brick_start
     assert bench.drop().success
     for response, why in (*refusals, (bench.drop(), 'already falling')):
