@@ -49,7 +49,7 @@ COMMON_TOPICS = ('/rosout', '/parameter_events')
 SERVICE_TIMEOUT = 5.0
 """Timeout (s) for the appearance of a parameter service, and for its response."""
 
-END_TIMEOUT = 5
+END_TIMEOUT = 4
 """Timeout (s) for the shutdown, because Fast DDS blocked the shutdown of 1 in 700 processes."""
 
 TYPES = ('not set', 'boolean', 'integer', 'double', 'string', 'byte array', 'boolean array',
