@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Tests of env.bash: the setup of a shell, the state of the shell, and the error messages."""
+"""Test the shell setup, the shell state and the error messages of env.bash."""
 
 import os
 from pathlib import Path
@@ -34,7 +34,7 @@ without_ros = pytest.mark.skipif(
 
 
 def shell(script, *, options=(), **variables):
-    """Run a script in bash; return the exit status, standard output and standard error."""
+    """Run a script in bash and return its exit status, standard output and standard error."""
     env = {name: value for name, value in {**os.environ, **variables}.items()
            if value is not None}
     done = subprocess.run(['bash', *options, '-c', script], env=env, cwd='/', text=True,
@@ -131,7 +131,7 @@ def test_running_instead_of_sourcing_is_refused():
 
 @pytest.fixture
 def unbuilt(tmp_path):
-    """Return the path of env.bash in a workspace without a home, and a folder for programs."""
+    """Return the paths to env.bash in a workspace without a home and to a folder for programs."""
     shutil.copytree(SCRIPTS, tmp_path / 'workspace' / 'turtle_brick' / 'scripts')
     tools = tmp_path / 'tools'
     tools.mkdir()
@@ -141,7 +141,7 @@ def unbuilt(tmp_path):
 
 
 def refusal(env_bash, **variables):
-    """Source env.bash, check that it fails and creates no file, and return its error message."""
+    """Check that sourcing env.bash fails and does not create files, and return the error message."""
     status, output, errors = shell(
         f'source {shlex.quote(str(env_bash))}\necho "$?"\ndeclare -F', **{
             'ROS_DISTRO': None, 'TURTLE_BRICK_HOME': None, 'VIRTUAL_ENV': None, 'PYTHON': None,
@@ -171,5 +171,5 @@ exec(sys.argv[1])' "$3"
     assert '3.10 to 3.13' in sentence and 'sudo apt install' in sentence
     assert f'{old} is not' in refusal(env_bash, PATH=str(tools), PYTHON=str(old))
     (tools / 'python3.12').symlink_to(os.path.realpath(sys.executable))
-    # python3.12 is suitable, so the check of the compiler fails next
+    # python3.12 is suitable, so the compiler check fails next
     assert 'No C compiler' in refusal(env_bash, PATH=str(tools), CC='', CXX='')

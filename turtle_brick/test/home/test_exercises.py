@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Apply sample solutions of the exercises to a copy of the package, and check their effects."""
+"""Apply sample solutions for the exercises to a copy of the package and check their effects."""
 
 import os
 from pathlib import Path
@@ -40,7 +40,7 @@ print(max(speeds), min(speeds))
 
 @pytest.fixture
 def copy(tmp_path):
-    """Return the path of a copy of the package without the tests that start nodes."""
+    """Return the path to a copy of the package without the tests that start nodes."""
     for name in ('turtle_brick', 'config'):
         shutil.copytree(PACKAGE / name, tmp_path / name)
     for name in ('laws.py', 'core/test_physics.py', 'core/test_physics_laws.py'):
@@ -49,24 +49,24 @@ def copy(tmp_path):
 
 
 def replace(path, old, new):
-    """Replace a text that occurs exactly once in a file."""
+    """Replace text that occurs exactly once in a file."""
     text = path.read_text()
     assert text.count(old) == 1, old
     path.write_text(text.replace(old, new))
 
 
 def run(copy, *arguments):
-    """Run Python on the copy and return the output."""
+    """Run Python in the copy and return the output."""
     env = {**os.environ, 'PYTHONPATH': f'{copy}:{os.environ.get("PYTHONPATH", "")}',
            'PYTEST_DISABLE_PLUGIN_AUTOLOAD': '1'}
-    env.pop('AMENT_PREFIX_PATH', None)  # otherwise the copy would read the installed turtle.yaml
+    env.pop('AMENT_PREFIX_PATH', None)  # so that the copy does not read the installed turtle.yaml
     env.pop('PYTEST_ADDOPTS', None)
     return subprocess.run([sys.executable, *arguments], cwd=copy, env=env, text=True, check=True,
                           stdout=subprocess.PIPE, timeout=60.0).stdout
 
 
 def code(page, word):
-    """Return the only code block of a page that contains a word."""
+    """Return the page's only code block that contains a word."""
     text = (PACKAGE / 'doc' / page).read_text()
     block, = [block for block in re.findall('```(?:python|yaml)\n(.*?)```', text, re.S)
               if word in block]

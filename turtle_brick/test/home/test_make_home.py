@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Tests of make_home.py with changed packages, missing requirements and interrupted builds."""
+"""Test make_home.py with changed packages, missing requirements and interrupted builds."""
 
 import importlib.util
 import os
@@ -32,7 +32,7 @@ SCRIPTS = Path(__file__).resolve().parents[2] / 'scripts'
 
 @pytest.fixture
 def top(tmp_path):
-    """Return the path of a workspace with two packages, two stand-ins and the real scripts."""
+    """Return the path to a workspace with two packages, two stand-ins and the real scripts."""
     root = tmp_path / 'workspace'
     for name in ('turtle_brick', 'turtle_brick_interfaces', 'turtle_brick/standins/tf2_msgs',
                  'turtle_brick/standins/tf2_ros'):
@@ -55,12 +55,12 @@ def load(top):
 
 @pytest.fixture
 def make_home(top):
-    """Return the module make_home of the workspace `top`."""
+    """Return the make_home module from the workspace `top`."""
     return load(top)
 
 
 def executable(path, text=''):
-    """Write an executable file."""
+    """Write an executable file and return its path."""
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text)
     path.chmod(0o755)
@@ -105,7 +105,7 @@ for name in selected:
 if (top / 'broken').exists():
     sys.exit('error: it is broken')
 """
-"""Fake colcon, which records the selected packages and fails if a file named "broken" exists."""
+"""Fake colcon that records the selected packages and fails if the file "broken" exists."""
 
 EVERYTHING = ['tf2_msgs', 'tf2_ros', 'turtle_brick_interfaces', 'turtle_brick']
 
@@ -119,7 +119,7 @@ def built(make_home, tmp_path, monkeypatch):
     for name in ('colcon', 'cmake'):
         executable(tmp_path / 'tools' / name, COLCON)
     monkeypatch.setenv('PATH', f'{tmp_path}/tools:{os.environ["PATH"]}')
-    # AMENT_PREFIX_PATH contains the home if the shell has already sourced env.bash
+    # AMENT_PREFIX_PATH contains the home if env.bash has already been sourced
     executable(make_home.HOME / 'sourced' / INDEX / 'tf2_msgs')
     monkeypatch.setenv('AMENT_PREFIX_PATH', f'{make_home.HOME}/sourced:{tmp_path}/prefix')
 
@@ -180,11 +180,11 @@ elif [ "$1 $2" = "-m pip" ]; then
   exit 1
 fi
 """
-"""Fake Python whose pip prints $PIP_SAYS and fails; with "wait", pip outlives its parent."""
+"""Fake Python. Its pip prints $PIP_SAYS, waits for its parent to exit on "wait", and fails."""
 
 
 def refusal(make_home, make='make_pypi_home'):
-    """Check that making a home fails and leaves no files, and return the error message."""
+    """Check that making a home fails and does not leave files, and return the error message."""
     with pytest.raises(make_home.HomeError) as refused:
         getattr(make_home, make)({})
     assert not make_home.HOME.exists()
@@ -219,7 +219,7 @@ def test_a_missing_program_is_named(make_home, tmp_path, monkeypatch):
     ('work:space', "contains ':'"), ('a\nb', "contains '\\n'"),
     ('C++ & co. Übung #1 日本 ~100%', 'aarch64')])
 def test_unsupported_characters_in_the_path_are_refused(top, monkeypatch, name, words):
-    """Check three paths; the last path is supported, so the check of the machine fails instead."""
+    """Reject two invalid paths; the third path is valid, so the machine check fails instead."""
     monkeypatch.setattr(platform, 'machine', lambda: 'aarch64')
     assert words in refusal(load(top.rename(top.with_name(name))))
 
@@ -252,7 +252,7 @@ sys.exit(make_home.main())"""
 
 @pytest.fixture
 def waiting(top):
-    """Return a process that runs make_home.py and is waiting for pip."""
+    """Return a process that is running make_home.py and waiting for pip."""
     with started(top, 'wait') as process:
         process.wait_for_output('downloading', 20.0)
         assert (top / '.ros/venv/attempt').exists()

@@ -14,8 +14,8 @@
 """
 Check the commands, output, parameters and links in README.md and doc/.
 
-The commands of a page are the lines in ```bash blocks and the code in `backquotes` that begins
-with one of PROGRAMS. Each command is run unless it is listed in NOT_RUN.
+The commands on a page are the lines in ```bash blocks and the code in `backquotes` that begins
+with one of PROGRAMS. Each command is run unless it matches a pattern in NOT_RUN.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -54,7 +54,7 @@ NOT_RUN = {
     'ros2 run turtle_brick own_node': 'it requires a change of setup.py',
     r'ros2 run turtle_brick lesson \w': 'it is part of the complete lesson',
 }
-"""Patterns of commands that this test does not run, and the reasons."""
+"""Patterns for commands that this test does not run, with reasons."""
 
 ARENA = 'ros2 launch turtle_brick turtle_arena.launch.py'
 
@@ -67,12 +67,12 @@ LASTING = {
     'python3 own_node.py': "'caught': 1",
     'bash turtle_brick/scripts/demo': 'http://',
 }
-"""Patterns of commands that run until Ctrl-C, and the expected output of each."""
+"""Patterns for commands that run until Ctrl-C, with the expected output of each command."""
 
 REQUIRES_ARENA = 'ros2 (node|param|service|topic|run tf2_ros)|python3 own_node'
 
 SKIPPED = {}
-"""Patterns of commands with a missing requirement, and the reasons."""
+"""Patterns for commands with a missing requirement, with reasons."""
 if os.environ.get('TURTLE_BRICK_HOME') != f'{ROOT}/.ros':
     SKIPPED['(source|bash) turtle_brick/scripts'] = 'env.bash has not been sourced'
 if find_spec('viser') is None:
@@ -92,7 +92,7 @@ def block(page, language, word):
 
 
 def commands(page):
-    """Return the commands in the code blocks and in the text of a page."""
+    """Return the commands in the code blocks and the text on a page."""
     found = []
     for language, text in blocks(page):
         if language == 'bash':
@@ -106,7 +106,7 @@ COMMANDS = list(dict.fromkeys(command for page in PAGES for command in commands(
 LESSON = [text for page in PAGES
           for (language, command), (following, text) in pairwise(blocks(page))
           if (language, following) == ('bash', 'text') and 'lesson' in command]
-"""Expected output of each part of the lesson."""
+"""Expected output for each part of the lesson."""
 
 
 def matching(command, patterns):
@@ -115,7 +115,7 @@ def matching(command, patterns):
 
 
 def run(command, domain, directory='/'):
-    """Run a command in a ROS domain until it ends; return the exit status and the output."""
+    """Run a command in a ROS domain until it exits, and return its exit status and output."""
     done = subprocess.run(
         ['bash', '-c', command], cwd=directory, stdin=subprocess.DEVNULL, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=TIMEOUT,
@@ -133,7 +133,7 @@ def interrupt(process):
     """Send SIGINT to a process and its children, and return the exit status."""
     output = None
     while 'ros2 launch' in process.command[-1] and output != process.output:
-        output = process.output  # a busy ros2 launch may fail if it is interrupted
+        output = process.output  # ros2 launch may fail if it is interrupted while busy
         Event().wait(0.3)
     os.killpg(process.pid, signal.SIGINT)
     return process.wait(TIMEOUT)
@@ -148,7 +148,7 @@ def check_command(command, domain, directory):
         with started(command, domain, directory) as process:
             process.wait_for_output(LASTING[matching(command, LASTING)], TIMEOUT)
             interrupt(process)
-            # the real joint_state_publisher prints a traceback at its end
+            # the real joint_state_publisher prints a traceback when it exits
             assert 'Traceback' not in re.sub(r'\[joint_state.*', '', process.output)
         return
     status, output = run(command, domain, directory)
@@ -161,7 +161,7 @@ def check_command(command, domain, directory):
 
 @contextmanager
 def arena(directory):
-    """Start the arena in its own ROS domain, and check that SIGINT ends it without a traceback."""
+    """Start the arena in its own ROS domain, and check that SIGINT stops it without a traceback."""
     with reserved_domain() as domain, started(ARENA, domain, directory) as process:
         process.wait_for_output('waiting for a fall', TIMEOUT)
         deadline, listed = monotonic() + TIMEOUT, ''
@@ -179,7 +179,7 @@ def arena(directory):
 
 @pytest.fixture(scope='module')
 def outcomes(tmp_path_factory):
-    """Run the commands of all pages in parallel, and return a future for each command."""
+    """Run the commands on all pages in parallel, and return a future for each command."""
     futures, brick = {}, Lock()
 
     def check_alone(command):
@@ -197,7 +197,7 @@ def outcomes(tmp_path_factory):
             futures.update((command, pool.submit(check, command)) for command in commands)
 
     def check_with_arena(_):
-        # the longest commands first
+        # start the longest commands first
         commands = sorted(talking, key=lambda command: not re.search('own_node|/drop', command))
         with arena(tmp_path_factory.mktemp('arena')) as domain:
             check_all(commands, 6, partial(check_beside_arena, domain))
@@ -239,7 +239,7 @@ def test_links_have_targets(page):
         assert file.exists(), target
         if anchor:
             headings = re.findall('^#+ (.*)', file.read_text().lower(), re.M)
-            # GitHub removes punctuation and replaces spaces
+            # GitHub removes punctuation and replaces spaces with hyphens
             assert anchor in [re.sub(r'[^\w\- ]', '', heading).replace(' ', '-')
                               for heading in headings], target
 
