@@ -206,7 +206,9 @@ def main(args: list[str] | None = None) -> str | None:
     executor.add_node(node)
     while not stopped.is_set():
         executor.spin_once(timeout_sec=0.1)
-    alarm(4)  # Fast DDS blocked the shutdown of 1 in 700 processes. Launch would wait for 5 s.
+    # Fast DDS blocked the shutdown of 1 in 700 processes. SIGALRM ends such a process before
+    # ros2 launch sends SIGTERM after 5 s.
+    alarm(4)
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()
