@@ -85,7 +85,7 @@ class HomeError(Exception):
 
 def report(text: str, end: str = '\n') -> None:
     """Print text to standard error."""
-    print(f'{text}{end}', end='', file=sys.stderr, flush=True)  # a signal cannot split one write
+    print(f'{text}{end}', end='', file=sys.stderr, flush=True)  # signals cannot split one write
 
 
 def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None:

@@ -141,7 +141,7 @@ def unbuilt(tmp_path):
 
 
 def refusal(env_bash, **variables):
-    """Check that sourcing env.bash fails and does not create files, and return the error message."""
+    """Check that sourcing env.bash fails without creating files, and return the error message."""
     status, output, errors = shell(
         f'source {shlex.quote(str(env_bash))}\necho "$?"\ndeclare -F', **{
             'ROS_DISTRO': None, 'TURTLE_BRICK_HOME': None, 'VIRTUAL_ENV': None, 'PYTHON': None,

@@ -27,7 +27,7 @@ MANIFEST = (PACKAGE / 'package.xml').read_text()
 KEYS = {'PIL': 'python3-pil', 'tf2_ros': 'tf2_ros_py', **{name: f'python3-{name}' for name in (
     'hypothesis', 'joblib', 'matplotlib', 'mypy', 'numpy', 'psutil', 'pytest', 'rich', 'tqdm',
     'yaml')}}
-"""rosdep key for each imported module whose name differs from its key."""
+"""Rosdep key for each imported module whose name differs from its key."""
 
 NOT_IMPORTED = {'launch_xml', 'ros2launch'}
 """Packages required by `ros2 launch` and the XML launch files."""

@@ -161,7 +161,7 @@ def check_command(command, domain, directory):
 
 @contextmanager
 def arena(directory):
-    """Start the arena in its own ROS domain, and check that SIGINT stops it without a traceback."""
+    """Start the arena in a separate domain, and check that SIGINT stops it without a traceback."""
     with reserved_domain() as domain, started(ARENA, domain, directory) as process:
         process.wait_for_output('waiting for a fall', TIMEOUT)
         deadline, listed = monotonic() + TIMEOUT, ''
