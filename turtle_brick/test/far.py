@@ -116,7 +116,7 @@ def switch(taps: list[int], delay: float, jitter: float, loss: float,
                                                count, tap, frame))
 
 
-def promised_distance(height: float, latency: float) -> float:
+def distance_at_latency(height: float, latency: float) -> float:
     """Return the guaranteed distance (m) for a brick at a height (m) and a latency (s)."""
     # A command uses one link, the motion is reported over another one, and the release is
     # detected one link later.
@@ -125,12 +125,12 @@ def promised_distance(height: float, latency: float) -> float:
 
 def random_place(robot: tuple[float, float], latency: float | None, random: Random
                  ) -> tuple[float, float, float]:
-    """Return a random place (m) at 0.6 to 1.0 of the promised distance, or at 0.6 m if unknown."""
+    """Return a random place (m) at 0.6 to 1.0 guaranteed distances, or at 0.6 m without one."""
     while True:
         z = resting_height(load()) + random.uniform(3.0, 7.0)
         distance = 0.6
         if latency is not None:
-            distance = random.uniform(0.6, 1.0) * promised_distance(z, latency)
+            distance = random.uniform(0.6, 1.0) * distance_at_latency(z, latency)
         angle = random.uniform(-pi, pi)
         x, y = robot[0] + distance * cos(angle), robot[1] + distance * sin(angle)
         if within_arena(x, y) == (x, y):
@@ -177,10 +177,10 @@ def drop_bricks(drops: int) -> int:
             else:
                 outcome = 'caught although refused' if watch.caught else 'refused'
             if number:
-                limit = promised_distance(place[2], latencies[-1])
+                limit = distance_at_latency(place[2], latencies[-1])
                 outcomes[outcome] += 1
                 outcomes['inside'] += outcome == 'refused' and watch.distance <= limit
-                print(f'  {watch.distance:.2f} m, promised {limit:.2f} m: {outcome}', flush=True)
+                print(f'  {watch.distance:.2f} m, guaranteed {limit:.2f} m: {outcome}', flush=True)
     broken = drops - outcomes['caught'] - outcomes['refused']
     print(f'| {drops} | {min(latencies[1:]):.2f}–{max(latencies[1:]):.2f} s | '
           f'{outcomes["caught"]} | {outcomes["refused"]} | {outcomes["inside"]} | {broken} |',

@@ -138,7 +138,7 @@ def test_a_signal_ends_the_benchmark_and_its_processes(tmp_path):
         Event().wait(0.05)
     process.send_signal(signal.SIGTERM)
     _, errors = process.communicate(timeout=60.0)
-    assert (process.returncode, errors) == (0, 'benchmark: stopped; nothing was written\n')
+    assert (process.returncode, errors) == (0, 'benchmark: interrupted; no file was written\n')
     # Orphaned processes exist until init has reaped them.
     assert not psutil.wait_procs(started, timeout=10.0)[1]
     assert not list((tmp_path / 'out').iterdir())

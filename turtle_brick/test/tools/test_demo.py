@@ -57,11 +57,12 @@ def test_random_and_given_positions_exclude_each_other(capsys):
 
 
 @pytest.mark.parametrize('observed, fault', [
-    ({'down': None}, 'the brick has not come down'),
-    ({'refusals': [1, 2], 'caught': False, 'distance': 9.0}, 'called Unreachable more than once'),
-    ({'caught': False}, 'not called Unreachable, but not caught'),
-    ({'refusals': [1], 'distance': 9.0}, 'called Unreachable, but caught'),
-    ({'refusals': [1], 'caught': False}, 'called Unreachable within the promised 1.46 m'),
+    ({'down': None}, 'the brick did not land'),
+    ({'refusals': [1, 2], 'caught': False, 'distance': 9.0},
+     'reported as Unreachable more than once'),
+    ({'caught': False}, 'neither reported as Unreachable nor caught'),
+    ({'refusals': [1], 'distance': 9.0}, 'reported as Unreachable, but caught'),
+    ({'refusals': [1], 'caught': False}, 'reported as Unreachable within the guaranteed 1.46 m'),
     ({'floated': None}, 'caught, but not tipped off'),
 ])
 def test_each_fault_is_found(observed, fault):

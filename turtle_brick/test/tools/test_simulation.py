@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Tests for the simulation of the closed loop, and for the two promises of the catcher.
+Tests for the simulation of the closed loop, and for the two guarantees of the catcher.
 
 Every brick that the catcher accepts is caught, in any state of the robot. If the robot is at rest,
 no brick within max_velocity * (t_fall - 0.13 s) + platform_radius is refused.
@@ -87,7 +87,7 @@ def drop_and_check(simulation):
 
 
 @pytest.mark.parametrize('delays', DELAYS)
-def test_both_promises_hold(delays):
+def test_both_guarantees_hold(delays):
     """Vary positions, heights, speeds, platforms, bricks, gravity and delays."""
     random = Random(f'{delays}')
     verdicts = []
@@ -104,8 +104,8 @@ def test_both_promises_hold(delays):
             assert decision is result.decision, case
             # An unreachable brick is not caught, because the robot stays in its place.
             assert result.caught is decision.reachable, case
-            promised = guaranteed_distance(result.brick[2], parameters)
-            assert decision.reachable or dist(result.brick[:2], result.robot) > promised, case
+            guaranteed = guaranteed_distance(result.brick[2], parameters)
+            assert decision.reachable or dist(result.brick[:2], result.robot) > guaranteed, case
             time = fall_time(result.brick[2], parameters)
             assert 0.008 - 1e-9 <= result.decision_time <= 0.012 + 1e-9, case
             assert decision.available == pytest.approx(time - result.decision_time, abs=STEP), case

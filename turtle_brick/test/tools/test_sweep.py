@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Tests for the table, the promises, the figures and the program of the sweep."""
+"""Test the table, guarantees and figures of the sweep, and its command line."""
 
 import csv
 from dataclasses import replace
@@ -30,7 +30,7 @@ from turtle_brick.core.parameters import default_path, load, Parameters
 from turtle_brick.core.reachability import guaranteed_distance
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.tools import simulation, sweep
-from turtle_brick.tools.simulation import promised_distance, simulate_drop, trace
+from turtle_brick.tools.simulation import guaranteed_distance_to, simulate_drop, trace
 import yaml
 
 PARAMETERS = load()
@@ -100,7 +100,7 @@ def test_the_columns_of_a_row_are_consistent(drops):
         if row['outcome'] == 'caught':
             assert hypot(row['tilted_x'] - CENTER[0], row['tilted_y'] - CENTER[1]) < 0.02
         else:
-            assert row['distance'] > row['promised']
+            assert row['distance'] > row['guaranteed']
             assert row['slide'] is row['tilted_x'] is None
 
 
@@ -118,33 +118,34 @@ def test_positions_cover_the_grid_or_the_whole_range():
         assert low <= min(values) < low + 0.1 < high - 0.1 < max(values) <= high
 
 
-def test_each_kind_of_broken_promise_is_found(caught, refused):
+def test_each_kind_of_broken_guarantee_is_found(caught, refused):
     missed = caught._replace(result=caught.result._replace(caught=False))
-    near = refused._replace(promised=refused.distance)
+    near = refused._replace(guaranteed=refused.distance)
     unseen = near._replace(result=near.result._replace(decision=None))
     stuck = caught._replace(result=caught.result._replace(finished=False))
     for bad in (missed, near, unseen, stuck):
-        assert bad.broken_promise and sweep.drop_to_draw([refused, caught, bad]) is bad
-        assert f'broken promises: 1\n  drop {bad.number},' in sweep.summary([caught, bad, refused])
-    assert not caught.broken_promise and not refused.broken_promise
-    assert sweep.summary([caught, refused]).endswith('broken promises: 0')
+        assert bad.broken_guarantee and sweep.drop_to_draw([refused, caught, bad]) is bad
+        assert f'guarantees: 1\n  drop {bad.number},' in sweep.summary([caught, bad, refused])
+    assert not caught.broken_guarantee and not refused.broken_guarantee
+    assert sweep.summary([caught, refused]).endswith('broken guarantees: 0')
 
 
-def test_no_catch_is_promised_outside_the_arena():
-    assert promised_distance((5.0, 5.0, 8.0), PARAMETERS) == guaranteed_distance(8.0, PARAMETERS)
-    assert promised_distance((5.0, ARENA_SIZE + 0.01, 8.0), PARAMETERS) == -inf
+def test_no_catch_is_guaranteed_outside_the_arena():
+    limit = guaranteed_distance_to((5.0, 5.0, 8.0), PARAMETERS)
+    assert limit == guaranteed_distance(8.0, PARAMETERS)
+    assert guaranteed_distance_to((5.0, ARENA_SIZE + 0.01, 8.0), PARAMETERS) == -inf
 
 
-def test_a_broken_promise_ends_in_status_1(tmp_path, capsys, monkeypatch):
+def test_the_exit_status_is_1_after_a_broken_guarantee(tmp_path, capsys, monkeypatch):
     """A guaranteed distance that is too long is reported."""
     monkeypatch.setattr(simulation, 'guaranteed_distance', lambda *_: inf)
     assert sweep.main(['--drops', '6', '--workers', '1', '--no-figures',
                        '--output', str(tmp_path)]) == 1
-    assert 'refused within the promised' in capsys.readouterr().out
+    assert 'refused within the guaranteed' in capsys.readouterr().out
 
 
 def test_figures_are_drawn(tmp_path, drops, caught):
-    """Draw all outcomes at random positions, and one drop without any promise."""
+    """Draw all outcomes at random positions, and one drop without a guarantee."""
     missed = caught._replace(result=caught.result._replace(caught=False))
     unseen = caught._replace(result=caught.result._replace(decision=None, caught=False))
     sweep.draw([*drops, missed, unseen], PARAMETERS, tmp_path)

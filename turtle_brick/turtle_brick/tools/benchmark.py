@@ -15,18 +15,18 @@
 """
 benchmark: measure processor time, message intervals and reaction times of the live graph.
 
-The benchmark needs an otherwise idle machine. It measures as follows:
+The machine must be otherwise idle. The measurements are taken as follows:
 
-* `ros2 launch turtle_brick turtle_arena.launch.py view:=none` runs in its own ROS domain.
+* `ros2 launch turtle_brick turtle_arena.launch.py view:=none` runs in a separate ROS domain.
 * Processor time is the user and system time of each process during two windows. In the idle
-  window, the brick hovers, the robot is at rest, and no other node subscribes to topics with a
-  rate of 100 Hz or more. In the catching window, a client drops one brick after another and
-  records all topics.
+  window, the brick hovers, the robot is at rest, and no client subscribes to fast topics (100 Hz
+  or more). In the catching window, a client drops one brick after another and records all topics.
 * Message intervals are measured in another idle window, with the client connected. An interval is
   the difference between two source timestamps, which the publisher's middleware sets.
-* Reaction times begin at the release of each brick. The robot is then at rest at a random distance
-  that requires a drive. The release is the timestamp of the last brick position before the fall.
-  The decision is the publication of the goal. Motion begins with the first changed pose.
+* Reaction times start when the brick is released. At that time, the robot is at rest at a random
+  distance from which it must drive to catch the brick. The release time is the timestamp of the
+  last brick position before the fall. The decision time is the publication time of the goal. The
+  motion starts with the first changed pose.
 """
 
 import argparse
@@ -68,21 +68,21 @@ NODES = (*OURS, 'turtlesim_node', 'robot_state_publisher')
 """All nodes of the graph."""
 
 START_TIMEOUT = 60.0
-"""Timeout (s) for the start and the discovery of the graph."""
+"""Timeout (s) for starting and discovering the graph."""
 
 WARM_UP_TIME = 3.0
 """Time (s) that the graph runs before the first measurement."""
 
 LEAD_TIME_NS = 100_000_000
-"""Duration (ns) before a drop request in which brick positions are examined too."""
+"""Time (ns) before each drop request from which brick positions are examined."""
 
 MOTION_THRESHOLD = 1e-6
-"""Distance (m) above which a change of position is a motion."""
+"""Largest change (m) in position that does not count as motion."""
 
 
 def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | None:
     """
-    Return the delays between a brick's release and the robot's motion.
+    Return the delays from a brick's release to the robot's motion.
 
     :param record: the recorded messages
     :param begin: a time (ns) shortly before the release
@@ -96,7 +96,7 @@ def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | N
     falls = np.flatnonzero(np.diff(heights) < 0.0)
     if not falls.size or falls[0] + 2 >= len(bricks):
         return None
-    # A fall begins at a physics step, so the release is the last position before a lower one.
+    # A fall starts at a physics step, so the last position before a lower one is the release.
     release = bricks[falls[0]][1].stamp
     goals = (goal.published for goal in record.messages('goal_pose', release, end))
     moving = (command.published for command in record.messages('cmd_vel', release, end)
@@ -115,7 +115,7 @@ def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | N
 
 
 def first_motion(positions: Iterable[tuple[int, Any]]) -> int | None:
-    """Return the publication time (ns) of the first position that differs from the first one."""
+    """Return the publication time (ns) of the first position that differs from the initial one."""
     start = None
     for published, position in positions:
         if start is None:
@@ -126,21 +126,21 @@ def first_motion(positions: Iterable[tuple[int, Any]]) -> int | None:
 
 
 def message_intervals(record: Record, begin: int) -> dict[str, np.ndarray]:
-    """Return the intervals (s) between messages published after a time (ns), by topic."""
+    """Return the intervals (s) between messages published after a time (ns), keyed by topic."""
     published = {name: [message.published for message in record.messages(name, begin)]
                  for name in ('cmd_vel', 'odom', 'joint_states')}
     for label, frame in (('odom -> base_link', BASE_LINK), ('world -> brick', BRICK)):
-        # One message may contain several physics steps.
+        # One message can contain several physics steps.
         times = {time for time, _ in record.frames[frame].published_between(begin)}
         published[label] = sorted(times)
     return {label: np.diff(times) * SECONDS_PER_NS for label, times in published.items()}
 
 
 def graph_processes(launch: psutil.Process) -> dict[str, psutil.Process]:
-    """Return the node processes started by a launch process, by the names in NODES."""
+    """Return the node processes started by a launch process, keyed by the names in NODES."""
     found = {}
     for process in launch.children(recursive=True):
-        for word in process.cmdline()[:2]:  # Python may precede the program
+        for word in process.cmdline()[:2]:  # An interpreter may precede the program.
             if Path(word).name in NODES:
                 found[Path(word).name] = process
     return found
@@ -148,7 +148,7 @@ def graph_processes(launch: psutil.Process) -> dict[str, psutil.Process]:
 
 def processor_usage(nodes: dict[str, psutil.Process],
                     action: Callable[[], Any]) -> dict[str, float]:
-    """Return the average number of cores that each process uses during an action."""
+    """Return the average number of cores used by each process during an action."""
     def used_times() -> dict[str, float]:
         return {name: sum(process.cpu_times()[:2]) for name, process in nodes.items()}
 
@@ -159,7 +159,7 @@ def processor_usage(nodes: dict[str, psutil.Process],
 
 
 def measure(seconds: float, drop_count: int) -> dict[str, Any]:
-    """Measure during idle windows of a duration (s) and a number of drops; return the results."""
+    """Measure the graph in idle windows of a given duration (s) and during a number of drops."""
     parameters, random = load(), Random(1)
     make_observer = partial(Observer, name='benchmark',
                             profile=Profile.from_parameters(parameters))
@@ -172,7 +172,7 @@ def measure(seconds: float, drop_count: int) -> dict[str, Any]:
 
     def drop_bricks() -> None:
         for _ in range(drop_count):
-            # At these distances, the robot must move and can catch the brick.
+            # At these distances, the robot must move to catch the brick and has enough time.
             position = random_brick(random, client, parameters, 0.5, 0.9)
             client.place(position).check()
             drops.append(client.drop(position))
@@ -182,13 +182,13 @@ def measure(seconds: float, drop_count: int) -> dict[str, Any]:
             connect(spinner)
             spinner.spin_for(WARM_UP_TIME)
         nodes = graph_processes(psutil.Process(launch.pid))
-        print('measuring the idle graph', file=sys.stderr, flush=True)
+        print('Measuring the idle graph', file=sys.stderr, flush=True)
         found: dict[str, Any] = {'idle': processor_usage(nodes, lambda: sleep(seconds))}
         with NodeSpinner(make_observer) as spinner:
             client = connect(spinner)
-            print(f'measuring {drop_count} drops', file=sys.stderr, flush=True)
+            print(f'Measuring {drop_count} drops', file=sys.stderr, flush=True)
             found['catching'] = processor_usage(nodes, drop_bricks)
-            print('measuring message intervals', file=sys.stderr, flush=True)
+            print('Measuring message intervals', file=sys.stderr, flush=True)
             begin = time_ns()
             spinner.spin_for(seconds)
             client.observer.update()
@@ -201,7 +201,7 @@ def measure(seconds: float, drop_count: int) -> dict[str, Any]:
 
 
 def outcome(drop: DropWatch) -> str:
-    """Return the outcome of a drop."""
+    """Return 'caught', 'refused' or 'missed' for a drop."""
     if drop.caught:
         return 'caught'
     return 'refused' if drop.refusals else 'missed'
@@ -258,7 +258,7 @@ def main(args: Sequence[str] | None = None) -> int:
         plots.latency(found['latency'], options.output / 'latency.png')
         print(f'\n{options.output / "latency.png"}')
     except KeyboardInterrupt:
-        print('benchmark: stopped; nothing was written', file=sys.stderr)
+        print('benchmark: interrupted; no file was written', file=sys.stderr)
         return 0
     except (DomainError, OSError, psutil.Error, TimeoutError, ValueError) as error:
         print(f'benchmark: {error}', file=sys.stderr)

@@ -13,14 +13,14 @@
 # limitations under the License.
 
 """
-demo: run the whole graph in one process and drop bricks into it.
+demo: run the whole graph in one process and drop bricks.
 
-Without arguments, the demo drops two bricks: one that can be caught and one that cannot. The
-nodes log the events. With --arenas N, the demo runs in N arenas at the same time, each in its own
-process and namespace.
+By default, the demo drops two bricks: one that can be caught and one that cannot. The
+nodes log the events. With --arenas N, the demo runs N arenas in parallel, each in its own process
+and namespace.
 
 The exit status is 0 if every brick that the catcher accepted was caught and tipped off, and no
-brick within the promised distance was refused. Otherwise the exit status is 1.
+brick within the guaranteed distance was refused. Otherwise the exit status is 1.
 """
 
 import argparse
@@ -44,7 +44,7 @@ from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, within_arena
 from turtle_brick.physics import World
 from turtle_brick.tools import positive_int
 from turtle_brick.tools.graph import Graph
-from turtle_brick.tools.simulation import promised_distance
+from turtle_brick.tools.simulation import guaranteed_distance_to
 from turtle_referee.graph_client.client import GraphClient
 from turtle_referee.graph_client.domains import (DomainError, DOMAINS, is_empty, LAST_DOMAIN,
                                                  reserved_domain, restrict_to_localhost)
@@ -54,35 +54,35 @@ from turtle_referee.graph_client.profiles import Profile
 from turtle_referee.graph_client.spinning import handle_interrupts, INTERRUPTED, LONGEST_WAIT
 
 START_TIMEOUT = 30.0
-"""Timeout (s) for the start of the graph."""
+"""Timeout (s) for starting the graph."""
 
 BROWSER_TIMEOUT = 8.0
-"""Timeout (s) for a browser to open the page before the first drop."""
+"""Time (s) to wait for a browser to open the page before the first drop."""
 
 HOVERING_TIME = 1.0
-"""Time (s) that each brick hovers before its drop, so that people can see it."""
+"""Time (s) for which each brick hovers before it is dropped, so that users can see it."""
 
 DISCOVERY_TIME = 5.0
-"""Time (s) for the discovery of other nodes in a domain. Discovery usually takes a few tenths of a
-second, but a lost announcement is repeated only after 3 s."""
+"""Time (s) for discovering other nodes in a domain. Discovery usually takes less than 1 s, but a
+lost announcement is repeated only after 3 s."""
 
 FIRST_PORT = 8080
-"""Port of the first page. Each further arena uses the next port."""
+"""Port of the first arena's page. The port number increases by one for each further arena."""
 
-KEEPS_RUNNING = 'The graph keeps running until Ctrl-C.'
-"""Message to a user at a terminal."""
+KEEPS_RUNNING = 'The graph keeps running until you press Ctrl-C.'
+"""Message to the user if the demo runs in a terminal."""
 
 ROBOT_TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom', 'brick_marker')
-"""Topics that only turtlesim, a robot or an arena publishes."""
+"""Topics that are published only by turtlesim, a robot or an arena."""
 
 
 @contextmanager
 def choose_domain() -> Iterator[bool]:
     """
-    Use the ROS domain in the environment, or reserve an empty domain if none is set.
+    Use the ROS domain set in the environment, or reserve an unused domain if none is set.
 
     :return: whether the domain may contain other nodes
-    :raises DomainError: ROS_DOMAIN_ID is invalid, or no domain is empty
+    :raises DomainError: ROS_DOMAIN_ID is invalid, or no unused domain is available
     """
     restrict_to_localhost()
     local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') == 'LOCALHOST'
@@ -93,7 +93,7 @@ def choose_domain() -> Iterator[bool]:
                               f'from 0 to {LAST_DOMAIN}')
         yield not local or not is_empty(int(given))
         return
-    # The default domain 0 is skipped, because a graph launched there would mix with this one.
+    # Skip the default domain 0, because another graph could be launched in it later.
     with reserved_domain(DOMAINS[1:]) as domain:
         os.environ['ROS_DOMAIN_ID'] = str(domain)
         print(f'Using ROS domain {domain}; in another terminal: export ROS_DOMAIN_ID={domain}',
@@ -113,19 +113,19 @@ def check_for_other_robots(namespaces: Sequence[str]) -> None:
             'or choose another ROS_DOMAIN_ID')
 
 
-def faults(watch: DropWatch, promised: float) -> list[str]:
-    """Return the faults in a drop; a catch is promised within a distance (m)."""
+def faults(watch: DropWatch, guaranteed: float) -> list[str]:
+    """Return the faults in a drop, given the distance (m) within which a catch is guaranteed."""
     found = []
     if watch.down is None:
-        found.append('the brick has not come down')
+        found.append('the brick did not land')
     if len(watch.refusals) > 1:
-        found.append('called Unreachable more than once')
+        found.append('reported as Unreachable more than once')
     if not watch.refusals and not watch.caught:
-        found.append('not called Unreachable, but not caught')
+        found.append('neither reported as Unreachable nor caught')
     if watch.refusals and watch.caught:
-        found.append('called Unreachable, but caught')
-    if watch.refusals and watch.distance <= promised:
-        found.append(f'called Unreachable within the promised {promised:.2f} m')
+        found.append('reported as Unreachable, but caught')
+    if watch.refusals and watch.distance <= guaranteed:
+        found.append(f'reported as Unreachable within the guaranteed {guaranteed:.2f} m')
     if watch.caught and watch.floated is None:
         found.append('caught, but not tipped off')
     return found
@@ -133,7 +133,7 @@ def faults(watch: DropWatch, promised: float) -> list[str]:
 
 def random_brick(random: Random, client: GraphClient, parameters: Parameters, nearest: float,
                  farthest: float) -> Vector:
-    """Return a random brick position (m) between two fractions of the promised distance."""
+    """Return a brick position (m) at a random fraction of the guaranteed distance."""
     robot = client.robot_position()
     assert robot is not None
     while True:
@@ -147,7 +147,7 @@ def random_brick(random: Random, client: GraphClient, parameters: Parameters, ne
 
 def bricks(options: argparse.Namespace, client: GraphClient,
            parameters: Parameters) -> Iterator[Vector]:
-    """Yield the brick positions (m) for the command-line options."""
+    """Yield the brick positions (m) selected by the command-line options."""
     if options.drops:
         random = Random(f'{options.namespace}{options.seed}')
         for _ in range(options.drops):
@@ -156,12 +156,12 @@ def bricks(options: argparse.Namespace, client: GraphClient,
         yield from options.place
     else:
         yield parameters.brick_start
-        # The far corner is visible from the initial viewpoint.
+        # This corner is visible from the initial camera position.
         yield (ARENA_SIZE - 0.5, ARENA_SIZE - 0.5, resting_height(parameters) + 1.0)
 
 
 def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Parameters) -> bool:
-    """Start all nodes in an empty graph and drop the bricks; return whether no fault was found."""
+    """Start all nodes in an empty graph, drop bricks, and return whether no fault was found."""
     graph.add_turtlesim()
     graph.add_robot_state_publisher()
     graph.add_robot()
@@ -172,33 +172,33 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
     client = GraphClient(graph, observer)
     graph.spin_until(client.is_complete, START_TIMEOUT,
                      'turtlesim, robot, arena and catcher are connected')
-    freeze()  # Without this, a garbage collection takes tens of milliseconds.
+    freeze()  # Otherwise, garbage collection would take tens of milliseconds.
     prefix = f'{options.namespace}: ' if options.namespace else ''
     watches, faulty = [], 0
     for brick in bricks(options, client, parameters):
         client.place(brick, HOVERING_TIME).check()
         watch = client.drop(brick)
         watches.append(watch)
-        # The promised distance is shorter if commands take longer than on an idle machine.
+        # The guaranteed distance is shorter if commands are slower than on an idle machine.
         excess = catcher.decision.latency - COMMAND_LATENCY if catcher.decision else 0.0
-        found = faults(watch, promised_distance(brick, parameters, excess))
+        found = faults(watch, guaranteed_distance_to(brick, parameters, excess))
         for fault in found:
             print(f'{prefix}FAULT: {fault}\n', end='', flush=True)
         if found:
             faulty += 1
     caught = [watch.caught for watch in watches]
     refused = [watch for watch in watches if watch.refusals]
-    # The newline is part of the text, so that lines of several processes do not mix.
+    # Print the newline with the text so that lines from several processes stay separate.
     print(f'{prefix}{len(watches)} dropped: {sum(caught)} caught, {len(refused)} Unreachable, '
           f'{faulty} faulty\n', end='', flush=True)
-    graph.remove(observer)  # It would record messages until the graph ends.
+    graph.remove(observer)  # Stop recording messages.
     if options.drops or options.place:
         return faulty == 0
     return faulty == 0 and caught == [True, False]
 
 
 def start_viewer(graph: Graph, port: int) -> None:
-    """Start the viewer on a port, and open its page in a browser if there is a screen."""
+    """Start the viewer on a port, and open its page in a browser if a display is available."""
     prefix = f'{graph.namespace}: ' if graph.namespace else ''
     viewer = graph.add_process('turtle_brick', 'viewer', '--ros-args', '-p', f'port:={port}',
                                listener=lambda line: sys.stderr.write(prefix + line))
@@ -206,7 +206,7 @@ def start_viewer(graph: Graph, port: int) -> None:
     def wait_for_output(pattern: str, timeout: float) -> re.Match[str] | None:
         with suppress(TimeoutError):
             graph.spin_until(lambda: re.search(pattern, viewer.output) or not viewer.running,
-                             timeout, 'the viewer has printed its message')
+                             timeout, 'the viewer has printed a message')
         return re.search(pattern, viewer.output)
 
     address = wait_for_output(r'Viewer: (http\S+)', START_TIMEOUT)
@@ -216,12 +216,12 @@ def start_viewer(graph: Graph, port: int) -> None:
 
 
 def is_interactive() -> bool:
-    """Return whether a user runs the demo in a terminal."""
+    """Return whether the demo is running in a terminal."""
     return sys.stdin.isatty() and sys.stdout.isatty()
 
 
 def run(options: argparse.Namespace, parameters: Parameters) -> int:
-    """Run the demo in one arena; return its exit status."""
+    """Run the demo in one arena and return the exit status."""
     with Graph(namespace=options.namespace, tf_inside=bool(options.namespace)) as graph:
         if not options.no_view:
             start_viewer(graph, options.port)
@@ -234,11 +234,11 @@ def run(options: argparse.Namespace, parameters: Parameters) -> int:
 
 
 def run_arenas(names: Sequence[str], args: Sequence[str]) -> int:
-    """Run the demo in several namespaces at the same time, each in its own process."""
+    """Run the demo in several namespaces in parallel, each in its own process."""
     if is_interactive():
         print(KEEPS_RUNNING, flush=True)
     command = [sys.executable, '-m', 'turtle_brick.tools.demo', *args]
-    # A process in a new session does not receive Ctrl-C from the terminal.
+    # In a new session, the process does not receive Ctrl-C from the terminal.
     arenas = [subprocess.Popen([*command, '--namespace', name, '--port', str(FIRST_PORT + number)],
                                start_new_session=True) for number, name in enumerate(names)]
     try:
@@ -256,20 +256,20 @@ def run_arenas(names: Sequence[str], args: Sequence[str]) -> int:
 def parse(args: Sequence[str]) -> argparse.Namespace:
     """Parse the command line."""
     parser = argparse.ArgumentParser(
-        prog='demo', description='Run the whole graph in one process and drop bricks into it.')
+        prog='demo', description='Run the whole graph in one process and drop bricks.')
     positions = parser.add_mutually_exclusive_group()
     positions.add_argument(
         '--place', nargs=3, type=float, action='append', metavar=('X', 'Y', 'Z'), default=[],
-        help='drop a brick from this position (m, world frame) instead of the usual two; '
-        'repeatable')
+        help='drop a brick from this position (m, world frame) instead of the two default '
+        'positions; repeatable')
     positions.add_argument(
         '--drops', type=positive_int, metavar='N',
-        help='drop N bricks from random positions instead of the usual two')
+        help='drop N bricks from random positions instead of the two default positions')
     parser.add_argument('--seed', type=int, default=1, metavar='N',
                         help='seed for the random positions (default: 1)')
     parser.add_argument(
         '--arenas', type=positive_int, default=1, metavar='N',
-        help='run N arenas at the same time in the namespaces arena_1, arena_2, ...; each takes '
+        help='run N arenas in parallel in the namespaces arena_1, arena_2, ...; each requires '
         'half a core or more')
     parser.add_argument('--no-view', action='store_true', help='do not start the browser viewer')
     parser.add_argument('--namespace', default='', help=argparse.SUPPRESS)
@@ -278,7 +278,7 @@ def parse(args: Sequence[str]) -> argparse.Namespace:
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run the demo; return its exit status."""
+    """Run the demo and return the exit status."""
     args = sys.argv[1:] if args is None else args
     options = parse(args)
     handle_interrupts()
@@ -286,7 +286,7 @@ def main(args: Sequence[str] | None = None) -> int:
         parameters = load()
         world = World.from_parameters(parameters)
         for position in options.place:
-            world.brick = position  # raises ValueError for the same positions as the arena
+            world.brick = position  # Raises ValueError if the arena would reject the position.
         if options.namespace:
             return run(options, parameters)
         names = [f'arena_{number + 1}' for number in range(options.arenas)]

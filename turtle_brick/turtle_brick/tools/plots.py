@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-Draw the map of the arena, one drop in detail, and the latency of the live graph.
+Draw a map of the arena, one drop in detail, and the latency in the live graph.
 
-The figures of the lesson also use the colors and helpers in this module. The module does not
-require a display and does not change the global state of matplotlib.
+The figures in the lesson also use the colors and helpers in this module. The module does not
+require a display or change matplotlib's global state.
 """
 
 from collections.abc import Iterator, Sequence
@@ -75,7 +75,7 @@ STYLE: dict[Any, Any] = {
 MARGIN_COLORS = LinearSegmentedColormap.from_list('margin', [
     (0.0, '#5c1f1a'), (0.25, '#b5452f'), (0.5, '#f7b36b'),
     (0.5, '#a5dcc4'), (0.75, '#3a8fb7'), (1.0, '#183a6b')])
-"""Colors of refused bricks (below 0.5) and of caught bricks (above 0.5)."""
+"""Colors for refused bricks (below 0.5) and caught bricks (above 0.5)."""
 
 FINE_DASHES = (0, (2, 2))
 
@@ -87,7 +87,7 @@ PHASE_COLORS = {'hovering': '#eef2f6', 'falling': '#ffe3c4', 'riding': '#d5ecd8'
 
 @contextmanager
 def new_figure(path: Path, width: float, height: float) -> Iterator[Figure]:
-    """Yield an empty figure (size in inches), and write it as a PNG at the end."""
+    """Yield an empty figure (size in inches), then write it to a PNG file."""
     with rc_context(STYLE):
         figure = Figure(figsize=(width, height), layout='constrained')
         yield figure
@@ -95,13 +95,13 @@ def new_figure(path: Path, width: float, height: float) -> Iterator[Figure]:
 
 
 def distance_without_latency(height: float, parameters: Parameters) -> float:
-    """Return the distance (m) that a robot without any latency could cover during a fall."""
+    """Return the reach (m) of a robot without latency during a fall from a height (m)."""
     return (parameters.max_velocity * fall_time(height, parameters)
             + parameters.platform_radius)
 
 
 def reachability_map(drops: Sequence[SimulatedDrop], parameters: Parameters, path: Path) -> None:
-    """Draw the outcomes in the arena from above, with the theoretical limits."""
+    """Draw the outcomes and the theoretical limits in the arena from above."""
     heights = sorted({min(drop.result.brick[2] for drop in drops),
                       max(drop.result.brick[2] for drop in drops)})
     margins = [drop.margin for drop in drops if drop.margin is not None]
@@ -129,11 +129,11 @@ def reachability_map(drops: Sequence[SimulatedDrop], parameters: Parameters, pat
 
 def _draw_outcomes(axes: Axes, drops: Sequence[SimulatedDrop], norm: TwoSlopeNorm,
                    lowest: float) -> None:
-    """Draw the walls, each drop in the color of its margin, and a cross for each missed brick."""
+    """Draw the walls, each drop in the color for its margin, and a cross for each missed brick."""
     walls = axes.add_patch(Rectangle((0.0, 0.0), ARENA_SIZE, ARENA_SIZE, fill=False,
                                      edgecolor=INK, linewidth=2.5, zorder=5))
     x, y, _ = zip(*(drop.result.brick for drop in drops))
-    # The size of the squares (points squared) lets them cover the arena together.
+    # The squares (size in points squared) are just large enough to cover the arena without gaps.
     size = min(max(450.0 ** 2 / len(drops), 1.0), 60.0)
     colors = [lowest if drop.margin is None else drop.margin for drop in drops]
     axes.scatter(x, y, s=size, marker='s', c=colors, cmap=MARGIN_COLORS, norm=norm,
@@ -144,14 +144,14 @@ def _draw_outcomes(axes: Axes, drops: Sequence[SimulatedDrop], norm: TwoSlopeNor
 
 
 def _draw_limits(axes: Axes, heights: Sequence[float], parameters: Parameters) -> None:
-    """Draw the promised distance and the distance without latency as circles, by height (m)."""
-    promise = (f'a catch is promised inside: {parameters.max_velocity:g} m/s × (fall time − '
-               f'{GUARANTEED_LATENCY:g} s) + platform radius')
+    """Draw circles for the guaranteed and the latency-free distance at each height (m)."""
+    guarantee = (f'a catch is guaranteed inside: {parameters.max_velocity:g} m/s × (fall time − '
+                  f'{GUARANTEED_LATENCY:g} s) + platform radius')
     impossible = 'a catch is impossible outside, even without any latency'
     if len(heights) > 1:
-        impossible += ' (each for the lowest and the highest release)'
+        impossible += ' (for the lowest and the highest release)'
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
-    for limit, style, label in ((guaranteed_distance, '-', promise),
+    for limit, style, label in ((guaranteed_distance, '-', guarantee),
                                 (distance_without_latency, FINE_DASHES, impossible)):
         for height in heights:
             radius = max(limit(height, parameters), 0.0)
@@ -162,7 +162,7 @@ def _draw_limits(axes: Axes, heights: Sequence[float], parameters: Parameters) -
 
 def one_drop(samples: Sequence[TraceSample], drop: SimulatedDrop, parameters: Parameters,
              path: Path) -> None:
-    """Draw one drop over time, from its trace and its result."""
+    """Plot one drop over time from its trace and its result."""
     time = [sample.time for sample in samples]
     with new_figure(path, 8.6, 9.4) as figure:
         strip, height, distance, speed, tilt = figure.subplots(
@@ -199,7 +199,7 @@ def one_drop(samples: Sequence[TraceSample], drop: SimulatedDrop, parameters: Pa
 
 def _draw_curves(samples: Sequence[TraceSample], drop: SimulatedDrop, height: Axes,
                  distance: Axes, speed: Axes, tilt: Axes) -> None:
-    """Draw the curves of a drop into its four axes."""
+    """Draw a drop's curves in four axes."""
     def plot(axes: Axes, values: Sequence[float], color: str, label: str | None = None) -> None:
         axes.step([sample.time for sample in samples], values, where='post', color=color,
                   linewidth=1.7, label=label)
@@ -217,7 +217,7 @@ def _draw_curves(samples: Sequence[TraceSample], drop: SimulatedDrop, height: Ax
 
 def _color_spans(axes: Axes, time: Sequence[float], values: Sequence[str],
                  colors: dict[str, str], label_height: float | None) -> None:
-    """Color each span of equal values; label wide spans at a height (axes fraction) if given."""
+    """Color each span of equal values, and label wide spans if a label height is given."""
     changes = [index for index, (last, value) in enumerate(pairwise(values), 1) if value != last]
     for first, end in pairwise([0, *changes, len(values) - 1]):
         axes.axvspan(time[first], time[end], color=colors[values[first]], linewidth=0.0, zorder=0)
@@ -233,23 +233,23 @@ LINKS = {
     'moved': ('turtlesim', 'its queue of seven commands is always full', CAUGHT),
     'known': ('turtle_robot', 'broadcasts the motion in its next cycle', ROBOT),
 }
-"""Delays from a release to a motion, in order: node, description and color, by key."""
+"""The node, description and color for each delay between a release and a motion, in order."""
 
 
 def waterfall(axes: Axes, delays: Sequence[tuple[str, float, str]]) -> None:
-    """Draw consecutive delays as bars, each with its label, duration (ms) and color."""
+    """Draw consecutive delays as bars, each with a label, a duration (ms) and a color."""
     total = sum(duration for _, duration, _ in delays)
     begin = 0.0
     for row, (label, duration, color) in enumerate(delays):
         end = begin + duration
         axes.barh(row, duration, left=begin, height=0.6, color=color)
         outline = [withStroke(linewidth=3.0, foreground='white')]
-        if duration > 0.5 * total:  # inside the bar
+        if duration > 0.5 * total:  # Write the label inside the bar.
             axes.text(begin + 0.01 * total, row, label, va='center', color='white')
-        elif end < 0.5 * total:  # to the right of the bar
+        elif end < 0.5 * total:  # Write the label to the right of the bar.
             axes.text(max(0.23 * total, end + 0.06 * total), row, label, va='center',
                       path_effects=outline)
-        else:  # to the left of the bar
+        else:  # Write the label to the left of the bar.
             axes.text(begin - 0.01 * total, row, label, ha='right', va='center',
                       path_effects=outline)
         begin = end
@@ -259,10 +259,10 @@ def waterfall(axes: Axes, delays: Sequence[tuple[str, float, str]]) -> None:
 
 def latency(drops: Sequence[dict[str, float]], path: Path) -> None:
     """
-    Draw the delays from the release of a brick to the robot's first motion.
+    Draw the delays from a brick's release to the robot's first motion.
 
-    :param drops: for each drop, the time (s) from the release to the end of each of LINKS
-    :param path: path of the PNG
+    :param drops: for each drop, the time (s) from the release to the end of each delay in LINKS
+    :param path: path of the PNG file
     """
     medians = {link: 1e3 * median(drop[link] for drop in drops) for link in LINKS}
     durations = np.diff([0.0, *medians.values()])

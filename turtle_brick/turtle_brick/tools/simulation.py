@@ -13,15 +13,15 @@
 # limitations under the License.
 
 """
-The closed loop without ROS: brick, robot, turtlesim and catcher at their real rates.
+Simulate brick, robot, turtlesim and catcher at their real rates without ROS.
 
 The simulation uses the same modules as the nodes: `physics.World` at 250 Hz, `driving.Driver` at
 100 Hz, `turtlesim_kinematics.Turtle` with its command queue every 16 ms, and `catch_logic.Catcher`
 at 50 Hz and on every new brick position. The delays between them are the same as in the live
-graph. Time jumps from event to event, so one hour is simulated in seconds. All random numbers
-come from one seed, so every run can be repeated.
+graph. The simulated time advances from event to event, so one hour is simulated in seconds. All
+random numbers are generated from one seed, so every run is reproducible.
 
-`simulate_drop` simulates one drop for tables and maps, and `trace` repeats it for a figure.
+`simulate_drop` simulates one drop for tables and maps. `trace` repeats it for a figure.
 """
 
 from collections import Counter, deque
@@ -53,48 +53,48 @@ CATCHER_PERIOD_NS = round(catch_logic.UPDATE_PERIOD / SECONDS_PER_NS)
 """Period of the catcher (ns)."""
 
 START_TIME = 0.3
-"""Simulated time (s) before the first drop, in which robot, arena and catcher exchange data."""
+"""Simulated time (s) in which robot, arena and catcher exchange data before the first drop."""
 
 
 @dataclass(frozen=True)
 class Delays:
     """Delays of the live graph (s)."""
 
-    transport: float = driving.TRANSPORT_DELAY  # from publishing a message to receiving it
-    transforms: float = 0.0010  # from the robot's cycle to robot_state_publisher's transform
-    tick_jitter: float = 0.0  # standard deviation of the times of turtlesim's ticks
-    robot_jitter: float = 0.0  # standard deviation of the times of the robot's cycles
+    transport: float = driving.TRANSPORT_DELAY  # From publishing a message to receiving it.
+    transforms: float = 0.0010  # From the robot's cycle to robot_state_publisher's transform.
+    tick_jitter: float = 0.0  # Standard deviation of turtlesim's tick times.
+    robot_jitter: float = 0.0  # Standard deviation of the robot's cycle times.
 
 
 JITTER = Delays(tick_jitter=0.002, robot_jitter=0.0003)
-"""Delays with the timer jitter of turtlesim and rclpy."""
+"""Delays including timer jitter in turtlesim and rclpy."""
 
 
 class DropResult(NamedTuple):
-    """The events of a drop; lengths in m, times in s."""
+    """The events in a drop, with lengths in m and times in s."""
 
-    brick: Vector  # position at the release
-    robot: tuple[float, float]  # position of the robot at the release
+    brick: Vector  # Position at the release.
+    robot: tuple[float, float]  # Position at the release.
     decision: Decision | None
     caught: bool
-    fall_time: float  # from the release to the contact with the platform or the ground
-    decision_time: float  # from the release to the decision
-    carried_to: tuple[float, float] | None  # position of the robot when it tilted
-    slide_time: float  # from the start of the tilt until the brick floats
-    finished: bool  # whether the catcher was waiting again at the end
+    fall_time: float  # From the release to contact with the platform or the ground.
+    decision_time: float  # From the release to the decision.
+    carried_to: tuple[float, float] | None  # Robot position when it tilted.
+    slide_time: float  # From the start of tilting until the brick floats.
+    finished: bool  # Whether the catcher was waiting again at the end.
 
 
 class Simulation:
-    """One arena with its robot."""
+    """Simulate one arena and its robot."""
 
     def __init__(self, parameters: Parameters, seed: int = 0, delays: Delays = Delays(),
                  start: tuple[float, float, float] = (ARENA_CENTER, ARENA_CENTER, 0.0)) -> None:
         """
-        Create an arena with robot and brick at rest.
+        Create an arena in which the robot and the brick are at rest.
 
         :param parameters: the physical parameters
-        :param seed: seed for the phases of all timers and for the jitter
-        :param delays: the delays between the parts
+        :param seed: seed for the timer phases and the jitter
+        :param delays: the delays between simulated components
         :param start: x, y (m) and theta (rad) of the turtle in the world frame
         """
         self.parameters = parameters
@@ -104,21 +104,22 @@ class Simulation:
         self.driver = Driver(parameters.max_velocity)
         self.turtle = Turtle(*start, holonomic=True)
         self.catcher = Catcher(parameters)
-        self.now = 0  # simulated time (ns)
-        self.after_step: Callable[[], None] | None = None  # called after each physics step
-        self.commanded = (0.0, 0.0)  # latest velocity command (m/s), in the turtle's frame
-        self.decisions: list[tuple[int, Decision]] = []  # each with its time (ns)
+        self.now = 0  # Simulated time (ns).
+        self.after_step: Callable[[], None] | None = None  # Called after each physics step.
+        self.commanded = (0.0, 0.0)  # Latest velocity command (m/s) in the turtle's frame.
+        self.decisions: list[tuple[int, Decision]] = []  # Decisions and their times (ns).
         self._hinge = parameters.platform_height - parameters.platform_thickness
         self._tilt = 0.0
         self._last_state: tuple[TurtlePose | None, float] = (None, 0.0)
-        # Messages in transit: (arrival time in ns, content), in order of arrival.
+        # Messages in transit as tuples (arrival time in ns, content), sorted by arrival time.
         self._to_turtle: deque[tuple[int, float, float]] = deque()
         self._to_driver: deque[tuple[int, TurtlePose]] = deque()
         self._to_robot: deque[tuple[int, DriveGoal | TiltCommand]] = deque()
         self._to_arena: deque[tuple[int, Platform]] = deque()
         self._transport = round(delays.transport / SECONDS_PER_NS)
         self._transform_delay = round(delays.transforms / SECONDS_PER_NS)
-        # Each timer starts at a random phase; `_at` is the time of its next event.
+        # Each timer starts with a random phase. The names with `_at` are the times of the next
+        # events.
         self._physics_at = self.random.randrange(STEP_NS)
         self._robot_at = self._robot_grid = self.random.randrange(ROBOT_PERIOD_NS)
         self._tick_at = self._tick_grid = self.random.randrange(TICK_NS)
@@ -143,7 +144,7 @@ class Simulation:
                 self._tick_at, self._robot_at, self._physics_at, self._catcher_at)
             if now > end:
                 return False
-            # Events with the same time are handled in the order of these branches.
+            # Simultaneous events are handled in the order of these branches.
             if now == self._tick_at:
                 self._tick_turtlesim(now)
             elif now == self._robot_at:
@@ -162,7 +163,7 @@ class Simulation:
 
     def drop(self, brick: Vector) -> DropResult:
         """
-        Place the brick at a position (m) in the world frame, drop it and simulate to the end.
+        Place the brick at a position (m) in the world frame, drop it, and simulate the whole drop.
 
         The drop ends when the catcher is waiting again.
         """
@@ -219,7 +220,7 @@ class Simulation:
                 driver.drive_to(*within_arena(action.x, action.y))
         self.commanded = driver.command(now * SECONDS_PER_NS)
         self._to_turtle.append((now + self._transport, *self.commanded))
-        # Sending only changed states makes a sweep 10 % faster.
+        # Sending states only when they change makes a sweep 10 % faster.
         state = (driver.pose, self._tilt)
         if driver.pose is not None and state != self._last_state:
             self._last_state = state
@@ -242,7 +243,7 @@ class Simulation:
 
     def _update_catcher(self, now: int) -> None:
         """Update the catcher at a time (ns) and send its commands to the robot."""
-        # `now` can be later than self.now, because a brick's transform takes time to arrive.
+        # `now` can be later than self.now because the brick's transform arrives with a delay.
         self._decided_at = now = max(now, self._decided_at)
         for action in self.catcher.update(now, self.world.platform):
             if isinstance(action, Decision):
@@ -251,19 +252,19 @@ class Simulation:
                 self._to_robot.append((now + self._transport, action))
 
     def _add_jitter(self, time: int, deviation: float) -> int:
-        """Add normally distributed jitter (s) to a time (ns); return a time after now."""
+        """Add normally distributed jitter (s) to a time (ns), and return a time after now."""
         if deviation:
             time += round(self.random.gauss(0.0, deviation) / SECONDS_PER_NS)
         return max(time, self.now + 1)
 
 
 class SimulatedDrop(NamedTuple):
-    """One drop of a sweep; lengths in m, in the world frame; times in s."""
+    """One drop in a sweep, with lengths (m) in the world frame and times in s."""
 
-    number: int  # index of the drop in its sweep, from 0
-    seed: int  # seed of its simulation
+    number: int  # Index of the drop in the sweep, starting at 0.
+    seed: int  # Seed for the simulation.
     result: DropResult
-    promised: float  # largest distance at which a catch is promised; negative without a promise
+    guaranteed: float  # Largest distance at which a catch is guaranteed, or < 0.
 
     @property
     def distance(self) -> float:
@@ -271,18 +272,18 @@ class SimulatedDrop(NamedTuple):
         return dist(self.result.brick[:2], self.result.robot)
 
     @property
-    def within_promise(self) -> bool:
-        """Return whether a catch was promised."""
-        return self.distance <= self.promised
+    def within_guarantee(self) -> bool:
+        """Return whether the catch was guaranteed."""
+        return self.distance <= self.guaranteed
 
     @property
     def reachable(self) -> bool | None:
-        """Return whether the catcher accepted the brick, or None without a decision."""
+        """Return whether the catcher accepted the brick, or None if it made no decision."""
         return self.result.decision.reachable if self.result.decision else None
 
     @property
     def margin(self) -> float | None:
-        """Return the available time minus the required time, as estimated by the catcher."""
+        """Return the catcher's estimate of the available time minus the required time."""
         return self.result.decision.margin if self.result.decision else None
 
     @property
@@ -293,18 +294,18 @@ class SimulatedDrop(NamedTuple):
         return 'missed' if self.reachable else 'refused'
 
     @property
-    def broken_promise(self) -> str:
-        """Return a description of the broken promise, or an empty string."""
+    def broken_guarantee(self) -> str:
+        """Return a description of the broken guarantee, or an empty string."""
         if self.outcome == 'missed':
-            return 'decided to be reachable, but not caught'
-        if self.outcome == 'refused' and self.within_promise:
-            return f'refused within the promised distance of {self.promised:.3f} m'
+            return 'reported as reachable, but not caught'
+        if self.outcome == 'refused' and self.within_guarantee:
+            return f'refused within the guaranteed distance of {self.guaranteed:.3f} m'
         if self.outcome == 'caught' and not self.result.finished:
             return 'caught, but not carried to the center and tipped off'
         return ''
 
     def row(self) -> dict[str, Any]:
-        """Return the table row of this drop, by column; None if a column does not apply."""
+        """Return this drop's table row as a dictionary; inapplicable columns contain None."""
         result, decision = self.result, self.result.decision
         brick_x, brick_y, brick_z = result.brick
         tilted_x, tilted_y = result.carried_to or (None, None)
@@ -313,7 +314,7 @@ class SimulatedDrop(NamedTuple):
             'brick_x': brick_x, 'brick_y': brick_y, 'brick_z': brick_z,
             'robot_x': result.robot[0], 'robot_y': result.robot[1],
             'distance': self.distance,
-            'promised': self.promised if self.promised >= 0.0 else None,
+            'guaranteed': self.guaranteed if self.guaranteed >= 0.0 else None,
             'outcome': self.outcome, 'reachable': self.reachable,
             'decided': result.decision_time if decision else None,
             'available': decision.available if decision else None,
@@ -324,8 +325,8 @@ class SimulatedDrop(NamedTuple):
             'finished': result.finished}
 
 
-def promised_distance(brick: Vector, parameters: Parameters, excess: float = 0.0) -> float:
-    """Return the `guaranteed_distance` (m) for a brick, or -inf for a brick outside the arena."""
+def guaranteed_distance_to(brick: Vector, parameters: Parameters, excess: float = 0.0) -> float:
+    """Return the `guaranteed_distance` (m) for a brick, or -inf if it is outside the arena."""
     x, y, height = brick
     if within_arena(x, y) != (x, y):
         return -inf
@@ -333,20 +334,20 @@ def promised_distance(brick: Vector, parameters: Parameters, excess: float = 0.0
 
 
 def start_simulation(parameters: Parameters, seed: int) -> Simulation:
-    """Return a running simulation with jitter and with the robot at rest in the center."""
+    """Return a running simulation that includes jitter, with the robot at rest in the center."""
     simulation = Simulation(parameters, seed, JITTER)
     simulation.rest(START_TIME)
     return simulation
 
 
 def simulate_drop(parameters: Parameters, number: int, seed: int, brick: Vector) -> SimulatedDrop:
-    """Simulate a drop with an index and a seed from a position (m) in the world frame."""
+    """Simulate a drop with a given index and seed from a position (m) in the world frame."""
     return SimulatedDrop(number, seed, start_simulation(parameters, seed).drop(brick),
-                         promised_distance(brick, parameters))
+                         guaranteed_distance_to(brick, parameters))
 
 
 def outcome_counts(drops: Sequence[SimulatedDrop]) -> str:
-    """Return the total number of drops and the number of each outcome, as a line of text."""
+    """Return the total number of drops and the number of each outcome as a line of text."""
     count = Counter(drop.outcome for drop in drops)
     return f'{len(drops):,} drops: ' + ', '.join(
         f'{count[outcome]:,} {outcome}' for outcome in ('caught', 'refused', 'missed'))
@@ -355,18 +356,18 @@ def outcome_counts(drops: Sequence[SimulatedDrop]) -> str:
 class TraceSample(NamedTuple):
     """The state of a simulation after one physics step."""
 
-    time: float  # since the release (s)
+    time: float  # Time since the release (s).
     brick: Vector
     robot: tuple[float, float]
-    tilt: float  # angle of the platform in the latest transform (rad)
-    commanded: float  # speed commanded by the robot (m/s)
-    speed: float  # speed of the turtle in turtlesim (m/s)
+    tilt: float  # Platform angle in the latest transform (rad).
+    commanded: float  # Speed commanded by the robot (m/s).
+    speed: float  # Speed of the turtle in turtlesim (m/s).
     phase: Phase
     state: State
 
 
 def trace(parameters: Parameters, drop: SimulatedDrop) -> list[TraceSample]:
-    """Repeat a drop; return a sample per physics step until 0.3 s after its end."""
+    """Repeat a drop and return one sample per physics step until 0.3 s after its end."""
     simulation = start_simulation(parameters, drop.seed)
     samples: list[TraceSample] = []
 

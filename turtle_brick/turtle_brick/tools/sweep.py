@@ -15,9 +15,9 @@
 """
 sweep: simulate many drops without ROS, on all cores, and count the outcomes.
 
-The outputs are a table (drops.csv, one row per drop), a map of the arena, and a figure of one
-drop. The table depends only on the options and the parameters. The same options give the
-same file, byte for byte, even if some workers of a Dask cluster die.
+The sweep writes a table (drops.csv, one row per drop), a map of the arena, and a plot of one drop.
+The table depends only on the options and the parameters. The same options produce an identical
+file even if some workers in a Dask cluster fail.
 """
 
 import argparse
@@ -49,11 +49,11 @@ TABLE = 'drops.csv'
 
 @dataclass(frozen=True)
 class Plan:
-    """The drops of a sweep; together with the parameters, the plan determines the table."""
+    """The drops in a sweep. The plan and the parameters together determine the table."""
 
-    grid: bool  # whether the bricks are on a grid
-    count: int  # number of drops, or of grid cells along each side of the arena
-    heights: tuple[float, float]  # lowest and highest release of a brick (m)
+    grid: bool  # Whether the bricks are on a grid.
+    count: int  # Number of drops, or of grid cells per arena side.
+    heights: tuple[float, float]  # Lowest and highest release height (m).
     seed: int
 
     @property
@@ -63,7 +63,7 @@ class Plan:
 
     @property
     def options(self) -> str:
-        """Return the command-line options for this plan."""
+        """Return the command-line options that produce this plan."""
         kind = '--grid' if self.grid else '--drops'
         low, high = self.heights
         heights = f'{low!r}' if low == high else f'{low!r} {high!r}'
@@ -71,10 +71,10 @@ class Plan:
 
     def simulations(self) -> Iterator[tuple[int, int, Vector]]:
         """
-        Yield index, seed and brick position (m, world frame) of each drop, in table order.
+        Yield the index, seed and brick position (m, world frame) for each drop in table order.
 
-        Random positions are distributed uniformly. Grid positions are in random order, so that the
-        first drops already cover the whole arena.
+        Random positions are distributed uniformly. Grid positions are in random order so that even
+        the first drops cover the whole arena.
         """
         bricks, seeds = Random(f'{self.seed} bricks'), Random(f'{self.seed} simulations')
         positions: Iterator[tuple[float, float]] = (
@@ -91,59 +91,60 @@ class Plan:
 
 
 def table_header(parameters: Parameters, plan: Plan) -> str:
-    """Return the comment lines above the table: the version, the options and the parameters."""
+    """Return the table's header comment with the version, the options and the parameters."""
     version = ElementTree.parse(default_path().parents[1] / 'package.xml').findtext('version')
     lines = [f'turtle_brick {version}: sweep {plan.options}',
-             'lengths in m, in the world; times in s; parameters:']
+             'lengths in m, in the world frame; times in s; parameters:']
     for name, value in asdict(parameters).items():
         lines.append(f'  {name}: {list(value) if isinstance(value, tuple) else value}')
     return ''.join(f'# {line}\n' for line in lines)
 
 
 def format_value(value: object) -> object:
-    """Format a value for the table: six decimals, booleans as 0 and 1."""
+    """Format a table value: six decimal places for floats, and 0 or 1 for booleans."""
     if isinstance(value, bool):
         return int(value)
     return f'{value:.6f}' if isinstance(value, float) else value
 
 
 def summary(drops: Sequence[SimulatedDrop]) -> str:
-    """Return the outcomes and the broken promises, as lines of text."""
-    promised = [drop for drop in drops if drop.within_promise]
-    broken = [drop for drop in drops if drop.broken_promise]
-    lines = [outcome_counts(drops), f'within the promised distance, {outcome_counts(promised)}',
-             f'broken promises: {len(broken):,}']
+    """Return the outcomes and the broken guarantees as lines of text."""
+    guaranteed = [drop for drop in drops if drop.within_guarantee]
+    broken = [drop for drop in drops if drop.broken_guarantee]
+    lines = [outcome_counts(drops), f'guaranteed catches, {outcome_counts(guaranteed)}',
+             f'broken guarantees: {len(broken):,}']
     for drop in broken[:10]:
         lines.append(f'  drop {drop.number}, seed {drop.seed}, {drop.distance:.3f} m from the '
-                     f'robot: {drop.broken_promise}')
+                     f'robot: {drop.broken_guarantee}')
     return '\n'.join(lines)
 
 
 def drop_to_draw(drops: Sequence[SimulatedDrop]) -> SimulatedDrop:
-    """Return a drop with a broken promise, or else the catch with the smallest margin."""
+    """Return a drop that broke a guarantee, or else the catch with the least margin."""
     for drop in drops:
-        if drop.broken_promise:
+        if drop.broken_guarantee:
             return drop
     caught = [drop for drop in drops if drop.result.caught and drop.margin is not None]
     return min(caught, key=lambda drop: drop.margin or 0.0, default=drops[0])
 
 
 def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list[SimulatedDrop]:
-    """Simulate the drops and write the table; return the drops that finished before Ctrl-C."""
+    """Simulate the drops, write the table, and return the drops that finished before Ctrl-C."""
     drops: list[SimulatedDrop] = []
     begin = monotonic()
     stopped = Event()
     started = takewhile(lambda _: not stopped.is_set(), plan.simulations())
 
     def stop(*_: object) -> None:
-        """End the sweep after the running drops; a second Ctrl-C ends the program."""
+        """Stop the sweep after the running drops. A second Ctrl-C stops the program immediately."""
         stopped.set()
         signal.signal(signal.SIGINT, original_handler)
 
     with open(options.output / TABLE, 'x', encoding='utf-8', newline='') as file:
         file.write(table_header(parameters, plan))
         writer = csv.writer(file, lineterminator='\n')
-        # The workers inherit this handler, because joblib warns about killed workers.
+        # The workers inherit this handler and ignore Ctrl-C; joblib would warn about killed
+        # workers.
         original_handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
         results = Parallel(None if options.dask else options.workers, return_as='generator')(
             delayed(simulate_drop)(parameters, *simulation) for simulation in started)
@@ -164,8 +165,8 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list
 
 
 def draw(drops: Sequence[SimulatedDrop], parameters: Parameters, directory: Path) -> None:
-    """Draw the map and one drop into a directory."""
-    from turtle_brick.tools import plots  # only here, because workers do not need matplotlib
+    """Draw the map and one drop, and write both figures to a directory."""
+    from turtle_brick.tools import plots  # The workers do not need matplotlib.
     plots.reachability_map(drops, parameters, directory / 'map.png')
     drop = drop_to_draw(drops)
     plots.one_drop(trace(parameters, drop), drop, parameters, directory / 'drop.png')
@@ -179,14 +180,14 @@ def parse(args: Sequence[str] | None) -> argparse.Namespace:
         prog='sweep',
         description='Simulate many drops without ROS, on all cores, and count the outcomes.',
         epilog='Each drop starts with the robot at rest in the center of the arena. The same '
-        'options give the same table, byte for byte. After Ctrl-C, the finished drops stay in the '
-        'table and are drawn. Exit status: 0 if every accepted brick was caught and no brick '
-        'within the promised distance was refused, otherwise 1; 2 if the sweep failed.')
+        'options produce an identical table. After Ctrl-C, the finished drops remain in '
+        'the table and are drawn. Exit status: 0 if every accepted brick was caught and no brick '
+        'within the guaranteed distance was refused, otherwise 1; 2 if the sweep failed.')
     kind = parser.add_mutually_exclusive_group()
     kind.add_argument('--drops', type=positive_int, default=2000, metavar='N',
                       help='drop N bricks at random positions in the arena (default: 2000)')
     kind.add_argument('--grid', type=positive_int, metavar='N',
-                      help='drop one brick in each cell of an N x N grid instead')
+                      help='drop one brick in each cell of an N x N grid')
     parser.add_argument('--height', type=float, nargs='+', metavar='Z',
                         help="height of the brick's center at the release (m), or the lowest and "
                         'the highest of random heights (default: height of brick_start)')
@@ -207,18 +208,18 @@ def parse(args: Sequence[str] | None) -> argparse.Namespace:
 
 
 def make_plan(options: argparse.Namespace, parameters: Parameters) -> Plan:
-    """Return the plan for command-line options, or raise ValueError for an invalid height."""
+    """Return the plan for the command-line options, or raise ValueError if a height is invalid."""
     lowest = parameters.brick_size[2] / 2.0
     heights = options.height or [parameters.brick_start[2]]
     if len(heights) > 2 or not lowest <= heights[0] <= heights[-1] < inf:
         raise ValueError(f'--height is {" ".join(map(str, heights))}, but must be one height or '
-                         f'the lowest and the highest height, at least {lowest:g} m')
+                         f'a minimum and a maximum height of at least {lowest:g} m')
     return Plan(options.grid is not None, options.grid or options.drops,
                 (heights[0], heights[-1]), options.seed)
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run a sweep; return the exit status."""
+    """Run a sweep and return the exit status."""
     options = parse(args)
     try:
         parameters = load(options.params_file)
@@ -235,7 +236,7 @@ def main(args: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 128 + signal.SIGINT
     print(f'\n{summary(drops)}')
-    return 1 if any(drop.broken_promise for drop in drops) else 0
+    return 1 if any(drop.broken_guarantee for drop in drops) else 0
 
 
 if __name__ == '__main__':

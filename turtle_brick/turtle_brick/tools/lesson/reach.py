@@ -75,10 +75,10 @@ def report(parameters: Parameters) -> Iterator[str]:
     """Yield the numbers of this lesson, line by line."""
     drops = all_drops(parameters)
     yield f'  {outcome_counts(drops)}'
-    yield '  height      fall   promised distance    simulated distance'
+    yield '  height      fall   guaranteed distance    simulated distance'
     for height in SAMPLES:
         fall = fall_time(height, parameters)
-        yield (f'  {height:4g} m{fall:8.3f} s{guaranteed_distance(height, parameters):18.2f} m'
+        yield (f'  {height:4g} m{fall:8.3f} s{guaranteed_distance(height, parameters):20.2f} m'
                f'{largest_caught_distance(height, parameters):20.2f} m')
     yield '  longest delays from the release to the first motion:'
     for label, time in WORST_DELAYS:
@@ -99,7 +99,8 @@ def draw(parameters: Parameters, path: Path) -> None:
         low = resting_height(parameters)
         heights = low + (10.4 - low) * np.linspace(0.0, 1.0, 301) ** 2
         for limit, width, style, label in (
-                (guaranteed_distance, 1.8, '-', f'promised: v (t − {GUARANTEED_LATENCY:g} s) + r'),
+                (guaranteed_distance, 1.8, '-',
+                 f'guaranteed: v (t − {GUARANTEED_LATENCY:g} s) + r'),
                 (distance_without_latency, 1.4, FINE_DASHES, 'without latency: v t + r')):
             plane.plot([limit(height, parameters) for height in heights], heights, color=INK,
                        linewidth=width, linestyle=style, label=label)
