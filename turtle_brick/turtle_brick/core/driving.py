@@ -226,6 +226,8 @@ class Driver:
         """Goal in the world frame (m)."""
         self.arrived = False
         """Whether the published commands stop the turtle at its goal."""
+        self.predicts = True
+        """Whether to steer from the predicted pose. Set this to False to see the overshoot."""
         self._queue = CommandQueue()
 
     @property
@@ -265,7 +267,7 @@ class Driver:
         pose = self._queue.pose
         if self.goal is None or pose is None or self._queue.is_stale(now):
             return (0.0, 0.0)
-        x, y = self._queue.predict(now)
+        x, y = self._queue.predict(now) if self.predicts else (pose.x, pose.y)
         dx, dy = self.goal[0] - x, self.goal[1] - y
         distance = hypot(dx, dy)
         self.arrived = distance < (START_DISTANCE if self.arrived else STOP_DISTANCE)

@@ -34,8 +34,6 @@ from pathlib import Path
 import sys
 from typing import Any, NamedTuple, TypeVar
 
-import yaml
-
 Triple = tuple[float, float, float]
 
 AnyParameterSet = TypeVar('AnyParameterSet', bound='ParameterSet')
@@ -233,6 +231,7 @@ def read(path: str | Path, parameter_set: type[AnyParameterSet]) -> AnyParameter
     :raises ParameterError: the file cannot be read or is not a parameter file, or a value is
         missing or invalid; the message begins with the path
     """
+    import yaml  # The page in web/ runs without PyYAML.
     try:
         section = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
     except OSError as error:

@@ -130,6 +130,10 @@ class Simulation:
         """Send the robot to a point (m) in the world frame, like a goal_pose message."""
         self._to_robot.append((self.now + self._transport, DriveGoal(x, y)))
 
+    def tilt(self, angle: float) -> None:
+        """Tilt the platform to an angle (rad), like a tilt message."""
+        self._to_robot.append((self.now + self._transport, TiltCommand(angle)))
+
     def run(self, until: Callable[[], bool], limit: float = inf) -> bool:
         """
         Simulate until a condition is true.
