@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-Decide how to catch a brick, from the positions of the brick and the robot.
+Decide how to catch a brick based on the positions of the brick and the robot.
 
-`Catcher` records positions, decides, and returns the goals and tilt commands to publish.
-`transition` is its state machine, and `Observation` is the input of the state machine. No function
+`Catcher` records positions, makes decisions, and returns the goals and tilt commands to publish.
+`transition` is the state machine of the catcher, and its input is an `Observation`. No function
 reads a clock. All timestamps come from one clock and are in nanoseconds.
 """
 
@@ -36,45 +36,45 @@ from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, within_arena
 
 UPDATE_PERIOD = 0.02
-"""Time (s) between two updates of the catcher. Each new fall causes another update."""
+"""Update period (s) of the catcher. Each new fall triggers an additional update."""
 
 CENTER = (ARENA_CENTER, ARENA_CENTER)
-"""Center (m) of the arena in the world frame, where the robot carries the bricks."""
+"""Center (m) of the arena in the world frame. The robot carries the bricks to this point."""
 
 RAMP_TIME = 0.5
-"""Time (s) for tilting or leveling the platform."""
+"""Duration (s) of tilting or leveling the platform."""
 
 TILTING_TIMEOUT = 10.0
-"""Time (s) after which the robot levels the platform even if the brick has not left it."""
+"""Timeout (s) for the brick to leave the tilted platform."""
 
 SETTLING_TIME = 0.05
-"""Time (s) without motion after which a brick beside the platform is at rest."""
+"""Time (s) without motion after which a brick beside the platform is considered at rest."""
 
 BRICK_LAG = 0.5
-"""Longest time (s) for which a brick on a moving or tilted platform may appear to be at rest. On a
-busy machine, the arena receives the platform's transforms late."""
+"""Longest time (s) for which a brick on a moving or tilted platform may appear to be at rest. This
+occurs on a busy machine, where the arena receives the platform's transforms late."""
 
 LYING_TIME = 1.0
-"""Time (s) for which a brick must lie on a level platform at rest before the robot carries it."""
+"""Time (s) for which a brick must rest on a level, stationary platform before it is carried."""
 
 CLOCK_DIFFERENCE = 0.5
-"""Largest age (s) of the brick's position for a decision. An older position indicates that one
-node has not detected a clock change yet."""
+"""Largest age (s) of a brick position that is used for a decision. An older position indicates
+that one node has not detected a clock change yet."""
 
 DECISION_DEADLINE = 0.1
-"""Time (s) before the contact at which a decision no longer waits for the robot."""
+"""Time (s) before the contact at which the catcher stops waiting for the robot and decides."""
 
 ROBOT_TIMEOUT = 1.0
-"""Time (s) without a platform transform after which the catcher gives up the brick."""
+"""Time (s) without a platform transform after which the catcher abandons the brick."""
 
 GOAL_TOLERANCE = 0.02
-"""Distance (m) to the goal within which a robot at rest has arrived."""
+"""Largest distance (m) from the goal at which a stationary robot has arrived."""
 
 HEIGHT_TOLERANCE = 0.01
 """Largest difference (m) between the height of a brick on the platform and its resting height."""
 
 TRANSFORM_SKEW = 0.1
-"""Longest time (s) between the latest transforms of the brick and the robot."""
+"""Largest difference (s) between the timestamps of the latest brick and robot transforms."""
 
 
 class State(Enum):
@@ -92,21 +92,21 @@ DRIVING_STATES = (State.APPROACHING, State.CARRYING)
 
 
 class Brick(NamedTuple):
-    """Last observed position of the brick."""
+    """Last observation of the brick."""
 
     position: Vector = (inf, inf, inf)
-    """Position (m) of the center in the world frame, infinite before the first observation."""
+    """Center (m) of the brick in the world frame. It is infinite before the first observation."""
     stamp: int = 0
     """Time (ns) of the last observation."""
     last_motion: int = 0
-    """Time (ns) of the last motion or of the last change of `is_attached`."""
+    """Time (ns) of the last motion or the last change of `is_attached`."""
     is_attached: bool = False
     """Whether the platform is the parent frame of the brick."""
     has_landed: bool = False
-    """Whether the brick fell onto the platform, or is attached to it, and is still there."""
+    """Whether the brick landed on the platform or is attached to it, and is at resting height."""
 
     def observe(self, stamp: int, position: Vector, is_attached: bool) -> 'Brick':
-        """Return the brick after an observation at a time (ns)."""
+        """Return the brick updated with an observation at a time (ns)."""
         if (stamp < self.stamp or is_attached is not self.is_attached
                 or dist(position, self.position) > POSITION_TOLERANCE):
             return Brick(position, stamp, stamp, is_attached)
@@ -114,23 +114,23 @@ class Brick(NamedTuple):
 
 
 class Observation(NamedTuple):
-    """Brick and robot at the time of an update."""
+    """Observed brick and robot at the time of an update."""
 
     parameters: CatcherParameters
     now: int
     """Current time (ns)."""
     state_time: float
-    """Time (s) since the state began."""
+    """Time (s) in the current state."""
     brick: Brick
     is_in_free_fall: bool
     has_reachable_fall: bool
-    """Whether the current update decided that a new fall is reachable."""
+    """Whether the current update has decided that a new fall is reachable."""
     robot: RobotMotion | None
-    """Motion of the robot, or None if the robot is not available."""
+    """Motion of the robot, or None if the robot is unavailable."""
     platform: Platform | None
     tracker: RobotTracker
     is_level_commanded: bool
-    """Whether the last tilt command is 0."""
+    """Whether the last tilt command was 0."""
 
     @property
     def is_robot_briefly_lost(self) -> bool:
@@ -140,12 +140,12 @@ class Observation(NamedTuple):
 
     @property
     def still_since(self) -> int:
-        """Time (ns) since which the brick is at rest and the robot is available."""
+        """Time (ns) at which the brick came to rest or the robot became available, if later."""
         return max(self.brick.last_motion, self.tracker.last_unseen)
 
     @property
     def still_time(self) -> float:
-        """Time (s) from `still_since` to the last observation of the brick."""
+        """Time (s) from `still_since` until the last observation of the brick."""
         return (self.brick.stamp - self.still_since) * SECONDS_PER_NS
 
     @property
@@ -163,7 +163,7 @@ class Observation(NamedTuple):
 
     @property
     def is_on_platform(self) -> bool:
-        """Whether the brick is on the platform, even if the robot's position is outdated."""
+        """Whether the brick is on the platform, allowing for an outdated robot position."""
         skew = self.parameters.max_velocity * TRANSFORM_SKEW
         return (self.is_at_resting_height and self.robot is not None
                 and self.robot.distance_to(self.brick.position)
@@ -171,13 +171,13 @@ class Observation(NamedTuple):
 
     @property
     def is_following(self) -> bool:
-        """Whether the brick is at its resting height and has moved within BRICK_LAG."""
+        """Whether the brick is at its resting height and has moved in the last BRICK_LAG."""
         return (self.is_at_resting_height and self.robot is not None
                 and self.still_time < BRICK_LAG)
 
     @property
     def is_lying(self) -> bool:
-        """Whether a landed brick has been at rest on the level platform of a robot at rest."""
+        """Whether a landed brick has rested for LYING_TIME on a level, stationary platform."""
         limit = self.parameters.platform_radius + HEIGHT_TOLERANCE
         return (self.brick.has_landed and self.still_time >= LYING_TIME
                 and self.robot is not None and self.robot.at_rest and self.robot.level
@@ -185,7 +185,7 @@ class Observation(NamedTuple):
 
     @property
     def has_left_platform(self) -> bool:
-        """Whether the brick has stopped after it left the tilted platform."""
+        """Whether the brick has left the tilted platform and stopped."""
         if self.platform is None:
             return True
         start = max(self.still_since, self.tracker.last_level)
@@ -195,13 +195,13 @@ class Observation(NamedTuple):
         return still_time >= (SETTLING_TIME if is_beside else BRICK_LAG)
 
     def has_arrived_at(self, goal: tuple[float, float]) -> bool:
-        """Return whether the robot is at rest at a point (m) in the world frame."""
+        """Return whether the robot is at rest at a goal (m) in the world frame."""
         return (self.robot is not None and self.robot.at_rest
                 and self.robot.distance_to(goal) <= GOAL_TOLERANCE)
 
 
 def transition(state: State, observation: Observation) -> State:
-    """Return the next state, which may be the current one."""
+    """Return the next state, which may be the current state."""
     if observation.has_reachable_fall:
         return State.APPROACHING
     if observation.is_robot_briefly_lost and state is not State.LEVELING:
@@ -223,7 +223,7 @@ def transition(state: State, observation: Observation) -> State:
         if observation.is_level_commanded:
             return State.WAITING
     elif observation.is_lying:
-        # The brick was caught although it was unreachable, or an interrupted catcher left it.
+        # An unreachable brick was caught, or the brick was on the platform at the start.
         return State.CARRYING
     return state
 
@@ -236,17 +236,17 @@ class DriveGoal(NamedTuple):
 
 
 class TiltCommand(NamedTuple):
-    """Angle (rad) of the platform."""
+    """Commanded angle (rad) of the platform."""
 
     angle: float
 
 
 Action = Decision | DriveGoal | TiltCommand
-"""Result of an update, which the node publishes."""
+"""Decision or command that the node publishes."""
 
 
 class TiltRamp:
-    """Smooth changes of the platform's angle."""
+    """Change the platform angle smoothly."""
 
     def __init__(self, now: int) -> None:
         """Start with a level platform at a time (ns)."""
@@ -260,11 +260,9 @@ class TiltRamp:
 
     def advance(self, now: int, goal: float) -> bool:
         """
-        Compute the angle for the current time.
+        Compute the angle at a time (ns), and return whether it has changed.
 
-        :param now: current time (ns)
-        :param goal: angle (rad) at the end of the ramp, RAMP_TIME after its start
-        :return: Whether the angle has changed.
+        :param goal: angle (rad) at the end of the ramp, which lasts for RAMP_TIME
         """
         if self.angle == goal:
             return False
@@ -285,16 +283,14 @@ class Catcher:
     """Catch each reachable brick, carry it to the center and tip it off."""
 
     def __init__(self, parameters: CatcherParameters) -> None:
-        """Wait for a brick to fall."""
+        """Create a catcher that waits for a brick to fall."""
         self.parameters = parameters
         self._reset(0)
 
     def _reset(self, now: int) -> None:
         """Discard all observations at a time (ns)."""
         self.state = State.WAITING
-        """State after the last update."""
         self._state_start = now
-        """Time (ns) at which the state began."""
         self.decision: Decision | None = None
         """Last decision."""
         self.latency = LatencyMonitor()
@@ -303,7 +299,7 @@ class Catcher:
         self._brick = Brick()
         self._detector = FallDetector(self.parameters.gravity_accel)
         self._is_refused = False
-        """Whether the brick was unreachable and has moved only straight down since."""
+        """Whether the brick was found unreachable and has since moved only straight down."""
         self._finished_fall: Fall | None = None
         """Fall that ended below the platform before a decision."""
         self._tracker = RobotTracker(self.parameters.max_velocity, self.latency)
@@ -314,9 +310,9 @@ class Catcher:
         Record the position of the brick.
 
         :param stamp: timestamp of the position (ns)
-        :param position: center (m) in the world frame, which is ignored beyond MAX_COORDINATE
+        :param position: center (m) in the world frame; ignored beyond MAX_COORDINATE
         :param is_attached: whether the platform is the parent frame of the brick
-        :return: Whether a new fall is detected, so that `update` should be called immediately.
+        :return: Whether a new fall was detected. If so, call `update` immediately.
         """
         x, y, z = position
         if not abs(x) + abs(y) + abs(z) <= MAX_COORDINATE:
@@ -333,8 +329,8 @@ class Catcher:
         if fall is not None and self._detector.fall is None:
             if not self._is_decided(fall) and z < height - HEIGHT_TOLERANCE:
                 self._finished_fall = fall
-            # The brick landed if it was above the platform and would have reached it by now.
-            # Otherwise it was placed.
+            # The brick landed if it was above the platform and would have reached the platform by
+            # now. Otherwise it was placed.
             if (z_before > height - HEIGHT_TOLERANCE
                     and fall.height(stamp, self._detector.gravity) < height + HEIGHT_TOLERANCE):
                 has_landed = True
@@ -344,13 +340,12 @@ class Catcher:
 
     def update(self, now: int, platform: Platform | None) -> list[Action]:
         """
-        Decide about a new fall, and return commands for the robot.
+        Decide how to respond to a new fall, and return the decisions and commands to publish.
 
-        Call this function at least 50 times per second.
+        Call this function at least 50 times per second. A decrease of the time resets the catcher.
 
-        :param now: current time (ns). If the time has decreased, the catcher starts again.
-        :param platform: platform of the robot, or None if it is not available
-        :return: Decisions and commands to publish, in this order.
+        :param now: current time (ns)
+        :param platform: platform of the robot, or None if it is unavailable
         """
         actions: list[Action] = []
         if now < self._now:
@@ -371,13 +366,16 @@ class Catcher:
             robot=robot, platform=platform, tracker=self._tracker,
             is_level_commanded=self._ramp.angle == 0.0)
         previous = self.state
-        self._change_state(observation)
+        self.state = transition(previous, observation)
+        if observation.has_reachable_fall or self.state is not previous:
+            self._state_start = now
+            self._ramp.start(now)
         actions += self._drive_goals(previous, observation)
         actions += self._tilt_commands(observation)
         return actions
 
     def _decide(self, robot: RobotMotion | None) -> Decision | None:
-        """Return the decision about a new fall, or None without a fall or a decision yet."""
+        """Return the decision about a new fall, or None if there is no fall or decision yet."""
         finished_fall, self._finished_fall = self._finished_fall, None
         if finished_fall is not None:
             late = self._reachability(finished_fall, robot, self._tracker.excess)
@@ -393,8 +391,8 @@ class Catcher:
         decision = self._reachability(fall, robot, excess)
         if decision.reachable or decision.available <= DECISION_DEADLINE:
             return decision
-        # A robot that is not available, or whose motion is uncertain, may prove to be near and at
-        # rest. Wait for it if that would change the decision.
+        # An unavailable or possibly moving robot may later be observed near the brick and at rest.
+        # Wait for further observations if they can change the decision.
         best_case = RobotMotion(fall.x, fall.y)
         if robot is not None:
             best_case = robot._replace(uncertainty=0.0)
@@ -408,16 +406,9 @@ class Catcher:
         """Return whether a decision about the fall, or about its refused brick, exists."""
         return self._is_refused or (self.decision is not None and self.decision.fall is fall)
 
-    def _change_state(self, observation: Observation) -> None:
-        """Enter the next state and start a new ramp. Each reachable fall enters APPROACHING."""
-        state = transition(self.state, observation)
-        if observation.has_reachable_fall or state is not self.state:
-            self.state = state
-            self._state_start = self._now
-            self._ramp.start(self._now)
 
     def _drive_goals(self, previous: State, observation: Observation) -> list[Action]:
-        """Return a new goal, or repeat a recent goal if messages get lost."""
+        """Return a new goal, or repeat a recent goal if messages are being lost."""
         goal = self._new_goal(previous, observation)
         if goal is not None:
             self._tracker.record_goal(self._now, goal)
@@ -427,7 +418,7 @@ class Catcher:
         return []
 
     def _new_goal(self, previous: State, observation: Observation) -> tuple[float, float] | None:
-        """Return a new goal (m) in the world frame, or None if the robot needs no new goal."""
+        """Return a new goal (m) in the world frame, or None if there is no new goal."""
         robot, state = observation.robot, self.state
         if self.decision is not None and observation.has_reachable_fall:
             return self.decision.fall.position[:2]
@@ -445,7 +436,7 @@ class Catcher:
         return None
 
     def _tilt_commands(self, observation: Observation) -> list[Action]:
-        """Return new tilt commands, or repeat a recent command if messages get lost."""
+        """Return new tilt commands, or repeat a recent command if messages are being lost."""
         commands: list[Action] = []
         if observation.has_reachable_fall:
             self._ramp = TiltRamp(self._now)

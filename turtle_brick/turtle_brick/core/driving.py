@@ -13,15 +13,15 @@
 # limitations under the License.
 
 """
-A controller that drives the turtle to a goal at full speed and stops it there.
+Drive the turtle to a goal at full speed, and stop it there.
 
-turtlesim queues up to seven commands and takes the oldest one every 16 ms. Commands at 100 Hz keep
-this queue full. A command therefore takes effect 60 to 70 ms after its publication, or is
+turtlesim queues up to seven commands and takes the oldest command every 16 ms. Commands at 100 Hz
+keep this queue full. A command therefore takes effect 60 to 70 ms after its publication, or is
 discarded. A controller that uses the latest pose overshoots and oscillates. This controller is a
-Smith predictor: it models the queue (`CommandQueue`), predicts the pose at which its next command
-takes effect, and steers from there (`Driver`).
+Smith predictor. `CommandQueue` models the queue and predicts the position at which the next
+command takes effect. `Driver` computes the command for the predicted position.
 
-All times are in seconds of one steady clock. The caller passes the current time.
+All times are in seconds and come from one steady clock. The caller passes the current time.
 """
 
 from collections import deque
@@ -30,113 +30,103 @@ from math import cos, hypot, inf, isfinite, log, sin
 from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK, TurtlePose, within_arena
 
 COMMAND_PERIOD = 0.010
-"""Period of cmd_vel (s)."""
+"""Period (s) of the commands on cmd_vel."""
 
 TRANSPORT_DELAY = 0.0004
-"""Delay of a message between two nodes on one machine (s), measured as 0.2 to 0.6 ms."""
+"""Delay (s) of a message between two nodes on one machine. Measurements gave 0.2 to 0.6 ms."""
 
 POSE_TIMEOUT = 0.25
-"""Greatest age of a pose that is used for driving (s)."""
+"""Largest age (s) of a pose that is used for driving."""
 
 APPROACH_FRACTION = 0.5
-"""Fraction of the remaining distance that the turtle drives per tick near its goal. With 1, it
-would overshoot by a full step if a tick took another command than predicted. With 0.5, neighboring
-commands differ little."""
+"""Fraction of the remaining distance that the turtle covers per tick near its goal. With 1, the
+turtle would overshoot by a full step if a tick took a command other than the predicted command.
+With 0.5, successive commands differ only slightly."""
 
 STOP_DISTANCE = 0.0005
-"""Distance from the goal (m) at which the turtle stops."""
+"""Distance (m) from the goal at which the turtle stops."""
 
 START_DISTANCE = 0.003
-"""Distance from the goal (m) at which a stopped turtle starts again."""
+"""Distance (m) from the goal at which a stopped turtle starts again."""
 
 
 class TickClock:
     """
     Estimate the times of turtlesim's ticks from the arrival times of its poses.
 
-    turtlesim publishes one pose per tick. The ticks form a grid of 16 ms. A pose arrives some time
-    after its tick, but never before.
+    turtlesim publishes one pose per tick, and the ticks form a grid of 16 ms. A pose arrives
+    shortly after its tick.
     """
 
     GAIN = 0.05
-    """Fraction of the deviation of a pose by which the grid is corrected."""
+    """Fraction of a pose's deviation by which the grid is corrected."""
 
     EARLY = 0.6
-    """Fraction of a tick. A pose that is earlier than this restarts the grid."""
+    """Fraction of a tick by which an early pose restarts the grid."""
 
     LATE_POSES = 3
-    """Number of successive poses, each more than half a tick late, that restart the grid."""
+    """Number of successive poses, each late by more than half a tick, that restart the grid."""
 
     def __init__(self) -> None:
         """Create a clock without ticks."""
         self.last = inf
-        """Estimated time of the last tick (s), or infinity before the first pose."""
+        """Estimated time (s) of the last tick, or infinity before the first pose."""
         self._late = 0
 
     def observe(self, now: float) -> float:
-        """Record a pose that arrives now (s), and return the probable time of its tick (s)."""
+        """Record a pose that arrives now (s), and return the estimated time (s) of its tick."""
         self.last += TICK
         deviation = now - self.last
-        if deviation < -self.EARLY * TICK:
+        self._late = self._late + 1 if deviation > TICK / 2.0 else 0
+        if deviation < -self.EARLY * TICK or self._late == self.LATE_POSES:
             self.last = now
             self._late = 0
-        elif deviation > TICK / 2.0:
-            self._late += 1
-            if self._late >= self.LATE_POSES:
-                self._late = 0
-                self.last = now
-        else:
-            self._late = 0
+        elif self._late == 0:
             self.last += self.GAIN * deviation
             return now
         return self.last
 
-    def forget(self) -> None:
-        """Restart the grid with the next pose."""
-        self.last = inf
-        self._late = 0
-
 
 class CommandQueue:
     """
-    Model turtlesim's command queue, and predict where the queued commands lead.
+    Model turtlesim's command queue, and predict the position after the queued commands.
 
-    The model uses the publication times of the commands and the ticks derived from the poses. If
-    the taken command is uncertain, it is identified by the speed reported in the pose.
+    The model uses the publication times of the commands and the ticks derived from the poses. The
+    speed reported in a pose identifies the command that turtlesim took in this tick.
     """
 
     MEMORY = 64
-    """Number of recorded commands, several times the length of turtlesim's queue."""
+    """Number of recorded commands, which is several times the length of turtlesim's queue."""
 
     def __init__(self) -> None:
         """Create an empty queue without a pose."""
         self.pose: TurtlePose | None = None
         """Latest pose."""
         self.pose_time = 0.0
-        """Arrival time of the latest pose (s)."""
+        """Arrival time (s) of the latest pose."""
         self._ticks = TickClock()
         self._sent: deque[tuple[float, float, float]] = deque(maxlen=self.MEMORY)
         self._count = 0
         """Number of published commands."""
         self._taken = -1
-        """Index of the command that turtlesim took last."""
+        """Index of the last command taken by turtlesim."""
         self._moving = -1
-        """Index of the last command that is not zero."""
+        """Index of the last nonzero command."""
 
     def publish(self, now: float, linear_x: float, linear_y: float) -> None:
-        """Record a command (m/s, in the turtle's frame) that is published now (s)."""
+        """Record a command (m/s) in the turtle's frame that is published now (s)."""
         self._sent.append((now, linear_x, linear_y))
         if linear_x or linear_y:
             self._moving = self._count
         self._count += 1
 
     def observe(self, now: float, pose: TurtlePose) -> None:
-        """Record a pose that arrives now (s). Ignore a pose that is not finite."""
+        """Record a pose that arrives now (s). Ignore poses with NaN or infinity."""
         if not all(map(isfinite, pose)):
             return
         if self.is_stale(now):
-            # After a pause of turtlesim, its queue is empty.
-            self._ticks.forget()
+            # The queue of turtlesim is empty after a pause.
+            self._ticks = TickClock()
             self._taken = self._count - 1
         tick = self._ticks.observe(now)
         self.pose = pose
@@ -146,14 +136,14 @@ class CommandQueue:
         self._taken = max(self._taken, min(expected, self._count - 1))
 
     def is_stale(self, now: float) -> bool:
-        """Return whether the latest pose is missing or too old to be used."""
+        """Return whether there is no pose or the latest pose is older than POSE_TIMEOUT."""
         return self.pose is None or now - self.pose_time > POSE_TIMEOUT
 
     def predict(self, now: float) -> tuple[float, float]:
         """
         Predict the turtle's position at the tick that takes a command published now (s).
 
-        :return: x and y in the world frame (m)
+        :return: x and y (m) in the world frame
         :raises ValueError: no pose has been recorded
         """
         pose = self.pose
@@ -203,14 +193,14 @@ class CommandQueue:
         return index
 
     def _recognize(self, expected: int, speed: float) -> int:
-        """Return the index nearest to the expected one whose command has a speed (m/s)."""
+        """Return the index, nearest to `expected`, of a command with a speed (m/s)."""
         first = self._count - len(self._sent)
         lowest, highest = max(self._taken, first), self._count - 1
         for offset in (0, 1, -1, 2, -2, 3, -3):
             index = expected + offset
             if lowest <= index <= highest:
                 _, linear_x, linear_y = self._sent[index - first]
-                # The reported speed is a float32 with about seven digits.
+                # The reported speed is a float32, which has about seven digits.
                 if abs(hypot(linear_x, linear_y) - speed) <= 1e-6 * (1.0 + speed):
                     return index
         return expected
@@ -220,10 +210,10 @@ class Driver:
     """Drive the turtle straight to a goal at full speed, and keep it there."""
 
     def __init__(self, max_velocity: float) -> None:
-        """Create a driver without a goal, with a speed limit (m/s)."""
+        """Create a driver with a speed limit (m/s) and without a goal."""
         self.max_velocity = max_velocity
         self.goal: tuple[float, float] | None = None
-        """Goal in the world frame (m)."""
+        """Goal (m) in the world frame."""
         self.arrived = False
         """Whether the published commands stop the turtle at its goal."""
         self.predicts = True
@@ -253,17 +243,17 @@ class Driver:
 
     def command(self, now: float) -> tuple[float, float]:
         """
-        Return the command to publish now (s), and record it as published. Call this at 100 Hz.
+        Return the command to publish now (s), and record the command. Call this method at 100 Hz.
 
-        :return: linear.x and linear.y (m/s) in the turtle's frame; zero without a goal, at the
-            goal and without a recent pose
+        :return: linear.x and linear.y (m/s) in the turtle's frame. Both are zero at the goal,
+            without a goal, and without a recent pose.
         """
         velocity = self._steer(now)
         self._queue.publish(now, *velocity)
         return velocity
 
     def _steer(self, now: float) -> tuple[float, float]:
-        """Return the velocity (m/s, in the turtle's frame) from the predicted pose to the goal."""
+        """Return the velocity (m/s) in the turtle's frame for the predicted position."""
         pose = self._queue.pose
         if self.goal is None or pose is None or self._queue.is_stale(now):
             return (0.0, 0.0)
@@ -281,14 +271,13 @@ class Driver:
 
 def travel_time(distance: float, radius: float, max_velocity: float) -> float:
     """
-    Return the time (s) that the Driver needs to bring the turtle from rest near a goal.
+    Return the time (s) from the turtle's first motion until it is within a radius of its goal.
 
-    The time starts with the first motion. It is (distance - radius) / max_velocity if the radius
-    covers the final approach, where the turtle slows down.
+    The time is (distance - radius) / max_velocity if the turtle slows down only within the radius.
 
-    :param distance: distance to the goal (m)
-    :param radius: distance from the goal at which the time ends (m)
-    :param max_velocity: speed of the turtle (m/s)
+    :param distance: initial distance (m) to the goal
+    :param radius: distance (m) from the goal at which the time ends
+    :param max_velocity: speed (m/s) of the turtle
     """
     if distance <= radius:
         return 0.0

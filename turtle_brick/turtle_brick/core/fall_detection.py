@@ -15,8 +15,8 @@
 """
 Detect a falling brick from its positions.
 
-`FallDetector` distinguishes a fall from other motions. `Fall` describes a free fall without drag,
-z - v t - g t^2 / 2. All timestamps come from one clock and are in nanoseconds.
+`FallDetector` distinguishes a fall from other motions. `Fall` describes a free fall without drag.
+All timestamps come from one clock and are in nanoseconds.
 """
 
 from collections import deque
@@ -28,7 +28,7 @@ from turtle_brick.core.time_steps import SECONDS_PER_NS
 
 
 class Fall(NamedTuple):
-    """Position and speed of a falling brick at one time."""
+    """Position and speed of a falling brick at a timestamp."""
 
     stamp: int
     """Time (ns)."""
@@ -45,7 +45,7 @@ class Fall(NamedTuple):
         return (self.x, self.y, self.z)
 
     def height(self, stamp: int, gravity: float) -> float:
-        """Return the z coordinate (m) of the brick at a time (ns) in an undisturbed fall."""
+        """Return the height z - v t - g t^2 / 2 (m) of the brick at a time (ns)."""
         time = (stamp - self.stamp) * SECONDS_PER_NS
         return self.z - self.speed * time - 0.5 * gravity * time * time
 
@@ -53,7 +53,8 @@ class Fall(NamedTuple):
         """
         Return the time (s) from `stamp` until the brick is at a height (m).
 
-        It is negative if the brick has passed the height, and NaN if the fall began below it.
+        The time is negative if the brick has already passed the height. It is NaN if the fall
+        began below the height.
         """
         square = self.speed * self.speed + 2.0 * gravity * (self.z - height)
         return nan if square < 0.0 else (sqrt(square) - self.speed) / gravity
@@ -63,36 +64,32 @@ class FallDetector:
     """
     Detect free fall in a sequence of positions.
 
-    A fall is detected if three positions form a vertical line and show the acceleration due to
-    gravity. At 250 Hz the detection takes 8 ms.
+    A fall is detected if three positions form a vertical line and show gravitational acceleration.
+    The detection takes 8 ms at 250 Hz.
     """
 
     ACCELERATION_TOLERANCE = 0.1
-    """Largest deviation of the acceleration, as a fraction of gravity."""
+    """Largest relative deviation from the gravitational acceleration."""
 
     SIDEWAYS_FRACTION = 0.01
-    """Largest sideways motion, as a fraction of the vertical motion. It excludes bricks that slide
-    down a slope steeper than 72 degrees, where ACCELERATION_TOLERANCE does not suffice."""
+    """Largest ratio of sideways to vertical motion. This limit excludes bricks that slide down
+    slopes steeper than 72 degrees, which ACCELERATION_TOLERANCE does not exclude."""
 
     SIDEWAYS_TOLERANCE = 1e-4
     """Largest sideways motion (m) between two positions in a fall."""
 
     HEIGHT_TOLERANCE = 0.01
-    """Deviation (m) from the predicted height beyond which a fall has ended."""
+    """Largest deviation (m) from the predicted height during a fall."""
 
     def __init__(self, gravity: float) -> None:
-        """Create a detector for an acceleration due to gravity (m/s^2)."""
+        """Create a detector for a gravitational acceleration (m/s^2)."""
         self.gravity = gravity
         self.fall: Fall | None = None
         """Current fall, or None if the brick is not falling."""
         self._samples: deque[tuple[int, float, float, float]] = deque(maxlen=3)
 
     def observe(self, stamp: int, x: float, y: float, z: float) -> bool:
-        """
-        Record the position (m) of the brick in the world frame at a time (ns).
-
-        :return: Whether a new fall is detected.
-        """
+        """Record the position (m) at a time (ns), and return whether a new fall is detected."""
         samples = self._samples
         if samples:
             last_stamp, last_x, last_y, _ = samples[-1]
@@ -112,7 +109,7 @@ class FallDetector:
         return self.fall is not None
 
     def _detect(self) -> Fall | None:
-        """Return the fall that the three samples show, or None."""
+        """Return the fall shown by the three samples, or None if they do not show a fall."""
         (t0, x0, y0, z0), (t1, _, _, z1), (t2, x2, y2, z2) = self._samples
         if z0 <= z1 or hypot(x2 - x0, y2 - y0) > self.SIDEWAYS_FRACTION * (z0 - z2):
             return None

@@ -32,7 +32,7 @@ Color = tuple[float, float, float, float]
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 MAX_COORDINATE = 1e9
-"""Largest valid coordinate (m). Squares and products of such numbers are finite."""
+"""Largest valid coordinate (m). Products of valid coordinates are finite."""
 
 
 class Pose(NamedTuple):
@@ -42,12 +42,12 @@ class Pose(NamedTuple):
     orientation: Quaternion
 
     def transform(self, point: Vector) -> Vector:
-        """Return a point (m) of this frame in the parent frame."""
+        """Transform a point (m) from this frame to the parent frame."""
         x, y, z = rotate(self.orientation, point)
         return (x + self.position[0], y + self.position[1], z + self.position[2])
 
     def compose(self, other: 'Pose') -> 'Pose':
-        """Return the pose `other`, given in this frame, in the parent frame."""
+        """Transform the pose `other` from this frame to the parent frame."""
         return Pose(self.transform(other.position),
                     multiply(self.orientation, other.orientation))
 
@@ -60,7 +60,7 @@ class Pose2D(NamedTuple):
     yaw: float
 
     def compose(self, other: 'Pose2D') -> 'Pose2D':
-        """Return the pose `other`, given in this frame, in the parent frame."""
+        """Transform the pose `other` from this frame to the parent frame."""
         c, s = cos(self.yaw), sin(self.yaw)
         return Pose2D(self.x + c * other.x - s * other.y,
                       self.y + s * other.x + c * other.y,
@@ -93,7 +93,7 @@ def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
 
 
 def axes(q: Quaternion) -> tuple[Vector, Vector, Vector]:
-    """Return the unit vectors x, y, z of a frame with orientation q in its parent frame."""
+    """Return the x, y and z unit vectors of a frame with orientation q in its parent frame."""
     x, y, z, w = q
     return ((1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)),
             (2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)),
@@ -101,7 +101,7 @@ def axes(q: Quaternion) -> tuple[Vector, Vector, Vector]:
 
 
 def rotate(q: Quaternion, v: Vector) -> Vector:
-    """Return the vector v, given in a frame with orientation q, in the parent frame."""
+    """Transform the vector v from a frame with orientation q to its parent frame."""
     ex, ey, ez = axes(q)
     return (v[0] * ex[0] + v[1] * ey[0] + v[2] * ez[0],
             v[0] * ex[1] + v[1] * ey[1] + v[2] * ez[1],
@@ -112,11 +112,7 @@ def distance_to_rectangle(x: float, y: float, yaw: float, length: float, width: 
     """
     Return the distance (m) from the origin to a rectangle, or 0 if it covers the origin.
 
-    :param x: x of the rectangle's center (m)
-    :param y: y of the rectangle's center (m)
-    :param yaw: heading of the rectangle's length (rad)
-    :param length: length of the rectangle (m)
-    :param width: width of the rectangle (m)
+    The center (m) of the rectangle is (x, y). The longitudinal axis has the heading `yaw` (rad).
     """
     c, s = cos(yaw), sin(yaw)
     along = abs(c * x + s * y) - length / 2.0

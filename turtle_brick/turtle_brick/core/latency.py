@@ -13,12 +13,12 @@
 # limitations under the License.
 
 """
-Measure the excess latency of the command path.
+Estimate the excess latency of the command path.
 
 `reachability` derives the latency for nodes on one machine that is not overloaded.
 `LatencyMonitor` estimates the excess latency due to slow links, lost messages and overloaded
-machines. It uses the worst values of the last WINDOW seconds. All timestamps come from one clock
-and are in nanoseconds.
+machines. The estimate is based on the worst values in the last WINDOW seconds. All timestamps come
+from one clock and are in nanoseconds.
 """
 
 from bisect import bisect_left, insort
@@ -32,31 +32,31 @@ WINDOW = 10.0
 """Time (s) for which a measurement is used."""
 
 OUTLIER_FRACTION = 0.01
-"""Fraction of transforms ignored as outliers, for example after a single stall of a machine."""
+"""Fraction of transforms that are ignored as outliers, for example after a single stall."""
 
 OVERLOAD_FRACTION = 0.2
-"""Fraction of late timer callbacks above which the machine is overloaded."""
+"""Fraction of late timer callbacks above which the machine is considered overloaded."""
 
 AVERAGED_CALLBACKS = 50
 """Number of timer callbacks over which the fraction of late callbacks is averaged."""
 
 USUAL_AGE = 0.006
-"""Age (s) of transforms on arrival that the latencies in `reachability` already include."""
+"""Usual age (s) of transforms on arrival, which the latencies in `reachability` include."""
 
 CLOCK_TOLERANCE = 0.006
-"""Largest time (s) by which timestamps may be in the future although the clocks agree. The arena
-stamps a riding brick one step (0.004 s) ahead."""
+"""Largest time (s) by which timestamps may be in the future even if the clocks agree. For example,
+the arena simulates a riding brick one step (0.004 s) ahead."""
 
 MIN_GAPS = 3
-"""Number of gaps in the brick's timestamps within WINDOW that indicate lost messages."""
+"""Number of gaps between the brick's timestamps within WINDOW that indicates lost messages."""
 
 LOSS_RESERVE = 0.06
-"""Excess latency (s) if messages get lost: two updates of the catcher, 0.02 s each, and two
-poses of the robot, 0.01 s each."""
+"""Excess latency (s) due to lost messages. It covers two catcher updates (0.02 s each) and two
+robot poses (0.01 s each)."""
 
 MAX_DELAY = 1.0
-"""Largest valid delay (s). Longer delays occur if a goal is ignored, a node is stopped or a
-timestamp is wrong."""
+"""Largest valid delay (s). A longer delay indicates an ignored goal, a stopped node or an invalid
+timestamp."""
 
 
 class RecentValues:
@@ -73,14 +73,14 @@ class RecentValues:
         insort(self._sorted, value)
 
     def quantile(self, now: int, fraction: float) -> float:
-        """Return the value at a fraction (0 to 1) of the sorted values, or 0 without values."""
+        """Return the quantile for a fraction from 0 to 1, or 0 if there are no values."""
         self._remove_old(now)
         if not self._sorted:
             return 0.0
         return self._sorted[round(fraction * (len(self._sorted) - 1))]
 
     def largest(self, now: int, rank: int) -> float:
-        """Return the largest value (rank 1), the second largest, etc., or 0 without this value."""
+        """Return the value at a rank (1 for the largest), or 0 if there are fewer values."""
         self._remove_old(now)
         return self._sorted[-rank] if len(self._sorted) >= rank else 0.0
 
@@ -119,12 +119,11 @@ class LatencyMonitor:
 
     def record_ages(self, now: int, ages: Iterable[float], late: bool = False) -> None:
         """
-        Record the ages of received transforms.
+        Record the ages (s) of the transforms received since the last call.
 
         :param now: current time (ns)
-        :param ages: ages (s) of the transforms received since the last call
-        :param late: whether this timer callback is late. A late callback makes the transforms
-            older, so their ages count only if callbacks are often late.
+        :param late: whether this timer callback is late. Late callbacks increase the ages, so
+            these ages count only if callbacks are often late.
         """
         self._late_fraction += (float(late) - self._late_fraction) / AVERAGED_CALLBACKS
         if late and not self._is_overloaded:
@@ -135,7 +134,6 @@ class LatencyMonitor:
 
     @property
     def _is_overloaded(self) -> bool:
-        """Whether timer callbacks are often late."""
         return self._late_fraction > OVERLOAD_FRACTION
 
     def record_robot_stamp(self, stamp: int) -> None:
@@ -162,26 +160,25 @@ class LatencyMonitor:
         self._brick_period += 0.02 * (gap - self._brick_period)
 
     def record_response_delay(self, now: int, excess: float) -> None:
-        """Record the time (s) by which a response of the robot exceeded COMMAND_LATENCY."""
+        """Record the time (s) by which a robot response exceeded COMMAND_LATENCY."""
         self._response_delays.add(now, excess)
 
     def loses_messages(self, now: int) -> bool:
-        """Return whether messages have been lost within WINDOW before a time (ns)."""
+        """Return whether messages have been lost in the WINDOW seconds before a time (ns)."""
         return (len(self._gaps) == MIN_GAPS
                 and (now - self._gaps[0]) * SECONDS_PER_NS <= WINDOW)
 
     def clock_error(self, now: int) -> float:
-        """Return the time (s) by which timestamps are in the future, 0 if the clocks agree."""
+        """Return the time (s) by which timestamps are in the future, or 0 if the clocks agree."""
         ahead = -self._ages.quantile(now, OUTLIER_FRACTION)
         return ahead if ahead > CLOCK_TOLERANCE else 0.0
 
     def expected_standstill(self, now: int, duration: float) -> float:
         """
-        Return the expected standstill (s) of the robot on an overloaded machine.
+        Return the expected duration (s) of pauses in a robot motion on an overloaded machine.
 
-        :param now: current time (ns)
-        :param duration: duration (s) of the robot's motion
-        :return: The recent fraction of pauses times the duration, plus the longest pause.
+        The result is the recent fraction of pauses times the duration (s) of the motion, plus the
+        longest pause.
         """
         observed = 0.0
         if self._first_robot_stamp is not None:
@@ -193,10 +190,10 @@ class LatencyMonitor:
         """
         Return the excess latency (s) at a time (ns).
 
-        A goal and the resulting motion pass one link each, so the delay of the slowest link counts
-        twice. A single late response counts only if messages are late or lost, because a node may
-        have stopped for a moment. If the clocks disagree, the ages are unreliable, so the clock
-        error and the response delay are added.
+        The goal and the resulting pose cross one link each, so the delay of the slowest link
+        counts twice. A briefly stopped node can cause a single late response, so this response
+        counts only if messages are late or lost. If the clocks disagree, the ages are unreliable,
+        so the clock error and the response delay are added.
         """
         clock_error = self.clock_error(now)
         link = max(

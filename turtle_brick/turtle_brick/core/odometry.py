@@ -13,11 +13,11 @@
 # limitations under the License.
 
 """
-Wheel odometry, computed from the poses published by turtlesim. The frames follow REP 105.
+Compute the wheel odometry from the poses published by turtlesim. The frames follow REP 105.
 
 The wheel rolls without slipping, so its angle is the path length divided by its radius. The path
-is the distance between poses, not the integral of the speed, and is therefore also exact at a wall
-and after a lost pose. A teleport does not roll the wheel.
+length is the sum of the distances between poses. It is therefore exact even at a wall and after a
+lost pose. A teleport does not roll the wheel.
 """
 
 from math import atan2, hypot, pi
@@ -26,25 +26,25 @@ from turtle_brick.core.geometry import Pose2D
 from turtle_brick.core.turtlesim_kinematics import TICK, TurtlePose
 
 MIN_MOTION = 1e-5
-"""Smallest motion between two poses (m) whose direction can be computed from float32 numbers."""
+"""Smallest motion (m) between two poses for which float32 numbers give a direction."""
 
 
 class Odometer:
     """Compute the pose in the odom frame, the wheel angle and the stem angle."""
 
     def __init__(self, wheel_radius: float) -> None:
-        """Create an odometer without a pose for a wheel of this radius (m)."""
+        """Create an odometer for a wheel with a radius (m)."""
         self.wheel_radius = wheel_radius
         self.origin: Pose2D | None = None
-        """Pose of the odom frame in the world frame, which is the first pose of the turtle."""
+        """Pose of the odom frame in the world frame. It is the first pose of the turtle."""
         self.pose: Pose2D | None = None
         """Pose of base_link in the odom frame."""
         self.wheel_angle = 0.0
-        """Angle of the wheel, including full turns (rad)."""
+        """Angle (rad) of the wheel, including full turns."""
         self.wheel_velocity = 0.0
-        """Angular velocity of the wheel (rad/s)."""
+        """Angular velocity (rad/s) of the wheel."""
         self.stem_angle = 0.0
-        """Angle of the stem in base_link (rad)."""
+        """Angle (rad) of the stem in base_link."""
         self._last: TurtlePose | None = None
         self._last_time = 0.0
         self._world_to_odom = Pose2D(0.0, 0.0, 0.0)
@@ -52,31 +52,30 @@ class Odometer:
     def observe(self, now: float, pose: TurtlePose) -> None:
         """Update the odometry with a pose received now (s)."""
         world_pose = Pose2D(pose.x, pose.y, pose.theta)
-        last = self._last
-        if last is None:
+        if self._last is None:
             self.origin = world_pose
             self._world_to_odom = world_pose.inverse()
         else:
-            self._roll(last, now, pose)
+            self._roll(self._last, now, pose)
         self.pose = self._world_to_odom.compose(world_pose)
         self._last, self._last_time = pose, now
 
     def steer(self, velocity: tuple[float, float]) -> None:
-        """Turn the stem along a commanded velocity (m/s, in base_link) if the robot is at rest."""
+        """Point the stem along a commanded velocity (m/s) in base_link if the robot is at rest."""
         if self.wheel_velocity == 0.0 and velocity != (0.0, 0.0):
             self.stem_angle = wrapped(atan2(velocity[1], velocity[0]))
 
     def _roll(self, last: TurtlePose, now: float, pose: TurtlePose) -> None:
-        """Update wheel and stem with the motion since the last pose, unless it was a teleport."""
+        """Update the wheel and the stem after any motion except a teleport."""
         self.wheel_velocity = 0.0
         dx, dy = pose.x - last.x, pose.y - last.y
         path = hypot(dx, dy)
-        # A path that is too long for the reported speed and the elapsed ticks is a teleport.
+        # If the path is too long for the reported speed and the elapsed ticks, it is a teleport.
         ticks = max(1.0, (now - self._last_time) / TICK + 0.5)
         if path <= MIN_MOTION or path > ticks * TICK * pose.linear_velocity + MIN_MOTION:
             return
         self.wheel_angle += path / self.wheel_radius
-        # A lost pose makes the path several ticks long. A wall makes it shorter than one tick.
+        # After a lost pose, the path covers several ticks. At a wall, it is shorter than usual.
         self.wheel_velocity = min(path / TICK, pose.linear_velocity) / self.wheel_radius
         self.stem_angle = wrapped(atan2(dy, dx) - pose.theta)
 

@@ -12,16 +12,16 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """
-The parameters in config/turtle.yaml: their valid ranges, and the parameter set of each node.
+Valid ranges of the parameters in config/turtle.yaml, and the parameter set of each node.
 
 `load` reads the file without ROS. A node declares its parameters with
-`turtle_brick.ros.node_parameters.declare_parameters`. Both raise a ParameterError for a missing or
-invalid value. The error names the parameter, its value and the valid range.
+`turtle_brick.ros.node_parameters.declare_parameters`. Both functions raise a ParameterError for a
+missing or invalid value. The error message contains the parameter name, its value and the valid
+range.
 
 To add a parameter, add a line to config/turtle.yaml, a rule to PARAMETER_RULES, and a field to the
-parameter set of each node that uses it.
+parameter set of each node that uses the parameter.
 """
 
 from __future__ import annotations
@@ -54,9 +54,9 @@ class ParameterRule(NamedTuple):
     unit: str
     """Unit, or an empty string for a ratio."""
     lower: float
-    """Smallest valid value of the number, or of each component of a vector."""
+    """Smallest valid value of the number or of each vector component."""
     upper: float
-    """Greatest valid value of the number, or of each component of a vector."""
+    """Largest valid value of the number or of each vector component."""
     length: int = 1
     """Number of components, which is 3 for a vector."""
 
@@ -93,7 +93,7 @@ PARAMETER_RULES = {
 
 @dataclass(frozen=True)
 class ParameterSet:
-    """Base class of parameter sets. Every instance is valid, including those from `replace`."""
+    """Base class of parameter sets. Every instance is valid, including the result of `replace`."""
 
     def __post_init__(self) -> None:
         """Check all values and convert them to floats."""
@@ -145,7 +145,7 @@ class ArenaParameters(ParameterSet):
     wall_height: float
 
     def __post_init__(self) -> None:
-        """Check all values, and that the brick starts above the ground."""
+        """Check all values, and check that the brick starts above the ground."""
         super().__post_init__()
         half_height = self.brick_size[2] / 2
         if self.brick_start[2] < half_height:
@@ -168,12 +168,16 @@ class CatcherParameters(ParameterSet):
 
 @dataclass(frozen=True)
 class Parameters(RobotParameters, ArenaParameters, CatcherParameters):
-    """All parameters of config/turtle.yaml in SI units, with a robot that can be built."""
+    """All parameters in config/turtle.yaml in SI units."""
 
     def __post_init__(self) -> None:
-        """Check all values, and that the platform can turn over."""
+        """Check all values, and check that the robot can be built."""
         super().__post_init__()
-        self._check_proportion()
+        least, greatest = self.wheel_radius / 3, self.wheel_radius * 20
+        if not least <= self.platform_radius <= greatest:
+            raise ParameterError(
+                f'platform_radius is {self.platform_radius:g} m, but with wheel_radius '
+                f'{self.wheel_radius:g} m it must be from {least:g} to {greatest:g} m')
         least = least_height(self.platform_radius, self.platform_thickness, self.wheel_radius)
         if self.platform_height < least:
             raise ParameterError(
@@ -182,22 +186,15 @@ class Parameters(RobotParameters, ArenaParameters, CatcherParameters):
                 f'and wheel_radius {self.wheel_radius:g} m it must be at least {least:g} m so '
                 'that the platform can turn over')
 
-    def _check_proportion(self) -> None:
-        """Check that neither the platform nor the wheel is too large for the other."""
-        least, greatest = self.wheel_radius / 3, self.wheel_radius * 20
-        if not least <= self.platform_radius <= greatest:
-            raise ParameterError(
-                f'platform_radius is {self.platform_radius:g} m, but with wheel_radius '
-                f'{self.wheel_radius:g} m it must be from {least:g} to {greatest:g} m')
 
 
 def least_height(platform_radius: float, platform_thickness: float, wheel_radius: float) -> float:
     """
-    Return the least platform_height (m) with which the platform can turn over.
+    Return the smallest platform_height (m) with which the platform can turn over.
 
     The platform turns about a hinge in the center of its base, so it stays inside a sphere around
-    the hinge. The wheel, a neck and the cube of base_link must fit below this sphere. Neck and
-    cube get at least 5 cm, so that the cube is visible.
+    the hinge. The wheel, a neck and the cube of base_link must fit below this sphere. The neck and
+    the cube together are at least 5 cm high so that the cube is visible.
     """
     sphere_radius = hypot(platform_radius, platform_thickness)
     neck_and_cube = max(0.05, wheel_radius, platform_radius / 5)
@@ -205,7 +202,7 @@ def least_height(platform_radius: float, platform_thickness: float, wheel_radius
 
 
 def default_path() -> Path:
-    """Return the path of config/turtle.yaml: the installed file, else the one in the sources."""
+    """Return the path of config/turtle.yaml, preferably of the installed file."""
     try:
         from ament_index_python.packages import get_package_share_path
         share = get_package_share_path('turtle_brick')
@@ -216,11 +213,7 @@ def default_path() -> Path:
 
 
 def load(path: str | Path | None = None) -> Parameters:
-    """
-    Read all parameters from a ROS parameter file, without ROS.
-
-    :param path: path of the file; config/turtle.yaml by default
-    """
+    """Read all parameters from a ROS parameter file, by default config/turtle.yaml."""
     return read(default_path() if path is None else path, Parameters)
 
 
@@ -228,8 +221,8 @@ def read(path: str | Path, parameter_set: type[AnyParameterSet]) -> AnyParameter
     """
     Read a parameter set from the section `/**: ros__parameters:` of a ROS parameter file.
 
-    :raises ParameterError: the file cannot be read or is not a parameter file, or a value is
-        missing or invalid; the message begins with the path
+    :raises ParameterError: the file is unreadable or not a parameter file, or a value is missing
+        or invalid. The message begins with the path.
     """
     import yaml  # The page in web/ runs without PyYAML.
     try:
@@ -250,7 +243,7 @@ def read(path: str | Path, parameter_set: type[AnyParameterSet]) -> AnyParameter
 
 
 def main() -> int:
-    """Check a parameter file, by default config/turtle.yaml, and return the exit status."""
+    """Check a parameter file, by default config/turtle.yaml. Return the exit status."""
     try:
         load(*sys.argv[1:])
     except ParameterError as error:

@@ -19,11 +19,11 @@ A brick is reachable if its landing point is inside the arena and if
 
     latency + max(distance - platform_radius, 0) / max_velocity <= time until landing
 
-- The brick lands when its bottom reaches the top of the level platform. It falls without drag.
-- The distance is horizontal, from the robot to the landing point. For a moving robot, it is the
-  largest distance that the commands already sent can cause.
+- The brick falls without drag. It lands when its bottom reaches the top of the level platform.
+- The distance is the horizontal distance from the robot to the landing point. For a moving robot,
+  the largest distance that the commands already sent can cause is used.
 - The latency is COMMAND_LATENCY plus the excess latency. COMMAND_LATENCY applies to nodes on one
-  machine. `latency` measures the excess latency of slow links and busy machines.
+  machine. `latency` estimates the excess latency due to slow links and busy machines.
 - A robot already within platform_radius of the landing point needs no time. A platform that is not
   level needs at least LEVEL_LATENCY plus the excess latency.
 
@@ -41,20 +41,20 @@ from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK, within_arena
 
 QUEUE_LATENCY = QUEUE_DEPTH * COMMAND_PERIOD + TICK - COMMAND_PERIOD + TRANSPORT_DELAY
-"""Longest time (s) from publishing a command to the pose that shows its effect (0.0764 s).
-turtlesim executes a command at the first tick after six newer commands have arrived."""
+"""Longest time (s) from a command to the pose that shows its effect (0.0764 s). The effect begins
+at the first turtlesim tick after six newer commands have arrived."""
 
 COMMAND_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + QUEUE_LATENCY + COMMAND_PERIOD + 0.010
-"""Longest time (s) from a decision until the arena receives the first motion of the platform. It
-consists of three messages, a cycle of the robot for the goal, turtlesim's queue, a cycle of the
-robot for the pose, and 10 ms for the next physics step and the operating system."""
+"""Longest time (s) from a decision until the arena receives the first motion of the platform. This
+time includes three messages, a robot cycle for the goal, turtlesim's queue, a robot cycle for the
+pose, and 10 ms for the next physics step and the operating system."""
 
 GUARANTEED_LATENCY = 0.13
-"""Guaranteed limit (s) of the time from the release of a brick to the first motion of the robot:
-COMMAND_LATENCY plus the detection of the fall from three positions of the brick."""
+"""Guaranteed upper limit (s) for the time from the release of a brick to the robot's first motion.
+It covers COMMAND_LATENCY and the detection of the fall from three positions."""
 
 LEVEL_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + 0.015
-"""Longest time (s) from publishing a tilt of 0 until the arena receives a level platform."""
+"""Longest time (s) from a tilt command of 0 until the arena receives a level platform."""
 
 
 class Decision(NamedTuple):
@@ -71,7 +71,7 @@ class Decision(NamedTuple):
     latency: float
     """Assumed latency (s) of the command path."""
     distance: float
-    """Horizontal distance (m) between the robot and the brick."""
+    """Horizontal distance (m) from the robot to the brick."""
     reason: str
     """Reason why the brick is unreachable, or an empty string."""
 
@@ -82,7 +82,7 @@ class Decision(NamedTuple):
 
     @property
     def summary(self) -> str:
-        """Decision and reason in one line that begins with "reachable: " or "unreachable: "."""
+        """Decision and reason in one line, such as "unreachable: no robot is available"."""
         if not self.reachable:
             return f'unreachable: {self.reason}'
         return (f'reachable: the robot, {self.distance:.2f} m away, needs {self.needed:.3f} s, '
@@ -91,21 +91,21 @@ class Decision(NamedTuple):
 
 
 class RobotMotion(NamedTuple):
-    """Position of the robot, and its possible positions after the commands already sent."""
+    """Current position and possible future positions of the robot."""
 
     x: float
     """x coordinate (m) in the world frame."""
     y: float
     destinations: tuple[tuple[float, float], ...] = ()
-    """Points (m) to which the commands already sent may take the robot."""
+    """Points (m) that the robot may reach with the commands already sent."""
     level: bool = True
-    """Whether the platform is level and every node has received its level transform."""
+    """Whether the platform is level and every node has received the level transform."""
     uncertainty: float = 0.0
-    """Distance (m) that the robot may cover if it is not known whether the robot is at rest."""
+    """Distance (m) that the robot may cover if it is possibly moving in an unknown direction."""
 
     @property
     def at_rest(self) -> bool:
-        """Whether the robot is at rest and no command already sent moves it."""
+        """Whether the robot is at rest and remains at rest without a new command."""
         return not self.destinations and self.uncertainty == 0.0
 
     def distance_to(self, point: tuple[float, ...]) -> float:
@@ -113,13 +113,13 @@ class RobotMotion(NamedTuple):
         return hypot(point[0] - self.x, point[1] - self.y)
 
     def longest_distance_to(self, point: tuple[float, ...]) -> float:
-        """Return the largest distance (m) to a point after the commands already sent."""
+        """Return the largest distance (m) to a point after execution of the commands sent."""
         distances = [hypot(point[0] - x, point[1] - y) for x, y in self.destinations]
         return max([self.distance_to(point), *distances]) + self.uncertainty
 
 
 def resting_height(parameters: CatcherParameters) -> float:
-    """Return the height (m) of the center of a brick on the level platform."""
+    """Return the height (m) of a brick's center on the level platform."""
     return parameters.platform_height + parameters.brick_size[2] / 2.0
 
 
@@ -132,12 +132,12 @@ def fall_time(height: float, parameters: CatcherParameters) -> float:
 def guaranteed_distance(height: float, parameters: CatcherParameters,
                         excess: float = 0.0) -> float:
     """
-    Return the largest distance at which a robot at rest is guaranteed to catch a brick.
+    Return the largest distance (m) at which a robot at rest is guaranteed to catch a brick.
+
+    The distance is negative if no catch is guaranteed.
 
     :param height: height (m) of the brick's center at the release
-    :param parameters: physical parameters
     :param excess: excess latency (s)
-    :return: Distance (m) inside the arena. It is negative if no catch is guaranteed.
     """
     if height < resting_height(parameters):
         return -inf
@@ -148,12 +148,10 @@ def guaranteed_distance(height: float, parameters: CatcherParameters,
 def decide_reachability(fall: Fall, now: int, robot: RobotMotion | None,
                         parameters: CatcherParameters, excess: float = 0.0) -> Decision:
     """
-    Decide whether the robot can be under a falling brick when it lands.
+    Decide whether the robot can be under a falling brick when the brick lands.
 
-    :param fall: detected fall
     :param now: current time (ns)
     :param robot: motion of the robot, or None if no robot is available
-    :param parameters: physical parameters
     :param excess: excess latency (s)
     """
     time = fall.time_to(resting_height(parameters), parameters.gravity_accel)
@@ -176,11 +174,11 @@ def decide_reachability(fall: Fall, now: int, robot: RobotMotion | None,
 
 def time_needed(fall: Fall, robot: RobotMotion, parameters: CatcherParameters,
                 excess: float) -> float:
-    """Return the longest time (s) from a decision until the level platform is under a brick."""
+    """Return the longest time (s) until the platform is level and under a falling brick."""
     distance = robot.longest_distance_to(fall.position)
     time = 0.0
     if distance > parameters.platform_radius:
-        # travel_time is (distance - platform_radius) / max_velocity for all but tiny platforms.
+        # Except for tiny platforms, travel_time is (distance - platform_radius) / max_velocity.
         time = COMMAND_LATENCY + excess + travel_time(
             distance, parameters.platform_radius, parameters.max_velocity)
     return time if robot.level else max(time, LEVEL_LATENCY + excess)

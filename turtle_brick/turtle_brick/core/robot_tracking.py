@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Track a robot and compute the positions to which the commands already sent may take it.
+Compute the positions that the robot may reach with the commands already sent.
 
 turtlesim executes commands with a delay, so a robot with a new goal first continues in its last
 direction or to its previous goal. `RobotTracker` returns a `RobotMotion` for `reachability`.
@@ -32,14 +32,15 @@ from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import TICK
 
 COMMITTED_TIME = QUEUE_LATENCY + 2 * COMMAND_PERIOD + TICK
-"""Time (s) for which a moving robot may continue from its last observed position. The pose is up
-to one tick and one cycle old, and the robot still executes the commands in the queue."""
+"""Longest time (s) for which a moving robot may continue from its last observed position. The pose
+is up to one tick and one robot cycle old, and the queued commands are still executed."""
 
 REST_TIME = 0.07
-"""Time (s) without motion after which the robot is at rest. It exceeds four turtlesim ticks."""
+"""Time (s) without motion after which the robot is considered at rest. The time exceeds four
+turtlesim ticks."""
 
 MIN_GOAL_DISTANCE = 0.05
-"""Distance (m) beyond which a new goal certainly moves a robot at rest."""
+"""Smallest distance (m) at which a new goal certainly moves a robot at rest."""
 
 POSITION_TOLERANCE = 1e-9
 """Largest difference (m) between positions at rest, caused by interpolation in tf2."""
@@ -49,26 +50,21 @@ class RobotTracker:
     """Record the positions and goals of the robot, and compute its motion."""
 
     def __init__(self, max_velocity: float, latency: LatencyMonitor) -> None:
-        """
-        Start without a known robot.
-
-        :param max_velocity: maximum speed of the robot (m/s)
-        :param latency: monitor that provides the excess latency and records response delays
-        """
+        """Create a tracker for a robot with a maximum speed (m/s)."""
         self.excess = 0.0
         """Excess latency (s) at the last observation."""
         self.last_seen = -inf
         """Last time (ns) at which the platform was available."""
         self.last_unseen = 0
-        """Last time (ns) at which the platform was not available."""
+        """Last time (ns) at which the platform was unavailable."""
         self.last_level = 0
         """Last time (ns) at which the platform was level."""
         self._latency = latency
         self._max_velocity = max_velocity
         self._positions: deque[tuple[int, float, float]] = deque()
-        """Recent times (ns) and positions (m), up to the first one older than REST_TIME."""
+        """Times (ns) and positions (m), including the latest position older than REST_TIME."""
         self._goals: deque[tuple[int, tuple[float, float]]] = deque()
-        """Recent times (ns) and goals (m), up to the first one that is certainly in effect."""
+        """Times (ns) and goals (m), including the latest goal that is certainly in effect."""
         self._departure: tuple[int, float, float] | None = None
         """Time (ns) of a goal and position (m) of the robot at rest, until the robot moves."""
         self._last_at_departure = 0
@@ -76,12 +72,12 @@ class RobotTracker:
 
     @property
     def goal(self) -> tuple[float, float]:
-        """Last recorded point (m) in the world frame, to which the robot was sent."""
+        """Last recorded goal (m) in the world frame."""
         return self._goals[-1][1]
 
     @property
     def _committed_distance(self) -> float:
-        """Largest distance (m) that the commands already sent can move the robot."""
+        """Largest distance (m) that the robot can cover with the commands already sent."""
         return self._max_velocity * (COMMITTED_TIME + self.excess)
 
     def record_goal(self, now: int, goal: tuple[float, float]) -> None:
@@ -102,12 +98,11 @@ class RobotTracker:
     def observe(self, now: int, platform: Platform | None, level_for: float
                 ) -> RobotMotion | None:
         """
-        Record the position of the robot.
+        Record the position of the robot, and return the robot's motion if it is available.
 
         :param now: current time (ns)
-        :param platform: platform of the robot, or None if it is not available
-        :param level_for: time (s) since a tilt of 0 was commanded, 0 for any other tilt
-        :return: Motion of the robot, or None if the platform is not available.
+        :param platform: platform of the robot, or None if it is unavailable
+        :param level_for: time (s) since a tilt of 0 was commanded, or 0 after any other command
         """
         self.excess = self._latency.excess(now)
         if platform is None:
@@ -139,19 +134,19 @@ class RobotTracker:
                 self._departure = None
             return
         self._departure = None
-        # Only a robot that was observed at rest for longer than COMMAND_LATENCY responds slowly.
+        # A response is slow only if the robot was observed at rest after COMMAND_LATENCY.
         if (self._last_at_departure - sent) * SECONDS_PER_NS > COMMAND_LATENCY:
             self._latency.record_response_delay(
                 now, (now - sent) * SECONDS_PER_NS - COMMAND_LATENCY)
 
     def _destinations(self, now: int) -> list[tuple[float, float]]:
-        """Return the points (m) to which the commands already sent may take the robot."""
+        """Return the points (m) that the robot may reach with the commands already sent."""
         _, x, y = self._positions[-1]
         extrapolated = self._extrapolate()
         points = [] if extrapolated is None else [extrapolated]
         for sent, (goal_x, goal_y) in self._goals:
-            # A moving robot drives to its last goal. If that goal is recent, the list also
-            # contains the goal before it, to which the robot may still drive.
+            # A moving robot drives to its last goal or, if this goal is recent, still to the
+            # previous goal. Both goals are then in the list.
             if extrapolated is None and len(self._goals) == 1 and not self._is_recent(now, sent):
                 continue
             distance = hypot(goal_x - x, goal_y - y)
@@ -172,15 +167,15 @@ class RobotTracker:
         return None
 
     def _is_recent(self, now: int, sent: int) -> bool:
-        """Return whether a goal sent at a time (ns) may not be in effect yet."""
+        """Return whether a goal sent at a time (ns) is possibly not in effect yet."""
         return (now - sent) * SECONDS_PER_NS < COMMAND_LATENCY + self.excess
 
     def _is_rest_known(self, now: int) -> bool:
-        """Return whether the positions cover enough time to show that the robot is at rest."""
+        """Return whether the positions cover enough time to show whether the robot is at rest."""
         return (now - self._positions[0][0]) * SECONDS_PER_NS >= REST_TIME + self.excess
 
 
 def _remove_old(entries: deque, now: int, max_age: float) -> None:
-    """Remove entries older than max_age (s), but keep the latest of them."""
+    """Remove entries older than `max_age` (s), except the latest of them."""
     while len(entries) > 1 and (now - entries[1][0]) * SECONDS_PER_NS > max_age:
         entries.popleft()

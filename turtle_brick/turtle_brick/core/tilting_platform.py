@@ -12,7 +12,6 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """Geometry of the platform that carries the brick. The axes follow REP 103."""
 
 from __future__ import annotations
@@ -24,43 +23,43 @@ from math import atan2
 from turtle_brick.core.geometry import axes, Pose, Vector
 
 LEVEL_TOLERANCE = 1e-3
-"""Largest inclination of a level platform (rad)."""
+"""Largest inclination (rad) of a level platform."""
 
 
 @dataclass(frozen=True)
 class Platform:
-    """A platform at a pose. Derived values are computed once."""
+    """A platform at a pose. The derived values are computed only once."""
 
     pose: Pose
-    """Pose of the platform frame in the world frame. Its origin is in the center of the base."""
+    """Pose of the platform frame in the world frame. The origin is in the center of the base."""
 
     @cached_property
     def axes(self) -> tuple[Vector, Vector, Vector]:
-        """Return the unit vectors of the platform frame in the world frame. The hinge is y."""
+        """Unit vectors of the platform frame in the world frame. The hinge is the y axis."""
         return axes(self.pose.orientation)
 
     @cached_property
     def hinge_yaw(self) -> float:
-        """Return the heading of the hinge (rad), which does not depend on the tilt."""
+        """Heading (rad) of the hinge, which does not depend on the tilt."""
         hinge_x, hinge_y, _ = self.axes[1]
         return atan2(-hinge_x, hinge_y)
 
     @property
     def is_level(self) -> bool:
-        """Return whether the platform is level, so that a brick can land on it."""
+        """Whether the platform is level, so that a brick can land on the platform."""
         x, y, _, _ = self.pose.orientation
         # x^2 + y^2 is the squared sine of half the inclination.
         return x * x + y * y < (LEVEL_TOLERANCE / 2.0) ** 2
 
     def point(self, x: float, y: float, z: float) -> Vector:
-        """Return the world coordinates (m) of a location in the platform frame."""
+        """Transform a point (m) from the platform frame to the world frame."""
         (px, py, pz), (ex, ey, ez) = self.pose.position, self.axes
         return (px + x * ex[0] + y * ey[0] + z * ez[0],
                 py + x * ex[1] + y * ey[1] + z * ez[1],
                 pz + x * ex[2] + y * ey[2] + z * ez[2])
 
     def coordinates_of(self, point: Vector) -> tuple[float, float]:
-        """Return x and y in the platform frame of a point (m) in the world frame."""
+        """Transform a point (m) from the world frame to x and y in the platform frame."""
         ex, ey, _ = self.axes
         dx, dy, dz = (a - b for a, b in zip(point, self.pose.position))
         return (dx * ex[0] + dy * ex[1] + dz * ex[2], dx * ey[0] + dy * ey[1] + dz * ey[2])

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A step clock that does not drift when callbacks are late, and conversions of times."""
+"""A step clock that does not drift when callbacks are late, and time conversions."""
 
 from typing import Any
 
@@ -27,7 +27,7 @@ class StepClock:
     """
     Count the steps of a fixed period that have become due.
 
-    Step k has the time t0 + k * period in integer nanoseconds, so that rounding errors do not
+    The time of step k is t0 + k * period in integer nanoseconds, so rounding errors do not
     accumulate. After a late or skipped timer callback, the next call returns all due steps.
     """
 
@@ -35,27 +35,26 @@ class StepClock:
         """
         Create a clock that starts at the first call of `due`.
 
-        :param period: time between two steps (ns)
-        :param longest_gap: longest time after the last step (ns) that does not restart the clock
+        :param period: time (ns) between two steps
+        :param longest_gap: longest time (ns) after the last step that does not restart the clock
         """
         self.period = period
         self.longest_gap = longest_gap
         self.last: int | None = None
-        """Time of the last step (ns)."""
+        """Time (ns) of the last step."""
         self.jump = 0
-        """Time skipped by a restart in the latest call of `due` (ns), or 0 without a restart."""
+        """Time (ns) skipped by a restart in the latest call of `due`, or 0 without a restart."""
 
     def due(self, now: int, start: int | None = None) -> list[int]:
         """
         Return the times (ns) of the steps that have become due since the last call.
 
-        The clock restarts with the single step [start] if the last step was more than
-        `longest_gap` ago, or if it is more than one period ahead because the clock was set back.
+        The clock restarts with the single step [start] if the last step is more than `longest_gap`
+        in the past, or more than one period in the future because the time was set back.
 
         :param now: current time (ns)
-        :param start: time of the first step (ns) after a start or restart, at most `now`. The
-            default is `now`. With the time at which the timer was due, each timer callback has a
-            step.
+        :param start: time (ns) of the first step after a start or restart, by default `now`. With
+            the time at which the timer was due, each timer callback has a step.
         """
         self.jump = 0
         if self.last is not None:
@@ -71,7 +70,7 @@ class StepClock:
 
 def due_time(timer: Any, now: int) -> int:
     """
-    Return the time (ns), at most `now`, at which a timer was due. Call it in the timer's callback.
+    Return the time (ns), at most `now`, at which the timer of the current callback was due.
 
     :param timer: an rclpy.timer.Timer
     :param now: current time of the timer's clock (ns)

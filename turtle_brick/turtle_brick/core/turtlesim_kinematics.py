@@ -12,9 +12,9 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The kinematics of turtlesim 1.8 without ROS, equal to the real program in every bit.
+Kinematics of turtlesim 1.8 without ROS. The results are bitwise equal to those of turtlesim.
 
-Every 16 ms each turtle executes these steps (TurtleFrame::onUpdate, Turtle::update):
+Every 16 ms, each turtle executes these steps (TurtleFrame::onUpdate, Turtle::update):
 
 1. Take one velocity command from its queue of seven.
 2. Execute all requested teleports.
@@ -24,8 +24,8 @@ Every 16 ms each turtle executes these steps (TurtleFrame::onUpdate, Turtle::upd
 
 The time step is always 0.016 s, even if a tick is late.
 
-Internal positions use double precision, with y pointing down from the upper left corner. Arguments
-and results use float32, with y pointing up, as in turtlesim's messages.
+Internal positions are in double precision, and y points down from the upper left corner. Arguments
+and results are in float32, and y points up, as in turtlesim's messages.
 """
 
 from collections import deque
@@ -46,28 +46,28 @@ def float32(value: float) -> float:
 
 
 TICK = 0.001 * 16
-"""Duration of a tick (s)."""
+"""Duration (s) of a tick."""
 
 QUEUE_DEPTH = 7
-"""Length of the queue of velocity commands (QoS KeepLast(7))."""
+"""Length of the velocity command queue (QoS KeepLast(7))."""
 
 COMMAND_TIMEOUT = 1.0
-"""Time after its last velocity command at which a turtle stops (s)."""
+"""Time (s) after the last velocity command at which a turtle stops."""
 
 ARENA_SIZE = float32(499 / 45)
-"""Width and height of the arena (m): 499 pixels of 1/45 m as a float32."""
+"""Width and height (m) of the arena, which are 499 pixels of 1/45 m as a float32."""
 
 ARENA_CENTER = float32(ARENA_SIZE / 2)
-"""x and y of the center of the arena (m)."""
+"""x and y (m) of the arena's center."""
 
 _PI = 3.14159265
-"""Value of pi in turtlesim. It has fewer digits than math.pi, which changes the headings."""
+"""Value of pi in turtlesim. It has fewer digits than math.pi, so the headings differ."""
 
 _TWO_PI = 2.0 * _PI
 
 
 def within_arena(x: float, y: float) -> tuple[float, float]:
-    """Return the point (m) of the arena nearest to (x, y) in the world frame."""
+    """Return the point (m) in the arena nearest to (x, y) in the world frame."""
     return (0.0 if x < 0.0 else ARENA_SIZE if x > ARENA_SIZE else x,
             0.0 if y < 0.0 else ARENA_SIZE if y > ARENA_SIZE else y)
 
@@ -82,7 +82,7 @@ class TurtlePose(NamedTuple):
     theta: float
     """Heading (rad) in [-pi, pi), counter-clockwise from +x."""
     linear_velocity: float
-    """Commanded speed (m/s), which is positive in every direction."""
+    """Commanded speed (m/s), which is never negative."""
     angular_velocity: float
     """Commanded turn rate (rad/s), counter-clockwise."""
 
@@ -119,7 +119,7 @@ class Turtle:
         self._queue: deque[tuple[float, float, float]] = deque(maxlen=QUEUE_DEPTH)
         self._teleports: list[tuple[bool, float, float, float]] = []
         self.holonomic = holonomic
-        """Whether the turtle can move sideways. If not, its sideways velocity does not change."""
+        """Whether the turtle can move sideways. If not, the sideways velocity does not change."""
         self.clamped: tuple[float, float] | None = None
         """Position (m, y down) that the last tick would have reached without the walls, or None if
         the turtle did not hit a wall."""
@@ -135,26 +135,15 @@ class Turtle:
         self._queue.append((linear_x, linear_y, angular_z))
 
     def teleport_absolute(self, x: float, y: float, theta: float) -> None:
-        """
-        Request a jump to a pose at the next tick. The velocity does not change.
-
-        :param x: distance from the left wall (m)
-        :param y: distance from the lower wall (m), limited to the upper wall
-        :param theta: heading (rad)
-        """
+        """Request a jump to a pose (m, rad) at the next tick. The velocity does not change."""
         self._teleports.append((False, float32(x), float32(y), float32(theta)))
 
     def teleport_relative(self, linear: float, angular: float) -> None:
-        """
-        Request a turn, followed by a jump along the new heading, at the next tick.
-
-        :param linear: distance of the jump (m)
-        :param angular: angle of the turn (rad), counter-clockwise
-        """
+        """Request a turn (rad) and a jump (m) along the new heading at the next tick."""
         self._teleports.append((True, float32(linear), 0.0, float32(angular)))
 
     def take_command(self, now: float) -> None:
-        """Take the oldest command from the queue, which is the first half of a tick."""
+        """Execute the first half of a tick: take the oldest command from the queue."""
         if self._queue:
             self._linear_x, linear_y, self._angular = self._queue.popleft()
             if self.holonomic:
@@ -162,7 +151,7 @@ class Turtle:
             self._commanded_at = now
 
     def update(self, now: float) -> TurtlePose:
-        """Move for one time step, which is the second half of a tick, and return the new pose."""
+        """Execute the second half of a tick: move for one time step. Return the new pose."""
         if self._teleports:
             self._teleport()
         if now - self._commanded_at > COMMAND_TIMEOUT:
@@ -171,22 +160,17 @@ class Turtle:
         linear_y = self._linear_y
         angular = self._angular
 
-        # As in turtlesim, turn first and then move along the new heading.
+        # Like turtlesim, turn first and then move along the new heading.
         theta = _normalize(self._theta + angular * TICK)
         cos = math.cos(theta)
         sin = math.sin(theta)
         x = self._x + (cos * linear_x * TICK - sin * linear_y * TICK)
         y_down = self._y_down - (cos * linear_y * TICK + sin * linear_x * TICK)
 
-        # As in turtlesim, NaN is not clamped.
-        if x < 0.0 or x > ARENA_SIZE or y_down < 0.0 or y_down > ARENA_SIZE:
-            self.clamped = (x, y_down)
-            x = 0.0 if x < 0.0 else ARENA_SIZE if x > ARENA_SIZE else x
-            y_down = 0.0 if y_down < 0.0 else ARENA_SIZE if y_down > ARENA_SIZE else y_down
-        else:
-            self.clamped = None
-        self._x = x
-        self._y_down = y_down
+        # Like turtlesim, do not clamp NaN.
+        is_outside = x < 0.0 or x > ARENA_SIZE or y_down < 0.0 or y_down > ARENA_SIZE
+        self.clamped = (x, y_down) if is_outside else None
+        self._x, self._y_down = within_arena(x, y_down)
         self._theta = theta
         self.pose = self._rounded_pose()
         return self.pose
@@ -201,7 +185,7 @@ class Turtle:
         for relative, x_or_linear, y, theta in self._teleports:
             if relative:
                 self._theta += theta
-                # Python raises an exception for the cosine of infinity, where C++ returns NaN.
+                # For the cosine of infinity, Python raises an exception, but C++ returns NaN.
                 heading = self._theta if math.isfinite(self._theta) else math.nan
                 self._x += math.cos(heading) * x_or_linear
                 self._y_down += -math.sin(heading) * x_or_linear
@@ -223,12 +207,12 @@ class Turtle:
 
 
 class TurtleSim:
-    """A turtlesim with its turtles. It starts with turtle1 in the center of the arena."""
+    """Turtlesim and its turtles. The simulation starts with turtle1 in the arena's center."""
 
     def __init__(self, holonomic: bool = False, now: float = 0.0) -> None:
         """Create a simulator at the current time (s)."""
         self.turtles: dict[str, Turtle] = {}
-        """Turtles by name, in the order in which a tick updates them."""
+        """Turtles by name, in their update order."""
         self._holonomic = holonomic
         self._names = 0
         self._started = False
@@ -249,8 +233,8 @@ class TurtleSim:
         """
         Add a turtle.
 
-        :param name: name of the turtle, or an empty string to use the next free turtle number
-        :return: name of the turtle, or an empty string if the name is not free
+        :param name: name of the turtle, or an empty string for the next free turtle number
+        :return: name of the turtle, or an empty string if the name is in use
         """
         if name in self.turtles:
             return ''
@@ -267,18 +251,16 @@ class TurtleSim:
         return self.turtles.pop(name, None) is not None
 
     def reset(self, now: float = 0.0) -> None:
-        """Remove all turtles, and add turtle1 at rest in the center."""
+        """Remove all turtles, and add turtle1 at rest in the arena's center."""
         self.turtles = {}
         self._names = 0
         self.spawn(ARENA_CENTER, ARENA_CENTER, 0.0, now=now)
 
     def tick(self, now: float) -> dict[str, TurtlePose]:
         """
-        Execute one 16 ms tick.
+        Execute one 16 ms tick, and return the poses of the turtles by name.
 
-        The first tick only takes commands and starts turtlesim's clock.
-
-        :return: poses of the turtles by name, empty at the first tick
+        The first tick only takes commands, starts turtlesim's clock and returns no poses.
         """
         if not self._started:
             self._started = True
