@@ -72,7 +72,7 @@ class RobotTracker:
 
     @property
     def goal(self) -> tuple[float, float]:
-        """Last recorded goal (m) in the world frame."""
+        """Last recorded goal in the world frame (m)."""
         return self._goals[-1][1]
 
     @property

@@ -35,12 +35,12 @@ class Platform:
 
     @cached_property
     def axes(self) -> tuple[Vector, Vector, Vector]:
-        """Unit vectors of the platform frame in the world frame. The hinge is the y axis."""
+        """Return the unit vectors of the platform frame in the world frame. The hinge is the y axis."""
         return axes(self.pose.orientation)
 
     @cached_property
     def hinge_yaw(self) -> float:
-        """Heading (rad) of the hinge, which does not depend on the tilt."""
+        """Return the heading (rad) of the hinge, which does not depend on the tilt."""
         hinge_x, hinge_y, _ = self.axes[1]
         return atan2(-hinge_x, hinge_y)
 
@@ -52,7 +52,7 @@ class Platform:
         return x * x + y * y < (LEVEL_TOLERANCE / 2.0) ** 2
 
     def point(self, x: float, y: float, z: float) -> Vector:
-        """Transform a point (m) from the platform frame to the world frame."""
+        """Transform coordinates (m) from the platform frame to the world frame."""
         (px, py, pz), (ex, ey, ez) = self.pose.position, self.axes
         return (px + x * ex[0] + y * ey[0] + z * ez[0],
                 py + x * ex[1] + y * ey[1] + z * ez[1],
