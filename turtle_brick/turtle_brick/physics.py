@@ -13,23 +13,23 @@
 # limitations under the License.
 
 """
-The physics of the arena: a brick that falls onto a platform, rides on it and slides off.
+Simulate a brick that falls onto a platform, rides on the platform and slides off.
 
     HOVERING --> FALLING --> RIDING --> FLOATING
                     |  ^-------------------'
                     '--> GROUNDED
 
-Release starts a fall. Placing the brick returns it to HOVERING from any phase.
+Releasing the brick starts a fall. Placing the brick changes any phase to HOVERING.
 
-A fall follows the closed form z = z0 - g t^2 / 2, where t is the time since the release, so that
-no error accumulates. A brick on a tilted platform slides with the acceleration g sin(tilt).
+A fall follows the closed form z = z0 - g t^2 / 2, where t is the time since the release, so errors
+do not accumulate. A brick on a tilted platform slides with the acceleration g sin(tilt).
 
-The location of the brick is its center. Its bottom touches the platform or the ground.
-The brick always has the inclination of the platform.
+The location of the brick is the location of its center. The bottom of the brick touches the
+platform or the ground. The brick always has the inclination of the platform.
 
-A brick lands if its center is above the platform, because the assignment defines the platform by
-one radius and the catcher by one position to reach. A sliding brick leaves the platform when its
-whole bottom is outside the radius, because the assignment requires its trailing edge to clear it.
+A brick lands if its center is above the platform, because the assignment specifies only a radius
+for the platform and only a position for the robot. A sliding brick leaves the platform when its
+whole bottom is outside the radius, because the assignment requires its trailing edge to be clear.
 """
 
 from __future__ import annotations
@@ -47,17 +47,17 @@ if TYPE_CHECKING:
     from turtle_brick.core.parameters import ArenaParameters
 
 STEP_NS = 4_000_000
-"""Duration of one physics step in the arena (ns), which gives 250 Hz."""
+"""Duration (ns) of one physics step in the arena. The step rate is 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
-"""Greatest depth below the platform's top (m) from which the brick can still land."""
+"""Largest depth (m) below the resting height from which the brick can still land."""
 
 MIN_NORMAL_Z = 1e-9
-"""Smallest vertical component of the normal of a platform that can still hold the brick."""
+"""Smallest vertical component of the unit normal at which the platform supports the brick."""
 
 
 class Phase(Enum):
-    """Phases in the motion of the brick."""
+    """Phases of the brick's motion."""
 
     HOVERING = 'hovering'
     FALLING = 'falling'
@@ -70,8 +70,8 @@ class World:
     """
     Keep track of the physics of the world.
 
-    By default the brick is a point, and there is no platform. Set `size`, `thickness` and
-    `platform` to change this.
+    By default, the brick is a point and there is no platform. Set `size`, `thickness` and
+    `platform` to change these defaults.
 
     The constructor and the setter of `brick` raise ValueError if the location is not finite or too
     far away, or if the bottom of the brick would be below the ground.
@@ -93,31 +93,30 @@ class World:
         self._dt = dt
 
         self.size: Vector = (0.0, 0.0, 0.0)
-        """Length, width and height of the brick (m)."""
+        """Length, width and height (m) of the brick."""
         self.thickness = 0.0
-        """Distance from the origin of the platform frame to the top of the platform (m)."""
+        """Distance (m) from the origin of the platform frame to the top of the platform."""
         self._platform: Platform | None = None
         self._last_platform: Platform | None = None
-        """Latest known platform, which still determines the inclination of the brick."""
+        """Last known platform, which determines the inclination of the brick."""
 
         self._yaw = 0.0
-        """Heading of the brick in the world frame (rad)."""
+        """Heading (rad) of the brick in the world frame."""
         self._release_height = 0.0
-        """Height of the brick at its release (m)."""
         self._steps_fallen = 0
         """Number of steps since the start of the fall."""
 
         self._slide_position: tuple[float, float] = (0.0, 0.0)
-        """Position of the riding brick along x and y of the platform (m)."""
+        """x and y (m) of the riding brick in the platform frame."""
         self._slide_velocity: tuple[float, float] = (0.0, 0.0)
-        """Velocity of the riding brick along x and y of the platform (m/s)."""
+        """Velocity (m/s) of the riding brick along x and y of the platform frame."""
         self._relative_yaw = 0.0
-        """Heading of the riding brick relative to the hinge (rad)."""
+        """Heading (rad) of the riding brick relative to the hinge."""
         self.brick = brick
 
     @classmethod
     def from_parameters(cls, parameters: ArenaParameters) -> World:
-        """Return a world with the configured brick and platform, and a timestep of STEP_NS."""
+        """Create a world with the configured brick and platform, and a timestep of STEP_NS."""
         world = cls(parameters.brick_start, parameters.gravity_accel, parameters.platform_radius,
                     STEP_NS * SECONDS_PER_NS)
         world.size = parameters.brick_size
@@ -181,7 +180,7 @@ class World:
 
     @property
     def orientation(self) -> Quaternion:
-        """Get the orientation in the world frame, with the inclination of the platform."""
+        """Get the brick's orientation in the world frame, with the platform's inclination."""
         platform = self._last_platform
         if platform is None:
             return from_yaw(self._yaw)
@@ -189,7 +188,7 @@ class World:
 
     @property
     def pose_on_platform(self) -> Pose | None:
-        """Get the pose in the platform frame, or None if the brick is not on a known platform."""
+        """Get the brick's pose in the platform frame, or None without contact or platform pose."""
         if self._phase is not Phase.RIDING or self._platform is None:
             return None
         x, y = self._slide_position
@@ -197,7 +196,7 @@ class World:
 
     def release(self) -> None:
         """
-        Release the brick. The next step starts the fall, with the brick still at its place.
+        Release the brick. The next step is the start of the fall and does not move the brick.
 
         :raises ValueError: the brick is neither hovering nor floating
         """
@@ -220,7 +219,6 @@ class World:
 
     @property
     def _half_height(self) -> float:
-        """Distance from the bottom of the brick to its center (m)."""
         return self.size[2] / 2.0
 
     def _fall(self) -> None:
@@ -238,7 +236,7 @@ class World:
         self._brick = (x, y, z)
 
     def _lands_on(self, platform: Platform, previous_z: float, z: float) -> bool:
-        """Return whether the brick reaches the level platform's top between two heights (m)."""
+        """Return whether the brick reaches the top of a level platform between two heights (m)."""
         if not platform.is_level:
             return False
         top_x, top_y, top_z = platform.point(0.0, 0.0, self.thickness)
@@ -258,11 +256,10 @@ class World:
         self._follow(platform)
 
     def _slide(self, platform: Platform) -> None:
-        """Slide on the platform for one timestep, and float when the brick has left it."""
+        """Slide on the platform for one timestep, and float after leaving the platform."""
         axis_x, axis_y, normal = platform.axes
         x, y = before = self._slide_position
         velocity_x, velocity_y = self._slide_velocity
-        # Components of gravity along the x and y axes of the platform.
         gravity_x = -self._gravity * axis_x[2]
         gravity_y = -self._gravity * axis_y[2]
         dt = self._dt

@@ -12,9 +12,9 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The laws of physics for World under random input: closed forms and invariants.
+Closed forms and invariants of World for random input.
 
-The expected values are computed here or by the geometry of the referee, not by the tested modules.
+The expected values are computed here or with the referee's geometry, not by the tested modules.
 """
 
 from math import cos, floor, hypot, pi, sin, sqrt
@@ -40,7 +40,7 @@ HINGE = 3.0
 TOP = HINGE + THICKNESS
 
 VISIBLY_TILTED = 0.002
-"""Smallest tilt (rad) with which a platform catches no brick."""
+"""A tilt (rad) at which bricks do not land on the platform."""
 
 headings = st.floats(-pi, pi)
 coordinates = st.floats(-20.0, 20.0)
@@ -52,7 +52,7 @@ tilts = st.builds(lambda angle, sign: sign * angle,
 
 @st.composite
 def discs(draw, radius):
-    """Return a strategy for points within a radius around the origin."""
+    """Return a strategy for points within a radius (m) around the origin."""
     distance, angle = radius * sqrt(draw(st.floats(0.0, 0.999))), draw(headings)
     return distance * cos(angle), distance * sin(angle)
 
@@ -63,12 +63,12 @@ def frame_at(x, y, yaw, tilt):
 
 
 def on_platform(place, *where):
-    """Return the center, in the world frame, of a brick at a position on a platform."""
+    """Return the world coordinates (m) of a brick at a place on a platform."""
     return frame_at(*where).transform((*place, THICKNESS + LIFT))
 
 
 def turned(yaw, tilt, right):
-    """Return the axes of a brick on a platform that is turned clockwise relative to it."""
+    """Return the axes of a brick that is turned clockwise relative to a platform."""
     return frame_at(0.0, 0.0, yaw, tilt).axes @ turn((0.0, 0.0, 1.0), -right)
 
 
@@ -89,27 +89,26 @@ def platform_at(x=0.0, y=0.0, yaw=0.0, tilt=0.0):
     return Platform(Pose((x, y, HINGE), turn))
 
 
-def brick_in(brick, gravity=GRAVITY, dt=DT, radius=RADIUS, platform=None):
-    """Return a world with a brick of SIZE and a platform of THICKNESS."""
+def released(brick, platform, gravity=GRAVITY, dt=DT, radius=RADIUS):
+    """Return a world with a released brick of SIZE and a platform of THICKNESS."""
     world = World(brick, gravity, radius, dt)
-    world.size, world.thickness = SIZE, THICKNESS
-    world.platform = platform
+    world.size, world.thickness, world.platform = SIZE, THICKNESS, platform
+    world.release()
     return world
 
 
-def fall(world):
-    """Step until the brick has landed."""
+def landed(*arguments, **keywords):
+    """Return a world whose brick has been released and has landed."""
+    world = released(*arguments, **keywords)
     while world.phase is Phase.FALLING:
         world.step()
+    return world
 
 
-def riding(place=(0.0, 0.0), x=0.0, y=0.0, yaw=0.0, **keywords):
-    """Return a world whose brick lies on a level platform, with heading 0."""
-    above = on_platform(place, x, y, yaw, 0.0)
-    world = brick_in((above[0], above[1], above[2] + 0.02), platform=platform_at(x, y, yaw),
-                     **keywords)
-    world.release()
-    fall(world)
+def riding(place=(0.0, 0.0), yaw=0.0, **keywords):
+    """Return a world whose brick lies on a level platform at the origin, with heading 0."""
+    x, y, z = on_platform(place, 0.0, 0.0, yaw, 0.0)
+    world = landed((x, y, z + 0.02), platform_at(yaw=yaw), **keywords)
     assert world.phase is Phase.RIDING
     return world
 
@@ -128,9 +127,7 @@ def test_drop_follows_the_closed_form_at_any_timestep(steps):
     (RADIUS, 5.0, Phase.RIDING), (RADIUS + 1e-9, 5.0, Phase.GROUNDED),
     (0.1, LIFT, Phase.GROUNDED)])
 def test_brick_lands_on_edge_and_top_of_the_platform_and_on_the_ground(x, z, phase):
-    world = brick_in((x, 0.0, z), platform=platform_at())
-    world.release()
-    fall(world)
+    world = landed((x, 0.0, z), platform_at())
     assert world.phase is phase
     assert gap(world.brick, (x, 0.0, TOP + LIFT if phase is Phase.RIDING else LIFT)) <= 1e-12
 
@@ -152,9 +149,9 @@ def test_platform_has_a_level_tolerance_and_consistent_coordinates(yaw, tilt):
 def test_brick_lands_only_if_the_platform_is_there_when_it_reaches_its_top(
         place, yaw, height, radius, gravity, dt, late, comes, away):
     """
-    The platform must be level and within its radius in this step, but not before or after it.
+    The platform must be level and under the brick in the step in which the brick reaches the top.
 
-    A brick that has passed the platform is never caught.
+    The platform may be elsewhere or tilted in all other steps.
     """
     crossing = floor(sqrt(2.0 * height / gravity) / dt) + 1
     after, before = (0.5 * gravity * (step * dt) ** 2 for step in (crossing, crossing - 1))
@@ -164,9 +161,8 @@ def test_brick_lands_only_if_the_platform_is_there_when_it_reaches_its_top(
     here = platform_at(x, y, yaw)
     if away is not None:
         away = platform_at(x + 5.0, y) if away == 'elsewhere' else platform_at(x, y, yaw, away)
-    world = brick_in((x + u, y + v, TOP + LIFT + height), gravity, dt, radius,
-                     away if comes else here)
-    world.release()
+    world = released((x + u, y + v, TOP + LIFT + height), away if comes else here, gravity, dt,
+                     radius)
     world.step()  # This step starts the fall.
     step = 0
     while world.phase is Phase.FALLING:
@@ -191,11 +187,10 @@ def test_brick_lands_only_if_the_platform_is_there_when_it_reaches_its_top(
                         min_size=1, max_size=5))
 def test_slide_on_a_moving_platform(place, yaw, gravity, dt, program):
     """
-    Gravity along the platform's x is the only acceleration in the platform's plane.
+    Gravity along the platform's x axis is the only acceleration of the brick on the platform.
 
-    A change of the angle keeps the speed. Driving and turning do not accelerate the brick. The
-    brick floats when its trailing edge has left the platform. A newly placed brick is inclined
-    like the platform.
+    The speed does not change when the platform tilts, drives or turns. The brick floats when its
+    trailing edge has left the platform. A newly placed brick has the platform's inclination.
     """
     world = riding(place, yaw=yaw, gravity=gravity, dt=dt)
     (u, v), speed = place, 0.0
@@ -213,7 +208,7 @@ def test_slide_on_a_moving_platform(place, yaw, gravity, dt, program):
                 seen = world.platform.pose.compose(world.pose_on_platform)
                 assert gap(seen.position, world.brick) <= 1e-9
                 assert gap(axes_of(seen.orientation), turned(heading, tilt, yaw)) <= 1e-9
-            # The heading of the brick was 0 when it landed.
+            # The heading of the brick was 0 at the landing.
             distance = distance_to_rectangle((u, v), -yaw, SIZE[:2])
             if abs(distance - RADIUS) > 1e-9:
                 assert world.phase is (Phase.FLOATING if distance > RADIUS else Phase.RIDING)
@@ -225,7 +220,7 @@ def test_slide_on_a_moving_platform(place, yaw, gravity, dt, program):
 @law(10)
 @given(roll=tilts)
 def test_slide_on_a_platform_with_roll(roll):
-    """A platform from another node may roll."""
+    """The platform frame of another robot may have a roll angle."""
     world, axis = riding(), (1.0, 0.0, 0.0)
     world.platform = Platform(Pose((0.0, 0.0, HINGE), (sin(roll / 2), 0.0, 0.0, cos(roll / 2))))
     for step in range(1, 6):
