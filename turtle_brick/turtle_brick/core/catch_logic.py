@@ -406,7 +406,6 @@ class Catcher:
         """Return whether a decision about the fall, or about its refused brick, exists."""
         return self._is_refused or (self.decision is not None and self.decision.fall is fall)
 
-
     def _drive_goals(self, previous: State, observation: Observation) -> list[Action]:
         """Return a new goal, or repeat a recent goal if messages are being lost."""
         goal = self._new_goal(previous, observation)

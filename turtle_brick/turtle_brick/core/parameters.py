@@ -187,7 +187,6 @@ class Parameters(RobotParameters, ArenaParameters, CatcherParameters):
                 'that the platform can turn over')
 
 
-
 def least_height(platform_radius: float, platform_thickness: float, wheel_radius: float) -> float:
     """
     Return the smallest platform_height (m) with which the platform can turn over.

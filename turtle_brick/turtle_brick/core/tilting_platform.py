@@ -35,7 +35,7 @@ class Platform:
 
     @cached_property
     def axes(self) -> tuple[Vector, Vector, Vector]:
-        """Return the unit vectors of the platform frame in the world frame. The hinge is the y axis."""
+        """Return the unit vectors of the platform frame in the world frame. The hinge is y."""
         return axes(self.pose.orientation)
 
     @cached_property
