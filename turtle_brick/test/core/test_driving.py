@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Tests of the Driver in a closed loop with turtlesim's kinematics, and of the CommandQueue.
+Examples of the Driver and its parts, and laws of the closed loop with turtlesim's kinematics.
 
-turtlesim takes one command per tick of 16 ms from its queue of seven. Commands are published every
-10 ms. Both periods have jitter, and messages have a delay.
+turtlesim takes a command from its queue of seven every 16 ms. Commands are published every 10 ms.
+Both periods have jitter, and messages have a delay.
 """
 
 from dataclasses import replace
@@ -35,11 +35,56 @@ from turtle_brick.tools.simulation import Delays, JITTER, Simulation
 
 RADIUS = 0.5
 QUEUE_DELAY = 0.077
-"""Longest time from the publication of a command to the tick that takes it (s)."""
+"""Longest time (s) from the publication of a command to the tick that takes it."""
 
+
+def test_driver_stops_without_a_goal_or_a_recent_pose():
+    driver = Driver(3.0)
+    driver.observe(1.0, TurtlePose(5.0, 5.0, 0.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match='is not finite'):
+        driver.drive_to(5.0, nan)
+    assert (driver.goal, driver.command(1.0)) == (None, (0.0, 0.0))
+    driver.drive_to(1.0, 1.0)
+    assert driver.command(1.0 + POSE_TIMEOUT) != (0.0, 0.0)
+    assert driver.command(1.001 + POSE_TIMEOUT) == (0.0, 0.0)
+    driver = Driver(3.0)
+    driver.drive_to(1.0, 1.0)
+    assert (driver.pose, driver.command(0.0), driver.arrived) == (None, (0.0, 0.0), False)
+
+
+@pytest.mark.parametrize(('away', 'arrived'), [
+    ((0.0004,), True), ((0.0006,), False), ((0.0004, 0.0029), True), ((0.0004, 0.0031), False)])
+def test_driver_stops_near_its_goal_and_starts_again_farther_away(away, arrived):
+    driver = Driver(3.0)
+    driver.drive_to(5.0, 5.0)
+    for tick, distance in enumerate(away):
+        driver.observe(tick * TICK, TurtlePose(5.0 + distance, 5.0, 0.0, 0.0, 0.0))
+        driver.command(tick * TICK)
+    assert driver.arrived is arrived
+
+
+def test_travel_time_without_a_final_approach():
+    assert travel_time(distance=3.5, radius=0.5, max_velocity=3.0) == 1.0
+    assert travel_time(distance=0.5, radius=0.5, max_velocity=3.0) == 0.0
+
+
+def test_tick_clock_follows_the_poses():
+    """It restarts after a pose that is far too early, and after three late poses."""
+    for period in (0.99 * TICK, 1.01 * TICK):
+        clock = TickClock()
+        for number in range(1000):
+            clock.observe(number * period)
+            assert abs(clock.last - number * period) < 0.22 * TICK
+    clock = TickClock()
+    for now, grid in ((0.0, 0.0), (1.4, 1.02), (1.41, 1.41), (3.0, 2.41), (4.0, 3.41), (5.0, 5.0)):
+        clock.observe(now * TICK)
+        assert clock.last == pytest.approx(grid * TICK)
+
+
+# ------------------------------------------------------------------------------- closed-loop laws
 
 class Bench(Simulation):
-    """Robot and turtlesim of a simulation, without arena and catcher."""
+    """The robot and turtlesim of a simulation, without the arena and the catcher."""
 
     def __init__(self, speed, start=(5.5, 5.5, 0.0), seed=0, jitter=True, driver=None):
         super().__init__(replace(PARAMETERS, max_velocity=speed), seed,
@@ -61,16 +106,16 @@ class Bench(Simulation):
         assert hypot(*command) <= self.speed * (1.0 + 1e-12)
         self.commands.append((now * 1e-9, command))
 
-    def restart_turtlesim(self, away, start):
+    def restart_turtlesim(self, pause, start):
         """Replace turtlesim after a pause (s), in which all commands are lost."""
         self._tick_at = inf
-        self.rest(away)
+        self.rest(pause)
         self._to_turtle.clear()
         self.turtle = Turtle(*start, holonomic=True, now=self.now * 1e-9)
         self._tick_at = self._tick_grid = self.now
 
     def distance(self, goal):
-        """Return the distance of the turtle from a goal (m)."""
+        """Return the distance (m) of the turtle from a goal."""
         return dist(self.turtle.pose[:2], goal)
 
     def send(self, goal, part=0.0):
@@ -88,26 +133,6 @@ class Bench(Simulation):
         assert all(command == (0.0, 0.0) for at, command in self.commands if at >= since)
         assert self.driver.arrived
 
-    def assert_arrives(self, goal):
-        """Check that the turtle drives to its goal without a pause and rests there."""
-        # Queued commands may lead away from the goal.
-        travel_time = self.distance(goal) / self.speed
-        self.assert_rests(goal, travel_time + 0.6 + QUEUE_DELAY + COMMAND_PERIOD)
-
-
-def deviations(start, goal, poses):
-    """Return the distances (m) of poses beyond a goal and beside the line to it."""
-    length = dist(goal, start[:2])
-    ex, ey = (goal[0] - start[0]) / length, (goal[1] - start[1]) / length
-    return [((pose.x - goal[0]) * ex + (pose.y - goal[1]) * ey,
-             abs((pose.x - goal[0]) * ey - (pose.y - goal[1]) * ex)) for _, pose in poses]
-
-
-def at_most(reach, start, place):
-    """Return the point on the line to a place within a distance (m)."""
-    part = min(1.0, reach / max(dist(start[:2], place), 1e-9))
-    return start[0] + part * (place[0] - start[0]), start[1] + part * (place[1] - start[1])
-
 
 inside = st.floats(0.0, ARENA_SIZE)
 places = st.tuples(inside, inside)
@@ -119,16 +144,12 @@ seeds = st.integers(0, 2 ** 32)
 @st.composite
 def drives(draw, longest=1.5, jitter=True):
     """Return a strategy for robots at rest and goals within a travel time (s)."""
-    speed = draw(speeds)
-    x, y = draw(places)
-    angle = draw(headings)
+    speed, (x, y), angle = draw(speeds), draw(places), draw(headings)
     way = speed * draw(st.one_of(st.floats(0.0, longest), st.floats(0.0, 0.05)))
     goal = within_arena(x + way * cos(angle), y + way * sin(angle))
     assume(dist(goal, (x, y)) > 1e-3)
     return Bench(speed, (x, y, draw(headings)), draw(seeds), jitter), goal
 
-
-# ------------------------------------------------------------------------------------ closed loop
 
 @law(24)
 @given(data=st.data(), jitter=st.booleans())
@@ -139,13 +160,14 @@ def test_driver_arrives_in_time_without_overshoot(data, jitter):
     begin = bench.now * 1e-9
     bench.send(goal)
     bench.assert_rests(goal, distance / speed + 0.6, 0.6)
-    count, reached = next((index, time) for index, (time, pose) in enumerate(bench.poses)
-                          if dist(pose[:2], goal) <= RADIUS)
+    reached = next(time for time, pose in bench.poses if dist(pose[:2], goal) <= RADIUS)
     assert reached - begin <= max(distance - RADIUS, 0.0) / speed + 0.12
-    beyond, aside = zip(*deviations(start, goal, bench.poses))
-    assert max(beyond) <= (0.020 * speed if jitter else 0.001 * speed + 1e-5)
-    # An overshoot may move the turtle along a wall.
-    assert max(aside[:count + 1]) <= 0.005
+    ex, ey = (goal[0] - start.x) / distance, (goal[1] - start.y) / distance
+    for time, pose in bench.poses:
+        dx, dy = pose.x - goal[0], pose.y - goal[1]
+        assert dx * ex + dy * ey <= (0.020 * speed if jitter else 0.001 * speed + 1e-5)
+        # An overshoot may move the turtle along a wall.
+        assert time > reached or abs(dx * ey - dy * ex) <= 0.005
     assert max(hypot(*command) for _, command in bench.commands) == pytest.approx(
         min(speed, 0.5 * distance / TICK))
     # A repeated goal does not move the turtle.
@@ -153,67 +175,27 @@ def test_driver_arrives_in_time_without_overshoot(data, jitter):
     bench.assert_rests(goal, 0.0)
 
 
-# ---------------------------------------------------------------------------------- missing poses
-
-def test_driver_stops_without_a_goal_or_a_recent_pose():
-    driver = Driver(3.0)
-    driver.observe(1.0, TurtlePose(5.0, 5.0, 0.0, 0.0, 0.0))
-    with pytest.raises(ValueError, match='is not finite'):
-        driver.drive_to(5.0, nan)
-    assert (driver.goal, driver.command(1.0)) == (None, (0.0, 0.0))
-    driver.drive_to(1.0, 1.0)
-    assert driver.command(1.0 + POSE_TIMEOUT) != (0.0, 0.0)
-    assert driver.command(1.001 + POSE_TIMEOUT) == (0.0, 0.0)
-    driver = Driver(3.0)
-    driver.drive_to(1.0, 1.0)
-    assert (driver.pose, driver.command(0.0), driver.arrived) == (None, (0.0, 0.0), False)
-
-
 @law(10)
-@given(drive=drives(1.0), restart=places, again=headings, after=st.floats(0.0, 0.4),
-       away=st.floats(0.3, 1.5))
-def test_driver_continues_after_a_restart_of_turtlesim(
-        drive, restart, again, after, away):
-    """The new turtle has another pose and an empty queue. Without poses, the robot stops."""
+@given(drive=drives(1.0), part=st.floats(0.0, 1.0), angle=headings, theta=headings,
+       after=st.floats(0.0, 0.4), pause=st.floats(0.3, 1.5))
+def test_driver_continues_after_a_restart_of_turtlesim(drive, part, angle, theta, after, pause):
+    """The new turtle has a different pose and an empty queue. Without poses, the robot stops."""
     bench, goal = drive
     bench.send(goal)
     bench.rest(after)
-    last = bench.poses[-1][0]
-    bench.restart_turtlesim(away, (*at_most(bench.speed, goal, restart), again))
+    last, way = bench.poses[-1][0], part * bench.speed
+    bench.restart_turtlesim(pause, (
+        *within_arena(goal[0] + way * cos(angle), goal[1] + way * sin(angle)), theta))
     silent = [command for at, command in bench.commands if last + POSE_TIMEOUT + 0.001 < at]
-    assert len(silent) >= (away - POSE_TIMEOUT - TICK) / COMMAND_PERIOD - 2
+    assert len(silent) >= (pause - POSE_TIMEOUT - TICK) / COMMAND_PERIOD - 2
     assert all(command == (0.0, 0.0) for command in silent)
-    bench.assert_arrives(goal)
-
-
-@pytest.mark.parametrize(('away', 'arrived'), [
-    ((0.0004,), True), ((0.0006,), False), ((0.0004, 0.0029), True), ((0.0004, 0.0031), False)])
-def test_driver_stops_near_its_goal_and_starts_again_farther_away(away, arrived):
-    driver = Driver(3.0)
-    driver.drive_to(5.0, 5.0)
-    for tick, distance in enumerate(away):
-        driver.observe(tick * TICK, TurtlePose(5.0 + distance, 5.0, 0.0, 0.0, 0.0))
-        driver.command(tick * TICK)
-    assert driver.arrived is arrived
-
-
-# ------------------------------------------------------------------------------------- components
-
-def test_tick_clock_follows_the_poses():
-    """It restarts after a pose that is far too early, and after three late poses."""
-    for period in (0.99 * TICK, 1.01 * TICK):
-        clock = TickClock()
-        for number in range(1000):
-            clock.observe(number * period)
-            assert abs(clock.last - number * period) < 0.22 * TICK
-    clock = TickClock()
-    for now, grid in ((0.0, 0.0), (1.4, 1.02), (1.41, 1.41), (3.0, 2.41), (4.0, 3.41), (5.0, 5.0)):
-        clock.observe(now * TICK)
-        assert clock.last == pytest.approx(grid * TICK)
+    # Queued commands may lead away from the goal.
+    bench.assert_rests(goal, bench.distance(goal) / bench.speed + 0.6 + QUEUE_DELAY
+                       + COMMAND_PERIOD)
 
 
 class Wanderer(CommandQueue):
-    """A driver that changes direction at random. Each command has a different speed."""
+    """A driver that changes its direction randomly. Each command has a different speed."""
 
     def __init__(self, random, hold):
         super().__init__()
@@ -236,7 +218,7 @@ class Wanderer(CommandQueue):
 @law(20)
 @given(seed=seeds, theta=headings, hold=st.integers(1, 30), x=st.sampled_from((0.05, 5.5)))
 def test_command_queue_predicts_the_position_at_which_a_command_takes_effect(seed, theta, hold, x):
-    """The prediction is valid for any earlier commands, and at walls."""
+    """The prediction is correct after any commands and at walls."""
     driver = Wanderer(Random(seed), hold)
     bench = Bench(2.0, (x, 5.5, theta), seed, jitter=False, driver=driver)
     bench.rest(0.72)
@@ -246,7 +228,7 @@ def test_command_queue_predicts_the_position_at_which_a_command_takes_effect(see
         if predicted is not None:
             assert dist(before[:2], predicted) <= 1e-5
             compared += 1
-    # turtlesim takes 62.5 % of the commands.
+    # turtlesim executes 62.5 % of the commands.
     assert compared >= 55
 
 
@@ -254,7 +236,7 @@ def test_command_queue_predicts_the_position_at_which_a_command_takes_effect(see
 @given(speed=speeds, radius=st.floats(0.02, 2.0), part=st.floats(0.0, 1.5), angle=headings,
        seed=seeds)
 def test_travel_time_is_an_upper_bound(speed, radius, part, angle, seed):
-    """The time starts with the first motion and ends within the radius."""
+    """The time starts at the first motion and ends within the radius."""
     distance = min(radius + part * speed, 5.4)
     bench = Bench(speed, (5.5, 5.5, 0.3), seed, jitter=False)
     goal = 5.5 + distance * cos(angle), 5.5 + distance * sin(angle)
@@ -263,7 +245,7 @@ def test_travel_time_is_an_upper_bound(speed, radius, part, angle, seed):
     bench.rest(0.6)
     first = next((time for time, pose in bench.poses if pose[:2] != start[:2]), 0.0)
     reached = next(time for time, pose in bench.poses if dist(pose[:2], goal) <= radius)
-    # The approach starts within a tick, which costs up to 0.09 ticks.
+    # The approach starts during a tick, which takes up to 0.09 ticks longer.
     assert reached - first <= travel_time(distance, radius, speed) + 0.09 * TICK
 
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Tests of the step clock with late calls and clock jumps."""
+"""Examples and laws of the step clock, with late calls and clock jumps."""
 
 from random import Random
 from types import SimpleNamespace
@@ -26,14 +26,48 @@ from turtle_brick.core.time_steps import due_time, nanoseconds_of, StepClock
 PERIOD = 4_000_000
 GAP = 1_000_000_000
 
+
+def test_due_returns_each_step_once():
+    clock = StepClock(period=10)
+    assert clock.due(100) == [100]
+    assert clock.due(109) == []
+    assert clock.due(135) == [110, 120, 130]
+
+
+@pytest.mark.parametrize('until, due', [(30, 930), (100, 1000), (130, 1000), (-250, 650)])
+def test_due_time_is_one_period_before_the_next_call(until, due):
+    """The due time is never later than the current time."""
+    timer = SimpleNamespace(timer_period_ns=100, time_until_next_call=lambda: until)
+    assert due_time(timer, 1000) == due
+
+
+def test_nanoseconds_of_a_timestamp():
+    assert nanoseconds_of(SimpleNamespace(sec=2, nanosec=3)) == 2_000_000_003
+
+
+@pytest.mark.parametrize('first', (0.0, 0.9))
+def test_each_timer_callback_has_one_step(first):
+    """The grid starts when the timer was due, not when the first callback was called."""
+    clock, random = StepClock(PERIOD), Random(1)
+    due = 1_700_000_000_000_000_123
+    assert clock.due(due + round(first * PERIOD), due) == [due]
+    for _ in range(100):
+        due += PERIOD
+        assert clock.due(due + round(random.uniform(0.0, 0.9) * PERIOD), due) == [due]
+    late = due + 2 * GAP
+    assert clock.due(late + 7, late) == [late] and clock.jump == 2 * GAP + 7
+
+
+# ------------------------------------------------------------------------------------------- laws
+
 starts = st.integers(0, 2 ** 62)
 
 
 @law(20)
 @given(start=starts, period=st.just(PERIOD) | st.integers(1, 10 ** 8),
        pauses=st.lists(st.floats(0.0, 3.0) | st.sampled_from((1.0, 249.0, 500.0)), max_size=30))
-def test_late_calls_lose_no_step(start, period, pauses):
-    """Every due step of the grid is returned once and in order."""
+def test_late_calls_do_not_skip_steps(start, period, pauses):
+    """Every due step is returned once and in order."""
     clock, now = StepClock(period, 500 * period), start
     steps = clock.due(now)
     for pause in pauses:
@@ -58,30 +92,9 @@ def test_clock_jump_restarts_the_grid(start, jump):
 
 @pytest.mark.parametrize('jump', (-PERIOD, -1, PERIOD, GAP))
 def test_grid_continues_after_gaps_up_to_the_limit(jump):
-    """No step is repeated or lost."""
+    """Steps are neither repeated nor skipped."""
     clock = StepClock(PERIOD)
     clock.due(7)
     steps = clock.due(7 + jump)
     assert clock.jump == 0
     assert steps + clock.due(7 + GAP) == list(range(7 + PERIOD, 7 + GAP + 1, PERIOD))
-
-
-@pytest.mark.parametrize('first', (0.0, 0.9))
-def test_each_timer_callback_has_one_step(first):
-    """The grid starts when the timer was due, not when its first callback ran."""
-    clock, random = StepClock(PERIOD), Random(1)
-    due = 1_700_000_000_000_000_123
-    assert clock.due(due + round(first * PERIOD), due) == [due]
-    for _ in range(100):
-        due += PERIOD
-        assert clock.due(due + round(random.uniform(0.0, 0.9) * PERIOD), due) == [due]
-    late = due + 2 * GAP
-    assert clock.due(late + 7, late) == [late] and clock.jump == 2 * GAP + 7
-
-
-@pytest.mark.parametrize('until, due', [(30, 930), (100, 1000), (130, 1000), (-250, 650)])
-def test_due_time_is_one_period_before_the_next_call(until, due):
-    """The due time is never later than now."""
-    timer = SimpleNamespace(timer_period_ns=100, time_until_next_call=lambda: until)
-    assert due_time(timer, 1000) == due
-    assert nanoseconds_of(SimpleNamespace(sec=2, nanosec=until)) == 2 * GAP + until
