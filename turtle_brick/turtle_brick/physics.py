@@ -268,16 +268,13 @@ class World:
         self._slide_velocity = (velocity_x + gravity_x * dt, velocity_y + gravity_y * dt)
         self._follow(platform)
         has_moved = self._slide_position != before
-        if normal[2] <= MIN_NORMAL_Z or (has_moved and self._is_beside_platform()):
+        # The whole bottom of the brick must be outside the radius.
+        is_beside = self._radius < distance_to_rectangle(
+            *self._slide_position, self._relative_yaw, *self.size[:2])
+        if normal[2] <= MIN_NORMAL_Z or (has_moved and is_beside):
             self._phase = Phase.FLOATING
 
     def _follow(self, platform: Platform) -> None:
         """Compute the location and heading of a riding brick in the world frame."""
         self._brick = platform.point(*self._slide_position, self.thickness + self._half_height)
         self._yaw = platform.hinge_yaw + self._relative_yaw
-
-    def _is_beside_platform(self) -> bool:
-        """Return whether the whole bottom of the brick is outside the platform's radius."""
-        length, width, _ = self.size
-        return distance_to_rectangle(
-            *self._slide_position, self._relative_yaw, length, width) > self._radius

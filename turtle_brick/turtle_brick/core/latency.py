@@ -74,26 +74,20 @@ class RecentValues:
 
     def quantile(self, now: int, fraction: float) -> float:
         """Return the quantile for a fraction from 0 to 1, or 0 if there are no values."""
-        self._remove_old(now)
-        if not self._sorted:
-            return 0.0
-        return self._sorted[round(fraction * (len(self._sorted) - 1))]
+        values = self.recent(now)
+        return values[round(fraction * (len(values) - 1))] if values else 0.0
 
     def largest(self, now: int, rank: int) -> float:
         """Return the value at a rank (1 for the largest), or 0 if there are fewer values."""
-        self._remove_old(now)
-        return self._sorted[-rank] if len(self._sorted) >= rank else 0.0
+        values = self.recent(now)
+        return values[-rank] if len(values) >= rank else 0.0
 
-    def total(self, now: int) -> float:
-        """Return the sum of the values at a time (ns)."""
-        self._remove_old(now)
-        return sum(self._sorted)
-
-    def _remove_old(self, now: int) -> None:
-        """Remove values older than WINDOW."""
+    def recent(self, now: int) -> list[float]:
+        """Remove values older than WINDOW, and return the other values in ascending order."""
         while self._history and (now - self._history[0][0]) * SECONDS_PER_NS > WINDOW:
             _, value = self._history.popleft()
             del self._sorted[bisect_left(self._sorted, value)]
+        return self._sorted
 
 
 class LatencyMonitor:
@@ -183,7 +177,7 @@ class LatencyMonitor:
         observed = 0.0
         if self._first_robot_stamp is not None:
             observed = (now - self._first_robot_stamp) * SECONDS_PER_NS
-        fraction = self._pauses.total(now) / min(max(observed, 1.0), WINDOW)
+        fraction = sum(self._pauses.recent(now)) / min(max(observed, 1.0), WINDOW)
         return fraction * duration + self._pauses.largest(now, 1)
 
     def excess(self, now: int) -> float:

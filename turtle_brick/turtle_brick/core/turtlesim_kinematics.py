@@ -100,15 +100,7 @@ class Turtle:
 
     def __init__(self, x: float = ARENA_CENTER, y: float = ARENA_CENTER, theta: float = 0.0,
                  holonomic: bool = False, now: float = 0.0) -> None:
-        """
-        Create a turtle at rest.
-
-        :param x: distance from the left wall (m)
-        :param y: distance from the lower wall (m)
-        :param theta: heading (rad)
-        :param holonomic: whether the turtle can move sideways
-        :param now: current time (s)
-        """
+        """Create a turtle at rest at a pose (m, rad) and a time (s)."""
         self._x = float32(x)
         self._y_down = float32(ARENA_SIZE - float32(y))
         self._theta = float32(theta)
@@ -218,13 +210,8 @@ class TurtleSim:
         self._started = False
         self.reset(now)
 
-    @property
-    def holonomic(self) -> bool:
-        """Whether all turtles can move sideways."""
-        return self._holonomic
-
-    @holonomic.setter
-    def holonomic(self, holonomic: bool) -> None:
+    def set_holonomic(self, holonomic: bool) -> None:
+        """Set whether all turtles can move sideways."""
         self._holonomic = holonomic
         for turtle in self.turtles.values():
             turtle.holonomic = holonomic

@@ -149,7 +149,7 @@ class TurtleSimNode(Node):
         """Apply changed parameters."""
         for parameter in parameters:
             if parameter.name == 'holonomic':
-                self._sim.holonomic = parameter.value
+                self._sim.set_holonomic(parameter.value)
 
     def _open(self, name: str) -> None:
         """Create the topics of a new turtle, and log its pose."""
