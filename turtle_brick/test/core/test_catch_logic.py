@@ -13,13 +13,14 @@
 # limitations under the License.
 
 """
-Catch logic: examples and interruptions, with an ideal robot.
+Examples of catches and interruptions with an ideal robot.
 
 The robot in these tests executes commands without delay. test_simulation includes the delays.
 """
 
 from collections import deque
 from dataclasses import replace
+from itertools import pairwise
 from math import cos, dist, hypot, pi, sin
 from random import Random
 
@@ -38,13 +39,12 @@ from turtle_brick.physics import Phase, STEP_NS, World
 
 
 class CatchBench:
-    """A Catcher, a World, and a robot that executes commands without delay."""
+    """A Catcher, a World and a robot that executes commands without delay."""
 
     def __init__(self, parameters=PARAMETERS, robot=CENTER, every=1):
         self.parameters = parameters
         self.catcher = Catcher(parameters)
         self.world = World.from_parameters(parameters)
-        self.world.brick = (5.0, 5.0, 9.0)
         self.robot = self.goal = robot
         self.angle = 0.0
         self.visible = True
@@ -52,20 +52,19 @@ class CatchBench:
         self.every = every
         self.random = Random(1)
         self.now = 100 * NS_PER_SECOND
-        self.brick_ahead = self.catcher_ahead = 0
-        self.steps = 0
+        self.brick_ahead = self.catcher_ahead = self.steps = 0
         self.actions = []
         self.states = []
         self.run(0.3)
 
     def platform(self):
-        """Return the platform, with the rounding errors of interpolated transforms."""
+        """Return the platform with the rounding errors of interpolated transforms."""
         x, y = (value + self.random.uniform(-1e-12, 1e-12) for value in self.robot)
         hinge = self.parameters.platform_height - self.parameters.platform_thickness
         return Platform(Pose((x, y, hinge), from_pitch(self.angle)))
 
     def run(self, time, until=lambda: False):
-        """Simulate a time (s), or stop when a condition is true; return whether it is true."""
+        """Simulate a duration (s), or until a condition is true. Return whether it is true."""
         end = self.now + seconds(time)
         while self.now < end:
             self.now += STEP_NS
@@ -78,6 +77,7 @@ class CatchBench:
         return False
 
     def step(self):
+        """Execute a physics step. Return whether the catcher detects a new fall."""
         self.world.platform = self.observed_platform()
         self.world.step()
         return self.steps % self.every == 0 and self.observe_brick()
@@ -86,7 +86,7 @@ class CatchBench:
         return self.platform() if self.visible else None
 
     def observe_brick(self):
-        """Pass the position of the brick to the catcher; return whether it detects a new fall."""
+        """Pass the brick's position to the catcher. Return whether a new fall is detected."""
         x, y, z = self.world.brick
         return self.catcher.observe_brick(
             self.now + self.brick_ahead, (x, y, z + self.random.uniform(-1e-12, 1e-12)),
@@ -127,11 +127,10 @@ class CatchBench:
         return [action for _, action in self.actions if isinstance(action, kind)]
 
     def assert_tipped_off(self):
-        """Run until the catcher waits again, and check that the brick was tipped off."""
+        """Run until the catcher is waiting again, and check that the brick was tipped off."""
         self.reach_state(State.WAITING)
         assert self.states in (COURSE, COURSE[1:])
-        assert self.world.phase is Phase.FLOATING
-        assert self.angle == 0.0
+        assert (self.world.phase, self.angle) == (Phase.FLOATING, 0.0)
         assert all(decision.reachable for decision in self.published(Decision))
 
     def assert_next_is_caught(self):
@@ -140,7 +139,7 @@ class CatchBench:
 
 
 def bench_in(state, after=0.1):
-    """Return a bench whose catcher has been in a state for a time (s)."""
+    """Return a bench whose catcher has been in a state for a duration (s)."""
     bench = CatchBench()
     bench.drop(7.0, 6.0, 9.0)
     bench.reach_state(state)
@@ -176,27 +175,30 @@ def test_bricks_are_caught_carried_to_the_center_and_tipped_off(every):
 def test_platform_is_tilted_and_leveled_smoothly():
     bench = bench_in(State.TILTING, 0.0)
     bench.actions.clear()
-    bench.catcher_ahead = 3_000_000  # no update is exactly at the end of the ramp
+    bench.catcher_ahead = 3_000_000  # The ramp ends between two updates.
     bench.reach_state(State.WAITING)
-    wanted = PARAMETERS.tilt_angle
-    angles = [(time, action.angle) for time, action in bench.actions]
-    top = next(index for index, (_, angle) in enumerate(angles) if angle == wanted)
-    for part, turned in ((angles[:top + 1], 1.0), (angles[top + 1:], -1.0)):
-        assert part == sorted(part, key=lambda entry: turned * entry[1])
-        assert (part[-1][0] - part[0][0]) * 1e-9 == pytest.approx(RAMP_TIME, abs=0.05)
-    assert angles[-1][1] == 0.0
-    # A half wave is at most pi / 2 times as steep as a straight line.
-    for (begin, before), (end, after) in zip(angles, angles[1:]):
-        if end - begin <= 20_000_000:
-            assert abs(after - before) <= 1.001 * wanted * pi / 2.0 / RAMP_TIME * 0.02
+    times, angles = zip(*((time, action.angle) for time, action in bench.actions))
+    top = angles.index(PARAMETERS.tilt_angle)
+    assert angles[:top + 1] == tuple(sorted(angles[:top + 1]))
+    assert angles[top + 1:] == tuple(sorted(angles[top + 1:], reverse=True))
+    for begin, end in ((0, top), (top + 1, -1)):
+        assert (times[end] - times[begin]) * 1e-9 == pytest.approx(RAMP_TIME, abs=0.05)
+    assert angles[-1] == 0.0
+    # The cosine ramp is at most pi / 2 times as steep as a linear ramp.
+    steepest = 1.001 * PARAMETERS.tilt_angle * pi / 2.0 / RAMP_TIME * 0.02
+    assert all(abs(after - before) <= steepest for before, after in pairwise(angles))
 
 
+@pytest.mark.parametrize('jump', (0, NS_PER_SECOND))
 @pytest.mark.parametrize('brick', [(10.0, 10.0, 3.0), (*CENTER, REST_Z - 0.1), (11.2, 5.0, 9.0)])
-def test_unreachable_brick_causes_one_decision_and_no_motion(brick):
+def test_unreachable_brick_causes_one_decision_and_no_motion(brick, jump):
+    """A clock that is set forward during the fall does not cause another decision."""
     bench = CatchBench()
     for _ in range(2):
         bench.drop(*brick)
-        bench.run(3.0)
+        bench.run(0.3)
+        bench.now += jump
+        bench.run(2.7)
         assert bench.world.phase is Phase.GROUNDED
         (_, decision), = bench.actions
         assert not decision.reachable
@@ -206,7 +208,7 @@ def test_unreachable_brick_causes_one_decision_and_no_motion(brick):
 
 
 def test_refused_brick_is_carried_if_it_lands_on_the_platform():
-    """The robot was not available when the brick fell. The brick stays in the world frame."""
+    """The robot was unavailable during the fall. The brick is not attached to the platform."""
     bench = CatchBench()
     bench.visible = False
     bench.drop(5.5, 5.5, 5.0)
@@ -231,7 +233,7 @@ def test_brick_placed_above_an_idle_robot_is_not_carried(brick, time, above):
     bench.run(time)
     if bench.states[1:]:
         assert bench.states == COURSE
-    for _ in range(2):  # An approaching robot stops beside the brick.
+    for _ in range(2):  # The approaching robot first stops beside the brick.
         bench.world.brick = (*bench.robot, REST_Z + above)
         bench.run(0.5)
     assert bench.states in ([], [State.APPROACHING, State.LEVELING, State.WAITING], COURSE)
@@ -244,7 +246,7 @@ def test_brick_placed_above_an_idle_robot_is_not_carried(brick, time, above):
 
 
 def test_brick_at_rest_on_the_tilted_platform_has_not_left_it():
-    """The brick rests at one point for 0.2 s. Then its transforms stop."""
+    """The brick rests at one point for 0.2 s. Then no more transforms arrive."""
     bench = bench_in(State.TILTING, 0.2)
     for step in range(round(0.9 * TILTING_TIMEOUT / STEP_NS / 1e-9)):
         bench.now += STEP_NS
@@ -255,21 +257,21 @@ def test_brick_at_rest_on_the_tilted_platform_has_not_left_it():
     bench.assert_tipped_off()
 
 
-def test_brick_that_keeps_moving_on_the_platform_is_given_up():
+def test_platform_is_leveled_if_the_brick_does_not_leave_it_before_the_timeout():
     bench = bench_in(State.TILTING, 0.0)
     tilted, random = bench.now, Random(1)
-    while (bench.catcher.state is State.TILTING
-           and bench.now - tilted < seconds(2.0 * TILTING_TIMEOUT)):
+    while bench.catcher.state is State.TILTING:
         bench.now += STEP_NS
         bench.catcher.observe_brick(
             bench.now, (*bench.robot, REST_Z + random.uniform(-1e-3, 1e-3)))
         bench.update()
-    assert (bench.now - tilted) * 1e-9 == pytest.approx(TILTING_TIMEOUT, abs=0.05)
+        assert bench.now - tilted < seconds(TILTING_TIMEOUT + 0.05)
+    assert bench.now - tilted > seconds(TILTING_TIMEOUT - 0.05)
     assert bench.catcher.state is State.LEVELING
 
 
 def test_brick_far_behind_the_robot_is_still_carried():
-    """On a busy machine, the arena moves the brick with an old transform of the platform."""
+    """On a busy machine, the arena computes the brick's pose from an old platform transform."""
     bench = CatchBench()
     bench.drop(8.5, 8.0, 14.0)
     bench.reach_state(State.CARRYING)
@@ -298,7 +300,7 @@ def test_catcher_recovers_after_the_brick_or_the_robot_is_lost(state, place):
         bench.world.brick = place
     else:
         bench.visible = False
-    # A leveling platform continues without transforms.
+    # The platform is leveled even without transforms.
     limit = 0.9 if state is State.LEVELING else 2.5
     assert bench.run(limit, lambda: bench.catcher.state is State.WAITING), bench.states
     assert bench.angle == 0.0
@@ -308,7 +310,7 @@ def test_catcher_recovers_after_the_brick_or_the_robot_is_lost(state, place):
 
 @any_state
 def test_clock_set_back_resets_the_catcher(state):
-    """The catcher waits with a level platform, and carries a brick attached to the platform."""
+    """The catcher levels the platform, and carries a brick that is attached to the platform."""
     bench = bench_in(state)
     bench.attaches_brick = True
     bench.now -= seconds(0.02 if state is State.CARRYING else 50.0)
@@ -317,7 +319,7 @@ def test_clock_set_back_resets_the_catcher(state):
     assert bench.actions[-1] == (bench.now, TiltCommand(0.0))
     bench.run(5.0)
     assert bench.catcher.state is State.WAITING
-    # There is no friction, so a sliding brick never stops.
+    # A sliding brick does not stop, because there is no friction.
     assert bench.world.phase is (Phase.RIDING if state is State.TILTING else Phase.FLOATING)
     assert all(decision.reachable for decision in bench.published(Decision))
     bench.assert_next_is_caught()
@@ -325,7 +327,7 @@ def test_clock_set_back_resets_the_catcher(state):
 
 @pytest.mark.parametrize('late', ('brick_ahead', 'catcher_ahead'))
 def test_decision_waits_until_arena_and_catcher_have_the_same_clock(late):
-    """The two nodes detect a clock change one after the other."""
+    """One of the nodes detects the clock change before the other node."""
     bench = CatchBench()
     bench.drop(7.0, 6.0, 9.0)
     bench.now -= 5 * NS_PER_SECOND
@@ -350,20 +352,20 @@ def test_catch_continues_after_a_short_loss_of_the_robot(state, time):
 
 
 def test_newly_available_robot_may_be_moving():
-    """The decision assumes motion until the robot has been observed for a while."""
-    decisions = []
+    """More time is needed until the robot has been observed at rest for REST_TIME."""
+    needed = []
     for visible in (False, True):
         bench = CatchBench(robot=(5.0, 5.0))
         bench.visible = visible
         bench.drop(7.5, 5.0, REST_Z + 0.5 * GRAVITY * 0.9 ** 2)
         bench.visible = True
         bench.run(0.05)
-        decisions.append(bench.catcher.decision)
-    assert decisions[0].needed > decisions[1].needed + 0.1
+        needed.append(bench.catcher.decision.needed)
+    assert needed[0] > needed[1] + 0.1
 
 
 def test_decision_waits_for_an_unavailable_robot_while_there_is_time():
-    """After a stall, the catcher may receive the brick before the robot."""
+    """After a stall, transforms of the brick may arrive before transforms of the robot."""
     bench = CatchBench()
     bench.visible = False
     bench.drop(6.5, 6.0, REST_Z + 0.5 * GRAVITY * 1.3 ** 2)
@@ -377,7 +379,7 @@ def test_decision_waits_for_an_unavailable_robot_while_there_is_time():
     ((5.0, 5.0, REST_Z + 0.2), True), ((5.0, 5.0, 9.0), True),
     ((-0.1, 5.0, 9.0), False), ((*CENTER, REST_Z - 0.1), False)])
 def test_brick_is_unreachable_without_a_robot(brick, waits):
-    """The decision is immediate if no robot could help, otherwise just before the contact."""
+    """The decision is immediate if no robot can catch the brick, and otherwise at the deadline."""
     bench = CatchBench()
     bench.visible = False
     bench.drop(*brick)
@@ -391,7 +393,7 @@ def test_brick_is_unreachable_without_a_robot(brick, waits):
 
 
 def test_fall_detected_after_its_end_is_unreachable():
-    """Messages take 1 s. There is no decision if the brick has landed on the platform."""
+    """Messages have a delay of 1 s. A brick on the platform does not cause a decision."""
     bench = CatchBench()
     bench.brick_ahead = -NS_PER_SECOND
     bench.drop(8.0, 8.0, 5.0)
@@ -403,18 +405,8 @@ def test_fall_detected_after_its_end_is_unreachable():
     assert bench.actions == [] and bench.world.phase is Phase.RIDING
 
 
-def test_clock_set_forward_in_a_fall_causes_no_second_decision():
-    bench = CatchBench()
-    bench.drop(0.5, 0.5, 5.0)
-    bench.run(0.3)
-    bench.brick_ahead = bench.catcher_ahead = NS_PER_SECOND
-    bench.run(2.0)
-    (_, decision), = bench.actions
-    assert not decision.reachable
-
-
 def test_goal_is_published_again_if_it_is_lost_or_overridden():
-    """An overridden goal is published again after the robot has arrived at the other goal."""
+    """An overridden goal is published again after the robot has reached the other goal."""
     bench = CatchBench()
     bench.drop(6.5, 6.0, REST_Z + 0.5 * GRAVITY * 1.3 ** 2)
     for count in (1, 2, 3):
@@ -430,7 +422,7 @@ def test_goal_is_published_again_if_it_is_lost_or_overridden():
 @law(8)
 @given(angle=st.floats(-pi, pi), time=st.floats(0.0, 1.2), speed=st.floats(1.0, 10.0))
 def test_goals_are_inside_the_arena(angle, time, speed):
-    """If the brick is taken away, the robot stops near its position."""
+    """If the brick is removed during the approach, the robot stops near its current position."""
     bench = CatchBench(replace(PARAMETERS, max_velocity=speed))
     bench.drop(*within_arena(CENTER[0] + 8.0 * cos(angle), CENTER[1] + 8.0 * sin(angle)), 2000.0)
     bench.run(0.1 + time)

@@ -39,7 +39,7 @@ def quaternions(draw):
 
 
 def near(values):
-    """Return a value that is compared with a tolerance."""
+    """Return an approximate vector for a comparison."""
     return pytest.approx(tuple(values), abs=1e-9)
 
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Reachability and robot tracking: examples, closed forms and latencies."""
+"""Examples and laws of reachability and robot tracking."""
 
 from dataclasses import replace
 from math import hypot, inf, sqrt
@@ -59,19 +59,17 @@ def test_guaranteed_distance_is_the_platform_radius_for_a_fall_of_the_guaranteed
     assert guaranteed_distance(height, PARAMETERS) == pytest.approx(PARAMETERS.platform_radius)
 
 
-@pytest.mark.parametrize(('x', 'y', 'z', 'word'), [
-    (5.0, 5.0, REST_Z - 0.01, 'below'), (-0.01, 5.0, 9.0, 'outside'),
-    (5.0, ARENA_SIZE + 0.01, 9.0, 'outside')])
-def test_brick_below_the_platform_or_outside_the_arena_is_unreachable(x, y, z, word):
-    decision = decide(x, y, z, RobotMotion(x, y))
-    assert not decision.reachable and word in decision.reason
+@pytest.mark.parametrize(('x', 'y', 'z', 'speed', 'reason'), [
+    (5.0, 5.0, REST_Z, 0.0, ''), (5.0, 5.0, REST_Z - 0.01, 0.0, 'below its resting height'),
+    (5.0, 5.0, REST_Z - 0.01, 3.0, 'already passed'),
+    (0.0, 5.0, 9.0, 0.0, ''), (-0.01, 5.0, 9.0, 0.0, 'outside the arena'),
+    (5.0, ARENA_SIZE, 9.0, 0.0, ''), (5.0, ARENA_SIZE + 0.01, 9.0, 0.0, 'outside the arena')])
+def test_brick_below_the_platform_or_outside_the_arena_is_unreachable(x, y, z, speed, reason):
+    decision = decide(x, y, z, RobotMotion(x, y), speed=speed, delay=0.02)
+    assert decision.reachable == (reason == '') and reason in decision.reason
 
 
-def test_brick_at_the_limit_of_arena_and_platform_is_reachable():
-    for x, y, z in ((5.0, 5.0, REST_Z), (0.0, 5.0, 9.0), (5.0, ARENA_SIZE, 9.0)):
-        # A brick at the resting height is already on the platform.
-        assert decide(x, y, z, RobotMotion(x, y), delay=0.02).reachable
-    assert 'passed' in decide(5.0, 5.0, REST_Z - 0.01, speed=3.0).reason
+def test_no_catch_is_guaranteed_for_a_release_below_the_platform():
     assert guaranteed_distance(REST_Z - 0.01, PARAMETERS) == -inf
 
 
@@ -113,11 +111,7 @@ other_robots = st.builds(
        excess=st.just(0.0) | st.floats(0.0, 1.0), uncertainty=st.just(0.0) | st.floats(0.0, 2.0))
 def test_decision_follows_the_formula_and_keeps_the_guarantee(
         parameters, x, y, robot_x, robot_y, above, late, excess, uncertainty):
-    """
-    A brick is reachable if the travel time plus the latency is at most the time until landing.
-
-    Every brick within max_velocity * (fall time - 0.13 s - excess) + platform_radius is reachable.
-    """
+    """A brick within the guaranteed distance is reachable."""
     fall = Fall(NS_PER_SECOND, x, y, resting_height(parameters) + above, 0.0)
     decision = decide_reachability(fall, NS_PER_SECOND + seconds(late), RobotMotion(
         robot_x, robot_y, uncertainty=uncertainty), parameters, excess)
@@ -149,7 +143,7 @@ any_excess = pytest.mark.parametrize('excess', (0.0, 0.2))
 
 
 def make_tracker(excess=0.0):
-    """Return a tracker for an excess latency (s), its committed distance (m) and latency (s)."""
+    """Return a tracker with an excess latency (s), its committed distance (m) and latency (s)."""
     latency = LatencyMonitor()
     for _ in range(2):
         latency.record_response_delay(NS_PER_SECOND, excess)
@@ -219,7 +213,7 @@ def test_motion_of_a_newly_observed_robot_is_uncertain(excess):
     ids=('late', 'observed late', 'very late', 'ignored', 'near goal'))
 def test_response_delay_of_a_robot_at_rest_is_measured(still, moved, goal, longer):
     latency = LatencyMonitor()
-    latency.record_response_delay(NS_PER_SECOND, inf)  # A single delay does not count.
+    latency.record_response_delay(NS_PER_SECOND, inf)  # Only the second delay counts.
     tracker = RobotTracker(PARAMETERS.max_velocity, latency)
     for time in (1.9, 2.0):
         observe(tracker, time, 5.0)
