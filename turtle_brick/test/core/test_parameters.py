@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Valid and invalid parameter files, and the messages about them."""
+"""Examples and laws of parameter files and their error messages."""
 
 from dataclasses import asdict, fields, replace
 import math
@@ -40,7 +40,7 @@ def error_of(mapping, parameter_set=Parameters):
 
 
 def written(directory, text):
-    """Write a text or a mapping to a parameter file, and return its path."""
+    """Write a text or a mapping to a parameter file, and return the path."""
     path = directory / 'turtle.yaml'
     if not isinstance(text, str):
         section = {name: list(value) if isinstance(value, tuple) else value
@@ -114,7 +114,7 @@ def test_error_in_a_file_is_reported_with_its_path(tmp_path, before, after, word
     assert '\n' not in str(caught.value)
 
 
-def test_a_file_that_is_no_yaml_or_cannot_be_read_is_error_of(tmp_path):
+def test_a_file_that_is_not_yaml_or_cannot_be_read_is_reported(tmp_path):
     path = written(tmp_path, '/**:\n  ros__parameters:\n    brick_size: [0.4, 0.2\n    wheel: 1\n')
     with pytest.raises(ParameterError, match=r'(?s)this is not YAML: .*\n +in line 3, column 17:'):
         load(path)
@@ -150,8 +150,7 @@ import turtle_brick.core.parameters
 def test_valid_values_are_kept_unless_the_robot_cannot_be_built(mapping):
     height, radius = mapping['platform_height'], mapping['platform_radius']
     thickness, wheel = mapping['platform_thickness'], mapping['wheel_radius']
-    least = (2 * wheel + math.hypot(radius, thickness) + thickness
-             + max(0.05, wheel, radius / 5))
+    least = 2 * wheel + math.hypot(radius, thickness) + thickness + max(0.05, wheel, radius / 5)
     half_height = mapping['brick_size'][2] / 2
     assume(abs(height - least) > 1e-9)
     if mapping['brick_start'][2] < half_height:

@@ -12,21 +12,20 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Comparison of turtlesim_kinematics with recordings of the real turtlesim.
+Examples of turtlesim_kinematics, and comparisons with recordings of turtlesim.
 
 A recording contains every published pose and the publication time of each command. The arrival
-times of the commands are only known to a few milliseconds. A replay therefore tries every possible
-order of arrivals and ticks, and discards an order when a single bit of a pose differs.
+times of the commands are known only to within a few milliseconds. A replay therefore tries every
+possible order of arrivals and ticks, and discards an order if a pose differs in a single bit.
 """
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Sequence
 from itertools import product
 import json
 from math import hypot, inf, nan
 from pathlib import Path
 import pickle
-import struct
+from struct import pack
 from typing import NamedTuple
 
 import pytest
@@ -37,102 +36,11 @@ RECORDINGS = sorted((Path(__file__).parents[1] / 'data' / 'turtlesim').glob('*.j
 assert len(RECORDINGS) == 38, '19 scenarios, each with the turtle holonomic and not'
 
 ARRIVAL_JITTER = 0.004
-"""Longest delay between a tick and the recorded arrival of its pose (s)."""
-
-
-class Call(NamedTuple):
-    """A recorded service call, with the times (s) of its request and response."""
-
-    begin: float
-    end: float
-    service: str
-    request: dict
-    reply: dict
-
-
-class Explanation(NamedTuple):
-    """Numbers of received commands and executed calls, and the pickled simulator."""
-
-    commands: int
-    calls: int
-    sim: bytes
-
-
-def calls_of(events: list[list]) -> list[Call]:
-    """
-    Return the service calls of a recording in order.
-
-    Rows are [t, 'call' | 'done' | 'reply' | 'poses', service, content]. A row 'poses' contains the
-    poses of all turtles.
-    """
-    calls = []
-    for index, (begin, kind, name, content) in enumerate(events):
-        if kind == 'call':
-            end = next(row[0] for row in events[index:] if row[1] == 'done')
-            replies = [row[3] for row in events[index + 1:index + 3] if row[1] == 'reply']
-            calls.append(Call(begin, end, name.split('/')[-1], content, *replies or [{}]))
-        elif kind == 'poses':
-            calls.append(Call(begin, begin, 'poses', {}, {'poses': content['rows']}))
-    return calls
-
-
-def perform(call: Call, sim: TurtleSim, now: float) -> bool:
-    """Execute a recorded service call, and return whether the response is as recorded."""
-    if call.service == 'poses':
-        poses = {sim.turtles[name].pose[:3] for name in ('far', 'turtle2')}
-        return poses == {tuple(row) for row in call.reply['poses']}
-    if call.service == 'spawn':
-        return sim.spawn(**call.request, now=now) == call.reply['name']
-    if call.service == 'kill':
-        assert sim.kill(**call.request) == (call.request['name'] != 'nosuch')
-    elif call.service == 'reset':
-        sim.reset(now)
-    else:
-        getattr(sim.turtles['turtle1'], call.service)(**call.request)
-    return True
-
-
-def bits(values: Sequence[float]) -> bytes:
-    """Return the bytes of numbers as float32."""
-    return struct.pack(f'{len(values)}f', *values)
-
-
-def arrived(published: list[float], time: float, before: int) -> range:
-    """Return the possible numbers of commands that have arrived by a time (s)."""
-    return range(max(bisect_right(published, time - ARRIVAL_JITTER), before),
-                 max(bisect_right(published, time), before) + 1)
-
-
-@pytest.mark.parametrize('path', RECORDINGS, ids=lambda path: path.stem)
-def test_every_recorded_tick_is_reproduced(path: Path) -> None:
-    """At least one order of arrivals reproduces every bit of every pose."""
-    recording = json.loads(path.read_text())
-    commands = recording['commands']['rows']
-    published = [command[0] for command in commands]
-    calls = calls_of(recording['events'])
-    begins, ends = [call.begin for call in calls], [call.end for call in calls]
-    sim = TurtleSim(recording['holonomic'])
-    assert sim.tick(0.0) == {}
-    states = {Explanation(0, 0, pickle.dumps(sim))}
-    for number, (time, *recorded) in enumerate(recording['pose']):
-        following = set()
-        for state in states:
-            first_served = max(bisect_left(ends, time - ARRIVAL_JITTER), state.calls)
-            for served, taken in product(range(first_served, bisect_left(begins, time) + 1),
-                                         arrived(published, time, state.commands)):
-                sim = pickle.loads(state.sim)
-                if all(perform(call, sim, time) for call in calls[state.calls:served]):
-                    for command in commands[state.commands:taken]:
-                        sim.turtles['turtle1'].command(*command[1:])
-                    if bits(sim.tick(time)['turtle1']) == bits(recorded):
-                        following.add(Explanation(taken, served, pickle.dumps(sim)))
-        states = following
-        assert states, f'tick {number} at {time:.3f} s: no order of arrivals gives {recorded}'
-    assert {(state.commands, state.calls) for state in states} == {(len(commands), len(calls))}
+"""Longest delay (s) between a tick and the recorded arrival of the pose."""
 
 
 def test_turtle_at_a_wall_reports_the_unclamped_position() -> None:
-    """A teleport above the upper wall is limited without a report."""
+    """A teleport beyond the upper wall is limited, but not reported."""
     turtle = Turtle(x=ARENA_SIZE - 0.01, y=ARENA_SIZE - 1.0, theta=0.0, holonomic=True)
     turtle.command(1.0, -2.0, 0.0)
     assert turtle.tick(0.0).linear_velocity == float32(hypot(1.0, 2.0))
@@ -160,3 +68,84 @@ def test_invalid_numbers_do_not_end_the_simulation() -> None:
             assert isinstance(sim.tick(tick * TICK)['turtle1'], TurtlePose)
         sim.reset()
         assert sim.tick(3 * TICK)['turtle1'][:2] == (ARENA_CENTER, ARENA_CENTER)
+
+
+# ------------------------------------------------------------------------------------- recordings
+
+class Call(NamedTuple):
+    """A recorded service call, with the times (s) of its request and response."""
+
+    begin: float
+    end: float
+    service: str
+    request: dict
+    reply: dict
+
+
+def calls_of(events: list[list]) -> list[Call]:
+    """
+    Return the service calls of a recording in order.
+
+    Each event is [time, 'call' | 'done' | 'reply' | 'poses', service, content]. A 'poses' event
+    contains the poses of all turtles.
+    """
+    calls = []
+    for index, (begin, kind, name, content) in enumerate(events):
+        if kind == 'call':
+            end = next(row[0] for row in events[index:] if row[1] == 'done')
+            replies = [row[3] for row in events[index + 1:index + 3] if row[1] == 'reply']
+            calls.append(Call(begin, end, name.split('/')[-1], content, *replies or [{}]))
+        elif kind == 'poses':
+            calls.append(Call(begin, begin, 'poses', {}, {'poses': content['rows']}))
+    return calls
+
+
+def perform(call: Call, sim: TurtleSim, now: float) -> bool:
+    """Execute a recorded service call, and return whether the response matches the recording."""
+    if call.service == 'poses':
+        poses = {sim.turtles[name].pose[:3] for name in ('far', 'turtle2')}
+        return poses == {tuple(row) for row in call.reply['poses']}
+    if call.service == 'spawn':
+        return sim.spawn(**call.request, now=now) == call.reply['name']
+    if call.service == 'kill':
+        assert sim.kill(**call.request) == (call.request['name'] != 'nosuch')
+    elif call.service == 'reset':
+        sim.reset(now)
+    else:
+        getattr(sim.turtles['turtle1'], call.service)(**call.request)
+    return True
+
+
+def arrived(published: list[float], time: float, before: int) -> range:
+    """Return the possible numbers of commands that have arrived before a time (s)."""
+    return range(max(bisect_right(published, time - ARRIVAL_JITTER), before),
+                 max(bisect_right(published, time), before) + 1)
+
+
+@pytest.mark.parametrize('path', RECORDINGS, ids=lambda path: path.stem)
+def test_every_recorded_tick_is_reproduced(path: Path) -> None:
+    """At least one order of arrivals reproduces each pose bit by bit."""
+    recording = json.loads(path.read_text())
+    commands = recording['commands']['rows']
+    published = [command[0] for command in commands]
+    calls = calls_of(recording['events'])
+    begins, ends = [call.begin for call in calls], [call.end for call in calls]
+    sim = TurtleSim(recording['holonomic'])
+    assert sim.tick(0.0) == {}
+    # Each state is the number of received commands and of executed calls, and the simulator.
+    states = {(0, 0, pickle.dumps(sim))}
+    for number, (time, *recorded) in enumerate(recording['pose']):
+        following = set()
+        for old_taken, old_served, pickled in states:
+            first_served = max(bisect_left(ends, time - ARRIVAL_JITTER), old_served)
+            for served, taken in product(range(first_served, bisect_left(begins, time) + 1),
+                                         arrived(published, time, old_taken)):
+                sim = pickle.loads(pickled)
+                if all(perform(call, sim, time) for call in calls[old_served:served]):
+                    for command in commands[old_taken:taken]:
+                        sim.turtles['turtle1'].command(*command[1:])
+                    if pack('5f', *sim.tick(time)['turtle1']) == pack('5f', *recorded):
+                        following.add((taken, served, pickle.dumps(sim)))
+        states = following
+        assert states, f'tick {number} at {time:.3f} s: no order of arrivals gives {recorded}'
+    assert {state[:2] for state in states} == {(len(commands), len(calls))}

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Links, joints and dimensions of the robot description."""
+"""Examples and laws for the links, joints and dimensions in the robot description."""
 
 from math import atan2, hypot, pi, sin
 
@@ -26,15 +26,14 @@ from turtle_referee.rules.robot_model import RobotModel
 import xacro
 
 XACRO = default_path().parents[1] / 'urdf' / 'turtle.urdf.xacro'
-SHAPE = ('platform_height', 'platform_radius', 'platform_thickness', 'wheel_radius')
 UP, DOWN = (0, 0, 1), (0, 0, -1)
 
 
 class Robot(RobotModel):
-    """A robot model that computes the extent of its links."""
+    """A robot model that computes the extents of links."""
 
     def extent(self, link, direction, **positions):
-        """Return the largest coordinate (m) of a link along a direction in base_link."""
+        """Return the largest coordinate (m) of a link in a direction given in base_link."""
         reaches = []
         for solid in self.links[link]:
             pose = self.pose(link, positions).compose(solid.pose)
@@ -48,11 +47,6 @@ class Robot(RobotModel):
                     (beyond,) = solid.size
             reaches.append(direction @ pose.position + beyond)
         return max(reaches)
-
-
-def urdf_of(path):
-    """Return the URDF for a parameter file."""
-    return xacro.process_file(str(XACRO), mappings={'params_file': str(path)}).toxml()
 
 
 @pytest.fixture(scope='module')
@@ -69,7 +63,7 @@ def test_links_and_joints_of_the_assignment(robot):
         'wheel_joint': ('continuous', 'stem', 'wheel', 0, 1, 0),
         'post_joint': ('fixed', 'base_link', 'post', 0, 0, 0),
         'platform_joint': ('continuous', 'post', 'platform', 0, 1, 0)}.items()
-    # These links consist of the shape in the assignment.
+    # These links have the shapes required by the assignment.
     for link in ('stem', 'wheel', 'post', 'platform'):
         assert [solid.kind for solid in robot.links[link]] == ['cylinder']
     (cube,) = robot.links['base_link']
@@ -79,7 +73,7 @@ def test_links_and_joints_of_the_assignment(robot):
 def test_positive_tilt_lowers_the_front_and_positive_roll_drives_forward(robot):
     front = robot.pose('platform', {'platform_joint': 0.3}).axes[:, 0]
     assert front[2] == pytest.approx(-sin(0.3))
-    # The top of the wheel moves in the direction of the stem.
+    # The top of the wheel moves in the stem's direction.
     for turn, axis in ((0.0, 0), (pi / 2, 1)):
         assert robot.pose('wheel', {'stem_joint': turn, 'wheel_joint': 1e-3}).upright[axis] > 0
 
@@ -89,13 +83,14 @@ def test_positive_tilt_lowers_the_front_and_positive_roll_drives_forward(robot):
        st.just(1e-6) | st.floats(0.0, 10.0))
 def test_geometry_follows_from_the_parameters(tmp_path_factory, wheel, proportion, flatness,
                                               spare):
-    """No links overlap, all have a size, and the platform can turn over."""
+    """Links do not overlap, each link has a size, and the platform can turn over."""
     radius = min(proportion * wheel, 10.0)
     thickness = min(max(flatness * radius, 0.001), 10.0)
     height = least_height(radius, thickness, wheel) + spare
-    robot = Robot(urdf_of(written(
-        tmp_path_factory.getbasetemp(),
-        {**DEFAULTS, **dict(zip(SHAPE, (height, radius, thickness, wheel)))})))
+    path = written(tmp_path_factory.getbasetemp(), {
+        **DEFAULTS, 'platform_height': height, 'platform_radius': radius,
+        'platform_thickness': thickness, 'wheel_radius': wheel})
+    robot = Robot(xacro.process_file(str(XACRO), mappings={'params_file': str(path)}).toxml())
     for turn in (0.0, 0.4, 2.0):
         angles = {'stem_joint': turn, 'wheel_joint': 2.7 * turn}
         assert robot.extent('wheel', DOWN, **angles) == pytest.approx(0, abs=1e-9)
@@ -112,7 +107,7 @@ def test_geometry_follows_from_the_parameters(tmp_path_factory, wheel, proportio
 
     cube_bottom, cube_top = -robot.extent('base_link', DOWN), robot.extent('base_link', UP)
     assert cube_top - cube_bottom >= max(0.499 * wheel, radius / 12)
-    # The first angle turns the rim down.
+    # At the first angle, the rim is at its lowest point.
     for angle in (atan2(radius, thickness), *np.linspace(-pi, pi, 13)):
         assert -robot.extent('platform', DOWN, platform_joint=angle) > cube_top
     assert -robot.extent('post', DOWN) == pytest.approx(cube_top, abs=1e-9)
