@@ -246,7 +246,6 @@ class World:
                 and distance <= self._radius)
 
     def _land(self, platform: Platform) -> None:
-        """Stop on the platform."""
         x, y, _ = self._brick
         top_z = platform.point(0.0, 0.0, self.thickness)[2]
         self._slide_position = platform.coordinates_of((x, y, top_z))

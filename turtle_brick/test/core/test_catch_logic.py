@@ -77,7 +77,6 @@ class CatchBench:
         return False
 
     def step(self):
-        """Execute a physics step. Return whether the catcher detects a new fall."""
         self.world.platform = self.observed_platform()
         self.world.step()
         return self.steps % self.every == 0 and self.observe_brick()
@@ -349,19 +348,6 @@ def test_catch_continues_after_a_short_loss_of_the_robot(state, time):
     assert bench.catcher.state is state
     bench.visible = True
     bench.assert_tipped_off()
-
-
-def test_newly_available_robot_may_be_moving():
-    """More time is needed until the robot has been observed at rest for REST_TIME."""
-    needed = []
-    for visible in (False, True):
-        bench = CatchBench(robot=(5.0, 5.0))
-        bench.visible = visible
-        bench.drop(7.5, 5.0, REST_Z + 0.5 * GRAVITY * 0.9 ** 2)
-        bench.visible = True
-        bench.run(0.05)
-        needed.append(bench.catcher.decision.needed)
-    assert needed[0] > needed[1] + 0.1
 
 
 def test_decision_waits_for_an_unavailable_robot_while_there_is_time():

@@ -115,7 +115,6 @@ class Bench(Simulation):
         self._tick_at = self._tick_grid = self.now
 
     def distance(self, goal):
-        """Return the distance (m) of the turtle from a goal."""
         return dist(self.turtle.pose[:2], goal)
 
     def send(self, goal, part=0.0):
@@ -203,7 +202,6 @@ class Wanderer(CommandQueue):
         self.predicted = {}
 
     def command(self, now):
-        """Publish a command, and record the predicted position."""
         count, speed = len(self.predicted), 0.0
         if count % self.hold == 0:
             self.angle = self.random.uniform(-pi, pi)

@@ -44,7 +44,6 @@ class DetectorBench:
         return is_fall
 
     def hover(self, x, y, z, samples):
-        """Observe a brick at rest."""
         for _ in range(samples):
             self.observe(x, y, z)
 

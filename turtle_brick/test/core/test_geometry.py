@@ -31,7 +31,6 @@ plane_poses = st.builds(Pose2D, lengths, lengths, angles)
 
 @st.composite
 def quaternions(draw):
-    """Return a strategy for unit quaternions."""
     parts = draw(st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(
         lambda q: sum(part * part for part in q) > 1e-3))
     norm = sqrt(sum(part * part for part in parts))
@@ -39,7 +38,6 @@ def quaternions(draw):
 
 
 def near(values):
-    """Return an approximate vector for a comparison."""
     return pytest.approx(tuple(values), abs=1e-9)
 
 

@@ -28,8 +28,6 @@ angles = st.floats(-pi, pi)
 
 
 class Ride:
-    """A turtle with an odometer."""
-
     def __init__(self, **start):
         self.turtle, self.odometer = Turtle(holonomic=True, **start), Odometer(RADIUS)
         self.now = 0.0

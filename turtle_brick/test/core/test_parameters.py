@@ -33,14 +33,12 @@ DEFAULTS = asdict(load())
 
 
 def error_of(mapping, parameter_set=Parameters):
-    """Return the error message for an invalid mapping."""
     with pytest.raises(ParameterError) as caught:
         parameter_set.from_mapping(mapping)
     return str(caught.value)
 
 
 def written(directory, text):
-    """Write a text or a mapping to a parameter file, and return the path."""
     path = directory / 'turtle.yaml'
     if not isinstance(text, str):
         section = {name: list(value) if isinstance(value, tuple) else value

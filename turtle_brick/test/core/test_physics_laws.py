@@ -58,7 +58,6 @@ def discs(draw, radius):
 
 
 def frame_at(x, y, yaw, tilt):
-    """Return the frame of a platform with a yaw and a tilt (rad)."""
     return Frame((x, y, HINGE), turn((0.0, 0.0, 1.0), yaw) @ turn((0.0, 1.0, 0.0), tilt))
 
 
@@ -73,7 +72,6 @@ def turned(yaw, tilt, right):
 
 
 def axes_of(quaternion):
-    """Return the axes of a frame with an orientation."""
     return frame((0.0, 0.0, 0.0), quaternion).axes
 
 
@@ -83,7 +81,6 @@ def gap(one, other):
 
 
 def platform_at(x=0.0, y=0.0, yaw=0.0, tilt=0.0):
-    """Return a platform at the height HINGE."""
     a, b = yaw / 2.0, tilt / 2.0
     turn = (-sin(a) * sin(b), cos(a) * sin(b), sin(a) * cos(b), cos(a) * cos(b))
     return Platform(Pose((x, y, HINGE), turn))
@@ -98,7 +95,6 @@ def released(brick, platform, gravity=GRAVITY, dt=DT, radius=RADIUS):
 
 
 def landed(*arguments, **keywords):
-    """Return a world whose brick has been released and has landed."""
     world = released(*arguments, **keywords)
     while world.phase is Phase.FALLING:
         world.step()
@@ -148,11 +144,7 @@ def test_platform_has_a_level_tolerance_and_consistent_coordinates(yaw, tilt):
        comes=st.booleans(), away=st.sampled_from((None, 'elsewhere', VISIBLY_TILTED, pi)) | tilts)
 def test_brick_lands_only_if_the_platform_is_there_when_it_reaches_its_top(
         place, yaw, height, radius, gravity, dt, late, comes, away):
-    """
-    The platform must be level and under the brick in the step in which the brick reaches the top.
-
-    The platform may be elsewhere or tilted in all other steps.
-    """
+    """In all other steps, the platform may be elsewhere or tilted."""
     crossing = floor(sqrt(2.0 * height / gravity) / dt) + 1
     after, before = (0.5 * gravity * (step * dt) ** 2 for step in (crossing, crossing - 1))
     assume(before < height - 1e-6 and height + 1e-6 < after)
@@ -186,12 +178,7 @@ def test_brick_lands_only_if_the_platform_is_there_when_it_reaches_its_top(
                                   coordinates, coordinates, headings),
                         min_size=1, max_size=5))
 def test_slide_on_a_moving_platform(place, yaw, gravity, dt, program):
-    """
-    Gravity along the platform's x axis is the only acceleration of the brick on the platform.
-
-    The speed does not change when the platform tilts, drives or turns. The brick floats when its
-    trailing edge has left the platform. A newly placed brick has the platform's inclination.
-    """
+    """Only gravity accelerates the brick. It floats when its trailing edge leaves the platform."""
     world = riding(place, yaw=yaw, gravity=gravity, dt=dt)
     (u, v), speed = place, 0.0
     for tilt, steps, x, y, heading in program:

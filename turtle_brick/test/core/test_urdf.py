@@ -30,8 +30,6 @@ UP, DOWN = (0, 0, 1), (0, 0, -1)
 
 
 class Robot(RobotModel):
-    """A robot model that computes the extents of links."""
-
     def extent(self, link, direction, **positions):
         """Return the largest coordinate (m) of a link in a direction given in base_link."""
         reaches = []
@@ -51,7 +49,6 @@ class Robot(RobotModel):
 
 @pytest.fixture(scope='module')
 def robot():
-    """Return the robot with the installed parameters."""
     return Robot(xacro.process_file(str(XACRO)).toxml())
 
 

@@ -283,7 +283,6 @@ class Catcher:
     """Catch each reachable brick, carry it to the center and tip it off."""
 
     def __init__(self, parameters: CatcherParameters) -> None:
-        """Create a catcher that waits for a brick to fall."""
         self.parameters = parameters
         self._reset(0)
 
@@ -370,9 +369,8 @@ class Catcher:
         if observation.has_reachable_fall or self.state is not previous:
             self._state_start = now
             self._ramp.start(now)
-        actions += self._drive_goals(previous, observation)
-        actions += self._tilt_commands(observation)
-        return actions
+        return (actions + self._drive_goals(previous, observation)
+                + self._tilt_commands(observation))
 
     def _decide(self, robot: RobotMotion | None) -> Decision | None:
         """Return the decision about a new fall, or None if there is no fall or decision yet."""
@@ -399,7 +397,6 @@ class Catcher:
         return None if self._reachability(fall, best_case, excess).reachable else decision
 
     def _reachability(self, fall: Fall, robot: RobotMotion | None, excess: float) -> Decision:
-        """Return the decision for a fall, a robot and an excess latency (s)."""
         return decide_reachability(fall, self._now, robot, self.parameters, excess)
 
     def _is_decided(self, fall: Fall | None) -> bool:

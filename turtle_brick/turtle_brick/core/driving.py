@@ -68,7 +68,6 @@ class TickClock:
     """Number of successive poses, each late by more than half a tick, that restart the grid."""
 
     def __init__(self) -> None:
-        """Create a clock without ticks."""
         self.last = inf
         """Estimated time (s) of the last tick, or infinity before the first pose."""
         self._late = 0
@@ -99,7 +98,6 @@ class CommandQueue:
     """Number of recorded commands, which is several times the length of turtlesim's queue."""
 
     def __init__(self) -> None:
-        """Create an empty queue without a pose."""
         self.pose: TurtlePose | None = None
         """Latest pose."""
         self.pose_time = 0.0

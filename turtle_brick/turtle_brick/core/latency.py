@@ -63,7 +63,6 @@ class RecentValues:
     """Values recorded in the last WINDOW seconds."""
 
     def __init__(self) -> None:
-        """Start without values."""
         self._history: deque[tuple[int, float]] = deque()
         self._sorted: list[float] = []
 
@@ -94,7 +93,6 @@ class LatencyMonitor:
     """Estimate the excess latency from transforms, response delays and gaps."""
 
     def __init__(self) -> None:
-        """Start without measurements."""
         self._ages = RecentValues()
         """Ages (s) of transforms on arrival."""
         self._response_delays = RecentValues()

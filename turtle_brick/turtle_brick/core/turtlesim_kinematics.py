@@ -34,7 +34,6 @@ import struct
 from typing import NamedTuple
 
 _FLOAT = struct.Struct('f')
-_FLOATS = struct.Struct('5f')
 
 
 def float32(value: float) -> float:
@@ -148,12 +147,9 @@ class Turtle:
             self._teleport()
         if now - self._commanded_at > COMMAND_TIMEOUT:
             self._linear_x = self._linear_y = self._angular = 0.0
-        linear_x = self._linear_x
-        linear_y = self._linear_y
-        angular = self._angular
-
+        linear_x, linear_y = self._linear_x, self._linear_y
         # Like turtlesim, turn first and then move along the new heading.
-        theta = _normalize(self._theta + angular * TICK)
+        theta = _normalize(self._theta + self._angular * TICK)
         cos = math.cos(theta)
         sin = math.sin(theta)
         x = self._x + (cos * linear_x * TICK - sin * linear_y * TICK)
@@ -173,7 +169,6 @@ class Turtle:
         return self.update(now)
 
     def _teleport(self) -> None:
-        """Execute the requested teleports in order."""
         for relative, x_or_linear, y, theta in self._teleports:
             if relative:
                 self._theta += theta
@@ -188,14 +183,9 @@ class Turtle:
         self._teleports.clear()
 
     def _rounded_pose(self) -> TurtlePose:
-        """Return the pose rounded to float32."""
         speed = math.sqrt(self._linear_x * self._linear_x + self._linear_y * self._linear_y)
         numbers = (self._x, ARENA_SIZE - self._y_down, self._theta, speed, self._angular)
-        try:
-            # Packing all numbers at once takes half the time.
-            return TurtlePose._make(_FLOATS.unpack(_FLOATS.pack(*numbers)))
-        except OverflowError:
-            return TurtlePose._make(map(float32, numbers))
+        return TurtlePose(*map(float32, numbers))
 
 
 class TurtleSim:
