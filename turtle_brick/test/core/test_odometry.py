@@ -28,6 +28,7 @@ angles = st.floats(-pi, pi)
 
 
 class Ride:
+
     def __init__(self, **start):
         self.turtle, self.odometer = Turtle(holonomic=True, **start), Odometer(RADIUS)
         self.now = 0.0

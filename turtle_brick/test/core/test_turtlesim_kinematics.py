@@ -116,12 +116,6 @@ def perform(call: Call, sim: TurtleSim, now: float) -> bool:
     return True
 
 
-def arrived(published: list[float], time: float, before: int) -> range:
-    """Return the possible numbers of commands that have arrived before a time (s)."""
-    return range(max(bisect_right(published, time - ARRIVAL_JITTER), before),
-                 max(bisect_right(published, time), before) + 1)
-
-
 @pytest.mark.parametrize('path', RECORDINGS, ids=lambda path: path.stem)
 def test_every_recorded_tick_is_reproduced(path: Path) -> None:
     """At least one order of arrivals reproduces each pose bit by bit."""
@@ -138,8 +132,10 @@ def test_every_recorded_tick_is_reproduced(path: Path) -> None:
         following = set()
         for old_taken, old_served, pickled in states:
             first_served = max(bisect_left(ends, time - ARRIVAL_JITTER), old_served)
+            first_taken = max(bisect_right(published, time - ARRIVAL_JITTER), old_taken)
+            last_taken = max(bisect_right(published, time), old_taken)
             for served, taken in product(range(first_served, bisect_left(begins, time) + 1),
-                                         arrived(published, time, old_taken)):
+                                         range(first_taken, last_taken + 1)):
                 sim = pickle.loads(pickled)
                 if all(perform(call, sim, time) for call in calls[old_served:served]):
                     for command in commands[old_taken:taken]:

@@ -30,6 +30,7 @@ UP, DOWN = (0, 0, 1), (0, 0, -1)
 
 
 class Robot(RobotModel):
+
     def extent(self, link, direction, **positions):
         """Return the largest coordinate (m) of a link in a direction given in base_link."""
         reaches = []

@@ -101,7 +101,7 @@ class LatencyMonitor:
         """Excess intervals (s) between two poses of the robot."""
         self._late_fraction = 0.0
         """Fraction of late timer callbacks."""
-        self._first_robot_stamp: int | None = None
+        self._first_robot_stamp = 0
         self._robot_stamp: int | None = None
         self._brick_stamp: int | None = None
         self._brick_period = 0.0
@@ -172,9 +172,7 @@ class LatencyMonitor:
         The result is the recent fraction of pauses times the duration (s) of the motion, plus the
         longest pause.
         """
-        observed = 0.0
-        if self._first_robot_stamp is not None:
-            observed = (now - self._first_robot_stamp) * SECONDS_PER_NS
+        observed = (now - self._first_robot_stamp) * SECONDS_PER_NS
         fraction = sum(self._pauses.recent(now)) / min(max(observed, 1.0), WINDOW)
         return fraction * duration + self._pauses.largest(now, 1)
 

@@ -17,10 +17,10 @@
 from typing import Any
 
 NS_PER_SECOND = 1_000_000_000
-"""Number of nanoseconds in a second."""
-
 SECONDS_PER_NS = 1e-9
-"""One nanosecond (s)."""
+
+LONGEST_GAP = NS_PER_SECOND
+"""Longest time (ns) after the last step that does not restart a clock."""
 
 
 class StepClock:
@@ -31,15 +31,9 @@ class StepClock:
     accumulate. After a late or skipped timer callback, the next call returns all due steps.
     """
 
-    def __init__(self, period: int, longest_gap: int = NS_PER_SECOND) -> None:
-        """
-        Create a clock that starts at the first call of `due`.
-
-        :param period: time (ns) between two steps
-        :param longest_gap: longest time (ns) after the last step that does not restart the clock
-        """
+    def __init__(self, period: int) -> None:
+        """Create a clock with a period (ns) that starts at the first call of `due`."""
         self.period = period
-        self.longest_gap = longest_gap
         self.last: int | None = None
         """Time (ns) of the last step."""
         self.jump = 0
@@ -49,7 +43,7 @@ class StepClock:
         """
         Return the times (ns) of the steps that have become due since the last call.
 
-        The clock restarts with the single step [start] if the last step is more than `longest_gap`
+        The clock restarts with the single step [start] if the last step is more than LONGEST_GAP
         in the past, or more than one period in the future because the time was set back.
 
         :param now: current time (ns)
@@ -59,7 +53,7 @@ class StepClock:
         self.jump = 0
         if self.last is not None:
             elapsed = now - self.last
-            if -self.period <= elapsed <= self.longest_gap:
+            if -self.period <= elapsed <= LONGEST_GAP:
                 times = list(range(self.last + self.period, now + 1, self.period))
                 self.last += len(times) * self.period
                 return times

@@ -143,8 +143,7 @@ class Turtle:
 
     def update(self, now: float) -> TurtlePose:
         """Execute the second half of a tick: move for one time step. Return the new pose."""
-        if self._teleports:
-            self._teleport()
+        self._teleport()
         if now - self._commanded_at > COMMAND_TIMEOUT:
             self._linear_x = self._linear_y = self._angular = 0.0
         linear_x, linear_y = self._linear_x, self._linear_y
