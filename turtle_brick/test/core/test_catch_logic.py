@@ -12,11 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-Examples of catches and interruptions with an ideal robot.
-
-The robot in these tests executes commands without delay. test_simulation includes the delays.
-"""
+"""Examples of catches and interruptions with a robot that executes commands without delay."""
 
 from collections import deque
 from dataclasses import replace

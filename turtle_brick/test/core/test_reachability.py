@@ -57,6 +57,7 @@ def test_resting_height_and_fall_time():
 def test_guaranteed_distance_is_the_platform_radius_for_a_fall_of_the_guaranteed_latency():
     height = REST_Z + 0.5 * GRAVITY * 0.13 ** 2
     assert guaranteed_distance(height, PARAMETERS) == pytest.approx(PARAMETERS.platform_radius)
+    assert guaranteed_distance(REST_Z - 0.01, PARAMETERS) == -inf
 
 
 @pytest.mark.parametrize(('x', 'y', 'z', 'speed', 'reason'), [
@@ -67,10 +68,6 @@ def test_guaranteed_distance_is_the_platform_radius_for_a_fall_of_the_guaranteed
 def test_brick_below_the_platform_or_outside_the_arena_is_unreachable(x, y, z, speed, reason):
     decision = decide(x, y, z, RobotMotion(x, y), speed=speed, delay=0.02)
     assert decision.reachable == (reason == '') and reason in decision.reason
-
-
-def test_no_catch_is_guaranteed_for_a_release_below_the_platform():
-    assert guaranteed_distance(REST_Z - 0.01, PARAMETERS) == -inf
 
 
 def test_reason_gives_distance_times_and_latency():

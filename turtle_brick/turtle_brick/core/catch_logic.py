@@ -291,10 +291,8 @@ class Catcher:
         self.state = State.WAITING
         self._state_start = now
         self.decision: Decision | None = None
-        """Last decision."""
         self.latency = LatencyMonitor()
         self._now = now
-        """Time (ns) of the last update."""
         self._brick = Brick()
         self._detector = FallDetector(self.parameters.gravity_accel)
         self._is_refused = False

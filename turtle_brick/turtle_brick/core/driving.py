@@ -99,7 +99,6 @@ class CommandQueue:
 
     def __init__(self) -> None:
         self.pose: TurtlePose | None = None
-        """Latest pose."""
         self.pose_time = 0.0
         """Arrival time (s) of the latest pose."""
         self._ticks = TickClock()

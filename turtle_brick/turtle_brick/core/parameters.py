@@ -56,7 +56,6 @@ class ParameterRule(NamedTuple):
     lower: float
     """Smallest valid value of the number or of each vector component."""
     upper: float
-    """Largest valid value of the number or of each vector component."""
     length: int = 1
     """Number of components, which is 3 for a vector."""
 

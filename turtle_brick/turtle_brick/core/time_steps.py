@@ -63,12 +63,7 @@ class StepClock:
 
 
 def due_time(timer: Any, now: int) -> int:
-    """
-    Return the time (ns), at most `now`, at which the timer of the current callback was due.
-
-    :param timer: an rclpy.timer.Timer
-    :param now: current time of the timer's clock (ns)
-    """
+    """Return the time (ns), at most `now`, at which the current callback's rclpy timer was due."""
     return now - max(timer.timer_period_ns - timer.time_until_next_call(), 0)
 
 

@@ -118,11 +118,7 @@ class Turtle:
         """Pose after the last tick."""
 
     def command(self, linear_x: float, linear_y: float, angular_z: float) -> None:
-        """
-        Append velocities (m/s, rad/s) to the queue. A full queue discards its oldest command.
-
-        The sideways velocity linear_y is ignored unless the turtle is holonomic.
-        """
+        """Append velocities (m/s, rad/s) to the queue. A full queue drops its oldest command."""
         self._queue.append((linear_x, linear_y, angular_z))
 
     def teleport_absolute(self, x: float, y: float, theta: float) -> None:
