@@ -51,6 +51,8 @@ NOT_RUN = {
     '(python3 turtle_brick/scripts/|ros2 run turtle_brick )referee': 'it has its own tests',
     'ros2 run turtle_brick benchmark': 'it takes minutes; test_benchmark.py runs it',
     'python3 turtle_brick/scripts/record_rviz|ffmpeg ': 'it requires rviz2',
+    'python3 turtle_brick/scripts/website --local': 'it requires npm; test_website.py runs it',
+    'python3 -m http.server': 'it uses a fixed port',
     'ros2 run turtle_brick own_node': 'it requires a change of setup.py',
     r'ros2 run turtle_brick lesson \w': 'it is part of the complete lesson',
 }

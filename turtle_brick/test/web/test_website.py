@@ -1,0 +1,139 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Test the web page that runs the exercise in the browser, and the script that builds it."""
+
+from collections.abc import Iterator
+import json
+from pathlib import Path
+from random import Random
+import shutil
+import subprocess
+import sys
+from xml.etree.ElementTree import canonicalize
+
+from browser import Chromium, find_chromium, TIMEOUT
+import pytest
+from turtle_brick.core.parameters import load, PARAMETER_RULES
+from turtle_brick.tools.simulation import simulate_drop
+from turtle_referee.graph_client.processes import Process
+import xacro
+import yaml
+
+PACKAGE = Path(__file__).resolve().parents[2]
+ISOLATED = [sys.executable, '-I', '-S']  # Without site-packages.
+CATCH = """
+import json, sys
+sys.path.insert(0, sys.argv[1])
+from web_arena import WebArena
+arena = WebArena()
+arena.call('drop')
+outcome = json.loads(arena.advance(8.0))['texts']['drops']
+print(json.dumps([outcome, arena.defaults, arena.urdf()]))
+"""
+DECISIONS = """
+from turtle_brick.core.parameters import Parameters
+from turtle_brick.tools.simulation import simulate_drop
+json.dumps([simulate_drop(Parameters(**values), 0, seed, brick).result.decision.summary
+            for seed, brick in enumerate(bricks)])
+"""
+
+
+def test_the_site_is_built_and_catches_a_brick_without_any_packages(tmp_path):
+    """Its parameters and its robot description are those that yaml and xacro produce."""
+    subprocess.run([*ISOLATED, PACKAGE / 'scripts/website', tmp_path], check=True)
+    output = subprocess.run([*ISOLATED, '-c', CATCH, tmp_path / 'turtle_brick.zip'], check=True,
+                            capture_output=True).stdout
+    outcome, defaults, urdf = json.loads(output)
+    assert outcome == '1 caught, 0 refused, 0 missed'
+    text = (PACKAGE / 'config/turtle.yaml').read_text()
+    assert defaults == yaml.safe_load(text)['/**']['ros__parameters']
+    expected = xacro.process_file(str(PACKAGE / 'urdf/turtle.urdf.xacro')).toxml()
+    assert canonicalize(urdf, strip_text=True) == canonicalize(expected, strip_text=True)
+
+
+@pytest.fixture(scope='module')
+def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
+    """Open the page on the screen of a phone, with libraries from the npm registry."""
+    if find_chromium() is None or shutil.which('npm') is None:
+        pytest.skip('Chromium or npm is not installed here: apt-get install chromium npm')
+    folder = tmp_path_factory.mktemp('web')
+    libraries = list(json.loads((PACKAGE / 'web/sources.json').read_text()))
+    install = ['npm', 'install', '--prefix', folder, '--ignore-scripts', *libraries]
+    if subprocess.run(install, capture_output=True, timeout=TIMEOUT).returncode != 0:
+        pytest.skip(f'npm cannot download {" and ".join(libraries)}')
+    subprocess.run([*ISOLATED, PACKAGE / 'scripts/website', '--local', folder / 'node_modules',
+                    folder / 'site'], check=True)
+    serve = [sys.executable, '-u', '-m', 'http.server', '0', '--bind', '127.0.0.1', '--directory']
+    with Process([*serve, str(folder / 'site')]) as server, Chromium(400, 800) as chromium:
+        port = server.wait_for_output(r'port (\d+)', TIMEOUT)[1]
+        chromium.go_to(f'http://127.0.0.1:{port}/')
+        chromium.wait_for('document.readyState === "complete" && loading.hidden')
+        yield chromium
+
+
+def fill_in(page: Chromium, name: str, value: float) -> None:
+    """Change a value in the form."""
+    page.evaluate(f'form.{name}.value = {value}; '
+                  f'form.{name}.dispatchEvent(new Event("input", {{bubbles: true}}))')
+
+
+def test_a_brick_is_placed_by_a_click_dropped_caught_and_tipped_off(page):
+    x, y = page.center_of('document.querySelector("canvas")')
+    page.click(x + 30.0, y + 60.0)
+    page.wait_for('form.x.value !== "7.5" && brick_state.innerText === "hovering"')
+    page.click_element('button', 'Drop the brick')
+    for state in ('carrying', 'tilting', 'waiting'):
+        page.wait_for(f'catcher_state.innerText === {state!r}')
+    assert page.evaluate('drops.innerText') == '1 caught, 0 refused, 0 missed'
+    assert page.evaluate('catcher_decision.innerText').startswith('reachable: the robot, ')
+
+
+def test_an_unreachable_brick_is_refused_with_the_reason(page):
+    for name, value in {'x': 0.5, 'y': 0.5, 'z': 2.5}.items():
+        fill_in(page, name, value)
+    page.click_element('button', 'Drop the brick')
+    page.wait_for('!unreachable.hidden && brick_state.innerText === "grounded"')
+    assert 'too early' in page.evaluate('catcher_decision.innerText')
+
+
+def test_an_impossible_parameter_is_refused_in_the_words_of_the_nodes(page):
+    fill_in(page, 'platform_radius', 8.0)
+    assert page.evaluate('error.innerText') == (
+        'platform_radius is 8 m, but with wheel_radius 0.2 m it must be from 0.0666667 to 4 m')
+    fill_in(page, 'platform_radius', 0.5)
+    assert page.evaluate('error.innerText') == ''
+
+
+def test_the_robot_overshoots_if_it_steers_by_the_last_pose(page):
+    def farthest(goal: float) -> float:
+        """Return the largest x (m) on a drive to a goal at x (m)."""
+        return max(page.evaluate(
+            f'arena.simulation.drive_to({goal}, 5); Array.from({{length: 200}}, () => '
+            'JSON.parse(arena.advance(0.02)).robot[0])'))
+
+    assert farthest(8.0) == pytest.approx(8.0, abs=0.003)
+    page.evaluate('form.last_pose.click()')
+    assert farthest(10.0) > 10.05
+
+
+def test_the_page_makes_the_same_decisions_as_cpython(page):
+    values = {name: getattr(load(), name) for name in PARAMETER_RULES}
+    random = Random(1)
+    bricks = [(random.uniform(0.0, 11.0), random.uniform(0.0, 11.0), random.uniform(2.0, 9.0))
+              for _ in range(200)]
+    code = json.dumps(f'import json\nvalues, bricks = {values}, {bricks}{DECISIONS}')
+    assert json.loads(page.evaluate(f'python.runPython({code})')) == [
+        simulate_drop(load(), 0, seed, brick).result.decision.summary
+        for seed, brick in enumerate(bricks)]
