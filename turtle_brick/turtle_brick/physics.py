@@ -19,17 +19,17 @@ Simulate a brick that falls onto a platform, rides on the platform and slides of
                     |  ^-------------------'
                     '--> GROUNDED
 
-Releasing the brick starts a fall. Placing the brick changes any phase to HOVERING.
+A release starts a fall. Placing the brick changes any phase to HOVERING.
 
 A fall follows the closed form z = z0 - g t^2 / 2, where t is the time since the release, so errors
 do not accumulate. A brick on a tilted platform slides with the acceleration g sin(tilt).
 
-The location of the brick is the location of its center. The bottom of the brick touches the
-platform or the ground. The brick always has the inclination of the platform.
+The location of the brick is its center. The bottom of the brick touches the platform or the
+ground. The brick always has the inclination of the platform.
 
 A brick lands if its center is above the platform, because the assignment specifies only a radius
 for the platform and only a position for the robot. A sliding brick leaves the platform when its
-whole bottom is outside the radius, because the assignment requires its trailing edge to be clear.
+whole bottom is outside the radius, because the assignment requires this for its trailing edge.
 """
 
 from __future__ import annotations
@@ -188,7 +188,7 @@ class World:
 
     @property
     def pose_on_platform(self) -> Pose | None:
-        """Get the brick's pose in the platform frame, or None without contact or platform pose."""
+        """Get the brick's pose in the platform frame, or None if it is not on a known platform."""
         if self._phase is not Phase.RIDING or self._platform is None:
             return None
         x, y = self._slide_position

@@ -358,7 +358,7 @@ def test_decision_waits_for_an_unavailable_robot_while_there_is_time():
     ((5.0, 5.0, REST_Z + 0.2), True), ((5.0, 5.0, 9.0), True),
     ((-0.1, 5.0, 9.0), False), ((*CENTER, REST_Z - 0.1), False)])
 def test_brick_is_unreachable_without_a_robot(brick, waits):
-    """The decision is immediate if no robot can catch the brick, and otherwise at the deadline."""
+    """The decision waits for a robot only if a robot could still catch the brick."""
     bench = CatchBench()
     bench.visible = False
     bench.drop(*brick)

@@ -11,12 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""
-Examples of the Driver and its parts, and laws of the closed loop with turtlesim's kinematics.
-
-turtlesim takes a command from its queue of seven every 16 ms. Commands are published every 10 ms.
-Both periods have jitter, and messages have a delay.
-"""
+"""Examples of the Driver, and laws of the closed loop with turtlesim's kinematics."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -69,7 +64,7 @@ def test_travel_time_without_a_final_approach():
 
 
 def test_tick_clock_follows_the_poses():
-    """It restarts after a pose that is far too early, and after three late poses."""
+    """The clock restarts after a pose that is far too early, and after three late poses."""
     for period in (0.99 * TICK, 1.01 * TICK):
         clock = TickClock()
         for number in range(1000):
@@ -182,7 +177,7 @@ def test_driver_continues_after_a_restart_of_turtlesim(drive, part, angle, theta
     silent = [command for at, command in bench.commands if last + POSE_TIMEOUT + 0.001 < at]
     assert len(silent) >= (pause - POSE_TIMEOUT - TICK) / COMMAND_PERIOD - 2
     assert all(command == (0.0, 0.0) for command in silent)
-    # Queued commands may lead away from the goal.
+    # Queued commands may move the turtle away from the goal.
     bench.assert_rests(goal, bench.distance(goal) / bench.speed + 0.6 + QUEUE_DELAY
                        + COMMAND_PERIOD)
 
@@ -237,7 +232,7 @@ def test_travel_time_is_an_upper_bound(speed, radius, part, angle, seed):
     bench.rest(distance / speed + 0.6)
     first = next((time for time, pose in bench.poses if pose[:2] != start[:2]), 0.0)
     reached = next(time for time, pose in bench.poses if dist(pose[:2], goal) <= radius)
-    # The approach starts during a tick, which takes up to 0.09 ticks longer.
+    # The final approach can start during a tick, which adds up to 0.09 ticks.
     assert reached - first <= travel_time(distance, radius, speed) + 0.09 * TICK
 
 

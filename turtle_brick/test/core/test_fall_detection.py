@@ -96,7 +96,7 @@ def test_fall_is_detected_by_its_third_sample_with_its_course(
     bench.hover(x, y, height, hovering)
     release = bench.now - round(
         part * (bench.intervals[-1] if hovering else 2 * NS_PER_SECOND))
-    # The first sample may be at the release, so the third sample of the fall is the fourth sample.
+    # The first of the four samples may be at the release.
     fall = bench.fall(x, y, height, release, 4)
     assert fall.speed == pytest.approx(gravity * (fall.stamp - release) * 1e-9, abs=1e-3)
     for drop in (0.3, 0.5, 5.0, 25.0):
@@ -133,7 +133,7 @@ other_falls = st.tuples(st.just(pi / 2.0), st.floats(0.1, 10.0),
 @law(40)
 @given(motion=slides | other_falls, spacing=intervals)
 def test_slides_and_other_accelerations_are_not_falls(motion, spacing):
-    """Among slides, a slide at the largest tilt_angle (1.5 rad) is most similar to a fall."""
+    """The slide most similar to a fall is at the largest tilt_angle (1.5 rad)."""
     slope, speed, factor = motion
     bench = DetectorBench(spacing)
     start = bench.now
@@ -180,7 +180,7 @@ def test_course_of_a_fall_is_the_closed_form(z, speed, gravity, time):
     height = fall.height(NS_PER_SECOND + seconds(time), gravity)
     assert height == pytest.approx(z - speed * time - 0.5 * gravity * time ** 2, abs=1e-6)
     assert fall.time_to(height, gravity) == pytest.approx(time, abs=1e-6)
-    # The brick was released at the height with speed 0, and has passed all lower heights.
+    # The brick was at rest at the height `released`, and has since passed all lower heights.
     released = z + speed ** 2 / (2.0 * gravity)
     assert isnan(fall.time_to(released + 1e-6, gravity))
     assume(released > z + 1e-6)

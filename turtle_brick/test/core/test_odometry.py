@@ -35,7 +35,7 @@ class Ride:
         self.odometer.observe(0.0, self.turtle.tick(0.0))
 
     def drive(self, command, ticks=1, lost=0):
-        """Execute a command in each tick, but lose the first poses. Return the path (m)."""
+        """Drive for some ticks, but lose the first poses. Return the path (m) of the wheel."""
         before = self.odometer.wheel_angle
         for tick in range(ticks):
             last = self.turtle.pose
@@ -48,7 +48,7 @@ class Ride:
         return (self.odometer.wheel_angle - before) * RADIUS
 
 
-def test_robot_that_drives_north():
+def test_odometry_of_a_robot_that_drives_north():
     odometer = Odometer(wheel_radius=0.5)
     odometer.observe(0.0, TurtlePose(5.0, 5.0, pi / 2.0, 0.0, 0.0))
     odometer.observe(TICK, TurtlePose(5.0, 5.016, pi / 2.0, 1.0, 0.0))

@@ -192,7 +192,7 @@ def test_slide_on_a_moving_platform(place, yaw, gravity, dt, program):
                 seen = world.platform.pose.compose(world.pose_on_platform)
                 assert gap(seen.position, world.brick) <= 1e-9
                 assert gap(axes_of(seen.orientation), turned(heading, tilt, yaw)) <= 1e-9
-            # The heading of the brick was 0 at the landing.
+            # The heading of the brick was 0 at landing.
             distance = distance_to_rectangle((u, v), -yaw, SIZE[:2])
             if abs(distance - RADIUS) > 1e-9:
                 assert world.phase is (Phase.FLOATING if distance > RADIUS else Phase.RIDING)

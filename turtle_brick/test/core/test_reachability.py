@@ -108,7 +108,6 @@ other_robots = st.builds(
        excess=st.just(0.0) | st.floats(0.0, 1.0), uncertainty=st.just(0.0) | st.floats(0.0, 2.0))
 def test_decision_follows_the_formula_and_keeps_the_guarantee(
         parameters, x, y, robot_x, robot_y, above, late, excess, uncertainty):
-    """A brick within the guaranteed distance is reachable."""
     fall = Fall(NS_PER_SECOND, x, y, resting_height(parameters) + above, 0.0)
     decision = decide_reachability(fall, NS_PER_SECOND + seconds(late), RobotMotion(
         robot_x, robot_y, uncertainty=uncertainty), parameters, excess)

@@ -73,7 +73,7 @@ def test_invalid_numbers_do_not_end_the_simulation() -> None:
 # ------------------------------------------------------------------------------------- recordings
 
 class Call(NamedTuple):
-    """A recorded service call, with the times (s) of its request and response."""
+    """A recorded service call with the times (s) of the request and the response."""
 
     begin: float
     end: float
@@ -126,7 +126,7 @@ def test_every_recorded_tick_is_reproduced(path: Path) -> None:
     begins, ends = [call.begin for call in calls], [call.end for call in calls]
     sim = TurtleSim(recording['holonomic'])
     assert sim.tick(0.0) == {}
-    # Each state is the number of received commands and of executed calls, and the simulator.
+    # A state contains the numbers of received commands and executed calls, and the simulator.
     states = {(0, 0, pickle.dumps(sim))}
     for number, (time, *recorded) in enumerate(recording['pose']):
         following = set()

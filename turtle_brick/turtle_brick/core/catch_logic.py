@@ -16,8 +16,8 @@
 Decide how to catch a brick based on the positions of the brick and the robot.
 
 `Catcher` records positions, makes decisions, and returns the goals and tilt commands to publish.
-`transition` is the state machine of the catcher, and its input is an `Observation`. No function
-reads a clock. All timestamps come from one clock and are in nanoseconds.
+`transition` is the catcher's state machine, and its input is an `Observation`. No function reads a
+clock. All timestamps come from one clock and are in nanoseconds.
 """
 
 from enum import Enum
@@ -62,7 +62,7 @@ CLOCK_DIFFERENCE = 0.5
 that one node has not detected a clock change yet."""
 
 DECISION_DEADLINE = 0.1
-"""Time (s) before the contact at which the catcher stops waiting for the robot and decides."""
+"""Time (s) before contact at which the catcher stops waiting for the robot and decides."""
 
 ROBOT_TIMEOUT = 1.0
 """Time (s) without a platform transform after which the catcher abandons the brick."""
@@ -103,7 +103,7 @@ class Brick(NamedTuple):
     is_attached: bool = False
     """Whether the platform is the parent frame of the brick."""
     has_landed: bool = False
-    """Whether the brick landed on the platform or is attached to it, and is at resting height."""
+    """Whether the brick has landed or is attached to the platform, and is at resting height."""
 
     def observe(self, stamp: int, position: Vector, is_attached: bool) -> 'Brick':
         """Return the brick updated with an observation at a time (ns)."""
@@ -140,7 +140,7 @@ class Observation(NamedTuple):
 
     @property
     def still_since(self) -> int:
-        """Time (ns) at which the brick came to rest or the robot became available, if later."""
+        """Later of the times (ns) of the last brick motion and of the last unavailable robot."""
         return max(self.brick.last_motion, self.tracker.last_unseen)
 
     @property
@@ -223,7 +223,7 @@ def transition(state: State, observation: Observation) -> State:
         if observation.is_level_commanded:
             return State.WAITING
     elif observation.is_lying:
-        # An unreachable brick was caught, or the brick was on the platform at the start.
+        # An unreachable brick was caught, or the catcher started with a brick on the platform.
         return State.CARRYING
     return state
 
@@ -249,7 +249,7 @@ class TiltRamp:
     """Change the platform angle smoothly."""
 
     def __init__(self, now: int) -> None:
-        """Start with a level platform at a time (ns)."""
+        """Create a ramp for a level platform at a time (ns)."""
         self.angle = self._start_angle = 0.0
         self._start_time = 0
         self._command_time = now
@@ -260,7 +260,7 @@ class TiltRamp:
 
     def advance(self, now: int, goal: float) -> bool:
         """
-        Compute the angle at a time (ns), and return whether it has changed.
+        Compute the angle at a time (ns), and return whether the angle has changed.
 
         :param goal: angle (rad) at the end of the ramp, which lasts for RAMP_TIME
         """
@@ -287,7 +287,6 @@ class Catcher:
         self._reset(0)
 
     def _reset(self, now: int) -> None:
-        """Discard all observations at a time (ns)."""
         self.state = State.WAITING
         self._state_start = now
         self.decision: Decision | None = None
@@ -298,7 +297,7 @@ class Catcher:
         self._is_refused = False
         """Whether the brick was found unreachable and has since moved only straight down."""
         self._finished_fall: Fall | None = None
-        """Fall that ended below the platform before a decision."""
+        """Fall that ended below the platform before a decision was made."""
         self._tracker = RobotTracker(self.parameters.max_velocity, self.latency)
         self._ramp = TiltRamp(now)
 
@@ -339,7 +338,7 @@ class Catcher:
         """
         Decide how to respond to a new fall, and return the decisions and commands to publish.
 
-        Call this function at least 50 times per second. A decrease of the time resets the catcher.
+        Call this function at least 50 times per second. A decreasing time resets the catcher.
 
         :param now: current time (ns)
         :param platform: platform of the robot, or None if it is unavailable
@@ -387,8 +386,8 @@ class Catcher:
         decision = self._reachability(fall, robot, excess)
         if decision.reachable or decision.available <= DECISION_DEADLINE:
             return decision
-        # An unavailable or possibly moving robot may later be observed near the brick and at rest.
-        # Wait for further observations if they can change the decision.
+        # Later observations may show that the robot is at rest near the brick. Wait for such
+        # observations if they can change the decision.
         best_case = RobotMotion(fall.x, fall.y)
         if robot is not None:
             best_case = robot._replace(uncertainty=0.0)
@@ -398,7 +397,7 @@ class Catcher:
         return decide_reachability(fall, self._now, robot, self.parameters, excess)
 
     def _is_decided(self, fall: Fall | None) -> bool:
-        """Return whether a decision about the fall, or about its refused brick, exists."""
+        """Return whether the brick has been refused or the fall already has a decision."""
         return self._is_refused or (self.decision is not None and self.decision.fall is fall)
 
     def _drive_goals(self, previous: State, observation: Observation) -> list[Action]:
@@ -421,7 +420,7 @@ class Catcher:
         if robot is None:
             return None
         if state is State.LEVELING and previous in DRIVING_STATES:
-            # A moving robot stops straight ahead.
+            # A moving robot stops at a point straight ahead.
             return within_arena(*(robot.destinations or ((robot.x, robot.y),))[0])
         if (state in DRIVING_STATES and robot.at_rest
                 and not observation.has_arrived_at(self._tracker.goal)):

@@ -62,7 +62,7 @@ class TickClock:
     """Fraction of a pose's deviation by which the grid is corrected."""
 
     EARLY = 0.6
-    """Fraction of a tick by which an early pose restarts the grid."""
+    """Fraction of a tick by which a pose must be early to restart the grid."""
 
     LATE_POSES = 3
     """Number of successive poses, each late by more than half a tick, that restart the grid."""
@@ -88,10 +88,10 @@ class TickClock:
 
 class CommandQueue:
     """
-    Model turtlesim's command queue, and predict the position after the queued commands.
+    Model turtlesim's command queue, and predict the turtle's position after the queued commands.
 
     The model uses the publication times of the commands and the ticks derived from the poses. The
-    speed reported in a pose identifies the command that turtlesim took in this tick.
+    speed reported in a pose identifies the command that turtlesim took in the tick of the pose.
     """
 
     MEMORY = 64
@@ -122,7 +122,7 @@ class CommandQueue:
         if not all(map(isfinite, pose)):
             return
         if self.is_stale(now):
-            # The queue of turtlesim is empty after a pause.
+            # turtlesim's queue is empty after a pause.
             self._ticks = TickClock()
             self._taken = self._count - 1
         tick = self._ticks.observe(now)
@@ -190,7 +190,7 @@ class CommandQueue:
         return index
 
     def _recognize(self, expected: int, speed: float) -> int:
-        """Return the index, nearest to `expected`, of a command with a speed (m/s)."""
+        """Return the index of the command with a speed (m/s), closest to an expected index."""
         first = self._count - len(self._sent)
         lowest, highest = max(self._taken, first), self._count - 1
         for offset in (0, 1, -1, 2, -2, 3, -3):
@@ -214,7 +214,7 @@ class Driver:
         self.arrived = False
         """Whether the published commands stop the turtle at its goal."""
         self.predicts = True
-        """Whether to steer from the predicted pose. Set this to False to see the overshoot."""
+        """Whether commands are computed for the predicted position. False causes an overshoot."""
         self._queue = CommandQueue()
 
     @property
@@ -224,7 +224,7 @@ class Driver:
 
     def drive_to(self, x: float, y: float) -> None:
         """
-        Set the goal (m) in the world frame. A goal equal to the current one has no effect.
+        Set the goal (m) in the world frame. A goal equal to the current goal has no effect.
 
         :raises ValueError: the goal is not finite
         """
@@ -250,11 +250,13 @@ class Driver:
         return velocity
 
     def _steer(self, now: float) -> tuple[float, float]:
-        """Return the velocity (m/s) in the turtle's frame for the predicted position."""
+        """Return the velocity (m/s) in the turtle's frame for driving to the goal."""
         pose = self._queue.pose
         if self.goal is None or pose is None or self._queue.is_stale(now):
             return (0.0, 0.0)
-        x, y = self._queue.predict(now) if self.predicts else (pose.x, pose.y)
+        x, y = self._queue.predict(now)
+        if not self.predicts:
+            x, y = pose.x, pose.y
         dx, dy = self.goal[0] - x, self.goal[1] - y
         distance = hypot(dx, dy)
         self.arrived = distance < (START_DISTANCE if self.arrived else STOP_DISTANCE)

@@ -53,8 +53,8 @@ class Fall(NamedTuple):
         """
         Return the time (s) from `stamp` until the brick is at a height (m).
 
-        The time is negative if the brick has already passed the height. It is NaN if the fall
-        began below the height.
+        The time is negative if the brick has already passed the height, and NaN if the fall began
+        below the height.
         """
         square = self.speed * self.speed + 2.0 * gravity * (self.z - height)
         return nan if square < 0.0 else (sqrt(square) - self.speed) / gravity
@@ -73,7 +73,7 @@ class FallDetector:
 
     SIDEWAYS_FRACTION = 0.01
     """Largest ratio of sideways to vertical motion. This limit excludes bricks that slide down
-    slopes steeper than 72 degrees, which ACCELERATION_TOLERANCE does not exclude."""
+    slopes steeper than 72 degrees. ACCELERATION_TOLERANCE does not exclude these slides."""
 
     SIDEWAYS_TOLERANCE = 1e-4
     """Largest sideways motion (m) between two positions in a fall."""

@@ -112,7 +112,7 @@ def distance_to_rectangle(x: float, y: float, yaw: float, length: float, width: 
     """
     Return the distance (m) from the origin to a rectangle, or 0 if it covers the origin.
 
-    The center (m) of the rectangle is (x, y). The longitudinal axis has the heading `yaw` (rad).
+    The rectangle has the center (x, y) (m), and its length has the heading yaw (rad).
     """
     c, s = cos(yaw), sin(yaw)
     along = abs(c * x + s * y) - length / 2.0

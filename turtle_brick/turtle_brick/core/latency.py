@@ -48,11 +48,11 @@ CLOCK_TOLERANCE = 0.006
 the arena simulates a riding brick one step (0.004 s) ahead."""
 
 MIN_GAPS = 3
-"""Number of gaps between the brick's timestamps within WINDOW that indicates lost messages."""
+"""Smallest number of gaps in the brick's timestamps within WINDOW that indicates lost messages."""
 
 LOSS_RESERVE = 0.06
-"""Excess latency (s) due to lost messages. It covers two catcher updates (0.02 s each) and two
-robot poses (0.01 s each)."""
+"""Excess latency (s) due to lost messages. The reserve covers two catcher updates (0.02 s each)
+and two robot poses (0.01 s each)."""
 
 MAX_DELAY = 1.0
 """Largest valid delay (s). A longer delay indicates an ignored goal, a stopped node or an invalid
@@ -181,8 +181,8 @@ class LatencyMonitor:
         Return the excess latency (s) at a time (ns).
 
         The goal and the resulting pose cross one link each, so the delay of the slowest link
-        counts twice. A briefly stopped node can cause a single late response, so this response
-        counts only if messages are late or lost. If the clocks disagree, the ages are unreliable,
+        counts twice. A single late response can be due to a briefly stopped node, so it counts
+        only if messages are late or lost. If the clocks disagree, the ages are unreliable,
         so the clock error and the response delay are added.
         """
         clock_error = self.clock_error(now)

@@ -16,8 +16,8 @@
 Compute the wheel odometry from the poses published by turtlesim. The frames follow REP 105.
 
 The wheel rolls without slipping, so its angle is the path length divided by its radius. The path
-length is the sum of the distances between poses. It is therefore exact even at a wall and after a
-lost pose. A teleport does not roll the wheel.
+length is the sum of the distances between poses. Therefore, the angle is exact even at a wall and
+after a lost pose. A teleport does not roll the wheel.
 """
 
 from math import atan2, hypot, pi
@@ -26,7 +26,7 @@ from turtle_brick.core.geometry import Pose2D
 from turtle_brick.core.turtlesim_kinematics import TICK, TurtlePose
 
 MIN_MOTION = 1e-5
-"""Smallest motion (m) between two poses for which float32 numbers give a direction."""
+"""Smallest motion (m) with a direction that can be computed from float32 coordinates."""
 
 
 class Odometer:
@@ -36,7 +36,7 @@ class Odometer:
         """Create an odometer for a wheel with a radius (m)."""
         self.wheel_radius = wheel_radius
         self.origin: Pose2D | None = None
-        """Pose of the odom frame in the world frame. It is the first pose of the turtle."""
+        """First pose of the turtle, which is the pose of the odom frame in the world frame."""
         self.pose: Pose2D | None = None
         """Pose of base_link in the odom frame."""
         self.wheel_angle = 0.0
@@ -75,7 +75,7 @@ class Odometer:
         if path <= MIN_MOTION or path > ticks * TICK * pose.linear_velocity + MIN_MOTION:
             return
         self.wheel_angle += path / self.wheel_radius
-        # After a lost pose, the path covers several ticks. At a wall, it is shorter than usual.
+        # After a lost pose, the path covers several ticks. At a wall, the path is shorter.
         self.wheel_velocity = min(path / TICK, pose.linear_velocity) / self.wheel_radius
         self.stem_angle = wrapped(atan2(dy, dx) - pose.theta)
 

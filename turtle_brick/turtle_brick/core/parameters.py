@@ -69,7 +69,7 @@ class ParameterRule(NamedTuple):
         numbers = [value] if self.length == 1 else value
         if not isinstance(numbers, (list, tuple)) or len(numbers) != self.length:
             return False
-        # NaN fails because every comparison with NaN is false.
+        # NaN is invalid because every comparison with NaN is false.
         return all(isinstance(number, (int, float)) and not isinstance(number, bool)
                    and self.lower <= number <= self.upper for number in numbers)
 
@@ -92,7 +92,7 @@ PARAMETER_RULES = {
 
 @dataclass(frozen=True)
 class ParameterSet:
-    """Base class of parameter sets. Every instance is valid, including the result of `replace`."""
+    """Base class of parameter sets. All instances are valid, including results of `replace`."""
 
     def __post_init__(self) -> None:
         """Check all values and convert them to floats."""
@@ -200,7 +200,7 @@ def least_height(platform_radius: float, platform_thickness: float, wheel_radius
 
 
 def default_path() -> Path:
-    """Return the path of config/turtle.yaml, preferably of the installed file."""
+    """Return the path of the installed config/turtle.yaml, or of the file in the sources."""
     try:
         from ament_index_python.packages import get_package_share_path
         share = get_package_share_path('turtle_brick')

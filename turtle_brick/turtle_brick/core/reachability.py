@@ -21,7 +21,7 @@ A brick is reachable if its landing point is inside the arena and if
 
 - The brick falls without drag. It lands when its bottom reaches the top of the level platform.
 - The distance is the horizontal distance from the robot to the landing point. For a moving robot,
-  the largest distance that the commands already sent can cause is used.
+  it is the largest distance that can result from the commands already sent.
 - The latency is COMMAND_LATENCY plus the excess latency. COMMAND_LATENCY applies to nodes on one
   machine. `latency` estimates the excess latency due to slow links and busy machines.
 - A robot already within platform_radius of the landing point needs no time. A platform that is not
@@ -41,8 +41,8 @@ from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK, within_arena
 
 QUEUE_LATENCY = QUEUE_DEPTH * COMMAND_PERIOD + TICK - COMMAND_PERIOD + TRANSPORT_DELAY
-"""Longest time (s) from a command to the pose that shows its effect (0.0764 s). The effect begins
-at the first turtlesim tick after six newer commands have arrived."""
+"""Longest time (s) from a command to the pose that shows the effect (0.0764 s). The effect begins
+at the first turtlesim tick after the arrival of six newer commands."""
 
 COMMAND_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + QUEUE_LATENCY + COMMAND_PERIOD + 0.010
 """Longest time (s) from a decision until the arena receives the first motion of the platform. This
@@ -51,7 +51,7 @@ pose, and 10 ms for the next physics step and the operating system."""
 
 GUARANTEED_LATENCY = 0.13
 """Guaranteed upper limit (s) for the time from the release of a brick to the robot's first motion.
-It covers COMMAND_LATENCY and the detection of the fall from three positions."""
+The limit covers COMMAND_LATENCY and the detection of the fall from three positions."""
 
 LEVEL_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + 0.015
 """Longest time (s) from a tilt command of 0 until the arena receives a level platform."""
@@ -101,7 +101,7 @@ class RobotMotion(NamedTuple):
     level: bool = True
     """Whether the platform is level and every node has received the level transform."""
     uncertainty: float = 0.0
-    """Distance (m) that the robot may cover if it is possibly moving in an unknown direction."""
+    """Distance (m) that the robot may cover in an unknown direction."""
 
     @property
     def at_rest(self) -> bool:
@@ -113,7 +113,7 @@ class RobotMotion(NamedTuple):
         return hypot(point[0] - self.x, point[1] - self.y)
 
     def longest_distance_to(self, point: tuple[float, ...]) -> float:
-        """Return the largest distance (m) to a point after execution of the commands sent."""
+        """Return the largest distance (m) to a point during the commands already sent."""
         distances = [hypot(point[0] - x, point[1] - y) for x, y in self.destinations]
         return max([self.distance_to(point), *distances]) + self.uncertainty
 

@@ -43,7 +43,7 @@ MIN_GOAL_DISTANCE = 0.05
 """Smallest distance (m) at which a new goal certainly moves a robot at rest."""
 
 POSITION_TOLERANCE = 1e-9
-"""Largest difference (m) between positions at rest, caused by interpolation in tf2."""
+"""Largest difference (m) between positions at rest due to interpolation in tf2."""
 
 
 class RobotTracker:
@@ -62,9 +62,9 @@ class RobotTracker:
         self._latency = latency
         self._max_velocity = max_velocity
         self._positions: deque[tuple[int, float, float]] = deque()
-        """Times (ns) and positions (m), including the latest position older than REST_TIME."""
+        """Times (ns) and positions (m). The first position is older than REST_TIME."""
         self._goals: deque[tuple[int, tuple[float, float]]] = deque()
-        """Times (ns) and goals (m), including the latest goal that is certainly in effect."""
+        """Times (ns) and goals (m). The first goal may already be in effect."""
         self._departure: tuple[int, float, float] | None = None
         """Time (ns) of a goal and position (m) of the robot at rest, until the robot moves."""
         self._last_at_departure = 0
@@ -98,7 +98,7 @@ class RobotTracker:
     def observe(self, now: int, platform: Platform | None, level_for: float
                 ) -> RobotMotion | None:
         """
-        Record the position of the robot, and return the robot's motion if it is available.
+        Record the position of the robot, and return the robot's motion if the robot is available.
 
         :param now: current time (ns)
         :param platform: platform of the robot, or None if it is unavailable
@@ -145,8 +145,8 @@ class RobotTracker:
         extrapolated = self._extrapolate()
         points = [] if extrapolated is None else [extrapolated]
         for sent, (goal_x, goal_y) in self._goals:
-            # A moving robot drives to its last goal or, if this goal is recent, still to the
-            # previous goal. Both goals are then in the list.
+            # If the last goal is recent, the robot may still drive to the previous goal. The list
+            # then contains both goals.
             if extrapolated is None and len(self._goals) == 1 and not self._is_recent(now, sent):
                 continue
             distance = hypot(goal_x - x, goal_y - y)
@@ -171,7 +171,7 @@ class RobotTracker:
         return (now - sent) * SECONDS_PER_NS < COMMAND_LATENCY + self.excess
 
     def _is_rest_known(self, now: int) -> bool:
-        """Return whether the positions cover enough time to show whether the robot is at rest."""
+        """Return whether the positions cover enough time to detect a robot at rest."""
         return (now - self._positions[0][0]) * SECONDS_PER_NS >= REST_TIME + self.excess
 
 

@@ -28,7 +28,7 @@ LEVEL_TOLERANCE = 1e-3
 
 @dataclass(frozen=True)
 class Platform:
-    """A platform at a pose. The derived values are computed only once."""
+    """A platform at a pose. Derived values are computed only once."""
 
     pose: Pose
     """Pose of the platform frame in the world frame. The origin is in the center of the base."""

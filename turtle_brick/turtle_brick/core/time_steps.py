@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A step clock that does not drift when callbacks are late, and time conversions."""
+"""A step clock that does not drift if callbacks are late, and time conversions."""
 
 from typing import Any
 
@@ -20,7 +20,7 @@ NS_PER_SECOND = 1_000_000_000
 SECONDS_PER_NS = 1e-9
 
 LONGEST_GAP = NS_PER_SECOND
-"""Longest time (ns) after the last step that does not restart a clock."""
+"""Longest time (ns) since the last step after which a clock continues without a restart."""
 
 
 class StepClock:
@@ -44,7 +44,8 @@ class StepClock:
         Return the times (ns) of the steps that have become due since the last call.
 
         The clock restarts with the single step [start] if the last step is more than LONGEST_GAP
-        in the past, or more than one period in the future because the time was set back.
+        in the past. It also restarts if the last step is more than one period in the future
+        because the time was set back.
 
         :param now: current time (ns)
         :param start: time (ns) of the first step after a start or restart, by default `now`. With

@@ -51,7 +51,7 @@ QUEUE_DEPTH = 7
 """Length of the velocity command queue (QoS KeepLast(7))."""
 
 COMMAND_TIMEOUT = 1.0
-"""Time (s) after the last velocity command at which a turtle stops."""
+"""Time (s) without a velocity command after which a turtle stops."""
 
 ARENA_SIZE = float32(499 / 45)
 """Width and height (m) of the arena, which are 499 pixels of 1/45 m as a float32."""
