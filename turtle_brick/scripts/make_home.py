@@ -314,7 +314,9 @@ def build(prefixes: list[str], python: str, made: dict[str, str], launcher: list
         '--base-paths', *map(str, folders.values()), '--packages-select', *changed,
         '--build-base', str(HOME / 'build'), '--install-base', str(HOME / 'install')]
     if launcher:
-        command += ['--cmake-args', f'-DPython3_EXECUTABLE={VENV}/bin/python3']
+        # The linters for turtle_brick_interfaces are not on PyPI.
+        command += ['--cmake-args', f'-DPython3_EXECUTABLE={VENV}/bin/python3',
+                    '-DBUILD_TESTING=OFF']
     run(command, env, f'building {len(changed)} of {len(folders)} packages',
         f'colcon could not build {", ".join(changed)}. See its output above and in '
         '.ros/log/latest_build.')
