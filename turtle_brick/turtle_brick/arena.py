@@ -202,6 +202,10 @@ class Arena(Node):
     def publish_marker(self) -> None:
         """Publish the marker of the brick."""
         self.marker_publisher.publish(brick_marker(self.phase, self.world.size))
+        if self.count_publishers('brick_marker') > 1:
+            self.get_logger().warning(
+                'Another arena uses the same topics. Set ROS_DOMAIN_ID to a number that nobody '
+                'else uses, or start one arena with namespace:=NAME.', once=True)
 
     def publish_state(self) -> None:
         """Publish the state of the brick."""

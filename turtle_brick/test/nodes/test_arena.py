@@ -178,3 +178,12 @@ def test_clock_jump_is_reported(bench, capfd, monkeypatch, jump, machine, words)
     (warning,) = [line for line in capfd.readouterr().err.splitlines()
                   if 'The physics continues' in line]
     assert float(warning.split(words)[1].split()[0]) == pytest.approx(abs(jump), abs=0.05)
+
+
+def test_each_of_two_arenas_reports_the_other_once(domain_id, capfd):
+    with graph(domain_id) as live:
+        markers = live.record('brick_marker', Marker)
+        live.add_arena()
+        live.add_arena()
+        live.wait_for(lambda: len(markers.times) > 10, TIMEOUT, 'ten markers')
+    assert capfd.readouterr().err.count('Another arena') == 2
