@@ -203,7 +203,7 @@ class World:
         if self._phase is Phase.FALLING:
             raise ValueError('the brick is already falling')
         if self._phase is Phase.RIDING:
-            raise ValueError('the brick is already on the platform')
+            raise ValueError('the brick is on the platform: tilt the platform, or place the brick')
         if self._phase is Phase.GROUNDED:
             raise ValueError('the brick is on the ground: place it first')
         self._phase = Phase.FALLING
