@@ -28,7 +28,6 @@ The exit status is 0 if nothing is broken, 1 if something is broken, and 2 if no
 import argparse
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
-from datetime import datetime
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 import os
@@ -41,9 +40,10 @@ from typing import Any
 
 from rclpy.utilities import get_rmw_implementation_identifier
 from turtle_referee import report
+from turtle_referee.classroom import HOURS, judge_class, rules_in_hour
 from turtle_referee.graph_client.domains import reserved_domain, restrict_to_localhost
 from turtle_referee.graph_client.observer import Observer
-from turtle_referee.graph_client.processes import Process
+from turtle_referee.graph_client.processes import crashes, Process
 from turtle_referee.graph_client.profiles import Profile
 from turtle_referee.graph_client.record import Record
 from turtle_referee.graph_client.spinning import NodeSpinner
@@ -70,6 +70,7 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
               is_alive=lambda: process is None or process.running).run()
         if process is not None and not process.running:
             record.notes.append(process.exit_message())
+        record.crashes = crashes(process.output) if process is not None else []
         return record
 
 
@@ -95,9 +96,15 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
              'numbers that are not parameters of a node'),
             ('json', 'FILE', 'write all results as JSON'),
             ('page', 'FILE', 'write an HTML page with plots'),
+            ('class', 'DIR', 'judge all workspaces in a directory, one per student; write '
+             'judged/*, class.csv and class.html'),
             ('summary', 'DIR', 'summarize all JSON files below a directory instead of judging'),
-            ('csv', 'FILE', 'write the summary as CSV')):
-        parser.add_argument(f'--{name}', type=Path, metavar=kind, help=text)
+            ('csv', 'FILE', 'write the summary or the table of the class as CSV')):
+        parser.add_argument(f'--{name}', type=Path, metavar=kind, help=text,
+                            dest='classroom' if name == 'class' else name)
+    parser.add_argument('--hour', type=int, choices=HOURS,
+                        help='judge only the requirements of one hour of class')
+    parser.add_argument('--student', metavar='NAME', help='name of the student on the page')
     parser.add_argument('--verbose', action='store_true', help='show the output of the command')
     # `ros2 run` removes the "--" if it is the first argument.
     parser.add_argument('command', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
@@ -109,8 +116,14 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
         if path is not None and not path.parent.is_dir():
             parser.error(f'--{name} {path}: the directory {path.parent} does not exist')
     command = [*options.command, *args[split + 1:]]
-    if options.summary and (command or options.json) or options.csv and not options.summary:
-        parser.error('--csv requires --summary; --json and a command exclude it')
+    if options.classroom and (options.summary or options.json or options.student):
+        parser.error('--class cannot be combined with --summary, --json or --student')
+    if options.classroom and not options.classroom.is_dir():
+        parser.error(f'--class {options.classroom}: the directory does not exist')
+    if options.summary and (command or options.json):
+        parser.error('--summary cannot be combined with --json or a command')
+    if options.csv and not (options.summary or options.classroom):
+        parser.error('--csv requires --summary or --class')
     return options, command
 
 
@@ -128,17 +141,19 @@ def judge(profile: Profile, options: argparse.Namespace, command: Sequence[str]
             os.environ['ROS_DOMAIN_ID'] = str(stack.enter_context(reserved_domain()))
         record = observe(profile, options, command, log)
     about: dict[str, Any] = {
-        'date': f'{datetime.now().astimezone():%Y-%m-%d %H:%M %z}',
+        'student': options.student, 'date': report.date(),
         'command': shlex.join(command), 'versions': versions(), 'numbers': profile.numbers,
-        'seconds': round(monotonic() - begin, 1), 'notes': record.notes}
-    judgements = [] if record.is_empty() else RULES.judge(record)
+        'seconds': round(monotonic() - begin, 1), 'crashes': record.crashes,
+        'notes': record.notes}
+    problems = [*record.crashes, *record.notes]
+    judgements = [] if record.is_empty() else rules_in_hour(RULES, options.hour).judge(record)
     if options.json is not None:
         options.json.write_text(report.as_json(judgements, about), encoding='utf-8')
     if not judgements:
-        raise RuntimeError('; '.join(record.notes))
+        raise RuntimeError('; '.join(problems))
     if options.page is not None:
         options.page.write_text(report.page(judgements, about), encoding='utf-8')
-    report.print_judgements(judgements, record.notes)
+    report.print_judgements(judgements, problems)
     return judgements
 
 
@@ -149,12 +164,15 @@ def main(args: Sequence[str] | None = None) -> int:
     try:
         if options.profile is not None:
             profile.load(options.profile)
+        rules = rules_in_hour(RULES, options.hour)
+        if options.classroom is not None:
+            return judge_class(rules, options, command)
         if options.summary is not None:
             return report.summarize(
-                options.summary, [rule.name for rule in RULES], options.csv, options.page)
+                options.summary, [rule.name for rule in rules], options.csv, options.page)
         judgements = judge(profile, options, command)
     except KeyboardInterrupt:
-        print('referee: interrupted; nothing was judged', file=sys.stderr)
+        print('referee: interrupted', file=sys.stderr)
         return 2
     except (OSError, RuntimeError, ValueError) as error:
         print(f'referee: {error}', file=sys.stderr)

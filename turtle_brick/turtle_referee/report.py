@@ -14,8 +14,9 @@
 """Report the judgements of one graph or of a class in the terminal, as HTML, JSON and CSV."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 import csv
+from datetime import datetime
 from html import escape
 from io import StringIO
 import json
@@ -24,6 +25,7 @@ import os
 from pathlib import Path
 import sys
 from typing import Any
+from urllib.parse import quote
 
 from rich.console import Console
 from rich.table import Table
@@ -35,10 +37,11 @@ COLORS = {MET: 'green', BROKEN: 'red', OPEN: 'yellow'}
 
 STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; color: #1c2430; background: #f6f7f9; }
-main { max-width: 1100px; margin: 0 auto; overflow-wrap: anywhere; }
+main { max-width: 1400px; margin: 0 auto; overflow-wrap: anywhere; }
 table { border-collapse: collapse; margin: 24px 0; background: #fff; }
 td, th { text-align: left; vertical-align: top; padding: 6px 10px; border: 1px solid #dde1e7; }
 th, td:nth-child(2) { overflow-wrap: normal; }
+td[data-title=date] { white-space: nowrap; }
 svg { width: 100%; max-width: 400px; height: auto; }
 .green { color: #1a7f37; } .red { color: #c62828; } .yellow { color: #9a6700; }
 @media (max-width: 700px) {
@@ -48,6 +51,15 @@ svg { width: 100%; max-width: 400px; height: auto; }
   td::before { content: attr(data-title) " "; color: #5b6675; }
 }
 """
+
+
+class Html(str):
+    """Text that is already HTML."""
+
+
+def date() -> str:
+    """Return the date and the time as text."""
+    return f'{datetime.now().astimezone():%Y-%m-%d %H:%M %z}'
 
 
 def tally(marks: Iterable[str]) -> str:
@@ -73,12 +85,16 @@ def print_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> None
     Console().print(table)
 
 
-def html_table(titles: Sequence[str], rows: Iterable[Sequence[object]],
-               links: Mapping[Any, str] = {}) -> str:
-    """Return an HTML table with colored marks; `links` contains the addresses for some cells."""
+def link(text: str, address: str) -> Html:
+    """Return an HTML link, or only the text if the address is empty."""
+    return Html(f'<a href="{escape(address)}">{escape(text)}</a>' if address else escape(text))
+
+
+def html_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Return an HTML table with colored marks."""
     def html(value: object) -> str:
-        if value in links:
-            return f'<a href="{escape(links[value])}">{escape(str(value))}</a>'
+        if isinstance(value, Html):
+            return value
         return f'<span class="{COLORS.get(str(value), "")}">{escape(str(value))}</span>'
 
     head = ''.join(f'<th>{html(title)}</th>' for title in titles)
@@ -149,14 +165,22 @@ def page(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
     facts = ''.join(f'<p>{escape(key)}: {escape(as_text(value))}</p>'
                     for key, value in about.items() if value)
     table = html_table(('', 'requirement', 'assignment', 'measured', 'expected'), (
-        (one.mark, one.name, one.sentence, result(one), one.expected) for one in judgements))
+        (one.mark, Html(f'<span id="{escape(one.name)}">{escape(one.name)}</span>'),
+         one.sentence, result(one), one.expected) for one in judgements))
     return html_page(
-        'turtle_brick: requirements and measurements',
+        f'{escape(about.get("student") or "turtle_brick")}: requirements and measurements',
         f'<p>{tally(one.mark for one in judgements)}</p>{facts}{table}'
         + ''.join(draw(one.plot) for one in judgements if one.plot is not None))
 
 
 TITLES = ('student', MET, BROKEN, OPEN, 'broken', 'open', 'date')
+
+EXPLANATION = (
+    f'The columns {MET}, {BROKEN} and {OPEN} contain the numbers of met, broken and open '
+    'requirements. An open requirement could not be judged for the reason in parentheses. The '
+    'column “broken” omits requirements that may be broken only because of another one. The page '
+    'of the student contains all requirements. The second table contains the number of students '
+    'for each entry in the column “broken”.')
 
 
 def read(path: Path, name: str) -> dict[str, Any]:
@@ -166,10 +190,9 @@ def read(path: Path, name: str) -> dict[str, Any]:
         data = json.loads(path.read_text(encoding='utf-8'))
         requirements = data['requirements']
         marks = {one['name']: one['mark'] for one in requirements}
-        broken = [one['name'] for one in requirements
+        causes = [one['name'] for one in requirements
                   if one['mark'] == BROKEN and not one['follows']]
-        if not marks:
-            broken = ['nothing judged', *data['notes']]
+        faults = data.get('crashes', []) + ([] if marks else data['notes'])
         for one in requirements:
             if one['mark'] == OPEN:
                 overloaded = OVERLOADED in one['measured']
@@ -177,31 +200,42 @@ def read(path: Path, name: str) -> dict[str, Any]:
                 open_requirements.setdefault(reason, []).append(one['name'])
         count = Counter(marks.values())
         return {'student': name, **{mark: count[mark] for mark in COLORS},
-                'broken': ', '.join(broken), 'date': data['date'], **marks, 'open': '; '.join(
-                    f'{", ".join(names)} ({reason})'
-                    for reason, names in open_requirements.items())}
+                'broken': '; '.join([*faults, *causes]), 'date': data['date'], **marks,
+                'open': '; '.join(f'{", ".join(names)} ({reason})'
+                                  for reason, names in open_requirements.items()),
+                'faults': faults, 'causes': causes}
     except (LookupError, OSError, TypeError, ValueError) as error:
         raise ValueError(f'{path} is not a JSON file of the referee: {error!r}') from None
 
 
-def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | None,
-              page_path: Path | None) -> int:
-    """
-    Summarize all JSON files below a directory in a table with one row per student.
+def class_cells(row: dict[str, Any], address: str) -> list[object]:
+    """Return the cells of a student with links to the page of the student, if there is one."""
+    causes = [link(f'{BROKEN} {name}', address and f'{address}#{quote(name)}')
+              for name in row['causes']]
+    return [link(row['student'], address), row[MET], link(str(row[BROKEN]), address), row[OPEN],
+            Html('<br>'.join([*map(escape, row['faults']), *causes])), row['open'], row['date']]
 
+
+def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | None,
+              page_path: Path | None, students: Sequence[str] | None = None) -> int:
+    """
+    Summarize the JSON files below a directory in a table with one row per student.
+
+    :param students: names of the files without ".json" (default: all files)
     :return: the exit status, which is 1 if some files are invalid, and 2 if all files are
     """
     rows, faults, links = [], [], {}
-    for path in sorted(directory.rglob('*.json')):
+    paths = (sorted(directory.rglob('*.json')) if students is None
+             else [directory / f'{name}.json' for name in students])
+    for path in paths:
         name, own = str(path.relative_to(directory).with_suffix('')), path.with_suffix('.html')
         try:
             rows.append(read(path, name))
         except ValueError as error:
             faults.append(f'skipped: {error}')
         if page_path is not None and own.exists():
-            links[name] = os.path.relpath(own, page_path.parent)
-    cells = [[row[title] for title in TITLES] for row in rows]
-    print_table(TITLES, cells)
+            links[name] = quote(os.path.relpath(own, page_path.parent))
+    print_table(TITLES, [[row[title] for title in TITLES] for row in rows])
     if not rows and not faults:
         faults.append(f'there is no JSON file in {directory}')
     for fault in faults:
@@ -212,10 +246,10 @@ def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | Non
             lines.writeheader()
             lines.writerows(rows)
     if page_path is not None:
-        count = Counter(name for row in rows for name in row['broken'].split(', ')
-                        if name in requirements)
+        count = Counter(name for row in rows for name in row['causes'])
+        cells = [class_cells(row, links.get(row['student'], '')) for row in rows]
         page_path.write_text(html_page(
-            'turtle_brick: the class', html_table(TITLES, cells, links)
+            'turtle_brick: the class', f'<p>{EXPLANATION}</p>' + html_table(TITLES, cells)
             + html_table(('broken', 'students'), count.most_common())
             + ''.join(f'<p>{escape(fault)}</p>' for fault in faults)), encoding='utf-8')
     if not rows:

@@ -113,7 +113,11 @@ class Trial(GraphClient):
         self.log('looking for the graph')
         self.wait_until(lambda: self.is_complete() or not self.is_alive(), self.discovery_time)
         if self.record.is_empty() and not self.has_service('place'):
+            others = sorted(self.observer.other_namespaces())
             self.record.notes.append(
+                f'found no graph in the namespace {self.observer.get_namespace()}, but nodes in '
+                f'{", ".join(others)}; pass the namespace of the graph with --namespace'
+                if others else
                 'found no graph: start it in this ROS domain, pass its namespace with '
                 '--namespace, or pass its launch command after "--"')
             return False

@@ -266,6 +266,11 @@ class Observer(Node):
             raise LookupError(f'there is no service {service}')
         return self._client(service, load_type(types[0]))
 
+    def other_namespaces(self) -> set[str]:
+        """Return the namespaces of all nodes outside the namespace of the graph."""
+        return {namespace for _, namespace in self.get_node_names_and_namespaces()
+                } - {'/', self.get_namespace()}
+
     def parameter_clients(self) -> list[Client]:
         """Return the clients for the parameters of all other nodes."""
         own = (self.get_name(), self.poller.get_name())

@@ -24,6 +24,23 @@ import threading
 END_TIME = 15.0
 """Timeout (s) for the end of a process after SIGINT."""
 
+DEATH = re.compile(r'^\[ERROR\] \[((\S+)-\d+)\]: process has died .*exit code (-?\d+),', re.M)
+"""The message of ros2 launch about a process that failed: its label, name and exit status."""
+
+TRACEBACK = re.compile(r'^Traceback .*\n(?:(?: .*)?\n)*(.+)', re.M)
+"""A Python traceback and the last line, which contains the error."""
+
+
+def crashes(output: str) -> list[str]:
+    """Return each failed process in the output of ros2 launch, with its error."""
+    found = []
+    for label, name, status in DEATH.findall(output):
+        lines = ''.join(f'{line.removeprefix(f"[{label}] ")}\n' for line in output.splitlines()
+                        if line.startswith(f'[{label}] '))
+        errors = TRACEBACK.findall(lines) or [f'exit status {status}']
+        found.append(f'{name} crashed: {errors[-1]}')
+    return list(dict.fromkeys(found))
+
 
 class Process:
     """

@@ -175,6 +175,7 @@ class Record:
         self.stalls: list[tuple[int, int]] = []
         """Time spans in which the observer was late or all processors were busy."""
         self.notes: list[str] = []  # problems during the observation
+        self.crashes: list[str] = []  # processes that failed, with their errors
 
     def is_empty(self) -> bool:
         """Return whether only TF was received, which may belong to another namespace."""

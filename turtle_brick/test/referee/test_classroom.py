@@ -1,0 +1,99 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Judge a class with one command, and name the processes that crashed."""
+
+import csv
+import os
+from pathlib import Path
+import re
+import signal
+import subprocess
+import sys
+
+import pytest
+from turtle_referee import classroom, referee
+from turtle_referee.graph_client.processes import crashes, Process
+
+ROOT = Path(__file__).resolve().parents[2]
+SCRIPT = (sys.executable, str(ROOT / 'scripts/referee'))
+
+DIED = "[ERROR] [{0}]: process has died [pid 7, exit code {1}, cmd '/lib/{0} --ros-args'].\n"
+
+IMPORT_ERROR = """[catcher-3] Traceback (most recent call last):
+[arena-2] waiting
+[catcher-3]   File "catcher.py", line 1, in <module>
+[catcher-3]     import nonsuch
+[catcher-3] ModuleNotFoundError: No module named 'nonsuch'
+"""
+
+
+@pytest.mark.parametrize('output, expected', (
+    (IMPORT_ERROR + DIED.format('catcher-3', 1),
+     ["catcher crashed: ModuleNotFoundError: No module named 'nonsuch'"]),
+    (IMPORT_ERROR, []),  # caught and logged
+    (DIED.format('arena-2', -11), ['arena crashed: exit status -11']),
+    ('[INFO] [arena-2]: process has finished cleanly [pid 7]\n', [])))
+def test_crashes_have_the_name_and_the_error_of_the_process(output, expected):
+    assert crashes(output) == expected
+
+
+def test_each_requirement_belongs_to_the_hour_on_the_page():
+    table = re.findall(r'^\| (\d) \|.*\| (.*) \|$', (ROOT / 'doc/judging.md').read_text(), re.M)
+    listed = {int(hour): re.findall('`([^`]+)`', names) for hour, names in table}
+    rules = [classroom.rules_in_hour(referee.RULES, hour) for hour in classroom.HOURS]
+    assert sorted(sum(rules, [])) == sorted(referee.RULES)
+    for hour, names in zip(classroom.HOURS, rules):
+        beginnings = tuple(name.removesuffix('…').rstrip(': ') for name in listed[hour])
+        assert all(rule.name.startswith(beginnings) for rule in names), hour
+        assert set(beginnings) == set(classroom.HOURS[hour])
+
+
+@pytest.fixture
+def students(tmp_path, monkeypatch):
+    """Return a class with a built workspace, which sets STUDENT, and an unbuilt one."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'class/ann/install/share/turtle_brick').mkdir(parents=True)
+    (tmp_path / 'class/ann/install/local_setup.bash').write_text('export STUDENT=ann')
+    (tmp_path / 'class/bob/src').mkdir(parents=True)
+    return 'class'
+
+
+def test_only_the_packages_of_the_student_are_used(students):
+    """The reference is installed here, but the command of the student does not find it."""
+    command = ['bash', '-c', 'python3 -c "import turtle_brick"; echo for $STUDENT']
+    assert referee.main(['--class', students, '--hour', '3', '--', *command]) == 2
+    ann, bob = csv.DictReader(open('class.csv', newline=''))
+    assert "No module named 'turtle_brick' / for ann" in ann['broken']
+    assert (bob['student'], bob['broken']) == ('bob', 'not built')
+    assert 'drop' in ann and 'tilt' not in ann
+    assert 'not built' in Path('class.html').read_text()
+
+
+def test_an_interrupt_ends_all_processes(students):
+    with Process([*SCRIPT, '--verbose', '--class', students, '--',
+                  'bash', '-c', 'echo process $$; exec sleep 100']) as process:
+        pid = int(process.wait_for_output(r'process (\d+)', 60.0)[1])
+        assert process.stop(signal.SIGINT) == 2
+    assert process.output.endswith('referee: interrupted\n') and 'Traceback' not in process.output
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+
+
+@pytest.mark.parametrize('options, reason', (
+    (['--class', 'missing'], '--class missing: the directory does not exist'),
+    (['--class', '.'], '. has no subdirectory'),
+    (['--class', '.', '--summary', '.'], '--class cannot be combined with')))
+def test_an_invalid_class_is_refused(tmp_path, options, reason):
+    done = subprocess.run([*SCRIPT, *options], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 2 and reason in done.stderr

@@ -1,0 +1,154 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Judge the workspaces of a class, one after the other, each in its own environment and ROS domain.
+
+Each subdirectory of the class directory is a workspace that is already built. Its packages and
+the ROS installation are the only packages in its environment.
+"""
+
+import argparse
+from collections.abc import Sequence
+from contextlib import suppress
+from itertools import product
+import os
+from pathlib import Path
+import sys
+
+from turtle_referee import report
+from turtle_referee.graph_client.processes import END_TIME, Process
+from turtle_referee.rules.rule import Rules
+
+HOURS = {
+    1: ('frames', 'names', 'URDF', 'rate', 'odom'),
+    2: ('joint_states', 'drive: rolling', 'drive: stem', 'tilt'),
+    3: ('walls', 'brick', 'markers', 'place', 'drop', 'fall', 'slide'),
+    4: ('cmd_vel', 'drive: goal', 'drive: overshoot', 'drive: speed', 'drive: straight'),
+    5: ('verdict', 'text', 'carry', 'tip off', 'again')}
+"""Beginnings of the names of all requirements in each hour of class."""
+
+RESULTS = Path('judged')
+"""Directory for the JSON file and the page of each student."""
+
+PACKAGES = ('turtle_brick', 'turtle_brick_interfaces')
+"""Packages that the environment of a judged workspace must not contain beforehand."""
+
+INSTALL_DIRECTORIES = ('install', '.ros/install')
+"""Install directories of colcon and of env.bash in a workspace."""
+
+SHARE_DIRECTORIES = ('turtle_brick/share/turtle_brick', 'share/turtle_brick')
+"""Share directories of the package in an isolated and in a merged install directory."""
+
+LAUNCH_FILES = ('turtle_arena.launch.py', 'turtle_arena.launch.xml')
+"""Launch files of the arena. The first installed one is started."""
+
+SOURCE = 'IFS= source "$0" && exec "$@"'
+"""Bash script that runs a command in a sourced workspace. IFS keeps spaces in paths."""
+
+JUDGE = ('import sys; sys.path[0] = sys.argv.pop(1); '
+         'from turtle_referee.referee import main; sys.exit(main())')
+"""Python program that runs this referee, even if the workspace contains another one."""
+
+TIME_LIMIT = 600.0
+"""Time limit (s) for one workspace."""
+
+
+def rules_in_hour(rules: Rules, hour: int | None) -> Rules:
+    """Return the rules of one hour of class, or all rules if the hour is None."""
+    return rules if hour is None else Rules(
+        rule for rule in rules if rule.name.startswith(HOURS[hour]))
+
+
+def clean_environment() -> dict[str, str]:
+    """Return variables that hide all sourced workspaces with packages of the assignment."""
+    hidden = [prefix for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+              if any(Path(prefix, 'share', package).is_dir() for package in PACKAGES)]
+
+    def is_hidden(entry: str) -> bool:
+        return (any(f'{entry}/'.startswith(f'{prefix}/') for prefix in hidden)
+                or any(Path(entry, package).is_dir() for package in PACKAGES))
+
+    paths = {name: os.pathsep.join(entry for entry in value.split(os.pathsep)
+                                   if not is_hidden(entry))
+             for name, value in os.environ.items() if name.endswith('PATH')}
+    return {**paths, 'ROS_DOMAIN_ID': '', 'COLCON_PYTHON_EXECUTABLE': sys.executable}
+
+
+def find_install(workspace: Path) -> tuple[Path, Path] | None:
+    """Return the setup file and the package's share directory, or None if it is not built."""
+    for install, share in product(INSTALL_DIRECTORIES, SHARE_DIRECTORIES):
+        setup = workspace / install / 'local_setup.bash'
+        if setup.is_file() and (workspace / install / share).is_dir():
+            return setup, workspace / install / share
+    return None
+
+
+def judge_workspace(workspace: Path, json: Path, page: Path, options: argparse.Namespace,
+                    command: Sequence[str]) -> tuple[int, str]:
+    """Judge a workspace; return the exit status of the referee, and a reason without a result."""
+    found = find_install(workspace)
+    if found is None:
+        return 2, 'not built'
+    setup, share = found
+    if not command:
+        files = [name for name in LAUNCH_FILES if (share / 'launch' / name).is_file()]
+        if not files:
+            return 2, f'not built: {LAUNCH_FILES[0]} is not installed'
+        command = ['ros2', 'launch', 'turtle_brick', files[0], 'view:=none']
+    arguments = [f'--student={workspace.name}', f'--json={json}', f'--page={page}']
+    arguments += [f'--{name}={getattr(options, name)}'
+                  for name in ('hour', 'namespace', 'profile') if getattr(options, name)]
+    if options.verbose:
+        arguments.append('--verbose')
+    with Process(['bash', '-c', SOURCE, str(setup.resolve()), sys.executable, '-c', JUDGE,
+                  str(Path(__file__).parents[1]), *arguments, '--', *command],
+                 clean_environment(), sys.stderr.write if options.verbose else None) as process:
+        try:
+            with suppress(TimeoutError):
+                process.wait(TIME_LIMIT)
+        finally:
+            process.stop(timeout=2.0 * END_TIME)  # The referee must stop its own process first.
+        if json.exists():
+            return process.wait(0.0), ''
+        return 2, process.exit_message()
+
+
+def judge_class(rules: Rules, options: argparse.Namespace, command: Sequence[str]) -> int:
+    """
+    Judge all workspaces in a directory, and write the table of the class.
+
+    :return: the exit status, which is 0 if no requirement is broken, 2 if nothing was judged, and
+        otherwise 1
+    :raises ValueError: the directory contains no workspace
+    """
+    workspaces = sorted(path for path in options.classroom.iterdir()
+                        if path.is_dir() and not path.name.startswith('.'))
+    if not workspaces:
+        raise ValueError(f'{options.classroom} has no subdirectory; --class requires one '
+                         'subdirectory per student')
+    RESULTS.mkdir(exist_ok=True)
+    statuses = set()
+    for number, workspace in enumerate(workspaces, 1):
+        print(f'{workspace.name} ({number} of {len(workspaces)}) ...', file=sys.stderr, flush=True)
+        json, page = (RESULTS / f'{workspace.name}.{kind}' for kind in ('json', 'html'))
+        json.unlink(missing_ok=True)
+        page.unlink(missing_ok=True)
+        status, reason = judge_workspace(workspace, json, page, options, command)
+        if reason:
+            json.write_text(report.as_json([], {
+                'date': report.date(), 'notes': [reason]}), encoding='utf-8')
+        statuses.add(status)
+    report.summarize(RESULTS, [rule.name for rule in rules], options.csv or Path('class.csv'),
+                     options.page or Path('class.html'), [path.name for path in workspaces])
+    return statuses.pop() if len(statuses) == 1 else 1
