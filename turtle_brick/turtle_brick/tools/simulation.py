@@ -109,7 +109,7 @@ class Simulation:
         self.commanded = (0.0, 0.0)  # Latest velocity command (m/s) in the turtle's frame.
         self.decisions: list[tuple[int, Decision]] = []  # Decisions and their times (ns).
         self._hinge = parameters.platform_height - parameters.platform_thickness
-        self._tilt = 0.0
+        self.tilt_angle = 0.0  # Angle of the platform (rad).
         self._last_state: tuple[TurtlePose | None, float] = (None, 0.0)
         # Messages in transit as tuples (arrival time in ns, content), sorted by arrival time.
         self._to_turtle: deque[tuple[int, float, float]] = deque()
@@ -219,18 +219,18 @@ class Simulation:
         while self._to_robot and self._to_robot[0][0] <= now:
             _, action = self._to_robot.popleft()
             if isinstance(action, TiltCommand):
-                self._tilt = action.angle
+                self.tilt_angle = action.angle
             else:
                 driver.drive_to(*within_arena(action.x, action.y))
         self.commanded = driver.command(now * SECONDS_PER_NS)
         self._to_turtle.append((now + self._transport, *self.commanded))
         # Sending states only when they change makes a sweep 10 % faster.
-        state = (driver.pose, self._tilt)
+        state = (driver.pose, self.tilt_angle)
         if driver.pose is not None and state != self._last_state:
             self._last_state = state
             x, y, yaw = driver.pose.x, driver.pose.y, driver.pose.theta
             platform = Platform(Pose((x, y, self._hinge),
-                                     multiply(from_yaw(yaw), from_pitch(self._tilt))))
+                                     multiply(from_yaw(yaw), from_pitch(self.tilt_angle))))
             self._to_arena.append((now + self._transform_delay, platform))
 
     def _step_physics(self, now: int) -> None:
