@@ -13,7 +13,8 @@
 # limitations under the License.
 """Rules for the arena: walls, markers, services and the physics of the brick."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
 from itertools import pairwise
 from math import atan2, dist, hypot, sqrt
 from typing import Any, NamedTuple
@@ -36,23 +37,20 @@ from turtle_referee.rules.rule import (Broken, Finding, from_faults, largest, nu
 RULES = Rules()
 rule = RULES.rule
 
-CUBE, TEXT = 1, 9
-"""Types of visualization_msgs/Marker."""
-
-ADD = 0
-"""Action of a visible marker."""
+CUBE, TEXT, ADD = 1, 9, 0
+"""Two types and one action of visualization_msgs/Marker."""
 
 MIN_WALL_LENGTH = 5.0
-"""Length (m) above which a box counts as a wall."""
+"""Smallest length (m) of a box that counts as a wall."""
 
 STEP = 1.0 / PHYSICS_RATE
-"""Time (s) between two steps of the physics."""
+"""Period (s) of the physics."""
 
 LAGS = range(0, round(MAX_LAG * NS_PER_SECOND) + 1, 5_000_000)
-"""Delays (ns) to try for an object on the platform."""
+"""Possible delays (ns) of a brick on the platform."""
 
 BEFORE_NS = 100_000_000
-"""Time (ns) before the next request at which the brick is measured."""
+"""Interval (ns) between the last measurement of the brick and the next request."""
 
 
 def max_motion(positions: Iterable[Any]) -> float:
@@ -62,7 +60,7 @@ def max_motion(positions: Iterable[Any]) -> float:
 
 
 def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
-    """Return the pose of a marker in world at a time (ns)."""
+    """Return the pose of a marker in world at a time (ns), or raise Broken if it is unknown."""
     name = received.marker.header.frame_id.lstrip('/')
     parent = require(record.pose(name, time), f'the frame {name!r} of a marker is unknown')
     p, q = received.marker.pose.position, received.marker.pose.orientation
@@ -71,7 +69,7 @@ def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
 
 
 def walls(record: Record) -> list[ReceivedMarker]:
-    """Return the markers that may be walls, or raise Broken if there are none."""
+    """Return all long box markers, or raise Broken if there are none."""
     return require([received for received in record.markers
                     if received.marker.type == CUBE and max(
                         received.marker.scale.x, received.marker.scale.y) >= MIN_WALL_LENGTH]
@@ -104,16 +102,16 @@ def walls_are_at_the_edges(record: Record) -> Finding:
 
 def brick_markers(record: Record) -> list[ReceivedMarker]:
     """Return the markers of the brick, or raise Broken if there are none."""
-    solid = [received for received in record.markers
-             if received.marker.type != TEXT and received.marker.action == ADD]
-    return require([received for received in solid if 'brick' in (
-        received.marker.header.frame_id + received.topic + received.marker.ns).lower()] or None,
-        'there is no marker of the brick')
+    return require([
+        received for received in record.markers
+        if received.marker.type != TEXT and received.marker.action == ADD and 'brick' in (
+            received.marker.header.frame_id + received.topic + received.marker.ns).lower()
+    ] or None, 'there is no marker of the brick')
 
 
-def judge_visibility(record: Record, markers: list[ReceivedMarker]) -> Finding:
-    """Judge whether rviz2 shows some markers even if it starts later."""
-    topics = {received.topic for received in markers}
+def judge_visibility(record: Record, find: Callable[[Record], list[ReceivedMarker]]) -> Finding:
+    """Judge whether rviz2 can show the markers even if rviz2 starts late."""
+    topics = {received.topic for received in find(record)}
     observed = [time for span in record.trial_spans() for time in span]
     faults = []
     for topic in sorted(topics):
@@ -125,15 +123,10 @@ def judge_visibility(record: Record, markers: list[ReceivedMarker]) -> Finding:
     return from_faults(faults, len(topics), 'topics')
 
 
-@rule('walls: visible', 'depicted in rviz2, with rectangular walls (drawn as markers)',
-      'latched or repeated')
-def walls_are_visible(record: Record) -> Finding:
-    return judge_visibility(record, walls(record))
-
-
-@rule('brick marker: visible', "a marker to show it's location in rviz", 'latched or repeated')
-def brick_is_visible(record: Record) -> Finding:
-    return judge_visibility(record, brick_markers(record))
+for name, sentence, find in (
+        ('walls', 'depicted in rviz2, with rectangular walls (drawn as markers)', walls),
+        ('brick marker', "a marker to show it's location in rviz", brick_markers)):
+    rule(f'{name}: visible', sentence, 'latched or repeated')(partial(judge_visibility, find=find))
 
 
 @rule('brick marker: place', "a marker to show it's location in rviz",
@@ -154,9 +147,10 @@ def brick_marker_is_at_the_brick(record: Record) -> Finding:
       'frames, sizes, orientations and colors that rviz can draw')
 def markers_can_be_drawn(record: Record) -> Finding:
     known, faults = {'world', *record.frames}, set()
-    for marker in [received.marker
-                   for received in require(record.markers or None, 'there are no markers')
-                   if received.marker.action == ADD]:
+    for received in require(record.markers or None, 'there are no markers'):
+        marker = received.marker
+        if marker.action != ADD:
+            continue
         q, scale = marker.pose.orientation, marker.scale
         if marker.header.frame_id.lstrip('/') not in known:
             faults.add(f'the frame {marker.header.frame_id!r} is unknown')
@@ -232,17 +226,17 @@ class MeasuredFall(NamedTuple):
     """A fall from rest, fitted to the transforms of a brick."""
 
     drop: DropWatch
-    begin: float  # start (s) of the fitted fall after the last transform at rest
-    times: Array  # times (s) since the start
-    depths: Array  # distances (m) below the starting position
+    begin: float  # start (s) of the fitted fall, measured from the last transform at rest
+    times: Array  # (s) since the start
+    depths: Array  # (m) below the starting position
     acceleration: float
-    off: float  # largest distance (m) from the fitted fall
+    off: float  # largest deviation (m) from the fitted fall
     aside: Array  # horizontal distances (m) from the starting position
 
 
 def fit_fall(times: Array, depths: Array) -> tuple[float, float, float]:
     """Fit a fall from rest; return its start (s), acceleration and largest deviation (m)."""
-    # In a fall from rest the square root of the depth is a linear function of time.
+    # In a fall from rest, the square root of the depth is a linear function of time.
     slope, offset = numpy.polyfit(times, numpy.sqrt(2.0 * depths), 1)
     begin, acceleration = -float(offset / slope), float(slope) ** 2
     off = float(numpy.max(numpy.abs(depths - acceleration * (times - begin) ** 2 / 2.0)))
@@ -295,7 +289,7 @@ def falls_are_parabolas(record: Record) -> Finding:
     aside = largest(fall.aside.max() for fall in found)
     text = f'at most {off:.4f} m off along the fall and {aside:.4f} m aside'
     for fall in found:
-        # The deviation begins where the fall so far is no longer one fall from rest.
+        # The deviation begins when the previous positions no longer fit one fall from rest.
         begin = next((number for number in range(10, len(fall.times)) if fall.aside[number] > NEAR
                       or fit_fall(fall.times[:number + 1], fall.depths[:number + 1])[2]
                       > FALL_DEVIATION), None)
@@ -307,18 +301,17 @@ def falls_are_parabolas(record: Record) -> Finding:
 
 
 def judge_landing(record: Record, caught: bool) -> Finding:
-    """Judge the heights at which bricks have landed on the platform or on the ground."""
+    """Judge the heights at which bricks landed on the platform or on the ground."""
     gravity, met, heights = number(record, 'gravity_accel'), True, []
-    boxes = [received.marker for received in brick_markers(record)
-             if received.marker.type == CUBE]
-    expected = require_data(
-        boxes, 'the height of the brick is unknown because its marker is not a box'
-    )[-1].scale.z / 2.0
+    boxes = require_data([received.marker for received in brick_markers(record)
+                          if received.marker.type == CUBE],
+                         'the height of the brick is unknown because its marker is not a box')
+    expected = boxes[-1].scale.z / 2.0
     if caught:
         expected += number(record, 'platform_height')
     for drop in dropped(record):
         if drop.landed is not None and drop.caught is caught:
-            # The last step may end below the surface by the distance of one step.
+            # The last step may end below the surface.
             step = sqrt(2.0 * gravity * max(drop.place[2] - expected, 0.0)) * STEP
             met = met and abs(drop.landed[2] - expected) <= step + NEAR
             heights.append(drop.landed[2])
@@ -327,17 +320,12 @@ def judge_landing(record: Record, caught: bool) -> Finding:
                    f'in {len(heights)} drops')
 
 
-@rule('fall: ground', 'If the brick hits … the ground it stops falling',
-      'the bottom of the brick stops on the ground', ['fall: acceleration'])
-def bricks_land_on_the_ground(record: Record) -> Finding:
-    return judge_landing(record, False)
-
-
-@rule('fall: platform', 'If the brick hits the platform … it stops falling',
-      'the bottom of the brick stops on the top of the platform',
-      ['fall: acceleration', 'URDF: numbers'])
-def bricks_land_on_the_platform(record: Record) -> Finding:
-    return judge_landing(record, True)
+rule('fall: ground', 'If the brick hits … the ground it stops falling',
+     'the bottom of the brick stops on the ground', ['fall: acceleration'])(
+         partial(judge_landing, caught=False))
+rule('fall: platform', 'If the brick hits the platform … it stops falling',
+     'the bottom of the brick stops on the top of the platform',
+     ['fall: acceleration', 'URDF: numbers'])(partial(judge_landing, caught=True))
 
 
 def catches(record: Record) -> list[DropWatch]:
@@ -377,7 +365,7 @@ def brick_has_the_angle(record: Record) -> Finding:
             if inclination(brick) <= SAME_ANGLE and inclination(platform) <= SAME_ANGLE:
                 level += 1
                 continue
-            # The brick may have any angle that the platform had within MAX_LAG.
+            # The brick may have any angle of the platform in the last MAX_LAG seconds.
             off.append(min(angle_between(brick.upright, before.upright) for lag in LAGS
                            if (before := record.pose('platform', stamp - lag)) is not None))
     if not off and not level:
@@ -388,16 +376,16 @@ def brick_has_the_angle(record: Record) -> Finding:
 
 
 class Slide(NamedTuple):
-    """The measured and the computed slide of a brick."""
+    """The measured and computed distances (m) of a brick along the slope."""
 
-    off: float  # largest distance (m) between both
-    times: Array
-    measured: Array  # distances (m)
-    computed: Array  # distances (m) by integrating g sin(angle) twice
+    off: float  # largest difference (m)
+    times: Array  # (s)
+    measured: Array
+    computed: Array  # by integrating g sin(angle) twice
 
 
 def slide(gravity: float, track: list[tuple[int, Pose, Pose]]) -> Slide:
-    """Return the slide for a track of stamps (ns), brick poses and platform poses."""
+    """Return the slide for a track of timestamps (ns), brick poses and platform poses."""
     steepest = max((platform for _, _, platform in track), key=inclination)
     downhill = -steepest.axes[2, :2] / (hypot(*steepest.axes[2, :2]) or 1.0)
     measured = numpy.array([platform.locate(brick.position)[:2] @ downhill
@@ -421,7 +409,7 @@ def slides_are_frictionless(record: Record) -> Finding:
     gravity, found = number(record, 'gravity_accel'), []
     for drop in catches(record):
         if drop.tilted is not None:
-            # A brick that never left the platform is compared for one second.
+            # If the brick never leaves the platform, only one second is compared.
             end = drop.floated or min(drop.end, drop.tilted + NS_PER_SECOND)
             found.append(slide(gravity, [
                 (stamp, brick, platform)
@@ -447,13 +435,12 @@ def slides_end_at_the_edge(record: Record) -> Finding:
         platform = require(record.pose('platform', drop.floated),
                            'the pose of the platform at the end of a slide is unknown')
         brick = require(record.pose('brick', drop.floated), 'the pose of the brick is unknown')
-        forward = brick.axes[:, 0] @ platform.axes
+        forward, place = brick.axes[:, 0] @ platform.axes, platform.locate(brick.position)
         clearances.append(distance_to_rectangle(
-            platform.locate(brick.position)[:2], atan2(forward[1], forward[0]),
-            (scale.x, scale.y)) - radius)
+            place[:2], atan2(forward[1], forward[0]), (scale.x, scale.y)) - radius)
         before = require(record.on_platform(drop.tilted - 2 * BEFORE_NS),
                          'the pose of the brick before a slide is unknown')
-        heights.append(abs(platform.locate(brick.position)[2] - before[2]))
+        heights.append(abs(place[2] - before[2]))
     require_data(clearances, 'no brick has slid off')
     return Finding(min(clearances) >= -EARLY_END and largest(clearances) <= LATE_END
                    and largest(heights) <= SLIDE_DEVIATION,

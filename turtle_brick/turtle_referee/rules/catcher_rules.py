@@ -11,10 +11,12 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Rules for the catcher: its verdict, its text and its drive to the center."""
+"""Rules for the catcher's verdict, text and drive to the center."""
 
+from collections.abc import Callable
 from itertools import pairwise
 from math import dist, inf, isnan, sqrt
+from typing import Any
 
 from turtle_referee.graph_client.constants import CENTER, SECONDS_PER_NS, UNREACHABLE
 from turtle_referee.graph_client.drops import DropWatch
@@ -29,16 +31,15 @@ RULES = Rules()
 rule = RULES.rule
 
 DELETE_ACTIONS = (2, 3)
-"""Actions of a marker that delete one marker and all markers."""
-
-NO_SUCH_BRICK = 'there was no such brick'
-"""Reason why a rule has no bricks to judge."""
+"""Marker actions that delete one marker and all markers."""
 
 
-def completed(record: Record) -> list[DropWatch]:
-    """Return the bricks that were released and have landed, or raise Open if there are none."""
-    return require_data([drop for drop in dropped(record) if drop.down is not None],
-                        'no brick has landed')
+def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda drop: True
+              ) -> list[DropWatch]:
+    """Return the relevant bricks among all landed bricks, or raise Open if there are none."""
+    landed = require_data([drop for drop in dropped(record) if drop.down is not None],
+                          'no brick has landed')
+    return require_data([drop for drop in landed if is_relevant(drop)], 'there was no such brick')
 
 
 def name_of(drop: DropWatch) -> str:
@@ -49,9 +50,8 @@ def name_of(drop: DropWatch) -> str:
 @rule('verdict: in time', 'it first computes … whether it can reach the brick on-time',
       'a goal or a text is published before the brick lands', ['fall: acceleration'])
 def verdicts_come_in_time(record: Record) -> Finding:
-    # No verdict is needed if the brick lands on a platform below it.
-    drops = require_data([drop for drop in completed(record) if drop.decided is not None
-                          or not drop.caught], 'no verdict was needed')
+    # No verdict is required if the brick lands on a platform that did not move.
+    drops = completed(record, lambda drop: drop.decided is not None or not drop.caught)
     faults = []
     for drop in drops:
         if drop.decided is None:
@@ -62,7 +62,7 @@ def verdicts_come_in_time(record: Record) -> Finding:
 
 
 def reach_plot(record: Record) -> Plot:
-    """Plot the time of each fall over the driving time that it requires."""
+    """Plot the duration of each fall against the required driving time."""
     numbers, series = {**NUMBERS, **record.profile.numbers}, []
     for label, is_caught in (('caught', True), ('not caught', False)):
         drops = [drop for drop in completed(record)
@@ -89,7 +89,7 @@ def verdicts_come_true(record: Record) -> Finding:
 
 
 def texts(record: Record) -> list[ReceivedMarker]:
-    """Return the markers with the text "Unreachable", or raise Broken or Open without any."""
+    """Return the markers with the text "Unreachable", or raise Broken or Open."""
     found = [received for received in record.markers
              if UNREACHABLE.lower() in received.marker.text.lower()]
     if not found and any(drop.should_be_caught is False for drop in completed(record)):
@@ -107,7 +107,7 @@ def text_is_a_text(record: Record) -> Finding:
 
 
 def visible_time(record: Record, published: list[ReceivedMarker]) -> float:
-    """Return the time (s) for which a text is visible that may be repeated or deleted."""
+    """Return the duration (s) for which a repeated or deleted text is visible."""
     first, last = published[0], published[-1]
     deleted = [received.published for received in record.markers if received.topic == last.topic
                and received.marker.action in DELETE_ACTIONS
@@ -143,8 +143,7 @@ def bricks_are_carried_to_the_center(record: Record) -> Finding:
 @rule('verdict: out of reach', 'cannot be caught on time, the node publishes a Text marker',
       '"Unreachable" for each brick that no robot could catch', ['verdict: in time'])
 def unreachable_bricks_are_refused(record: Record) -> Finding:
-    drops = require_data([drop for drop in completed(record)
-                          if drop.should_be_caught is False], NO_SUCH_BRICK)
+    drops = completed(record, lambda drop: drop.should_be_caught is False)
     return from_faults([f'{name_of(drop)} was not refused' for drop in drops
                         if not drop.refusals], len(drops), 'refused')
 
@@ -152,8 +151,7 @@ def unreachable_bricks_are_refused(record: Record) -> Finding:
 @rule('verdict: in reach', 'can be caught on time, the robot drives under the brick',
       'each brick within reach is caught', ['verdict: in time', 'drive: goal'])
 def reachable_bricks_are_caught(record: Record) -> Finding:
-    drops = require_data([drop for drop in completed(record) if drop.should_be_caught],
-                         NO_SUCH_BRICK)
+    drops = completed(record, lambda drop: drop.should_be_caught)
     return from_faults([
         f'{name_of(drop)} was {"refused" if drop.refusals else "missed"}' for drop in drops
         if drop.refusals or not drop.caught], len(drops), 'caught')
@@ -162,7 +160,7 @@ def reachable_bricks_are_caught(record: Record) -> Finding:
 @rule('tip off', 'the robot drives back to the arena center and tilts the brick off',
       'each caught brick leaves the platform', ['carry', 'slide: law', 'tilt'])
 def caught_bricks_are_tipped_off(record: Record) -> Finding:
-    drops = require_data([drop for drop in completed(record) if drop.caught], NO_SUCH_BRICK)
+    drops = catches(record)
     return from_faults([f'{name_of(drop)} did not leave' for drop in drops
                         if not drop.floated], len(drops), 'tipped off')
 
@@ -170,6 +168,6 @@ def caught_bricks_are_tipped_off(record: Record) -> Finding:
 @rule('again', 'the turtle to catch a falling brick',
       'the platform is level again after each brick', ['tip off'])
 def platform_is_leveled(record: Record) -> Finding:
-    drops = require_data([drop for drop in completed(record) if drop.floated], NO_SUCH_BRICK)
+    drops = completed(record, lambda drop: drop.floated)
     return from_faults([f'still tilted after {name_of(drop)}' for drop in drops
                         if not drop.leveled], len(drops), 'leveled')

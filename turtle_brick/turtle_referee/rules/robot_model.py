@@ -25,20 +25,20 @@ from turtle_referee.graph_client.record import Record
 from turtle_referee.rules.rule import Broken, require
 
 SIZES = {'box': ('size',), 'cylinder': ('radius', 'length'), 'sphere': ('radius',)}
-"""Attributes that contain the size of each shape."""
+"""URDF attributes for the size of each shape."""
 
 
 class Solid(NamedTuple):
     """Visual element of a link."""
 
     kind: str  # 'box', 'cylinder' (along z), 'sphere', or another geometry element
-    size: tuple[float, ...]  # edge lengths (m) of a box; radius and length of a cylinder
-    color: str  # as written in the URDF
+    size: tuple[float, ...]  # edge lengths (m), or radius and length (m)
+    color: str  # text of the attribute rgba
     pose: Pose
 
 
 class Joint(NamedTuple):
-    """Joint of a URDF."""
+    """Joint in a URDF."""
 
     name: str
     kind: str
@@ -54,7 +54,7 @@ class Joint(NamedTuple):
 
 
 class RobotModel:
-    """Links and joints of a URDF."""
+    """Links and joints in a URDF."""
 
     def __init__(self, description: str) -> None:
         """Parse a URDF, or raise Broken if it is invalid."""
@@ -69,7 +69,7 @@ class RobotModel:
         self._joint_above = {joint.child: joint for joint in self.joints}
 
     def joints_to(self, link: str) -> list[Joint]:
-        """Return the joints from the root to a link."""
+        """Return all joints between the root and a link."""
         chain: list[Joint] = []
         while link in self._joint_above and len(chain) <= len(self.joints):
             chain.insert(0, self._joint_above[link])
@@ -77,25 +77,24 @@ class RobotModel:
         return chain
 
     def pose(self, link: str, positions: Mapping[str, float] = {}) -> Pose:
-        """Return the pose of a link in the root for joint positions (rad, default 0)."""
+        """Return the pose of a link in the root frame for joint positions (rad, default 0)."""
         result = pose((0.0, 0.0, 0.0))
         for joint in self.joints_to(link):
-            angle = positions.get(joint.name, 0.0)
-            result = result.compose(joint.origin).compose(
-                Pose(numpy.zeros(3), turn(joint.axis, angle)))
+            rotation = turn(joint.axis, positions.get(joint.name, 0.0))
+            result = result.compose(joint.origin).compose(Pose(numpy.zeros(3), rotation))
         return result
 
     def axis(self, joint: Joint, positions: Mapping[str, float] = {}) -> Array:
-        """Return the axis of a joint in the root for joint positions (rad, default 0)."""
+        """Return a joint's axis in the root frame for joint positions (rad, default 0)."""
         return self.pose(joint.child, positions).axes @ joint.axis
 
     def solid(self, link: str, kind: str) -> Solid:
-        """Return the first box or cylinder of a link, or raise Broken if there is none."""
+        """Return the first solid of a kind in a link, or raise Broken if there is none."""
         return require(next((solid for solid in self.links.get(link, ()) if solid.kind == kind),
                             None), f'{link} has no {kind}')
 
     def center(self, link: str, solid: Solid) -> Array:
-        """Return the position (m) of the center of a solid in the root frame."""
+        """Return the center (m) of a solid in the root frame."""
         return self.pose(link).transform(solid.pose.position)
 
     def joint(self, link: str) -> Joint:
@@ -104,7 +103,7 @@ class RobotModel:
                             None), f'no joint turns {link}')
 
     def platform_span(self) -> tuple[float, float]:
-        """Return the heights (m) of the bottom and the top of the level platform."""
+        """Return the bottom height and top height (m) of the level platform."""
         wheel, platform = self.solid('wheel', 'cylinder'), self.solid('platform', 'cylinder')
         height = (self.center('platform', platform)[2] - self.center('wheel', wheel)[2]
                   + wheel.size[0])
@@ -112,23 +111,22 @@ class RobotModel:
 
 
 def model(record: Record) -> RobotModel:
-    """Return the model for the latest robot_description, or raise Broken without a valid one."""
+    """Return the model for the latest robot_description, or raise Broken if it is invalid."""
     descriptions = require(record.topics['robot_description'] or None,
                            'there is no robot_description')
     return _parse(descriptions[-1].message.data)
 
 
-_parse = lru_cache(4)(RobotModel)  # many rules use the same description
+_parse = lru_cache(4)(RobotModel)  # Many rules use the same description.
 
 
 def _numbers(element: ElementTree.Element | None, attribute: str, default: str = '') -> Array:
-    """Return the numbers in an attribute, or the default if the attribute is absent."""
-    return numpy.array((default if element is None else element.get(attribute, default)).split(),
-                       float)
+    text = default if element is None else element.get(attribute, default)
+    return numpy.array(text.split(), float)
 
 
 def _origin(element: ElementTree.Element) -> Pose:
-    """Return the origin of a joint or a visual; its angles are about fixed axes."""
+    """Return the origin of a joint or a visual element; rpy are angles about fixed axes."""
     origin = element.find('origin')
     roll, pitch, yaw = _numbers(origin, 'rpy', '0 0 0')
     return Pose(_numbers(origin, 'xyz', '0 0 0'), turn(UPRIGHT[2], yaw) @ turn(
@@ -136,7 +134,7 @@ def _origin(element: ElementTree.Element) -> Pose:
 
 
 def _solid(visual: ElementTree.Element, robot: ElementTree.Element) -> Solid:
-    """Parse a visual; its material may refer to a material of the robot by name."""
+    """Parse a visual element, whose material may be defined in the robot element."""
     element, material = visual.find('geometry/*'), visual.find('material')
     kind = '' if element is None else element.tag
     size = tuple(number for name in SIZES.get(kind, ()) for number in _numbers(element, name))
@@ -147,7 +145,6 @@ def _solid(visual: ElementTree.Element, robot: ElementTree.Element) -> Solid:
 
 
 def _joint(element: ElementTree.Element) -> Joint:
-    """Parse a joint."""
     parent, child = (element.find(role) for role in ('parent', 'child'))
     if parent is None or child is None:
         raise ValueError(f'the joint {element.get("name")} does not connect two links')

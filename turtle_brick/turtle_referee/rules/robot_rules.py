@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Rules for frames, names, rates, the robot's description and the robot's node."""
+"""Rules for frames, names, rates, the robot_description and the robot node."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -35,20 +35,20 @@ RULES = Rules()
 rule = RULES.rule
 
 START_DISTANCE = 0.02
-"""Distance (m) from the start at which the direction of a drive is determined."""
+"""Driven distance (m) from which the direction of a drive is computed."""
 
 STRIDE = 5
-"""Number of transforms over which the direction of motion is determined."""
+"""Number of transforms from which a direction of motion is computed."""
 
 COMMAND_AGE_NS = 50_000_000
-"""Largest time (ns) between an odometry message and its command."""
+"""Largest interval (ns) between an odometry message and its command."""
 
 GLOBAL_TOPICS = ('/tf', '/tf_static', '/rosout', '/parameter_events', '/clock')
-"""Topics of ROS itself, which are outside the namespace."""
+"""Topics that ROS itself publishes outside all namespaces."""
 
 
 def frame(record: Record, name: str, parent: str = '') -> Frame:
-    """Return a frame, or raise Broken if it is absent or has another parent."""
+    """Return a frame, or raise Broken if the frame is absent or has another parent."""
     found = require(record.frames.get(name), f'no node broadcasts {name}')
     parents = {sample.parent for sample in found.samples}
     if parent and parents != {parent}:
@@ -63,7 +63,7 @@ def messages(record: Record, name: str) -> list[Received]:
 
 
 def drives(record: Record) -> list[Drive]:
-    """Return the drives with a distance above 0.1 m, or raise Open if there are none."""
+    """Return the drives that are longer than 0.1 m, or raise Open if there are none."""
     return require_data([drive for drive in record.drives if drive.length > 0.1],
                         'the robot was not driven')
 
@@ -149,7 +149,7 @@ def names_are_relative(record: Record) -> Finding:
 
 
 def judge_rate(record: Record, name: str, nominal: float) -> Finding:
-    """Judge the rate (Hz) of a topic or a frame by its stamps, at rest and while driving."""
+    """Compare the timestamps of a topic or a frame with a rate (Hz), at rest and driving."""
     rates = []
     for begin, end in (*require_data(record.idle, 'the graph was not observed'),
                        *record.driving):
@@ -163,18 +163,16 @@ def judge_rate(record: Record, name: str, nominal: float) -> Finding:
         f'{rate:.2f} Hz {label}' for rate, label in zip(rates, ('at rest', 'driving'))))
 
 
-for name, nominal, sentence in (
-        ('cmd_vel', RATE, 'All publishing and broadcasting shall be done at 100 Hz'),
-        ('odom', RATE, 'All publishing and broadcasting shall be done at 100 Hz'),
-        ('joint_states', RATE, 'All publishing and broadcasting shall be done at 100 Hz'),
-        ('base_link', RATE, 'All publishing and broadcasting shall be done at 100 Hz'),
-        ('brick', PHYSICS_RATE, 'The node should simulate the physics at 250 Hz')):
-    rule(f'rate: {name}', sentence, f'{nominal:g} Hz ± {RATE_TOLERANCE:.0%}')(
-        partial(judge_rate, name=name, nominal=nominal))
+for name in ('cmd_vel', 'odom', 'joint_states', 'base_link'):
+    rule(f'rate: {name}', 'All publishing and broadcasting shall be done at 100 Hz',
+         f'{RATE:g} Hz ± {RATE_TOLERANCE:.0%}')(partial(judge_rate, name=name, nominal=RATE))
+rule('rate: brick', 'The node should simulate the physics at 250 Hz',
+     f'{PHYSICS_RATE:g} Hz ± {RATE_TOLERANCE:.0%}')(
+         partial(judge_rate, name='brick', nominal=PHYSICS_RATE))
 
 
 def velocity(message: Any) -> tuple[float, float, float]:
-    """Return x and y (m/s) and yaw (rad/s) of a Twist, or of a message with a twist."""
+    """Return the x, y (m/s) and yaw (rad/s) components of a Twist or a message with a twist."""
     twist = getattr(message, 'twist', message)
     return twist.linear.x, twist.linear.y, twist.angular.z
 
@@ -217,12 +215,12 @@ def odometry_equals_tf(record: Record) -> Finding:
 def twist_is_command(record: Record) -> Finding:
     messages(record, 'odom')
     equal = []
-    for odometry in [odometry for drive in drives(record)
-                     for odometry in record.messages('odom', drive.begin, drive.end)]:
-        recent = record.messages('cmd_vel', odometry.published - COMMAND_AGE_NS,
-                                 odometry.published + COMMAND_AGE_NS)
-        twist = velocity(odometry.message.twist)
-        equal.append(any(dist(twist, velocity(command.message)) < 1e-6 for command in recent))
+    for drive in drives(record):
+        for odometry in record.messages('odom', drive.begin, drive.end):
+            recent = record.messages('cmd_vel', odometry.published - COMMAND_AGE_NS,
+                                     odometry.published + COMMAND_AGE_NS)
+            twist = velocity(odometry.message.twist)
+            equal.append(any(dist(twist, velocity(command.message)) < 1e-6 for command in recent))
     return Finding(sum(equal) >= 0.99 * len(equal),
                    f'equal in {sum(equal)} of {len(equal)} messages')
 
@@ -302,9 +300,9 @@ def post_is_fixed(record: Record) -> Finding:
     posts = []
     for link in fixed:
         for solid in robot.links[link]:
-            center = robot.center(link, solid)
-            if (solid.kind == 'cylinder' and dist(center[:2], hinge[:2]) <= NEAR
-                    and base.pose.position[2] < center[2] < hinge[2]):
+            x, y, z = robot.center(link, solid)
+            if (solid.kind == 'cylinder' and dist((x, y), hinge[:2]) <= NEAR
+                    and base.pose.position[2] < z < hinge[2]):
                 posts.append(link)
     return Finding(bool(posts), ', '.join(posts) or 'there is no such link')
 
@@ -370,7 +368,7 @@ def goals_are_reached(record: Record) -> Finding:
 
 
 def deviations(record: Record) -> Iterator[tuple[float, float]]:
-    """Yield the distances (m) of the robot beyond its goal and beside the line to the goal."""
+    """Yield distances (m) of the robot beyond its goal and beside the line to the goal."""
     for drive in drives(record):
         (x0, y0), (x1, y1) = drive.start, drive.goal
         ux, uy = (x1 - x0) / drive.length, (y1 - y0) / drive.length
@@ -399,27 +397,22 @@ def speed_is_limited(record: Record) -> Finding:
     limit = number(record, 'max_velocity')
     speeds = [hypot(*velocity(command.message)[:2]) for command in messages(record, 'cmd_vel')]
     if not any(speeds):
-        drives(record)  # A robot that received no goal may rest.
+        drives(record)  # If the robot received no goal, this rule is open.
     return Finding(0.0 < largest(speeds) <= limit * (1.0 + 1e-6),
                    f'at most {largest(speeds):.3f} m/s (limit {limit:g})')
 
 
 def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
-    """Return the distances (m) of the robot and of its wheel; a wheel may roll backward (< 0)."""
+    """Return the driven and rolled distances (m); rolling backward is negative."""
     joint, radius = model(record).joint('wheel'), number(record, 'wheel_radius')
     driven = rolled = direction = 0.0
-    last_angle, last_wheel = 0.0, None
-    for stamp, angle in record.joint(joint.name, drive.begin, drive.end):
-        wheel = record.pose(joint.child, stamp)
-        if wheel is None:
-            continue
-        if last_wheel is not None:
-            motion = (wheel.position - last_wheel.position)[:2]
-            axis = wheel.axes @ joint.axis
-            driven += hypot(*motion)
-            rolled += radius * abs(angle - last_angle)
-            direction += (angle - last_angle) * (axis[1] * motion[0] - axis[0] * motion[1])
-        last_angle, last_wheel = angle, wheel
+    track = [(angle, wheel) for stamp, angle in record.joint(joint.name, drive.begin, drive.end)
+             if (wheel := record.pose(joint.child, stamp)) is not None]
+    for (last_angle, last_wheel), (angle, wheel) in pairwise(track):
+        motion, axis = (wheel.position - last_wheel.position)[:2], wheel.axes @ joint.axis
+        driven += hypot(*motion)
+        rolled += radius * abs(angle - last_angle)
+        direction += (angle - last_angle) * (axis[1] * motion[0] - axis[0] * motion[1])
     return driven, copysign(rolled, direction)
 
 
@@ -439,7 +432,7 @@ def wheel_does_not_slip(record: Record) -> Finding:
 
 
 def misalignment(record: Record, sample: Sample, stem: float, motion: Array) -> float:
-    """Return the angle (degrees) between a motion of base_link and the wheel's direction."""
+    """Return the angle (degrees) between a motion and the rolling direction of the wheel."""
     robot = model(record)
     axis = sample.pose.axes @ robot.axis(robot.joint('wheel'), {robot.joint('stem').name: stem})
     return degrees(asin(min(abs(float(axis[:2] @ motion)) / hypot(*motion), 1.0)))

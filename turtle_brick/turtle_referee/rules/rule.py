@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Rules that judge the requirements of the assignment by a record, without ROS.
+Rules that use a record to judge the requirements of the assignment, without ROS.
 
 A rule is a function that returns a `Finding`. The function raises `Broken` if required data is
 absent, and `Open` if the record is insufficient for a judgement.
@@ -27,21 +27,19 @@ from turtle_referee.graph_client.record import Record, Request
 
 Value = TypeVar('Value')
 
-MET, BROKEN, OPEN = '✔', '✗', '–'
-
-ORDER = (BROKEN, OPEN, MET)
-"""Order of the marks in a report."""
+BROKEN, OPEN, MET = MARKS = '✗', '–', '✔'
+"""The marks in the order of a report."""
 
 ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
 """A plural noun after the number 1, such as '1 rides'."""
 
 
 class Broken(Exception):
-    """A requirement is broken by the fault in the text."""
+    """The fault that breaks a requirement."""
 
 
 class Open(Exception):
-    """A requirement cannot be judged for the reason in the text."""
+    """The reason why a requirement cannot be judged."""
 
 
 class Series(NamedTuple):
@@ -53,7 +51,7 @@ class Series(NamedTuple):
 
 
 class Plot(NamedTuple):
-    """A plot of measured points and of the line on which they should be."""
+    """A plot of measured points and the line on which the points should lie."""
 
     title: str
     x_label: str
@@ -63,7 +61,7 @@ class Plot(NamedTuple):
 
 
 class Finding(NamedTuple):
-    """The result of a rule, with a plot if there is one."""
+    """The result of a rule with an optional plot."""
 
     met: bool
     measured: str
@@ -71,7 +69,7 @@ class Finding(NamedTuple):
 
 
 class Judgement(NamedTuple):
-    """A requirement with its mark, its expected result and its measured result."""
+    """A requirement with its mark, expected result and measured result."""
 
     name: str
     sentence: str
@@ -79,7 +77,8 @@ class Judgement(NamedTuple):
     mark: str
     measured: str
     plot: Plot | None = None
-    follows: Sequence[str] = ()  # other broken requirements that may be the cause
+    follows: Sequence[str] = ()
+    """Other broken requirements that may be the cause."""
 
 
 Judge = Callable[[Record], Finding]
@@ -92,10 +91,11 @@ class Rule(NamedTuple):
     sentence: str
     expected: str
     judge: Judge
-    depends_on: Sequence[str]  # requirements without which this one cannot be met
+    depends_on: Sequence[str]
+    """Requirements that must be met so that this requirement can be met."""
 
     def __call__(self, record: Record) -> Judgement:
-        """Judge a record, and ignore the load of the machine."""
+        """Judge a record regardless of the machine's load."""
         plot = None
         try:
             with numpy.errstate(all='ignore'):
@@ -106,53 +106,43 @@ class Rule(NamedTuple):
         except Open as error:
             mark, measured = OPEN, str(error)
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-            # Unexpected data must not end the referee.
+            # Unexpected data must not stop the referee.
             mark = BROKEN
             measured = f'the received data is inconsistent ({type(error).__name__}: {error})'
         return Judgement(self.name, self.sentence, self.expected, mark, measured, plot)
 
 
 class Rules(list[Rule]):
-    """A list of rules that are judged together."""
+    """A list of rules that judges a record."""
 
     def rule(self, name: str, sentence: str, expected: str,
              depends_on: Sequence[str] = ()) -> Callable[[Judge], Judge]:
-        """
-        Return a decorator that adds a function to the list as a rule.
-
-        :param name: name of the requirement
-        :param sentence: sentence in the assignment
-        :param expected: expected result
-        :param depends_on: requirements without which this one cannot be met
-        """
+        """Return a decorator that adds a function as a rule; the arguments are those of Rule."""
         def add(judge: Judge) -> Judge:
             self.append(Rule(name, sentence, expected, judge, depends_on))
             return judge
         return add
 
     def judge(self, record: Record) -> list[Judgement]:
-        """Judge a record; sort broken requirements first, and causes before consequences."""
+        """Return broken judgements first, and causes before their consequences."""
         judgements, overload = [rule(record) for rule in self], record.stall_summary()
         if overload:
-            # A requirement counts as broken only if it was broken without a stall, too.
+            # A broken requirement is open if it is not broken in the calm part of the record.
             calm = record.without_stalls()
             judgements = [
-                judgement._replace(mark=OPEN,
-                                   measured=f'{judgement.measured}; not judged: {overload}')
-                if judgement.mark == BROKEN and rule(calm).mark != BROKEN else judgement
-                for rule, judgement in zip(self, judgements)]
-        causes = self.causes({judgement.name: judgement.measured
-                              for judgement in judgements if judgement.mark == BROKEN})
-        judgements = [judgement._replace(measured=ONE.sub(r'1 \1', judgement.measured),
-                                         follows=causes.get(judgement.name, ()))
-                      for judgement in judgements]
-        return sorted(judgements, key=lambda one: (ORDER.index(one.mark), bool(one.follows)))
+                one._replace(mark=OPEN, measured=f'{one.measured}; not judged: {overload}')
+                if one.mark == BROKEN and rule(calm).mark != BROKEN else one
+                for rule, one in zip(self, judgements)]
+        causes = self.causes({one.name: one.measured for one in judgements if one.mark == BROKEN})
+        judgements = [one._replace(measured=ONE.sub(r'1 \1', one.measured),
+                                   follows=causes.get(one.name, ())) for one in judgements]
+        return sorted(judgements, key=lambda one: (MARKS.index(one.mark), bool(one.follows)))
 
     def causes(self, broken: Mapping[str, str]) -> dict[str, list[str]]:
-        """Return the possible causes of broken requirements, which have a name and a result."""
+        """Return the possible causes of broken requirements, given their measured results."""
         above = {name: self.all_dependencies(name) for name in broken}
         roots = [name for name in broken if not above[name] & broken.keys()]
-        # If several rules report the same absence, the first one counts as the cause.
+        # If several rules report the same fault, only the first rule counts as the cause.
         first = {broken[root]: root for root in reversed(roots)}
         return {name: sorted({first[broken[root]] for root in roots
                               if root == name or root in above[name]} - {name})
@@ -165,7 +155,7 @@ class Rules(list[Rule]):
 
 
 def number(record: Record, name: str) -> float:
-    """Return a physical number of the robot, or raise Open if it is unknown."""
+    """Return a physical parameter of the robot, or raise Open if it is unknown."""
     if name not in record.profile.numbers:
         raise Open(f'{name} is unknown because no node has this parameter; add it to a profile')
     return record.profile.numbers[name]
@@ -186,29 +176,27 @@ def require(value: Value | None, fault: str) -> Value:
 
 
 def require_accepted(request: Request | None) -> Request:
-    """Return the request, or raise Broken with its message if it was refused."""
+    """Return the request, or raise Broken with the response message if it was refused."""
     if request is None or not request.accepted:
         raise Broken(request and request.message or 'the request was refused')
     return request
 
 
 def largest(values: Iterable[float]) -> float:
-    """Return the largest value, 0 without values, or NaN if one of them is NaN."""
+    """Return the largest value, NaN if any value is NaN, or 0 if there are no values."""
     values = list(values)
     return next((value for value in values if value != value), max(values, default=0.0))
 
 
 def within(limit: float, values: list[float], reason: str,
            text: str = 'at most {:.3f} m off in {} measurements') -> Finding:
-    """Return the finding for values with a limit, or raise Open if there are no values."""
+    """Return whether all values are within a limit, or raise Open if there are no values."""
     value = largest(require_data(values, reason))
     return Finding(value <= limit, text.format(value, len(values)))
 
 
 def from_faults(faults: Sequence[str], count: int, items: str,
                 plot: Plot | None = None) -> Finding:
-    """Return the finding for a number of items and the faults of some of them."""
+    """Return a finding that is met if there are no faults in a number of items."""
     text = f'{count - len(faults)} of {count} {items}'
-    if faults:
-        text += f': {"; ".join(faults[:5])}'
-    return Finding(not faults, text, plot)
+    return Finding(not faults, f'{text}: {"; ".join(faults[:5])}' if faults else text, plot)
