@@ -119,7 +119,7 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
     if options.classroom and (options.summary or options.json or options.student):
         parser.error('--class cannot be combined with --summary, --json or --student')
     if options.classroom and not options.classroom.is_dir():
-        parser.error(f'--class {options.classroom}: the directory does not exist')
+        parser.error(f'--class {options.classroom} is not a directory')
     if options.summary and (command or options.json):
         parser.error('--summary cannot be combined with --json or a command')
     if options.csv and not (options.summary or options.classroom):

@@ -41,7 +41,10 @@ main { max-width: 1400px; margin: 0 auto; overflow-wrap: anywhere; }
 table { border-collapse: collapse; margin: 24px 0; background: #fff; }
 td, th { text-align: left; vertical-align: top; padding: 6px 10px; border: 1px solid #dde1e7; }
 th, td:nth-child(2) { overflow-wrap: normal; }
-td[data-title=date] { white-space: nowrap; }
+td[data-title=date], td[data-title="✔"], td[data-title="✗"], td[data-title="–"] {
+  white-space: nowrap;
+}
+td[data-title=student] { overflow-wrap: break-word; }
 svg { width: 100%; max-width: 400px; height: auto; }
 .green { color: #1a7f37; } .red { color: #c62828; } .yellow { color: #9a6700; }
 @media (max-width: 700px) {

@@ -91,7 +91,7 @@ def test_an_interrupt_ends_all_processes(students):
 
 
 @pytest.mark.parametrize('options, reason', (
-    (['--class', 'missing'], '--class missing: the directory does not exist'),
+    (['--class', 'missing'], '--class missing is not a directory'),
     (['--class', '.'], '. has no subdirectory'),
     (['--class', '.', '--summary', '.'], '--class cannot be combined with')))
 def test_an_invalid_class_is_refused(tmp_path, options, reason):

@@ -211,7 +211,7 @@ def test_a_graph_in_another_namespace_is_not_used(domain_id):
         graph.namespace = ''
         record = observe(graph, logged.append, **{**SHORT, 'discovery_time': 4.0})
     assert record.frames and record.is_empty() and logged == ['looking for the graph']
-    assert 'pass its namespace with --namespace' in record.notes[0]
+    assert 'pass the namespace of the graph with --namespace' in record.notes[0]
 
 
 def test_a_command_that_ends_at_once_is_reported(domain_id, capfd):
@@ -219,5 +219,5 @@ def test_a_command_that_ends_at_once_is_reported(domain_id, capfd):
     assert referee.main(['--', sys.executable, '-c', 'print("no graph")']) == 2
     printed, errors = capfd.readouterr()
     assert printed == ''
-    assert f'{sys.executable} has ended with status 0: no graph\n' in errors
+    assert f'{sys.executable} exited with status 0: no graph\n' in errors
     assert monotonic() - begin < referee.START_TIME / 2.0

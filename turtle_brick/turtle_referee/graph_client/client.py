@@ -28,35 +28,30 @@ from turtle_referee.graph_client.record import Drive, Request, rest_start
 from turtle_referee.graph_client.spinning import Spinner
 
 TIMEOUT = 3.0
-"""Timeout (s) for actions that should be immediate."""
+"""Timeout (s) for immediate actions."""
 
 MAX_TIMEOUT = 60.0
-"""Upper limit (s) of timeouts that are computed from the numbers of the robot."""
+"""Upper limit (s) for timeouts that are computed from parameters of the robot."""
 
 REST_TIME = 0.3
 """Duration (s) without motion after which the robot is at rest."""
 
 HOVERING_TIME = 0.5
-"""Duration (s) for which a brick hovers before it is dropped."""
+"""Time (s) between placing and dropping a brick."""
 
 
 class GraphClient:
-    """A client of a running graph; it needs only an observer and limits every wait."""
+    """A client that sends commands to a running graph and limits every wait."""
 
     def __init__(self, graph: Spinner, observer: Observer, timeout: float = TIMEOUT) -> None:
-        """
-        Create a client.
-
-        :param graph: spins the observer during each wait
-        :param timeout: timeout (s) for actions that should be immediate
-        """
+        """Create a client with a timeout (s) for immediate actions; `graph` spins `observer`."""
         self.timeout = timeout
         self.graph = graph
         self.observer = observer
         self.record = observer.record
 
     def wait_until(self, condition: Callable[[], Any], timeout: float) -> bool:
-        """Wait until a condition holds; return False after the timeout (s)."""
+        """Wait until a condition holds; return False if the timeout (s) expires."""
         try:
             self.graph.spin_until(condition, min(MAX_TIMEOUT, timeout), '')
         except TimeoutError:
@@ -64,19 +59,18 @@ class GraphClient:
         return True
 
     def number(self, name: str) -> float:
-        """Return a physical number of the robot, or a typical value if it is unknown."""
+        """Return a physical parameter of the robot, or a typical value if it is unknown."""
         return self.record.profile.numbers.get(name, NUMBERS[name])
 
     def is_complete(self) -> bool:
-        """Return whether robot, arena and catcher are all running."""
-        record = self.record
+        """Return whether the robot, the arena and the catcher are running."""
+        record, goal_pose = self.record, self.record.profile.topics['goal_pose']
         topics = ('pose', 'cmd_vel', 'odom', 'joint_states', 'robot_description')
         return bool(all(record.topics[name] for name in topics) and record.markers
                     and {'odom', 'base_link', 'platform', 'brick'} <= set(record.frames)
                     and self.has_service('place') and self.has_service('drop')
                     and self.observer.has_goal_subscriber()
-                    and self.observer.resolve_topic_name(
-                        record.profile.topics['goal_pose']) in record.publishers)
+                    and self.observer.resolve_topic_name(goal_pose) in record.publishers)
 
     def has_service(self, name: str) -> bool:
         """Return whether a service is available."""
@@ -86,7 +80,7 @@ class GraphClient:
             return False
 
     def robot_position(self) -> tuple[float, float] | None:
-        """Return the position (m) of the robot in world, or None if no pose was received."""
+        """Return the robot's position (m) in world, or None if no pose was received."""
         poses = self.record.topics['pose']
         return (poses[-1].message.x, poses[-1].message.y) if poses else None
 
@@ -96,25 +90,25 @@ class GraphClient:
 
     def is_at_rest(self) -> bool:
         """Return whether the robot has been at rest for REST_TIME."""
+        begin = time_ns() - round(REST_TIME * NS_PER_SECOND)
         track = [(received.published, (received.message.x, received.message.y))
-                 for received in self.record.messages(
-                     'pose', time_ns() - round(REST_TIME * NS_PER_SECOND))]
-        # On a busy machine the latest poses may not have arrived yet.
+                 for received in self.record.messages('pose', begin)]
+        # On a busy machine, the latest poses may not have arrived yet.
         since = rest_start(track, 1e-3, round(0.8 * REST_TIME * NS_PER_SECOND))
         return since is not None and since == track[0][0]
 
     def drive_to(self, goal: tuple[float, float]) -> Drive | None:
-        """Send the robot to a goal and wait until it rests; return None if there is no robot."""
+        """Send the robot to a goal (m) and wait until the robot stops, if there is a robot."""
         if not self.wait_until(self.observer.has_goal_subscriber, self.timeout):
             return None
-        # On a busy machine the last drive may not be over yet.
+        # On a busy machine, the previous drive may not be over yet.
         self.wait_until(self.is_at_rest, self.timeout)
         start = self.robot_position()
         if start is None:
             return None
         begin, distance = time_ns(), self.distance_to(goal)
         self.observer.send_goal(*goal)
-        # The robot is at rest at first, so wait for its motion before waiting for its rest.
+        # Wait until the robot moves, and then until it stops.
         if distance < 0.02 or self.wait_until(
                 lambda: self.distance_to(start) > 0.01, self.timeout):
             self.wait_until(self.is_at_rest,
@@ -124,7 +118,7 @@ class GraphClient:
         return drive
 
     def call(self, service: str, position: Vector | None = None) -> Request:
-        """Call 'place' with a position (m), or call 'drop'; return the request and its result."""
+        """Call 'place' with a position (m), or 'drop' without one; return the result."""
         begin = time_ns()
         try:
             self.wait_until(lambda: self.has_service(service), self.timeout)
@@ -142,7 +136,7 @@ class GraphClient:
                        str(getattr(response, 'message', '')))
 
     def place(self, position: Vector, hovering: float = HOVERING_TIME) -> Request:
-        """Place the brick at a position (m) and let it hover for a duration (s)."""
+        """Place the brick at a position (m) and let the brick hover for a duration (s)."""
         request = self.call('place', position)
         if request.accepted:
             self.graph.spin_for(hovering)
@@ -152,21 +146,20 @@ class GraphClient:
 
     def drop(self, place: Vector) -> DropWatch:
         """
-        Drop the brick that hovers at a position (m) and wait for the end of the drop.
+        Drop the brick that hovers at a position (m), and wait until the drop ends.
 
-        A drop ends when a caught brick has been tipped off and the platform is level again. If the
-        brick is missed, the drop ends shortly after the brick has landed.
+        The drop of a caught brick ends when the platform is level again. Otherwise, the drop ends
+        shortly after the brick lands.
         """
         now = time_ns()
-        # On a busy machine the latest transforms may not have arrived yet.
+        # On a busy machine, the latest transforms may not have arrived yet.
         self.wait_until(lambda: self.record.pose('platform', now), REST_TIME)
         watch = DropWatch(self.record, now, place)
         self.observer.after_fetch = watch.update
         try:
             watch.requested = time_ns()
             watch.request = self.call('drop')
-            if watch.request.accepted and self.wait_until(
-                    lambda: watch.released, self.timeout):
+            if watch.request.accepted and self.wait_until(lambda: watch.released, self.timeout):
                 self._wait_for_end(watch)
         finally:
             self.observer.after_fetch = lambda: None

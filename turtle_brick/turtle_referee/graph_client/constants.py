@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Units of time, and constants of turtlesim and of the assignment."""
+"""Time units and constants in turtlesim and in the assignment."""
 
 NS_PER_SECOND = 1_000_000_000
 """Nanoseconds in a second."""
@@ -20,13 +20,13 @@ SECONDS_PER_NS = 1e-9
 """Seconds in a nanosecond."""
 
 ARENA_SIZE = 499.0 / 45.0
-"""Side length (m) of the arena, because turtlesim's window has 500 pixels and 45 per meter."""
+"""Side length (m) of the arena. The turtlesim window has 500 pixels, with 45 pixels per meter."""
 
 CENTER = (ARENA_SIZE / 2.0, ARENA_SIZE / 2.0)
-"""Initial position (m) of turtlesim's first turtle."""
+"""Initial position (m) of the first turtle in turtlesim."""
 
 UNREACHABLE = 'Unreachable'
-"""Text of the marker for a brick that cannot be caught."""
+"""Marker text for a brick that cannot be caught."""
 
 STILL = 1e-3
-"""Largest movement (m) of a brick that counts as motionless."""
+"""Largest displacement (m) of a brick at rest."""

@@ -20,20 +20,19 @@ import random
 import socket
 
 DOMAINS = range(101)
-"""Domains whose ports are below the range from which Linux assigns ports automatically."""
+"""Domains whose ports are below the range of ports that Linux assigns automatically."""
 
 LAST_DOMAIN = 232
 """Highest domain number that DDS supports."""
 
 PARTICIPANTS = 32
-"""Number of ports to check per domain, because the first participants may have left."""
+"""Number of ports to check per domain. The first ports may be free in a domain that is in use."""
 
 MARK_PORT_BASE = 32768
-"""The TCP port with this number plus the domain number reserves a domain, as in the ROS 2 package
-domain_coordinator."""
+"""Lowest TCP port that reserves a domain, as in the ROS 2 package domain_coordinator."""
 
 RANGE_VARIABLES = ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_STATIC_PEERS', 'ROS_LOCALHOST_ONLY')
-"""The environment variables that set the range of discovery."""
+"""Environment variables that set the discovery range."""
 
 
 class DomainError(RuntimeError):
@@ -48,7 +47,7 @@ def restrict_to_localhost() -> None:
 
 def is_empty(domain: int) -> bool:
     """Return whether no node on this machine uses a domain."""
-    # The i-th DDS participant of a machine uses the UDP port 7400 + 250 domain + 10 + 2 i.
+    # DDS participant i on a machine uses the UDP port 7400 + 250 domain + 10 + 2 i.
     first = 7410 + 250 * domain
     for port in range(first, first + 2 * PARTICIPANTS, 2):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
@@ -62,10 +61,9 @@ def is_empty(domain: int) -> bool:
 @contextmanager
 def reserved_domain(candidates: Iterable[int] | None = None) -> Iterator[int]:
     """
-    Reserve a ROS domain that no node on this machine uses and no other process has reserved.
+    Reserve the first unused ROS domain among some candidates on this machine.
 
-    :param candidates: domains in the order in which to try them. By default, all domains except
-        0 are tried in random order.
+    :param candidates: domain numbers; by default, 1 to 100 in random order
     :raises DomainError: all candidates are in use
     """
     for domain in candidates or random.sample(DOMAINS[1:], len(DOMAINS) - 1):

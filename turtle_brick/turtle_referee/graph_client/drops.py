@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Follow a dropped brick by its transforms, the robot's goal and the "Unreachable" marker."""
+"""Observe a dropped brick, the robot's goal and the "Unreachable" marker."""
 
 from collections import deque
 from math import dist, nan
@@ -23,43 +23,42 @@ from turtle_referee.graph_client.profiles import NUMBERS
 from turtle_referee.graph_client.record import Record, Request, rest_start
 
 MIN_FALL = 1e-5
-"""Distance (m) below its starting position at which a brick counts as falling."""
+"""Smallest distance (m) of a falling brick from its starting position."""
 
 LANDING_NS = 40_000_000
 """Duration (ns) at a constant height after which a brick has landed."""
 
 FLOATING_NS = 150_000_000
-"""Duration (ns) at rest after which a brick that has slid counts as floating."""
+"""Duration (ns) without motion after which a brick that slid is floating."""
 
 MIN_SLIDE = 0.02
-"""Smallest distance (m) that a brick slides before it may float."""
+"""Smallest sliding distance (m) of a brick that floats."""
 
 TILTED, LEVEL = 0.05, 0.02
-"""Inclination (rad) above which a platform is tilted, and below which it is level."""
+"""Smallest inclination (rad) of a tilted platform, and largest inclination of a level platform."""
 
 MARGIN = 0.15
-"""Largest distance (m) from the platform's rim to the center of a brick on the platform."""
+"""Largest distance (m) between the platform's edge and the center of a brick on the platform."""
 
 HISTORY = 400
-"""Number of stored positions of the brick."""
+"""Number of stored brick positions."""
 
 
 class DropWatch:
-    """The course of one drop, from before the request to the end. All times are in ns."""
+    """The events (ns) of one drop, from before the request to the end."""
 
     def __init__(self, record: Record, begin: int, place: Vector) -> None:
-        """Start at the time `begin` with a brick that hovers at a position (m)."""
+        """Begin (ns) to observe a brick that hovers at a position (m)."""
         platform = record.pose('platform', begin)
         self._record = record
         self._track: deque[tuple[int, Array]] = deque(maxlen=HISTORY)
         self._marker_count = len(record.markers)
         self._place_on_platform: Array | None = None
         self._last_stamp = begin
-        self.begin = begin
-        self.end = begin
+        self.begin = self.end = begin
         self.place = place
         self.distance = nan if platform is None else dist(place[:2], platform.position[:2])
-        """Horizontal distance (m) from the robot to the brick before the drop."""
+        """Horizontal distance (m) between the robot and the brick before the drop."""
         self.requested: int | None = None
         self.released: int | None = None
         self.down: int | None = None
@@ -69,18 +68,20 @@ class DropWatch:
         self.carried_to: Array | None = None
         self.floated: int | None = None
         self.leveled: int | None = None
-        self.refusals: list[int] = []  # publication times of "Unreachable"
-        self.goal: int | None = None  # publication time of the first goal after the request
-        self.request: Request | None = None  # the call of the drop service
-        self.should_be_caught: bool | None = None  # None if both verdicts may be right
+        self.refusals: list[int] = []
+        self.goal: int | None = None
+        """Publication time of the first goal after the request."""
+        self.request: Request | None = None
+        self.should_be_caught: bool | None = None
+        """Required verdict, or None if both verdicts are correct."""
 
     @property
     def decided(self) -> int | None:
-        """Return the publication time (ns) of the catcher's first verdict, if there is one."""
+        """Return the publication time (ns) of the catcher's first verdict, if any."""
         return min(filter(None, (self.goal, *self.refusals)), default=None)
 
     def update(self) -> None:
-        """Process the messages that were received since the last call."""
+        """Process the messages received since the last call."""
         self._update_verdict()
         with numpy.errstate(all='ignore'):
             for stamp, pose in self._record.brick_track(self._last_stamp + 1, 1 << 62):
@@ -99,7 +100,6 @@ class DropWatch:
                 'goal_pose', self.requested)), None)
 
     def _follow(self, stamp: int, pose: Pose) -> None:
-        """Process a pose of the brick."""
         track = self._track
         if self.released is None:
             if self.requested is not None and pose.position[2] < self.place[2] - MIN_FALL:
@@ -118,19 +118,19 @@ class DropWatch:
                 self.leveled = stamp
 
     def _land(self, pose: Pose) -> None:
-        """Determine whether the brick has landed on the platform."""
+        """Determine whether the brick landed on the platform."""
         assert self.down is not None
         record = self._record
         numbers = {**NUMBERS, **record.profile.numbers}
         self.landed = (record.pose('brick', self.down) or pose).position
         self.caught = bool(self.landed[2] > numbers['platform_height'] / 2.0)
         platform = record.pose('platform', self.down)
-        if platform is not None:  # It may be unknown after a stall.
+        if platform is not None:  # After a stall, the pose may be unknown.
             self.caught &= bool(dist(self.landed[:2], platform.position[:2])
                                 <= numbers['platform_radius'] + MARGIN)
 
     def _ride(self, stamp: int) -> None:
-        """Determine whether the platform has been tilted and whether the brick has slid off."""
+        """Determine whether the platform was tilted and whether the brick slid off."""
         platform, place = self._record.pose('platform', stamp), self._record.on_platform(stamp)
         if platform is None or place is None:
             return

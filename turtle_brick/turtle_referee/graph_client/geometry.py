@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Poses (m) and angles (rad) with numpy."""
+"""Compute poses (m) and angles (rad) with numpy."""
 
 from collections.abc import Iterable, Sequence
 from math import atan2, cos, hypot, sin
@@ -24,7 +24,7 @@ Vector = tuple[float, float, float]
 Array = NDArray[numpy.float64]
 
 UPRIGHT: Array = numpy.eye(3)
-"""Rotation matrix without a rotation."""
+"""Rotation matrix of an upright frame."""
 
 
 class Pose(NamedTuple):
@@ -34,11 +34,11 @@ class Pose(NamedTuple):
     axes: Array  # rotation matrix with the unit vectors x, y and z as columns
 
     def transform(self, points: Any) -> Array:
-        """Transform a point, or one point per row, from the child frame to the parent frame."""
+        """Transform points (one per row) from the child frame to the parent frame."""
         return self.position + points @ self.axes.T
 
     def locate(self, points: Any) -> Array:
-        """Transform a point, or one point per row, from the parent frame to the child frame."""
+        """Transform points (one per row) from the parent frame to the child frame."""
         return (points - self.position) @ self.axes
 
     def compose(self, inner: 'Pose') -> 'Pose':
@@ -52,7 +52,7 @@ class Pose(NamedTuple):
 
 
 def pose(position: Sequence[float], quaternion: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> Pose:
-    """Return a pose for a position and a unit quaternion (x, y, z, w)."""
+    """Return the pose for a position (m) and a unit quaternion (x, y, z, w)."""
     x, y, z, w = quaternion
     return Pose(numpy.array(position, float), numpy.array((
         (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
@@ -67,7 +67,7 @@ def turn(axis: Iterable[float], angle: float) -> Array:
 
 
 def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:
-    """Interpolate linearly between two similar poses by a fraction from 0 (a) to 1 (b)."""
+    """Interpolate linearly between two similar poses; the fraction is 0 at a and 1 at b."""
     return Pose(*(p + fraction * (q - p) for p, q in zip(a, b)))
 
 
@@ -82,7 +82,7 @@ def inclination(frame: Pose) -> float:
 
 
 def distance_to_rectangle(center: Iterable[float], yaw: float, size: Sequence[float]) -> float:
-    """Return the distance (m) from the origin to a rectangle; the first size is along its yaw."""
+    """Return the distance (m) from the origin to a rectangle whose first side has a yaw (rad)."""
     x, y = center
     along = abs(x * cos(yaw) + y * sin(yaw)) - size[0] / 2.0
     across = abs(y * cos(yaw) - x * sin(yaw)) - size[1] / 2.0

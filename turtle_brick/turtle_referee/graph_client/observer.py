@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The nodes `PollingNode`, which receives chosen topics, and `Observer`, which records a graph."""
+"""Nodes that receive the messages on some topics or record a whole graph."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -34,16 +34,16 @@ from turtle_referee.graph_client.profiles import Profile
 from turtle_referee.graph_client.record import MAX_LATENESS_NS, Received, ReceivedMarker, Record
 
 DEPTH = 2000
-"""Queue size of each subscription, which is sufficient for several seconds."""
+"""Queue size of each subscription. This size is sufficient for several seconds."""
 
 FETCH_PERIOD = 0.02
-"""Period (s) of fetching messages."""
+"""Period (s) at which messages are fetched."""
 
 DISCOVERY_PERIOD = 0.5
-"""Period (s) of the search for new topics and of the measurement of the processor load."""
+"""Period (s) at which new topics are discovered and the processor load is measured."""
 
 MAX_LOAD = 95.0
-"""Processor load (%) from which on a graph may be late."""
+"""Smallest processor load (%) that may delay a graph."""
 
 MARKER_TYPES = {'visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray'}
 
@@ -54,11 +54,11 @@ def load_type(name: str) -> Any:
     try:
         return getattr(import_module(f'{package}.{kind}'), class_name)
     except (ImportError, AttributeError):
-        raise LookupError(f'the interface {name} is not installed here') from None
+        raise LookupError(f'the interface {name} is not installed') from None
 
 
 def fill_position(message: Any, position: Sequence[float]) -> bool:
-    """Set the first fields x, y and z in a message or its fields; return whether they exist."""
+    """Set the first fields x, y and z in a message; return whether these fields exist."""
     fields = message.get_fields_and_field_types()
     if {'x', 'y', 'z'} <= set(fields):
         message.x, message.y, message.z = map(float, position)
@@ -87,11 +87,11 @@ def append_to(messages: list[Received]) -> Callback:
 
 class PollingNode(Node):
     """
-    A node that fetches its messages in `fetch` and is not woken up by each of them.
+    A node that receives messages only in `fetch`.
 
-    Polling avoids a thousand wake-ups per second. It also preserves the publication times of
-    messages and responses, which the EventsExecutor of rclpy 7.1 does not pass to callbacks.
-    Therefore, `fetch` uses the handles, like rclpy.wait_for_message.
+    Polling avoids a thousand wake-ups per second and preserves publication times, which the
+    EventsExecutor of rclpy 7.1 does not pass to callbacks. The method `fetch` therefore reads
+    from the subscription handles, as rclpy.wait_for_message does.
     """
 
     def __init__(self, name: str = 'listener', **node_options: Any) -> None:
@@ -122,12 +122,12 @@ class PollingNode(Node):
         return responses
 
     def fetch(self) -> None:
-        """Store all new responses, and call the callbacks with all new messages."""
+        """Store all new responses, and pass all new messages to the callbacks."""
         for client in {client for client, _ in self._calls}:
             with client.handle:
                 while (taken := client.handle.take_response(client.srv_type.Response))[0]:
                     info, response = taken
-                    # If two nodes offer the service, only the first response counts.
+                    # If two nodes provide the service, only the first response counts.
                     self._calls.pop((client, info.request_id.sequence_number), []).append(
                         Received(info.source_timestamp, response))
         for subscription, callback in self._callbacks:
@@ -138,29 +138,25 @@ class PollingNode(Node):
 
 
 class Observer(Node):
-    """
-    A node that records a graph and sends requests to it.
-
-    The profile contains the names; all types are read from the graph.
-    """
+    """A node that records a graph and sends requests; it reads all types from the graph."""
 
     def __init__(self, profile: Profile | None = None, name: str = 'referee',
                  **node_options: Any) -> None:
-        """Start recording; the options are those of rclpy.node.Node."""
+        """Start recording with the names in a profile; the options are those of rclpy's Node."""
         super().__init__(name, **{'start_parameter_services': False, **node_options})
         self.poller = PollingNode(f'{name}_poller', **node_options)
         self.record = Record(profile or Profile())
         self.record.namespace = self.get_namespace()
         self.after_fetch: Callable[[], None] = lambda: None
-        self.fetched_at = time_ns()  # time (ns) of the last fetch
+        self._fetched_at = time_ns()
         self._discovered_at = 0
         self._subscribed: set[str] = set()
         self._goal_publisher = self.create_publisher(
             PoseStamped, self.record.profile.topics['goal_pose'], 10)
-        self._tilt_publisher: Publisher | None = None  # once the type is known
+        self._tilt_publisher: Publisher | None = None
         self._clients_by_service: dict[str, Client] = {}
-        psutil.cpu_percent(percpu=True)  # start of the first measurement
-        # TF may be shared by all namespaces or may be inside the namespace of the graph.
+        psutil.cpu_percent(percpu=True)  # The first measurement starts here.
+        # All namespaces may share TF, or the namespace of the graph may contain its own TF.
         for topic, static in (('tf', False), ('tf_static', True)):
             for name in {self.resolve_topic_name(f'/{topic}'), self.resolve_topic_name(topic)}:
                 self.poller.subscribe(TFMessage, name, partial(self._on_transforms, static),
@@ -173,14 +169,14 @@ class Observer(Node):
         super().destroy_node()
 
     def update(self) -> None:
-        """Fetch new messages; every DISCOVERY_PERIOD, subscribe to new topics and check load."""
-        last, self.fetched_at = self.fetched_at, time_ns()
-        if (self.fetched_at - last) > FETCH_PERIOD * NS_PER_SECOND + MAX_LATENESS_NS:
-            self.record.stalls.append((last, self.fetched_at))
-        if self.fetched_at - self._discovered_at > DISCOVERY_PERIOD * NS_PER_SECOND:
+        """Fetch messages; every DISCOVERY_PERIOD, subscribe to new topics and check the load."""
+        last, self._fetched_at = self._fetched_at, time_ns()
+        if (self._fetched_at - last) > FETCH_PERIOD * NS_PER_SECOND + MAX_LATENESS_NS:
+            self.record.stalls.append((last, self._fetched_at))
+        if self._fetched_at - self._discovered_at > DISCOVERY_PERIOD * NS_PER_SECOND:
             if fmean(psutil.cpu_percent(percpu=True)) >= MAX_LOAD:
-                self.record.stalls.append((self._discovered_at, self.fetched_at))
-            self._discovered_at = self.fetched_at
+                self.record.stalls.append((self._discovered_at, self._fetched_at))
+            self._discovered_at = self._fetched_at
             self.subscribe_to_new_topics()
         self.poller.fetch()
         self.after_fetch()
@@ -198,7 +194,7 @@ class Observer(Node):
             record.publishers.setdefault(topic, set()).update(
                 f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos)
             qos = [info.qos_profile for info in infos]
-            # A subscription must not require more than any of the publishers offers.
+            # A subscription receives messages only from publishers with compatible QoS.
             reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in qos)
             latched = all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in qos)
             record.latched.setdefault(topic, latched)
@@ -227,7 +223,7 @@ class Observer(Node):
                                       info['publication_sequence_number'] or 0, transform, static)
 
     def _client(self, service: str, service_type: Any) -> Client:
-        """Return the client of a service with a full name."""
+        """Return the client for a full service name."""
         if service not in self._clients_by_service:
             self._clients_by_service[service] = self.poller.create_client(service_type, service)
         return self._clients_by_service[service]
@@ -259,7 +255,7 @@ class Observer(Node):
         raise LookupError(f'no node subscribes to {topic}, or its type has no field for an angle')
 
     def service_client(self, name: str) -> Any:
-        """Return the client of 'place' or 'drop', or raise LookupError if there is no server."""
+        """Return the client for 'place' or 'drop', or raise LookupError if there is no server."""
         service = self.resolve_service_name(self.record.profile.services[name])
         types = dict(self.get_service_names_and_types()).get(service)
         if not types:
@@ -267,12 +263,12 @@ class Observer(Node):
         return self._client(service, load_type(types[0]))
 
     def other_namespaces(self) -> set[str]:
-        """Return the namespaces of all nodes outside the namespace of the graph."""
+        """Return all namespaces that contain nodes, except the namespace of the graph."""
         return {namespace for _, namespace in self.get_node_names_and_namespaces()
                 } - {'/', self.get_namespace()}
 
     def parameter_clients(self) -> list[Client]:
-        """Return the clients for the parameters of all other nodes."""
+        """Return clients for the get_parameters services of all other nodes."""
         own = (self.get_name(), self.poller.get_name())
         return [self._client(f'{namespace.rstrip("/")}/{name}/get_parameters', GetParameters)
                 for name, namespace in self.get_node_names_and_namespaces() if name not in own]

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Run programs in separate processes, read their output, and end them."""
+"""Run programs in separate processes, read their output, and stop them."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -22,17 +22,17 @@ import subprocess
 import threading
 
 END_TIME = 15.0
-"""Timeout (s) for the end of a process after SIGINT."""
+"""Timeout (s) for a process to exit after SIGINT."""
 
 DEATH = re.compile(r'^\[ERROR\] \[((\S+)-\d+)\]: process has died .*exit code (-?\d+),', re.M)
-"""The message of ros2 launch about a process that failed: its label, name and exit status."""
+"""Message from ros2 launch that contains the label, name and exit status of a failed process."""
 
 TRACEBACK = re.compile(r'^Traceback .*\n(?:(?: .*)?\n)*(.+)', re.M)
-"""A Python traceback and the last line, which contains the error."""
+"""A Python traceback with the error in the last line."""
 
 
 def crashes(output: str) -> list[str]:
-    """Return each failed process in the output of ros2 launch, with its error."""
+    """Return the name and the error of each failed process in the output of ros2 launch."""
     found = []
     for label, name, status in DEATH.findall(output):
         lines = ''.join(f'{line.removeprefix(f"[{label}] ")}\n' for line in output.splitlines()
@@ -43,12 +43,7 @@ def crashes(output: str) -> list[str]:
 
 
 class Process:
-    """
-    A running program with its standard output and standard error.
-
-        with Process(['ros2', 'run', 'turtle_brick', 'arena']) as arena:
-            arena.wait_for_output('hovers', 10.0)
-    """
+    """A context manager that runs a program and reads its standard output and standard error."""
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str] = {},
                  listener: Callable[[str], object] | None = None) -> None:
@@ -62,14 +57,13 @@ class Process:
         self._listener = listener
         self._output_changed = threading.Condition()
         self._bytes = b''
-        self._closed = False  # True after the program has closed its output
+        self._closed = False
         # Without a display, turtlesim draws its window into memory.
         display = {} if os.environ.get('DISPLAY') else {'QT_QPA_PLATFORM': 'offscreen'}
+        # In a new session, the program does not receive a Ctrl-C from the terminal.
         self._popen = subprocess.Popen(
             self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            # A Ctrl-C in the terminal must not reach the program before this process.
-            start_new_session=True,
+            stderr=subprocess.STDOUT, start_new_session=True,
             env={**os.environ, 'PYTHONUNBUFFERED': '1', **display, **environment})
         self._reader = threading.Thread(target=self._read, name='output', daemon=True)
         self._reader.start()
@@ -79,13 +73,13 @@ class Process:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End the process."""
+        """Stop the process."""
         close_all([self])
 
     def _read(self) -> None:
         assert self._popen.stdout is not None
         line = b''
-        # A program may print a part of a line and wait, so chunks are read instead of lines.
+        # Chunks are read instead of lines because a program may print an incomplete line and wait.
         while chunk := os.read(self._popen.stdout.fileno(), 65536):
             with self._output_changed:
                 self._bytes += chunk
@@ -101,8 +95,7 @@ class Process:
     @property
     def output(self) -> str:
         """Return all output so far."""
-        with self._output_changed:
-            return self._bytes.decode(errors='replace')
+        return self._bytes.decode(errors='replace')
 
     @property
     def pid(self) -> int:
@@ -110,33 +103,28 @@ class Process:
         return self._popen.pid
 
     @property
-    def status(self) -> int | None:
-        """Return the exit status, or None while the process is running."""
-        return self._popen.poll()
-
-    @property
     def running(self) -> bool:
         """Return whether the process is still running."""
-        return self.status is None
+        return self._popen.poll() is None
 
     def exit_message(self) -> str:
-        """Return the exit status and the last lines of output; '' while the process is running."""
+        """Return the exit status and the last lines of output, or '' if the process is running."""
         if self.running:
             return ''
         self._reader.join(1.0)
         lines = ' / '.join(self.output.strip().splitlines()[-3:])
-        return f'{self.command[0]} has ended with status {self.status}: {lines or "no output"}'
+        return (f'{self.command[0]} exited with status {self._popen.returncode}: '
+                f'{lines or "no output"}')
 
     def send(self, number: int) -> None:
-        """Send a signal and do not wait for its effect."""
+        """Send a signal unless the process has exited."""
         self._popen.send_signal(number)
 
     def wait_for_output(self, pattern: str, timeout: float) -> re.Match[str]:
         """
-        Wait until a regular expression matches the output; return the match.
+        Wait until the output matches a regular expression, and return the match.
 
-        :param timeout: time limit (s)
-        :raises TimeoutError: nothing matched in time, or before the process ended
+        :raises TimeoutError: nothing matched within the timeout (s) or before the process exited
         """
         with self._output_changed:
             self._output_changed.wait_for(
@@ -148,7 +136,7 @@ class Process:
                 f'printing {pattern!r}; it printed:\n{self.output}')
 
     def wait(self, timeout: float) -> int:
-        """Wait until the process ends; return its status, or raise TimeoutError."""
+        """Return the exit status, or raise TimeoutError after the timeout (s)."""
         try:
             status = self._popen.wait(timeout)
         except subprocess.TimeoutExpired:
@@ -158,13 +146,12 @@ class Process:
         return status
 
     def stop(self, number: int = signal.SIGINT, timeout: float = END_TIME) -> int:
-        """Send a signal and wait until the process ends; return its status."""
-        if self.running:
-            self.send(number)
+        """Send a signal, wait until the process exits, and return the exit status."""
+        self.send(number)
         return self.wait(timeout)
 
     def kill(self) -> None:
-        """Kill the process and its children at once."""
+        """Kill the process and its child processes immediately."""
         with suppress(ProcessLookupError):
             os.killpg(self._popen.pid, signal.SIGKILL)
         self._popen.wait()
@@ -174,11 +161,10 @@ class Process:
 
 
 def close_all(processes: Iterable[Process]) -> None:
-    """Send SIGINT to all processes, wait for their end, and kill the remaining ones."""
+    """Send SIGINT to all processes, wait for them to exit, and kill all remaining processes."""
     processes = list(processes)
     for process in processes:
-        if process.running:
-            process.send(signal.SIGINT)
+        process.send(signal.SIGINT)
     for process in processes:
         with suppress(TimeoutError):
             process.wait(END_TIME)

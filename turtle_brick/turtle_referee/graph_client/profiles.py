@@ -12,9 +12,9 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The names of topics and services in an implementation, and the physical numbers of its robot.
+Names of topics and services in an implementation, and physical parameters of the robot.
 
-The default names are those of the assignment. A YAML file contains other names and numbers:
+The default names are those in the assignment. A YAML file can define other names and values:
 
     topics: {cmd_vel: robot/cmd_vel, tilt: platform_tilt}
     services: {place: put}
@@ -33,7 +33,7 @@ SERVICES = ('place', 'drop')
 
 NUMBERS = {'platform_height': 1.0, 'platform_radius': 0.5, 'wheel_radius': 0.2,
            'max_velocity': 1.0, 'gravity_accel': 9.81}
-"""Physical numbers of the robot (m, m/s, m/s^2), and the values that replace unknown numbers."""
+"""Typical values of the robot's physical parameters (m, m/s, m/s^2)."""
 
 
 class ProfileError(ValueError):
@@ -42,17 +42,17 @@ class ProfileError(ValueError):
 
 @dataclass
 class Profile:
-    """Names and numbers of an implementation."""
+    """Names and physical parameters in an implementation."""
 
     topics: dict[str, str] = field(default_factory=lambda: {
         **{name: name for name in TOPICS}, 'cmd_vel': 'turtle1/cmd_vel', 'pose': 'turtle1/pose'})
     services: dict[str, str] = field(default_factory=lambda: {name: name for name in SERVICES})
     numbers: dict[str, float] = field(default_factory=dict)
-    """The known numbers. The referee reads the other ones from the parameters of the nodes."""
+    """Known physical parameters. The referee reads all others from the nodes."""
 
     @classmethod
     def from_parameters(cls, parameters: Any) -> 'Profile':
-        """Return a profile with the default names and the numbers from a parameter object."""
+        """Return a profile with default names and the physical parameters from an object."""
         return cls(numbers={name: getattr(parameters, name) for name in NUMBERS})
 
     def load(self, path: Path) -> None:

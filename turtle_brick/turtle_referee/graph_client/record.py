@@ -11,13 +11,13 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Messages received from a graph and requests sent to it. Times are in ns, lengths in m."""
+"""Store the messages from a graph and the requests to the graph (times in ns, lengths in m)."""
 
 from bisect import bisect_left, insort
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from math import dist
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 from typing import Any, NamedTuple
 
 from turtle_referee.graph_client.constants import NS_PER_SECOND
@@ -25,27 +25,25 @@ from turtle_referee.graph_client.geometry import Array, interpolate, Pose, pose
 from turtle_referee.graph_client.profiles import Profile
 
 MAX_GAP_NS = 120_000_000
-"""Longest interval (ns) between two transforms that are interpolated."""
+"""Longest interval (ns) between two transforms for interpolation."""
 
 EXTRAPOLATION_NS = 50_000_000
-"""Duration (ns) for which a frame is assumed to rest before its first and after its last
-transform."""
+"""Longest interval (ns) before the first and after the last transform of a known frame."""
 
 MAX_LATENESS_NS = 15_000_000
-"""Largest delay (ns) of the observer that is not a stall. In this time, a robot with 3 m/s drives
-5 cm."""
+"""Largest delay (ns) of the observer that is not a stall. A robot drives 5 cm at 3 m/s."""
 
 STALL_AFTERMATH_NS = NS_PER_SECOND
-"""Duration (ns) of the effects of a stall after its end."""
+"""Duration (ns) of the effects after the end of a stall."""
 
 MAX_AHEAD_NS = 5_000_000_000
-"""Largest time (ns) by which the stamp of a transform may be ahead of its publication."""
+"""Largest difference (ns) between a timestamp in the future and the publication time."""
 
 MAX_DEPTH = 30
 """Largest number of frames between a frame and world."""
 
 OVERLOADED = 'the machine was overloaded'
-"""Beginning of the reason why a requirement is not judged after stalls."""
+"""Beginning of the reason why stalls leave a requirement open."""
 
 
 class Received(NamedTuple):
@@ -64,7 +62,7 @@ class ReceivedMarker(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """A transform with its stamp (ns) and its parent frame."""
+    """A transform with its timestamp (ns) and parent frame."""
 
     stamp: int
     parent: str
@@ -72,7 +70,7 @@ class Sample(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """A drive of the robot with begin and end (ns), start and goal (m)."""
+    """A drive from a start to a goal (m) with begin and end times (ns)."""
 
     begin: int
     end: int
@@ -81,28 +79,28 @@ class Drive(NamedTuple):
 
     @property
     def length(self) -> float:
-        """Return the distance (m) from start to goal."""
+        """Return the distance (m) between the start and the goal."""
         return dist(self.start, self.goal)
 
 
 class Request(NamedTuple):
-    """A service call or a tilt command with begin and end (ns), value and result."""
+    """A service call or a tilt command with begin and end times (ns), value and result."""
 
     begin: int
     end: int
     value: Any
-    accepted: bool = True  # False if there is no response or if its field success is False
+    accepted: bool = True
     message: str = ''
 
     def check(self) -> None:
-        """Raise ValueError with the message of the response if the request was refused."""
+        """Raise ValueError with the response message if the request was refused."""
         if not self.accepted:
             raise ValueError(self.message)
 
 
 def in_time_span(items: list[Any], begin: int, end: int | None,
                  time_of: Callable[[Any], int]) -> list[Any]:
-    """Return the items from begin to end (ns) in a list that is sorted by `time_of`."""
+    """Return the items between two times (ns) in a list sorted by `time_of`."""
     last = len(items) if end is None else bisect_left(items, end, key=time_of)
     return items[bisect_left(items, begin, key=time_of):last]
 
@@ -114,25 +112,25 @@ class Frame:
     """All transforms of a frame."""
 
     def __init__(self, static: bool) -> None:
-        """Create a frame without transforms; `static` is True for a frame from /tf_static."""
+        """Create a frame without transforms; the transforms of a static frame are permanent."""
         self.static = static
-        self.on_both_topics = False  # True if /tf and /tf_static contain the frame
-        self.samples: list[Sample] = []  # sorted by stamp
-        self.published: list[tuple[int, Sample]] = []  # with publication times (ns)
-        self.sequence_numbers: list[int] = []  # message numbers, which each publisher counts
+        self.on_both_topics = False  # True for a frame on both /tf and /tf_static.
+        self.samples: list[Sample] = []  # The samples are sorted by timestamp.
+        self.published: list[tuple[int, Sample]] = []  # Each time is a publication time (ns).
+        self.sequence_numbers: list[int] = []  # Each publisher numbers its own messages.
 
     def add(self, published: int, number: int, sample: Sample) -> None:
-        """Store a transform with its publication time (ns) and its sequence number."""
+        """Store a transform with its publication time (ns) and sequence number."""
         self.published.append((published, sample))
         self.sequence_numbers.append(number)
         insort(self.samples, sample, key=stamp_of_sample)
 
     def published_between(self, begin: int, end: int | None = None) -> list[tuple[int, Sample]]:
-        """Return the transforms published from begin to end (ns), with publication times."""
-        return in_time_span(self.published, begin, end, lambda published: published[0])
+        """Return publication times (ns) and transforms from `begin` to `end` (ns)."""
+        return in_time_span(self.published, begin, end, itemgetter(0))
 
     def between(self, begin: int, end: int) -> list[Sample]:
-        """Return the transforms with stamps (ns) from begin to end."""
+        """Return the transforms with timestamps (ns) between two times (ns)."""
         return in_time_span(self.samples, begin, end, stamp_of_sample)
 
     def at(self, stamp: int) -> Sample | None:
@@ -155,48 +153,49 @@ class Frame:
 
 
 class Record:
-    """All received messages and all requests."""
+    """All messages from a graph and all requests to the graph."""
 
     def __init__(self, profile: Profile) -> None:
-        """Create an empty record of a graph with the names in a profile."""
+        """Create an empty record for the names in a profile."""
         self.profile = profile
         self.topics: dict[str, list[Received]] = {name: [] for name in profile.topics}
         self.frames: dict[str, Frame] = {}
         self.markers: list[ReceivedMarker] = []
-        self.namespace = '/'  # the namespace of the graph
-        self.publishers: dict[str, set[str]] = {}  # full node names by topic
-        self.latched: dict[str, bool] = {}  # True for transient local topics
-        self.idle: list[tuple[int, int]] = []  # time spans of the robot at rest
-        self.driving: list[tuple[int, int]] = []  # time spans with several drives
+        self.namespace = '/'
+        self.publishers: dict[str, set[str]] = {}
+        """Full node names for each topic."""
+        self.latched: dict[str, bool] = {}
+        """Whether all publishers on a topic are transient local."""
+        self.idle: list[tuple[int, int]] = []
+        self.driving: list[tuple[int, int]] = []
+        """Time spans that contain several drives."""
         self.drives: list[Drive] = []
         self.tilts: list[Request] = []
         self.places: list[Request] = []
         self.drops: list[Any] = []
         self.stalls: list[tuple[int, int]] = []
         """Time spans in which the observer was late or all processors were busy."""
-        self.notes: list[str] = []  # problems during the observation
-        self.crashes: list[str] = []  # processes that failed, with their errors
+        self.notes: list[str] = []
+        """Problems during the observation."""
+        self.crashes: list[str] = []
 
     def is_empty(self) -> bool:
-        """Return whether only TF was received, which may belong to another namespace."""
+        """Return whether the record is empty apart from TF, which namespaces may share."""
         return not (self.places or any(self.topics.values()))
 
     def add_transform(self, published: int, number: int, transform: Any, static: bool) -> None:
-        """Store a geometry_msgs/TransformStamped unless its stamp is far in the future."""
-        translation, rotation = transform.transform.translation, transform.transform.rotation
+        """Store a geometry_msgs/TransformStamped unless its timestamp is far in the future."""
+        p, q = transform.transform.translation, transform.transform.rotation
         stamp = nanoseconds_of(transform.header.stamp)
         if stamp - published > MAX_AHEAD_NS:
-            return  # This transform would remain the latest one of its frame.
-        frame = self.frames.setdefault(
-            transform.child_frame_id.removeprefix('/'), Frame(static))
+            return  # The frame would keep this transform as its latest transform.
+        frame = self.frames.setdefault(transform.child_frame_id.removeprefix('/'), Frame(static))
         frame.on_both_topics = frame.on_both_topics or frame.static is not static
-        frame.add(published, number, Sample(
-            stamp, transform.header.frame_id.removeprefix('/'),
-            pose((translation.x, translation.y, translation.z),
-                 (rotation.x, rotation.y, rotation.z, rotation.w))))
+        frame.add(published, number, Sample(stamp, transform.header.frame_id.removeprefix('/'),
+                                            pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))))
 
     def ancestors(self, frame: str) -> list[str]:
-        """Return a frame and its ancestors by the latest transforms, at most MAX_DEPTH frames."""
+        """Return a frame and its latest ancestors, at most MAX_DEPTH frames in total."""
         chain = [frame]
         while chain[-1] in self.frames and len(chain) < MAX_DEPTH:
             chain.append(self.frames[chain[-1]].samples[-1].parent)
@@ -211,47 +210,47 @@ class Record:
         return parent.compose(sample.pose) if sample and parent else None
 
     def on_platform(self, stamp: int) -> Array | None:
-        """Return the position of the brick in the platform frame at a time (ns), if known."""
+        """Return the brick's position (m) in the platform frame at a time (ns), if known."""
         brick, platform = self.pose('brick', stamp), self.pose('platform', stamp)
         return platform.locate(brick.position) if brick and platform else None
 
     def brick_track(self, begin: int, end: int) -> Iterator[tuple[int, Pose]]:
-        """Yield the stamp (ns) and the pose of the brick in world for each of its transforms."""
+        """Yield the timestamps (ns) and poses of the brick in world between two times (ns)."""
         for sample in self.frames['brick'].between(begin, end) if 'brick' in self.frames else ():
             brick = self.pose('brick', sample.stamp)
             if brick is not None:
                 yield sample.stamp, brick
 
     def messages(self, topic: str, begin: int = 0, end: int | None = None) -> list[Received]:
-        """Return the messages of a topic that were published from begin to end (ns)."""
+        """Return the messages on a topic with publication times from `begin` to `end` (ns)."""
         return in_time_span(self.topics[topic], begin, end, attrgetter('published'))
 
     def joint(self, name: str, begin: int, end: int,
               field: str = 'position') -> list[tuple[int, float]]:
-        """Return the stamps (ns) and the positions (rad) or velocities (rad/s) of a joint."""
+        """Return the timestamps (ns) and positions (rad) or velocities (rad/s) of a joint."""
         states = self.messages('joint_states', begin, end)
         return [(stamp_of(state), value) for state in states
                 for joint, value in zip(state.message.name, getattr(state.message, field))
                 if joint == name]
 
     def trial_spans(self) -> list[tuple[int, int]]:
-        """Return the time spans (ns) of the observation at rest and of all requests."""
+        """Return the time spans (ns) of all observations at rest and all requests."""
         return [*self.idle, *((trial.begin, trial.end)
                               for trial in (*self.drives, *self.tilts, *self.drops))]
 
     def is_calm(self, begin: int, end: int) -> bool:
-        """Return whether no stall had an effect from begin to end (ns)."""
+        """Return whether no stall affected the time between two times (ns)."""
         return not any(first < end and begin < last + STALL_AFTERMATH_NS
                        for first, last in self.stalls)
 
     def stall_summary(self) -> str:
-        """Return a sentence with the number of trials during stalls, or '' if there were none."""
+        """Return the number of trials that stalls affected as a sentence, or '' without stalls."""
         spans = self.trial_spans()
         stalled = [span for span in spans if not self.is_calm(*span)]
         return f'{OVERLOADED} in {len(stalled)} of {len(spans)} trials' if stalled else ''
 
     def without_stalls(self) -> 'Record':
-        """Return a copy with only those trials that no stall affected."""
+        """Return a copy without the trials that stalls affected."""
         calm = copy(self)
         for name in ('idle', 'driving'):
             setattr(calm, name, [span for span in getattr(self, name) if self.is_calm(*span)])
@@ -267,7 +266,7 @@ def nanoseconds_of(stamp: Any) -> int:
 
 
 def stamp_of(received: Received) -> int:
-    """Return the stamp (ns) of a message, or its publication time if the stamp is implausible."""
+    """Return the timestamp (ns) of a message, or the publication time if it is more plausible."""
     header = getattr(received.message, 'header', None)
     stamp = nanoseconds_of(header.stamp) if header else 0
     return stamp if abs(stamp - received.published) < MAX_AHEAD_NS else received.published
@@ -277,8 +276,8 @@ def message_rate(times: Sequence[float]) -> float:
     """
     Return the rate (Hz) of periodic messages, or 0 for fewer than six timestamps (s).
 
-    On a busy machine, messages may be late, but they are never early. Therefore, the rate is
-    measured between the least delayed messages in the first third and in the last third.
+    On a busy machine, messages may be late but never early. The rate is therefore measured
+    between the least delayed message in the first third and that in the last third.
     """
     count = len(times)
     if count < 6 or times[-1] <= times[0]:
@@ -295,11 +294,11 @@ def message_rate(times: Sequence[float]) -> float:
 
 def rest_start(track: Sequence[tuple[int, Any]], tolerance: float, duration: int) -> int | None:
     """
-    Return the time (ns) at which the rest at the end of a track began, or None without a rest.
+    Return the time (ns) since which a position is constant, or None if the position changes.
 
     :param track: times (ns) and positions (m)
     :param tolerance: largest distance (m) from the last position
-    :param duration: shortest duration (ns) of a rest
+    :param duration: shortest time (ns) with a constant position
     """
     since = None
     for stamp, position in reversed(track):

@@ -26,18 +26,17 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 LONGEST_WAIT = 0.02
-"""Timeout (s) of each spin_once. If the timeout changed, a SingleThreadedExecutor would start
-again with its first node, and the other nodes would wait under load."""
+"""Timeout (s) for each spin_once. A constant timeout lets the executor serve all nodes in turn."""
 
 INTERRUPTED = Event()
-"""After a call of handle_interrupts, Ctrl-C and SIGTERM set this event."""
+"""Event that Ctrl-C and SIGTERM set after handle_interrupts is called."""
 
 
 def handle_interrupts() -> dict[int, Any]:
     """
     Make Ctrl-C and SIGTERM set INTERRUPTED; return the previous signal handlers.
 
-    A KeyboardInterrupt inside a callback could be lost or break a node.
+    A KeyboardInterrupt in a callback could be lost or break a node.
     """
     INTERRUPTED.clear()
     return {number: signal.signal(number, lambda *_: INTERRUPTED.set())
@@ -45,7 +44,7 @@ def handle_interrupts() -> dict[int, Any]:
 
 
 class Spinner:
-    """Base class that spins the nodes of its executor while a program waits."""
+    """Base class that spins the nodes in its executor while a program waits."""
 
     executor: Executor
 
@@ -53,9 +52,7 @@ class Spinner:
         """
         Spin until a condition holds, and check the condition after each callback.
 
-        :param timeout: time limit (s)
-        :param what: description of the condition, for the error message
-        :raises TimeoutError: the condition did not hold in time
+        :raises TimeoutError: the condition, described by `what`, did not hold within timeout (s)
         :raises KeyboardInterrupt: INTERRUPTED was set
         """
         deadline = monotonic() + timeout
@@ -80,7 +77,7 @@ class NodeSpinner(Spinner):
     """Context manager for one node with its own context, executor and signal handlers."""
 
     def __init__(self, make_node: Callable[..., Node], namespace: str = '') -> None:
-        """Create the node with a node class or a function that accepts its keyword arguments."""
+        """Create the node with a node class or a function that accepts the same arguments."""
         self._context = Context()
         rclpy.init(args=['--ros-args', '--log-level', 'warn'], context=self._context,
                    signal_handler_options=SignalHandlerOptions.NO)

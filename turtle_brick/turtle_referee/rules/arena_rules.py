@@ -244,7 +244,7 @@ def fit_fall(times: Array, depths: Array) -> tuple[float, float, float]:
 
 
 def falls(record: Record) -> list[MeasuredFall]:
-    """Return the falls with at least ten transforms, or raise Open if there are none."""
+    """Return the falls with at least ten timestamps, or raise Open if there are none."""
     found = []
     for drop in dropped(record):
         if drop.released is None or drop.down is None:
@@ -254,7 +254,7 @@ def falls(record: Record) -> list[MeasuredFall]:
         hover = track[0][1][:2] if track else drop.place[:2]
         track = [(stamp, position) for stamp, position in track
                  if drop.place[2] - position[2] > NEAR]
-        if len(track) < 10:
+        if len(dict(track)) < 10:
             continue
         times = numpy.array([(stamp - drop.released) * SECONDS_PER_NS for stamp, _ in track])
         depths = numpy.array([drop.place[2] - position[2] for _, position in track])

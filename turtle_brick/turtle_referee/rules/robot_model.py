@@ -94,7 +94,7 @@ class RobotModel:
                             None), f'{link} has no {kind}')
 
     def center(self, link: str, solid: Solid) -> Array:
-        """Return the center (m) of a solid in the root frame."""
+        """Return the position (m) of a solid in the root frame."""
         return self.pose(link).transform(solid.pose.position)
 
     def joint(self, link: str) -> Joint:
