@@ -33,7 +33,6 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
-from matplotlib.patheffects import withStroke
 import numpy as np
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.parameters import Parameters
@@ -236,25 +235,23 @@ LINKS = {
 """The node, description and color for each delay between a release and a motion, in order."""
 
 
-def waterfall(axes: Axes, delays: Sequence[tuple[str, float, str]]) -> None:
-    """Draw consecutive delays as bars, each with a label, a duration (ms) and a color."""
-    total = sum(duration for _, duration, _ in delays)
+def waterfall(axes: Axes, delays: Sequence[tuple[str, float, str, Sequence[float]]]) -> None:
+    """Draw delays as bars, each with a label, a duration (ms), a color and measured ends (ms)."""
+    total = sum(duration for _, duration, _, _ in delays)
     begin = 0.0
-    for row, (label, duration, color) in enumerate(delays):
+    for row, (label, duration, color, ends) in enumerate(delays):
         end = begin + duration
         axes.barh(row, duration, left=begin, height=0.6, color=color)
-        outline = [withStroke(linewidth=3.0, foreground='white')]
-        if duration > 0.5 * total:  # Write the label inside the bar.
+        axes.plot(ends, [row] * len(ends), '|', color=INK, markersize=9.0, alpha=0.35)
+        if duration > 0.5 * total:  # The label is inside the bar.
             axes.text(begin + 0.01 * total, row, label, va='center', color='white')
-        elif end < 0.5 * total:  # Write the label to the right of the bar.
-            axes.text(max(0.23 * total, end + 0.06 * total), row, label, va='center',
-                      path_effects=outline)
-        else:  # Write the label to the left of the bar.
-            axes.text(begin - 0.01 * total, row, label, ha='right', va='center',
-                      path_effects=outline)
+        elif end < 0.5 * total:
+            axes.text(max([end, *ends]) + 0.01 * total, row, label, va='center')
+        else:
+            axes.text(min([begin, *ends]) - 0.01 * total, row, label, ha='right', va='center')
         begin = end
     axes.grid(axis='y', visible=False)
-    axes.set(yticks=[], ylim=(len(delays) - 0.4, -0.6), xlim=(0.0, 1.02 * total))
+    axes.set(yticks=[], ylim=(len(delays) - 0.4, -0.6))
 
 
 def latency(drops: Sequence[dict[str, float]], path: Path) -> None:
@@ -268,11 +265,10 @@ def latency(drops: Sequence[dict[str, float]], path: Path) -> None:
     durations = np.diff([0.0, *medians.values()])
     with new_figure(path, 9.4, 3.9) as figure:
         axes = figure.subplots()
-        waterfall(axes, [(f'{duration:.1f} ms: {description}', duration, color)
-                         for (_, description, color), duration in zip(LINKS.values(), durations)])
-        for row, link in enumerate(LINKS):
-            ends = [1e3 * drop[link] for drop in drops]
-            axes.plot(ends, [row] * len(ends), '|', color=INK, markersize=9.0, alpha=0.35)
+        waterfall(axes, [(f'{duration:.1f} ms: {description}', duration, color,
+                          [1e3 * drop[link] for drop in drops])
+                         for (link, (_, description, color)), duration
+                         in zip(LINKS.items(), durations)])
         axes.set_yticks(range(len(LINKS)), [node for node, _, _ in LINKS.values()])
         axes.tick_params(axis='y', length=0)
         axes.set(xlim=(0.0, 1.02e3 * max(drop['known'] for drop in drops)),

@@ -161,7 +161,7 @@ def draw_fall(height: Axes, error: Axes, parameters: Parameters) -> None:
 
 def draw_side_view(axes: Axes, bricks: Sequence[Vector], distances: np.ndarray,
                    parameters: Parameters) -> None:
-    """Draw the tilted platform, and the brick at the start, halfway and at the end."""
+    """Draw the tilted platform, and the brick at the start, at the rim and at the end."""
     angle = parameters.tilt_angle
     along, normal = np.array((cos(angle), -sin(angle))), np.array((sin(angle), cos(angle)))
     hinge = np.array((0.0, parameters.platform_height - parameters.platform_thickness))
@@ -175,11 +175,11 @@ def draw_side_view(axes: Axes, bricks: Sequence[Vector], distances: np.ndarray,
     thickness = parameters.platform_thickness
     box(hinge + thickness / 2.0 * normal, 2.0 * parameters.platform_radius, thickness,
         facecolor='#7fb2e5', edgecolor=CAUGHT, zorder=2)
-    for fraction in (0.0, 0.5, 1.0):
-        step = int(np.argmax(distances >= fraction * distances[-1]))
+    for distance in (0.0, parameters.platform_radius, distances[-1]):
+        step = int(np.argmax(distances >= distance))
         center = np.array(bricks[step])[[0, 2]]
         box(center, parameters.brick_size[0], parameters.brick_size[2], facecolor=REFUSED,
-            alpha=0.4 + 0.5 * fraction, edgecolor='white', zorder=3)
+            alpha=0.4 + 0.5 * distance, edgecolor='white', zorder=3)
         x, z = center + 0.13 * normal
         axes.text(x, z, f'{DT * (step + 1):.2f} s', zorder=4)
     axes.set(aspect='equal', xlim=(-0.5, 0.95), ylim=(hinge[1] - 0.6, hinge[1] + 0.5),

@@ -34,12 +34,12 @@ class SentCommand(NamedTuple):
     published: float
     latency: float
     """Time until a pose shows this command or, if turtlesim dropped it, a newer command."""
-    taken: bool
+    applied: bool
 
 
 def commands(phase: float) -> list[SentCommand]:
     """
-    Send commands to turtlesim at 100 Hz for half a second, and find each one in its poses.
+    Send commands to turtlesim at 100 Hz for half a second, and find the effect of each command.
 
     :param phase: time of turtlesim's first tick (s)
     :return: the commands sent while the queue was full
@@ -55,14 +55,19 @@ def commands(phase: float) -> list[SentCommand]:
             # The speed identifies the command: command number n has the speed n + 1.
             turtle.command(float(sent), 0.0, 0.0)
         arrivals.append((round(turtle.tick(now).linear_velocity) - 1, now + TRANSPORT_DELAY))
-    shown = {number for number, _ in arrivals}
+    applied = {number for number, _ in arrivals}
     found = []
     for number in range(first, first + count):
         published = number * COMMAND_PERIOD
-        arrival = next(time for taken, time in arrivals if taken >= number)
+        arrival = next(time for shown, time in arrivals if shown >= number)
         found.append(SentCommand(published - first * COMMAND_PERIOD, arrival - published,
-                                 number in shown))
+                                 number in applied))
     return found
+
+
+def commands_for_all_phases() -> list[SentCommand]:
+    """Return the commands sent for each of 16 times of turtlesim's first tick."""
+    return [sent for phase in range(16) for sent in commands(1e-3 * phase + 1e-4)]
 
 
 class NaiveDriver(Driver):
@@ -119,11 +124,11 @@ def approach(driver: Driver, parameters: Parameters) -> list[tuple[float, float]
 
 def report(parameters: Parameters) -> Iterator[str]:
     """Yield the numbers of this lesson, line by line."""
-    every = [sent for phase in range(16) for sent in commands(1e-3 * phase + 1e-4)]
+    every = commands_for_all_phases()
     latencies = [1e3 * sent.latency for sent in every]
     typical = median(latencies)
-    taken = sum(sent.taken for sent in every) / len(every)
-    yield f'  commands taken by turtlesim: {100.0 * taken:.1f} %'
+    applied = sum(sent.applied for sent in every) / len(every)
+    yield f'  commands applied by turtlesim: {100.0 * applied:.1f} %'
     yield ('  delay from publishing a command to its effect in a pose: '
            f'{min(latencies):.0f} to {max(latencies):.0f} ms, median {typical:.0f} ms')
     yield (f'  motion during this delay at {parameters.max_velocity:g} m/s: '
@@ -146,17 +151,20 @@ def draw(parameters: Parameters, path: Path) -> None:
         sawtooth, whole, near = figure.subplot_mosaic(
             'AA\nBC', height_ratios=(0.8, 1.5), width_ratios=(1.0, 1.6)).values()
 
-        for taken, mark, color, label in (
-                (True, 'o', CAUGHT, 'taken by a tick'),
-                (False, 'x', MISSED, 'dropped: a newer one is taken')):
-            selected = [sent for sent in commands(0.0001) if sent.taken is taken]
+        latencies = [1e3 * sent.latency for sent in commands_for_all_phases()]
+        sawtooth.axhspan(min(latencies), max(latencies), color='#dfe7ef',
+                         label='range for all offsets')
+        for applied, mark, color, label in (
+                (True, 'o', CAUGHT, 'applied'),
+                (False, 'x', MISSED, 'dropped (a newer command is applied)')):
+            selected = [sent for sent in commands(1e-4) if sent.applied is applied]
             sawtooth.plot([1e3 * sent.published for sent in selected],
                           [1e3 * sent.latency for sent in selected], mark, color=color,
                           markersize=5.0, label=label)
         sawtooth.set(xlim=(-5.0, 495.0), ylim=(0.0, 90.0), xlabel='command published at / ms',
-                     ylabel='time until it\nshows in a pose / ms',
+                     ylabel='latency / ms',
                      title='Latency of commands sent to turtlesim at 100 Hz')
-        sawtooth.legend(loc='lower left', ncols=2)
+        sawtooth.legend(loc='lower left', ncols=3)
 
         for (name, driver), color in zip(controllers(parameters).items(),
                                          (MISSED, '#d9822b', '#8a63b8', CAUGHT)):
@@ -166,7 +174,7 @@ def draw(parameters: Parameters, path: Path) -> None:
                       label=name)
         for axes, goal in ((whole, DISTANCE), (near, 0.0)):
             axes.axhline(goal, color=INK, linewidth=0.9, linestyle='--', zorder=1)
-            axes.set_xlabel('time since the goal / s')
+            axes.set_xlabel('time since the goal message / s')
         last = DISTANCE / parameters.max_velocity
         whole.set(xlim=(0.0, last + 1.5), ylim=(0.0, 1.12 * DISTANCE), ylabel='distance / m',
                   title=f'A drive of {DISTANCE:g} m')

@@ -113,7 +113,7 @@ def draw(parameters: Parameters, path: Path) -> None:
                      handletextpad=0.4)
 
         colors = (REFUSED, FAINT, ROBOT, CAUGHT, ROBOT, '#c9a227')
-        waterfall(chain, [(f'{label}, {1e3 * time:.0f} ms', 1e3 * time, color)
+        waterfall(chain, [(f'{label}, {1e3 * time:.0f} ms', 1e3 * time, color, ())
                           for (label, time), color in zip(WORST_DELAYS, colors)])
         chain.set(xlim=(0.0, 1e3 * GUARANTEED_LATENCY), xlabel='time since the release / ms',
                   title='Longest delays from the release to the first motion')

@@ -23,7 +23,7 @@ import numpy as np
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TICK, Turtle
-from turtle_brick.tools.plots import CAUGHT, MISSED, new_figure
+from turtle_brick.tools.plots import INK, new_figure
 
 
 class RollSample(NamedTuple):
@@ -85,11 +85,12 @@ def draw(parameters: Parameters, path: Path) -> None:
     time, commanded, pose_distance, rolled = np.array(roll(parameters)).T
     with new_figure(path, 7.6, 3.8) as figure:
         lengths = figure.subplots()
-        for values, color, label in (
-                (pose_distance, MISSED, 'sum of the distances between poses'),
-                (commanded, '#d9822b', 'integral of the commanded speed'),
-                (rolled, CAUGHT, 'wheel angle times wheel radius')):
-            lengths.plot(time, values, color=color, linewidth=2.2, label=label)
+        # The widths differ so that coinciding curves are visible.
+        for values, width, color, label in (
+                (pose_distance, 8.0, '#f0a6cb', 'sum of the distances between poses'),
+                (commanded, 4.5, '#d9822b', 'integral of the commanded speed'),
+                (rolled, 1.8, INK, 'wheel angle times wheel radius')):
+            lengths.plot(time, values, color=color, linewidth=width, label=label)
         top = 1.22 * pose_distance[-1]
         for begin, end, color, label in (
                 (0.0, 1.0, '#eef2f6', 'driving'),
