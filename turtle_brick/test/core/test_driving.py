@@ -15,7 +15,7 @@
 
 from dataclasses import replace
 from itertools import pairwise
-from math import cos, dist, hypot, inf, nan, pi, sin
+from math import cos, dist, hypot, nan, pi, sin
 from random import Random
 
 from hypothesis import assume, given
@@ -78,36 +78,38 @@ def test_tick_clock_follows_the_poses():
 
 # ------------------------------------------------------------------------------- closed-loop laws
 
+def record_results(thing, method, results):
+    """Record the time and the result of each call of a method that takes the current time."""
+    call = getattr(thing, method)
+
+    def record(now):
+        results.append((now, call(now)))
+        return results[-1][1]
+
+    setattr(thing, method, record)
+
+
 class Bench(Simulation):
-    """The robot and turtlesim of a simulation, without the arena and the catcher."""
+    """A simulation that records the poses from turtlesim and the commands from the driver."""
 
     def __init__(self, speed, start=(5.5, 5.5, 0.0), seed=0, jitter=True, driver=None):
         super().__init__(replace(PARAMETERS, max_velocity=speed), seed,
                          JITTER if jitter else Delays(), start)
-        self._physics_at = self._catcher_at = inf
         self.driver = driver or self.driver
         self.speed = speed
-        self.poses = []
-        self.commands = []
+        self.poses, self.commands = [], []
+        record_results(self.turtle, 'tick', self.poses)
+        record_results(self.driver, 'command', self.commands)
         self.rest(0.3)
 
-    def _tick_turtlesim(self, now):
-        super()._tick_turtlesim(now)
-        self.poses.append((now * 1e-9, self.turtle.pose))
-
-    def _update_robot(self, now):
-        super()._update_robot(now)
-        command = self._to_turtle[-1][1:]
-        assert hypot(*command) <= self.speed * (1.0 + 1e-12)
-        self.commands.append((now * 1e-9, command))
-
     def restart_turtlesim(self, pause, start):
-        """Replace turtlesim after a pause (s), in which all commands are lost."""
-        self._tick_at = inf
+        """Replace turtlesim after a pause (s) without poses, in which all commands are lost."""
+        observe, self.driver.observe = self.driver.observe, lambda now, pose: None
         self.rest(pause)
-        self._to_turtle.clear()
         self.turtle = Turtle(*start, holonomic=True, now=self.now * 1e-9)
-        self._tick_at = self._tick_grid = self.now
+        record_results(self.turtle, 'tick', self.poses)
+        self.rest(TICK)
+        self.driver.observe = observe
 
     def distance(self, goal):
         return dist(self.turtle.pose[:2], goal)
@@ -116,6 +118,7 @@ class Bench(Simulation):
         """Check that the turtle rests at its goal after a delay (s)."""
         since = self.now * 1e-9 + after
         self.rest(after + time)
+        assert all(hypot(*command) <= self.speed * (1.0 + 1e-12) for _, command in self.commands)
         assert self.poses[-1][0] > since + time - 0.1
         assert all(dist(pose[:2], goal) <= 0.005 for at, pose in self.poses if at >= since)
         assert all(command == (0.0, 0.0) for at, command in self.commands if at >= since)
