@@ -13,14 +13,23 @@
 # limitations under the License.
 """Apply sample solutions for the exercises to a copy of the package and check their effects."""
 
+from importlib.util import module_from_spec, spec_from_file_location
 import os
 from pathlib import Path
 import re
 import shutil
 import subprocess
 import sys
+from types import SimpleNamespace
 
+from geometry_msgs.msg import Point
+from live_graph import graph, TIMEOUT
 import pytest
+from std_srvs.srv import Trigger
+from turtle_brick.physics import Phase
+from turtle_brick_interfaces.srv import Place
+from turtle_referee.graph_client.record import ReceivedMarker
+from turtle_referee.rules.arena_rules import brick_markers
 import yaml
 
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -36,6 +45,9 @@ while world.phase is not Phase.GROUNDED:
     speeds.append((world.brick[2] - before) * 250)
 print(max(speeds), min(speeds))
 """
+
+SECOND_ARENA = '''-p frame:=brick2 -r __node:=arena2 -r place:=place2 -r drop:=drop2
+                  -r brick_state:=brick_state2 -r brick_marker:=brick_marker2'''
 
 
 @pytest.fixture
@@ -53,6 +65,12 @@ def replace(path, old, new):
     text = path.read_text()
     assert text.count(old) == 1, old
     path.write_text(text.replace(old, new))
+
+
+def apply(solution, path):
+    """Apply the replacements in a file of test/data to a file."""
+    for change in yaml.safe_load((PACKAGE / 'test/data' / solution).read_text()):
+        replace(path, change['old'], change['new'])
 
 
 def run(copy, *arguments):
@@ -80,11 +98,38 @@ def test_a_bouncing_brick_passes_the_tests_of_the_physics(copy):
             (parameters, "    'wall_height': ", 'ParameterRule'),
             (parameters, '    wall_height: float', 'bounce: float')):
         replace(path, neighbor, code('changing.md', word) + neighbor)
-    for change in yaml.safe_load((PACKAGE / 'test/data/bounce.yaml').read_text()):
-        replace(copy / 'turtle_brick/physics.py', change['old'], change['new'])
+    apply('bounce.yaml', copy / 'turtle_brick/physics.py')
     fastest, slowest = map(float, run(copy, '-c', BOUNCES).split())
     assert fastest == pytest.approx(-0.3 * slowest, rel=0.02)
     run(copy, '-m', 'pytest', '-q', 'test_physics.py', 'test_physics_laws.py')
+
+
+def test_a_second_brick_lands_on_the_waiting_robot(copy, domain_id):
+    """The catcher does not respond, but the referee takes the second marker for the brick's."""
+    apply('second_brick.yaml', copy / 'turtle_brick/arena.py')
+    spec = spec_from_file_location('arena2', copy / 'turtle_brick/arena.py')
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    above_robot = Place.Request(location=Point(x=5.5, y=5.5, z=3.0))
+    with graph(domain_id, quiet=True) as live:
+        live.add_turtlesim()
+        live.add_robot_state_publisher()
+        live.add_robot()
+        catcher = live.add_catcher().catcher
+        first = live.add(module.Arena)
+        second = live.add(module.Arena, *SECOND_ARENA.split())
+        transforms = live.record_transforms('brick2')
+        assert live.call('place2', Place, above_robot).success
+        live.wait_for(lambda: second.world.platform, TIMEOUT, 'the platform')
+        assert live.call('drop2', Trigger).success
+        live.wait_for(lambda: second.phase is Phase.RIDING, TIMEOUT, 'the second brick rides')
+        live.wait_for(lambda: transforms.last.header.frame_id == 'platform', TIMEOUT, 'brick2')
+        assert catcher.decision is None and first.phase is Phase.HOVERING
+        for topic in ('brick_state', 'brick_state2', 'brick_marker', 'brick_marker2'):
+            assert live.listener.count_publishers(topic) == 1
+    marker = module.brick_marker(Phase.RIDING, (0.4, 0.2, 0.1), 'brick2')
+    received = [ReceivedMarker(0, 'brick_marker2', marker)]
+    assert brick_markers(SimpleNamespace(markers=received)) == received
 
 
 @pytest.mark.parametrize('fraction, overshoot', [('0.5', '16.4 cm'), ('0.08', '0.0 cm')])
