@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Simulate a brick that falls onto a platform, rides on the platform and slides off.
+Simulate a brick that falls onto a platform, rides on it and slides off.
 
     HOVERING --> FALLING --> RIDING --> FLOATING
                     |  ^-------------------'
@@ -21,8 +21,9 @@ Simulate a brick that falls onto a platform, rides on the platform and slides of
 
 A release starts a fall. Placing the brick changes any phase to HOVERING.
 
-A fall follows the closed form z = z0 - g t^2 / 2, where t is the time since the release, so errors
-do not accumulate. A brick on a tilted platform slides with the acceleration g sin(tilt).
+The height of a falling brick is z = z0 - g t^2 / 2, where t is the time since the release. This
+closed form does not accumulate errors. A brick on a tilted platform slides with the acceleration
+g sin(tilt).
 
 The location of the brick is its center. The bottom of the brick touches the platform or the
 ground. The brick always has the inclination of the platform.
@@ -32,32 +33,27 @@ for the platform and only a position for the robot. A sliding brick leaves the p
 whole bottom is outside the radius, because the assignment requires this for its trailing edge.
 """
 
-from __future__ import annotations
-
 from enum import Enum
 from math import hypot, isfinite
-from typing import TYPE_CHECKING
 
 from turtle_brick.core.geometry import (distance_to_rectangle, from_yaw, MAX_COORDINATE, multiply,
                                         Pose, Quaternion, Vector)
+from turtle_brick.core.parameters import ArenaParameters
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import SECONDS_PER_NS
-
-if TYPE_CHECKING:
-    from turtle_brick.core.parameters import ArenaParameters
 
 STEP_NS = 4_000_000
 """Duration (ns) of one physics step in the arena. The step rate is 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
-"""Largest depth (m) below the resting height from which the brick can still land."""
+"""Largest distance (m) below its resting height at which the brick can still land."""
 
 MIN_NORMAL_Z = 1e-9
 """Smallest vertical component of the unit normal at which the platform supports the brick."""
 
 
 class Phase(Enum):
-    """Phases of the brick's motion."""
+    """Phase of the motion of the brick."""
 
     HOVERING = 'hovering'
     FALLING = 'falling'
@@ -70,8 +66,8 @@ class World:
     """
     Keep track of the physics of the world.
 
-    By default, the brick is a point and there is no platform. Set `size`, `thickness` and
-    `platform` to change these defaults.
+    Initially, the brick is a point and there is no platform. Set `size`, `thickness` and
+    `platform` to change this.
 
     The constructor and the setter of `brick` raise ValueError if the location is not finite or too
     far away, or if the bottom of the brick would be below the ground.
@@ -111,11 +107,11 @@ class World:
         self._slide_velocity: tuple[float, float] = (0.0, 0.0)
         """Velocity (m/s) of the riding brick along x and y of the platform frame."""
         self._relative_yaw = 0.0
-        """Heading (rad) of the riding brick relative to the hinge."""
+        """Heading (rad) of the riding brick, relative to the heading of the hinge."""
         self.brick = brick
 
     @classmethod
-    def from_parameters(cls, parameters: ArenaParameters) -> World:
+    def from_parameters(cls, parameters: ArenaParameters) -> 'World':
         """Create a world with the configured brick and platform, and a timestep of STEP_NS."""
         world = cls(parameters.brick_start, parameters.gravity_accel, parameters.platform_radius,
                     STEP_NS * SECONDS_PER_NS)
@@ -188,7 +184,7 @@ class World:
 
     @property
     def pose_on_platform(self) -> Pose | None:
-        """Get the brick's pose in the platform frame, or None if it is not on a known platform."""
+        """Get the brick's pose in the platform frame, or None if no known platform carries it."""
         if self._phase is not Phase.RIDING or self._platform is None:
             return None
         x, y = self._slide_position
@@ -196,7 +192,7 @@ class World:
 
     def release(self) -> None:
         """
-        Release the brick. The next step is the start of the fall and does not move the brick.
+        Release the brick. The fall starts with the next step, which does not move the brick yet.
 
         :raises ValueError: the brick is neither hovering nor floating
         """
@@ -239,7 +235,7 @@ class World:
         """Return whether the brick reaches the top of a level platform between two heights (m)."""
         if not platform.is_level:
             return False
-        top_x, top_y, top_z = platform.point(0.0, 0.0, self.thickness)
+        top_x, top_y, top_z = platform.pose.transform((0.0, 0.0, self.thickness))
         resting_z = top_z + self._half_height
         distance = hypot(self._brick[0] - top_x, self._brick[1] - top_y)
         return (previous_z >= resting_z - CONTACT_TOLERANCE and z < resting_z
@@ -247,7 +243,7 @@ class World:
 
     def _land(self, platform: Platform) -> None:
         x, y, _ = self._brick
-        top_z = platform.point(0.0, 0.0, self.thickness)[2]
+        top_z = platform.pose.transform((0.0, 0.0, self.thickness))[2]
         self._slide_position = platform.coordinates_of((x, y, top_z))
         self._slide_velocity = (0.0, 0.0)
         self._relative_yaw = self._yaw - platform.hinge_yaw
@@ -267,7 +263,6 @@ class World:
         self._slide_velocity = (velocity_x + gravity_x * dt, velocity_y + gravity_y * dt)
         self._follow(platform)
         has_moved = self._slide_position != before
-        # The whole bottom of the brick must be outside the radius.
         is_beside = self._radius < distance_to_rectangle(
             *self._slide_position, self._relative_yaw, *self.size[:2])
         if normal[2] <= MIN_NORMAL_Z or (has_moved and is_beside):
@@ -275,5 +270,6 @@ class World:
 
     def _follow(self, platform: Platform) -> None:
         """Compute the location and heading of a riding brick in the world frame."""
-        self._brick = platform.point(*self._slide_position, self.thickness + self._half_height)
+        x, y = self._slide_position
+        self._brick = platform.pose.transform((x, y, self.thickness + self._half_height))
         self._yaw = platform.hinge_yaw + self._relative_yaw

@@ -132,7 +132,8 @@ def test_platform_has_a_level_tolerance_and_consistent_coordinates(yaw, tilt):
     for over in (pi, 0.01, 1.001 * LEVEL_TOLERANCE):
         assert not platform_at(yaw=yaw, tilt=over).is_level
     leaning = platform_at(1.0, 2.0, yaw, tilt)
-    assert gap(leaning.coordinates_of(leaning.point(0.3, -0.2, 0.5)), (0.3, -0.2)) <= 1e-9
+    assert gap(leaning.coordinates_of(leaning.pose.transform((0.3, -0.2, 0.5))),
+               (0.3, -0.2)) <= 1e-9
 
 
 @law(40)

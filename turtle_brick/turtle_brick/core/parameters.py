@@ -16,15 +16,12 @@
 Valid ranges of the parameters in config/turtle.yaml, and the parameter set of each node.
 
 `load` reads the file without ROS. A node declares its parameters with
-`turtle_brick.ros.node_parameters.declare_parameters`. Both functions raise a ParameterError for a
-missing or invalid value. The error message contains the parameter name, its value and the valid
-range.
+`turtle_brick.ros.node_parameters.declare_parameters`. Both functions raise a ParameterError if a
+value is missing or invalid.
 
 To add a parameter, add a line to config/turtle.yaml, a rule to PARAMETER_RULES, and a field to the
 parameter set of each node that uses the parameter.
 """
-
-from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -48,7 +45,7 @@ class MissingParameterError(ParameterError):
 
 
 class ParameterRule(NamedTuple):
-    """Meaning and valid range of a parameter."""
+    """Description and valid range of a parameter."""
 
     description: str
     unit: str
@@ -65,7 +62,7 @@ class ParameterRule(NamedTuple):
         return f'{kind} from {self.lower:g} to {self.upper:g} {self.unit}'.rstrip()
 
     def allows(self, value: Any) -> bool:
-        """Return whether a value is valid. Integers are valid, bools are not."""
+        """Return whether a value is valid. Integers are valid, but booleans are not."""
         numbers = [value] if self.length == 1 else value
         if not isinstance(numbers, (list, tuple)) or len(numbers) != self.length:
             return False
@@ -92,7 +89,7 @@ PARAMETER_RULES = {
 
 @dataclass(frozen=True)
 class ParameterSet:
-    """Base class of parameter sets. All instances are valid, including results of `replace`."""
+    """Base class for parameter sets. It is impossible to create an invalid parameter set."""
 
     def __post_init__(self) -> None:
         """Check all values and convert them to floats."""
@@ -109,8 +106,7 @@ class ParameterSet:
         """
         Create a parameter set from a mapping. Ignore parameters that are not in the set.
 
-        :raises MissingParameterError: a value is missing
-        :raises ParameterError: a name is misspelled, or a value is invalid
+        :raises ParameterError: a value is missing or invalid, or a name is misspelled
         """
         names = [field.name for field in fields(cls)]
         missing = [name for name in names if name not in mapping]
@@ -211,18 +207,13 @@ def default_path() -> Path:
 
 
 def load(path: str | Path | None = None) -> Parameters:
-    """Read all parameters from a ROS parameter file, by default config/turtle.yaml."""
-    return read(default_path() if path is None else path, Parameters)
-
-
-def read(path: str | Path, parameter_set: type[AnyParameterSet]) -> AnyParameterSet:
     """
-    Read a parameter set from the section `/**: ros__parameters:` of a ROS parameter file.
+    Read all parameters from a ROS parameter file, by default config/turtle.yaml.
 
-    :raises ParameterError: the file is unreadable or not a parameter file, or a value is missing
-        or invalid. The message begins with the path.
+    :raises ParameterError: the file is unreadable or invalid. The message begins with the path.
     """
     import yaml  # The page in web/ runs without PyYAML.
+    path = default_path() if path is None else path
     try:
         section = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
     except OSError as error:
@@ -235,13 +226,13 @@ def read(path: str | Path, parameter_set: type[AnyParameterSet]) -> AnyParameter
     if not isinstance(section, dict):
         raise ParameterError(f"{path}: there are no parameters under '/**: ros__parameters:'")
     try:
-        return parameter_set.from_mapping(section)
+        return Parameters.from_mapping(section)
     except ParameterError as error:
         raise type(error)(f'{path}: {error}') from None
 
 
 def main() -> int:
-    """Check a parameter file, by default config/turtle.yaml. Return the exit status."""
+    """Check a parameter file, by default config/turtle.yaml, and return the exit status."""
     try:
         load(*sys.argv[1:])
     except ParameterError as error:

@@ -15,17 +15,21 @@
 """
 Decide whether the robot can be under a falling brick in time.
 
-A brick is reachable if its landing point is inside the arena and if
+A brick is reachable if its landing point is inside the arena and the needed time is at most the
+time until the landing. The needed time is
 
-    latency + max(distance - platform_radius, 0) / max_velocity <= time until landing
+    0                                                          if distance <= platform_radius
+    latency + (distance - platform_radius) / max_velocity      otherwise
 
-- The brick falls without drag. It lands when its bottom reaches the top of the level platform.
-- The distance is the horizontal distance from the robot to the landing point. For a moving robot,
-  it is the largest distance that can result from the commands already sent.
+- The brick falls straight down without drag. It lands when its bottom reaches the top of the level
+  platform. A brick that is already below this height is unreachable.
+- A brick lands on the platform if its center is within platform_radius of the platform axis. The
+  robot therefore does not have to drive the whole distance.
+- The distance is the horizontal distance from the robot to the landing point. A moving robot first
+  executes the commands already sent, so the largest distance that can result from them counts.
 - The latency is COMMAND_LATENCY plus the excess latency. COMMAND_LATENCY applies to nodes on one
   machine. `latency` estimates the excess latency due to slow links and busy machines.
-- A robot already within platform_radius of the landing point needs no time. A platform that is not
-  level needs at least LEVEL_LATENCY plus the excess latency.
+- No brick lands on a tilted platform. Leveling it takes LEVEL_LATENCY plus the excess latency.
 
 `robot_tracking` computes the motion of the robot. All timestamps come from one clock and are in
 nanoseconds.
@@ -77,12 +81,12 @@ class Decision(NamedTuple):
 
     @property
     def margin(self) -> float:
-        """Time (s) to spare."""
+        """Difference (s) between the available time and the needed time."""
         return self.available - self.needed
 
     @property
     def summary(self) -> str:
-        """Decision and reason in one line, such as "unreachable: no robot is available"."""
+        """One line with the decision, such as "unreachable: no robot is available"."""
         if not self.reachable:
             return f'unreachable: {self.reason}'
         return (f'reachable: the robot, {self.distance:.2f} m away, needs {self.needed:.3f} s, '
@@ -99,7 +103,7 @@ class RobotMotion(NamedTuple):
     destinations: tuple[tuple[float, float], ...] = ()
     """Points (m) that the robot may reach with the commands already sent."""
     level: bool = True
-    """Whether the platform is level and every node has received the level transform."""
+    """Whether the platform is level and the arena has received the level transform."""
     uncertainty: float = 0.0
     """Distance (m) that the robot may cover in an unknown direction."""
 
@@ -113,7 +117,7 @@ class RobotMotion(NamedTuple):
         return hypot(point[0] - self.x, point[1] - self.y)
 
     def longest_distance_to(self, point: tuple[float, ...]) -> float:
-        """Return the largest distance (m) to a point during the commands already sent."""
+        """Return the largest distance (m) to a point that can result from the commands sent."""
         distances = [hypot(point[0] - x, point[1] - y) for x, y in self.destinations]
         return max([self.distance_to(point), *distances]) + self.uncertainty
 
@@ -134,10 +138,8 @@ def guaranteed_distance(height: float, parameters: CatcherParameters,
     """
     Return the largest distance (m) at which a robot at rest is guaranteed to catch a brick.
 
-    The distance is negative if no catch is guaranteed.
-
-    :param height: height (m) of the brick's center at the release
-    :param excess: excess latency (s)
+    The distance is negative if no catch is guaranteed. The height (m) is that of the brick's
+    center at the release, and `excess` is the excess latency (s).
     """
     if height < resting_height(parameters):
         return -inf
@@ -178,7 +180,7 @@ def time_needed(fall: Fall, robot: RobotMotion, parameters: CatcherParameters,
     distance = robot.longest_distance_to(fall.position)
     time = 0.0
     if distance > parameters.platform_radius:
-        # Except for tiny platforms, travel_time is (distance - platform_radius) / max_velocity.
+        # travel_time exceeds the quotient in the formula only for tiny platforms.
         time = COMMAND_LATENCY + excess + travel_time(
             distance, parameters.platform_radius, parameters.max_velocity)
     return time if robot.level else max(time, LEVEL_LATENCY + excess)

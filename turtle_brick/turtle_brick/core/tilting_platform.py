@@ -14,8 +14,6 @@
 
 """Geometry of the platform that carries the brick. The axes follow REP 103."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from math import atan2
@@ -28,10 +26,10 @@ LEVEL_TOLERANCE = 1e-3
 
 @dataclass(frozen=True)
 class Platform:
-    """A platform at a pose. Derived values are computed only once."""
+    """Pose of the platform, and values derived from the pose."""
 
     pose: Pose
-    """Pose of the platform frame in the world frame. The origin is in the center of the base."""
+    """Pose of the platform frame in the world frame. The origin is at the center of the base."""
 
     @cached_property
     def axes(self) -> tuple[Vector, Vector, Vector]:
@@ -46,17 +44,10 @@ class Platform:
 
     @property
     def is_level(self) -> bool:
-        """Whether the platform is level, so that a brick can land on the platform."""
+        """Whether the platform is level. A brick can land only on a level platform."""
         x, y, _, _ = self.pose.orientation
         # x^2 + y^2 is the squared sine of half the inclination.
         return x * x + y * y < (LEVEL_TOLERANCE / 2.0) ** 2
-
-    def point(self, x: float, y: float, z: float) -> Vector:
-        """Transform coordinates (m) from the platform frame to the world frame."""
-        (px, py, pz), (ex, ey, ez) = self.pose.position, self.axes
-        return (px + x * ex[0] + y * ey[0] + z * ez[0],
-                py + x * ex[1] + y * ey[1] + z * ez[1],
-                pz + x * ex[2] + y * ey[2] + z * ez[2])
 
     def coordinates_of(self, point: Vector) -> tuple[float, float]:
         """Transform a point (m) from the world frame to x and y in the platform frame."""

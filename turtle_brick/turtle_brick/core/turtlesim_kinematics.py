@@ -29,19 +29,14 @@ and results are in float32, and y points up, as in turtlesim's messages.
 """
 
 from collections import deque
+from ctypes import c_float
 import math
-import struct
 from typing import NamedTuple
-
-_FLOAT = struct.Struct('f')
 
 
 def float32(value: float) -> float:
     """Return the nearest float32, or infinity if the value is out of range."""
-    try:
-        return _FLOAT.unpack(_FLOAT.pack(value))[0]
-    except OverflowError:
-        return math.copysign(math.inf, value)
+    return c_float(value).value
 
 
 TICK = 0.001 * 16
@@ -54,7 +49,7 @@ COMMAND_TIMEOUT = 1.0
 """Time (s) without a velocity command after which a turtle stops."""
 
 ARENA_SIZE = float32(499 / 45)
-"""Width and height (m) of the arena, which are 499 pixels of 1/45 m as a float32."""
+"""Width and height (m) of the arena, a float32. One pixel of turtlesim is 1/45 m."""
 
 ARENA_CENTER = float32(ARENA_SIZE / 2)
 """x and y (m) of the arena's center."""
@@ -72,7 +67,7 @@ def within_arena(x: float, y: float) -> tuple[float, float]:
 
 
 class TurtlePose(NamedTuple):
-    """Pose message of turtlesim. Every number is a float32."""
+    """A pose published by turtlesim. Every number is a float32."""
 
     x: float
     """Distance from the left wall (m)."""
@@ -138,7 +133,7 @@ class Turtle:
             self._commanded_at = now
 
     def update(self, now: float) -> TurtlePose:
-        """Execute the second half of a tick: move for one time step. Return the new pose."""
+        """Execute the second half of a tick: move for one time step, and return the new pose."""
         self._teleport()
         if now - self._commanded_at > COMMAND_TIMEOUT:
             self._linear_x = self._linear_y = self._angular = 0.0
@@ -184,10 +179,10 @@ class Turtle:
 
 
 class TurtleSim:
-    """Turtlesim and its turtles. The simulation starts with turtle1 in the arena's center."""
+    """A turtlesim with several turtles. It starts with turtle1 in the center of the arena."""
 
     def __init__(self, holonomic: bool = False, now: float = 0.0) -> None:
-        """Create a simulator at the current time (s)."""
+        """Create a turtlesim at the current time (s)."""
         self.turtles: dict[str, Turtle] = {}
         """Turtles by name, in their update order."""
         self._holonomic = holonomic
@@ -203,10 +198,9 @@ class TurtleSim:
 
     def spawn(self, x: float, y: float, theta: float, name: str = '', now: float = 0.0) -> str:
         """
-        Add a turtle.
+        Add a turtle, and return its name, or an empty string if the name is in use.
 
-        :param name: name of the turtle, or an empty string for the next free turtle number
-        :return: name of the turtle, or an empty string if the name is in use
+        An empty name stands for the next unused name of turtle1, turtle2 and so on.
         """
         if name in self.turtles:
             return ''
@@ -223,7 +217,7 @@ class TurtleSim:
         return self.turtles.pop(name, None) is not None
 
     def reset(self, now: float = 0.0) -> None:
-        """Remove all turtles, and add turtle1 at rest in the arena's center."""
+        """Remove all turtles, and add turtle1 at rest in the center of the arena."""
         self.turtles = {}
         self._names = 0
         self.spawn(ARENA_CENTER, ARENA_CENTER, 0.0, now=now)
