@@ -15,9 +15,9 @@
 """
 Decide how to catch a brick based on the positions of the brick and the robot.
 
-`Catcher` records positions, makes decisions, and returns the goals and tilt commands to publish.
-`transition` is the catcher's state machine, and its input is an `Observation`. No function reads a
-clock. All timestamps come from one clock and are in nanoseconds.
+`Catcher` records positions, decides whether each falling brick is reachable, and returns the goals
+and tilt commands to publish. `transition` is its state machine. All timestamps come from one clock
+and are in nanoseconds.
 """
 
 from enum import Enum
@@ -39,7 +39,7 @@ UPDATE_PERIOD = 0.02
 """Update period (s) of the catcher. Each new fall triggers an additional update."""
 
 CENTER = (ARENA_CENTER, ARENA_CENTER)
-"""Center (m) of the arena in the world frame. The robot carries the bricks to this point."""
+"""Center (m) of the arena in the world frame, to which the robot carries the bricks."""
 
 RAMP_TIME = 0.5
 """Duration (s) of tilting or leveling the platform."""
@@ -51,15 +51,15 @@ SETTLING_TIME = 0.05
 """Time (s) without motion after which a brick beside the platform is considered at rest."""
 
 BRICK_LAG = 0.5
-"""Longest time (s) for which a brick on a moving or tilted platform may appear to be at rest. This
-occurs on a busy machine, where the arena receives the platform's transforms late."""
+"""Longest pause (s) in the motion of a brick on a moving or tilted platform. The brick pauses if
+the arena receives the transforms of the platform late."""
 
 LYING_TIME = 1.0
 """Time (s) for which a brick must rest on a level, stationary platform before it is carried."""
 
 CLOCK_DIFFERENCE = 0.5
-"""Largest age (s) of a brick position that is used for a decision. An older position indicates
-that one node has not detected a clock change yet."""
+"""Largest age (s) of a brick position that is used for a decision. After a clock change, positions
+can appear older until both nodes have detected the change."""
 
 DECISION_DEADLINE = 0.1
 """Time (s) before contact at which the catcher stops waiting for the robot and decides."""
@@ -106,7 +106,7 @@ class Brick(NamedTuple):
     """Whether the brick has landed or is attached to the platform, and is at resting height."""
 
     def observe(self, stamp: int, position: Vector, is_attached: bool) -> 'Brick':
-        """Return the brick updated with an observation at a time (ns)."""
+        """Return the brick after another observation at a time (ns)."""
         if (stamp < self.stamp or is_attached is not self.is_attached
                 or dist(position, self.position) > POSITION_TOLERANCE):
             return Brick(position, stamp, stamp, is_attached)
@@ -114,7 +114,7 @@ class Brick(NamedTuple):
 
 
 class Observation(NamedTuple):
-    """Observed brick and robot at the time of an update."""
+    """Brick and robot at the time of an update."""
 
     parameters: CatcherParameters
     now: int
@@ -124,7 +124,7 @@ class Observation(NamedTuple):
     brick: Brick
     is_in_free_fall: bool
     has_reachable_fall: bool
-    """Whether the current update has decided that a new fall is reachable."""
+    """Whether a new fall was found reachable in this update."""
     robot: RobotMotion | None
     """Motion of the robot, or None if the robot is unavailable."""
     platform: Platform | None
@@ -140,7 +140,7 @@ class Observation(NamedTuple):
 
     @property
     def still_since(self) -> int:
-        """Later of the times (ns) of the last brick motion and of the last unavailable robot."""
+        """Last time (ns) at which the brick moved or the robot was unavailable."""
         return max(self.brick.last_motion, self.tracker.last_unseen)
 
     @property
@@ -171,7 +171,7 @@ class Observation(NamedTuple):
 
     @property
     def is_following(self) -> bool:
-        """Whether the brick is at its resting height and has moved in the last BRICK_LAG."""
+        """Whether the brick is at its resting height and has moved within the last BRICK_LAG."""
         return (self.is_at_resting_height and self.robot is not None
                 and self.still_time < BRICK_LAG)
 
@@ -259,11 +259,7 @@ class TiltRamp:
         self._start_angle, self._start_time = self.angle, now
 
     def advance(self, now: int, goal: float) -> bool:
-        """
-        Compute the angle at a time (ns), and return whether the angle has changed.
-
-        :param goal: angle (rad) at the end of the ramp, which lasts for RAMP_TIME
-        """
+        """Advance toward a goal angle (rad) at a time (ns). Return whether the angle changed."""
         if self.angle == goal:
             return False
         fraction = min((now - self._start_time) * SECONDS_PER_NS / RAMP_TIME, 1.0)
@@ -336,9 +332,9 @@ class Catcher:
 
     def update(self, now: int, platform: Platform | None) -> list[Action]:
         """
-        Decide how to respond to a new fall, and return the decisions and commands to publish.
+        Update the state, and return the decisions and commands to publish.
 
-        Call this function at least 50 times per second. A decreasing time resets the catcher.
+        Call this method at least 50 times per second. A decreasing time resets the catcher.
 
         :param now: current time (ns)
         :param platform: platform of the robot, or None if it is unavailable
@@ -386,18 +382,16 @@ class Catcher:
         decision = self._reachability(fall, robot, excess)
         if decision.reachable or decision.available <= DECISION_DEADLINE:
             return decision
-        # Later observations may show that the robot is at rest near the brick. Wait for such
-        # observations if they can change the decision.
-        best_case = RobotMotion(fall.x, fall.y)
-        if robot is not None:
-            best_case = robot._replace(uncertainty=0.0)
+        # Later observations may show that the robot is at rest or near the brick. Wait for them
+        # if the brick would then be reachable.
+        best_case = robot._replace(uncertainty=0.0) if robot else RobotMotion(fall.x, fall.y)
         return None if self._reachability(fall, best_case, excess).reachable else decision
 
     def _reachability(self, fall: Fall, robot: RobotMotion | None, excess: float) -> Decision:
         return decide_reachability(fall, self._now, robot, self.parameters, excess)
 
-    def _is_decided(self, fall: Fall | None) -> bool:
-        """Return whether the brick has been refused or the fall already has a decision."""
+    def _is_decided(self, fall: Fall) -> bool:
+        """Return whether the brick was refused, or a decision about the fall was made."""
         return self._is_refused or (self.decision is not None and self.decision.fall is fall)
 
     def _drive_goals(self, previous: State, observation: Observation) -> list[Action]:

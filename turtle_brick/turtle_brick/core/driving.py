@@ -17,8 +17,8 @@ Drive the turtle to a goal at full speed, and stop it there.
 
 turtlesim queues up to seven commands and takes the oldest command every 16 ms. Commands at 100 Hz
 keep this queue full. A command therefore takes effect 60 to 70 ms after its publication, or is
-discarded. A controller that uses the latest pose overshoots and oscillates. This controller is a
-Smith predictor. `CommandQueue` models the queue and predicts the position at which the next
+discarded. A controller that uses the latest pose overshoots and oscillates. This module therefore
+uses a Smith predictor. `CommandQueue` models the queue and predicts the position at which the next
 command takes effect. `Driver` computes the command for the predicted position.
 
 All times are in seconds and come from one steady clock. The caller passes the current time.
@@ -39,9 +39,8 @@ POSE_TIMEOUT = 0.25
 """Largest age (s) of a pose that is used for driving."""
 
 APPROACH_FRACTION = 0.5
-"""Fraction of the remaining distance that the turtle covers per tick near its goal. With 1, the
-turtle would overshoot by a full step if a tick took a command other than the predicted command.
-With 0.5, successive commands differ only slightly."""
+"""Fraction of the remaining distance that the turtle covers per tick near its goal. A fraction of
+1 would cause an overshoot whenever a tick takes a command other than the predicted command."""
 
 STOP_DISTANCE = 0.0005
 """Distance (m) from the goal at which the turtle stops."""
@@ -54,12 +53,11 @@ class TickClock:
     """
     Estimate the times of turtlesim's ticks from the arrival times of its poses.
 
-    turtlesim publishes one pose per tick, and the ticks form a grid of 16 ms. A pose arrives
-    shortly after its tick.
+    The ticks form a grid of 16 ms. The pose published by a tick arrives shortly after the tick.
     """
 
     GAIN = 0.05
-    """Fraction of a pose's deviation by which the grid is corrected."""
+    """Fraction of the deviation between a pose and the grid by which the grid is corrected."""
 
     EARLY = 0.6
     """Fraction of a tick by which a pose must be early to restart the grid."""
@@ -90,8 +88,8 @@ class CommandQueue:
     """
     Model turtlesim's command queue, and predict the turtle's position after the queued commands.
 
-    The model uses the publication times of the commands and the ticks derived from the poses. The
-    speed reported in a pose identifies the command that turtlesim took in the tick of the pose.
+    The model uses the publication times of the commands and the estimated ticks. The speed in a
+    pose identifies the command that turtlesim executed in the tick of the pose.
     """
 
     MEMORY = 64
@@ -137,12 +135,7 @@ class CommandQueue:
         return self.pose is None or now - self.pose_time > POSE_TIMEOUT
 
     def predict(self, now: float) -> tuple[float, float]:
-        """
-        Predict the turtle's position at the tick that takes a command published now (s).
-
-        :return: x and y (m) in the world frame
-        :raises ValueError: no pose has been recorded
-        """
+        """Predict the position (m) at which a command published now (s) takes effect."""
         pose = self.pose
         if pose is None:
             raise ValueError('no pose has been received')
@@ -190,7 +183,7 @@ class CommandQueue:
         return index
 
     def _recognize(self, expected: int, speed: float) -> int:
-        """Return the index of the command with a speed (m/s), closest to an expected index."""
+        """Return the index of a command with a speed (m/s) near an expected index."""
         first = self._count - len(self._sent)
         lowest, highest = max(self._taken, first), self._count - 1
         for offset in (0, 1, -1, 2, -2, 3, -3):
@@ -223,11 +216,7 @@ class Driver:
         return self._queue.pose
 
     def drive_to(self, x: float, y: float) -> None:
-        """
-        Set the goal (m) in the world frame. A goal equal to the current goal has no effect.
-
-        :raises ValueError: the goal is not finite
-        """
+        """Set the goal (m) in the world frame, or raise ValueError if it is not finite."""
         if not (isfinite(x) and isfinite(y)):
             raise ValueError(f'the goal ({x:g}, {y:g}) is not finite')
         if self.goal != (x, y):
@@ -240,10 +229,10 @@ class Driver:
 
     def command(self, now: float) -> tuple[float, float]:
         """
-        Return the command to publish now (s), and record the command. Call this method at 100 Hz.
+        Record and return the velocity (m/s) in the turtle's frame to publish now (s).
 
-        :return: linear.x and linear.y (m/s) in the turtle's frame. Both are zero at the goal,
-            without a goal, and without a recent pose.
+        Call this method at 100 Hz. The velocity is zero at the goal, without a goal, and without a
+        recent pose.
         """
         velocity = self._steer(now)
         self._queue.publish(now, *velocity)
@@ -270,13 +259,9 @@ class Driver:
 
 def travel_time(distance: float, radius: float, max_velocity: float) -> float:
     """
-    Return the time (s) from the turtle's first motion until it is within a radius of its goal.
+    Return the time (s) from the turtle's first motion until it is within a radius (m) of its goal.
 
     The time is (distance - radius) / max_velocity if the turtle slows down only within the radius.
-
-    :param distance: initial distance (m) to the goal
-    :param radius: distance (m) from the goal at which the time ends
-    :param max_velocity: speed (m/s) of the turtle
     """
     if distance <= radius:
         return 0.0

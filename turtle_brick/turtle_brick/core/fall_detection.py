@@ -72,8 +72,8 @@ class FallDetector:
     """Largest relative deviation from the gravitational acceleration."""
 
     SIDEWAYS_FRACTION = 0.01
-    """Largest ratio of sideways to vertical motion. This limit excludes bricks that slide down
-    slopes steeper than 72 degrees. ACCELERATION_TOLERANCE does not exclude these slides."""
+    """Largest ratio of sideways motion to vertical motion. This limit excludes slides on slopes
+    steeper than 72 degrees, which ACCELERATION_TOLERANCE does not exclude."""
 
     SIDEWAYS_TOLERANCE = 1e-4
     """Largest sideways motion (m) between two positions in a fall."""

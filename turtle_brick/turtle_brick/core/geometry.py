@@ -110,9 +110,9 @@ def rotate(q: Quaternion, v: Vector) -> Vector:
 
 def distance_to_rectangle(x: float, y: float, yaw: float, length: float, width: float) -> float:
     """
-    Return the distance (m) from the origin to a rectangle, or 0 if it covers the origin.
+    Return the distance (m) from the origin to a rectangle, or 0 if it contains the origin.
 
-    The rectangle has the center (x, y) (m), and its length has the heading yaw (rad).
+    The rectangle has its center at (x, y) (m), and its length points along the heading yaw (rad).
     """
     c, s = cos(yaw), sin(yaw)
     along = abs(c * x + s * y) - length / 2.0

@@ -15,10 +15,9 @@
 """
 Estimate the excess latency of the command path.
 
-`reachability` derives the latency for nodes on one machine that is not overloaded.
-`LatencyMonitor` estimates the excess latency due to slow links, lost messages and overloaded
-machines. The estimate is based on the worst values in the last WINDOW seconds. All timestamps come
-from one clock and are in nanoseconds.
+`LatencyMonitor` estimates by how much the latency exceeds COMMAND_LATENCY in `reachability` due to
+slow links, lost messages and overloaded machines. The estimate is based on the worst values in the
+last WINDOW seconds. All timestamps come from one clock and are in nanoseconds.
 """
 
 from bisect import bisect_left, insort
@@ -35,16 +34,16 @@ OUTLIER_FRACTION = 0.01
 """Fraction of transforms that are ignored as outliers, for example after a single stall."""
 
 OVERLOAD_FRACTION = 0.2
-"""Fraction of late timer callbacks above which the machine is considered overloaded."""
+"""Fraction of late timer callbacks above which the machine is overloaded."""
 
 AVERAGED_CALLBACKS = 50
 """Number of timer callbacks over which the fraction of late callbacks is averaged."""
 
 USUAL_AGE = 0.006
-"""Usual age (s) of transforms on arrival, which the latencies in `reachability` include."""
+"""Usual age (s) of transforms on arrival. The latencies in `reachability` include this age."""
 
 CLOCK_TOLERANCE = 0.006
-"""Largest time (s) by which timestamps may be in the future even if the clocks agree. For example,
+"""Largest time (s) by which timestamps can be in the future even if the clocks agree. For example,
 the arena simulates a riding brick one step (0.004 s) ahead."""
 
 MIN_GAPS = 3
@@ -55,8 +54,7 @@ LOSS_RESERVE = 0.06
 and two robot poses (0.01 s each)."""
 
 MAX_DELAY = 1.0
-"""Largest valid delay (s). A longer delay indicates an ignored goal, a stopped node or an invalid
-timestamp."""
+"""Largest valid delay (s). Longer delays are due to ignored goals or invalid timestamps."""
 
 
 class RecentValues:
@@ -77,7 +75,7 @@ class RecentValues:
         return values[round(fraction * (len(values) - 1))] if values else 0.0
 
     def largest(self, now: int, rank: int) -> float:
-        """Return the value at a rank (1 for the largest), or 0 if there are fewer values."""
+        """Return the value with a rank (1 for the largest), or 0 if there are fewer values."""
         values = self.recent(now)
         return values[-rank] if len(values) >= rank else 0.0
 
@@ -111,11 +109,9 @@ class LatencyMonitor:
 
     def record_ages(self, now: int, ages: Iterable[float], late: bool = False) -> None:
         """
-        Record the ages (s) of the transforms received since the last call.
+        Record the ages (s) of the transforms received before a timer callback at a time (ns).
 
-        :param now: current time (ns)
-        :param late: whether this timer callback is late. Late callbacks increase the ages, so
-            these ages count only if callbacks are often late.
+        A late callback increases the ages, so its ages count only if callbacks are often late.
         """
         self._late_fraction += (float(late) - self._late_fraction) / AVERAGED_CALLBACKS
         if late and not self._is_overloaded:
@@ -167,10 +163,10 @@ class LatencyMonitor:
 
     def expected_standstill(self, now: int, duration: float) -> float:
         """
-        Return the expected duration (s) of pauses in a robot motion on an overloaded machine.
+        Return the expected time (s) without motion while the robot drives for a duration (s).
 
-        The result is the recent fraction of pauses times the duration (s) of the motion, plus the
-        longest pause.
+        On an overloaded machine, the robot pauses. The result is the recent fraction of pauses
+        times the duration, plus the longest pause.
         """
         observed = (now - self._first_robot_stamp) * SECONDS_PER_NS
         fraction = sum(self._pauses.recent(now)) / min(max(observed, 1.0), WINDOW)
@@ -182,8 +178,8 @@ class LatencyMonitor:
 
         The goal and the resulting pose cross one link each, so the delay of the slowest link
         counts twice. A single late response can be due to a briefly stopped node, so it counts
-        only if messages are late or lost. If the clocks disagree, the ages are unreliable,
-        so the clock error and the response delay are added.
+        only if messages are late or lost. If the clocks disagree, the ages are unreliable. The
+        clock error and the response delay are then added.
         """
         clock_error = self.clock_error(now)
         link = max(

@@ -16,8 +16,8 @@
 Compute the wheel odometry from the poses published by turtlesim. The frames follow REP 105.
 
 The wheel rolls without slipping, so its angle is the path length divided by its radius. The path
-length is the sum of the distances between poses. Therefore, the angle is exact even at a wall and
-after a lost pose. A teleport does not roll the wheel.
+length is the sum of the distances between poses. Therefore, the angle is correct even at a wall
+and after a lost pose. A teleport does not turn the wheel.
 """
 
 from math import atan2, hypot, pi
@@ -66,7 +66,7 @@ class Odometer:
             self.stem_angle = wrapped(atan2(velocity[1], velocity[0]))
 
     def _roll(self, last: TurtlePose, now: float, pose: TurtlePose) -> None:
-        """Update the wheel and the stem after any motion except a teleport."""
+        """Update the wheel and the stem after a motion, unless it was a teleport."""
         self.wheel_velocity = 0.0
         dx, dy = pose.x - last.x, pose.y - last.y
         path = hypot(dx, dy)

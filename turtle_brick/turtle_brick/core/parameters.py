@@ -89,7 +89,7 @@ PARAMETER_RULES = {
 
 @dataclass(frozen=True)
 class ParameterSet:
-    """Base class for parameter sets. It is impossible to create an invalid parameter set."""
+    """Base class for parameter sets. An invalid value raises a ParameterError."""
 
     def __post_init__(self) -> None:
         """Check all values and convert them to floats."""

@@ -16,8 +16,7 @@
 Compute the positions that the robot may reach with the commands already sent.
 
 turtlesim executes commands with a delay, so a robot with a new goal first continues in its last
-direction or to its previous goal. `RobotTracker` returns a `RobotMotion` for `reachability`.
-All timestamps come from one clock and are in nanoseconds.
+direction or toward its previous goal. All timestamps come from one clock and are in nanoseconds.
 """
 
 from collections import deque
@@ -32,18 +31,18 @@ from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import TICK
 
 COMMITTED_TIME = QUEUE_LATENCY + 2 * COMMAND_PERIOD + TICK
-"""Longest time (s) for which a moving robot may continue from its last observed position. The pose
-is up to one tick and one robot cycle old, and the queued commands are still executed."""
+"""Longest time (s) for which a moving robot may continue from its last observed position. The
+position is up to one tick and one robot cycle old, and the queued commands are still executed."""
 
 REST_TIME = 0.07
-"""Time (s) without motion after which the robot is considered at rest. The time exceeds four
-turtlesim ticks."""
+"""Time (s) without motion after which the robot is considered at rest. It exceeds four ticks of
+turtlesim."""
 
 MIN_GOAL_DISTANCE = 0.05
-"""Smallest distance (m) at which a new goal certainly moves a robot at rest."""
+"""Distance (m) beyond which a new goal certainly moves a robot at rest."""
 
 POSITION_TOLERANCE = 1e-9
-"""Largest difference (m) between positions at rest due to interpolation in tf2."""
+"""Largest difference (m) between two positions at rest. It is due to interpolation in tf2."""
 
 
 class RobotTracker:
@@ -98,10 +97,9 @@ class RobotTracker:
     def observe(self, now: int, platform: Platform | None, level_for: float
                 ) -> RobotMotion | None:
         """
-        Record the position of the robot, and return the robot's motion if the robot is available.
+        Record the position of the robot, and return its motion, or None if it is unavailable.
 
-        :param now: current time (ns)
-        :param platform: platform of the robot, or None if it is unavailable
+        :param platform: platform of the robot at the time `now` (ns), or None if unavailable
         :param level_for: time (s) since a tilt of 0 was commanded, or 0 after any other command
         """
         self.excess = self._latency.excess(now)
@@ -134,7 +132,7 @@ class RobotTracker:
                 self._departure = None
             return
         self._departure = None
-        # A response is slow only if the robot was observed at rest after COMMAND_LATENCY.
+        # Without an observation at rest after COMMAND_LATENCY, the response may have been in time.
         if (self._last_at_departure - sent) * SECONDS_PER_NS > COMMAND_LATENCY:
             self._latency.record_response_delay(
                 now, (now - sent) * SECONDS_PER_NS - COMMAND_LATENCY)
@@ -145,8 +143,7 @@ class RobotTracker:
         extrapolated = self._extrapolate()
         points = [] if extrapolated is None else [extrapolated]
         for sent, (goal_x, goal_y) in self._goals:
-            # If the last goal is recent, the robot may still drive to the previous goal. The list
-            # then contains both goals.
+            # If the last goal is recent, the robot may still drive to the previous goal.
             if extrapolated is None and len(self._goals) == 1 and not self._is_recent(now, sent):
                 continue
             distance = hypot(goal_x - x, goal_y - y)
@@ -167,7 +164,7 @@ class RobotTracker:
         return None
 
     def _is_recent(self, now: int, sent: int) -> bool:
-        """Return whether a goal sent at a time (ns) is possibly not in effect yet."""
+        """Return whether a goal sent at a time (ns) may not be in effect yet."""
         return (now - sent) * SECONDS_PER_NS < COMMAND_LATENCY + self.excess
 
     def _is_rest_known(self, now: int) -> bool:
@@ -176,6 +173,6 @@ class RobotTracker:
 
 
 def _remove_old(entries: deque, now: int, max_age: float) -> None:
-    """Remove entries older than `max_age` (s), except the latest of them."""
+    """Remove the entries older than `max_age` (s), except for the latest of these entries."""
     while len(entries) > 1 and (now - entries[1][0]) * SECONDS_PER_NS > max_age:
         entries.popleft()

@@ -43,13 +43,11 @@ class StepClock:
         """
         Return the times (ns) of the steps that have become due since the last call.
 
-        The clock restarts with the single step [start] if the last step is more than LONGEST_GAP
-        in the past. It also restarts if the last step is more than one period in the future
-        because the time was set back.
+        If the last step is more than LONGEST_GAP in the past or more than one period in the
+        future, the step clock restarts with a single step.
 
         :param now: current time (ns)
-        :param start: time (ns) of the first step after a start or restart, by default `now`. With
-            the time at which the timer was due, each timer callback has a step.
+        :param start: time (ns) of the first step after a start or restart, by default `now`
         """
         self.jump = 0
         if self.last is not None:
@@ -64,7 +62,7 @@ class StepClock:
 
 
 def due_time(timer: Any, now: int) -> int:
-    """Return the time (ns), at most `now`, at which the current callback's rclpy timer was due."""
+    """Return the time (ns), at most `now`, at which an rclpy timer was due in its callback."""
     return now - max(timer.timer_period_ns - timer.time_until_next_call(), 0)
 
 

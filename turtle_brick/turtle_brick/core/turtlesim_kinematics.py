@@ -49,7 +49,7 @@ COMMAND_TIMEOUT = 1.0
 """Time (s) without a velocity command after which a turtle stops."""
 
 ARENA_SIZE = float32(499 / 45)
-"""Width and height (m) of the arena, a float32. One pixel of turtlesim is 1/45 m."""
+"""Width and height (m) of the arena, which has 499 x 499 pixels. A pixel is 1/45 m."""
 
 ARENA_CENTER = float32(ARENA_SIZE / 2)
 """x and y (m) of the arena's center."""
@@ -200,7 +200,7 @@ class TurtleSim:
         """
         Add a turtle, and return its name, or an empty string if the name is in use.
 
-        An empty name stands for the next unused name of turtle1, turtle2 and so on.
+        An empty name is replaced with the next unused name, such as turtle2.
         """
         if name in self.turtles:
             return ''
