@@ -231,9 +231,7 @@ def test_turtle_arena(domain_id):
         launching.wait_for_output(r'arena-\d\].*riding', TIMEOUT)
         status = launching.stop(signal.SIGINT)
     assert 'Traceback' not in launching.output
-    assert 'escalating' not in launching.output
     clean = launching.output.count('process has finished cleanly')
-    # See SHUTDOWN_TIMEOUT in node_main.
-    alarmed = launching.output.count(f'exit code {-signal.SIGALRM}')
-    assert clean + alarmed == 5, launching.output
-    assert alarmed or status == 0, launching.output
+    # Fast DDS rarely blocks the shutdown of a process, see node_main.
+    is_one_blocked = clean == 4 and 'escalating' in launching.output
+    assert is_one_blocked or (clean, status) == (5, 0), launching.output

@@ -107,15 +107,15 @@ def test_signal_does_not_interrupt_constructors_and_callbacks(start, where, numb
 
 BLOCKED_SHUTDOWN = """
 import rclpy, threading
-from turtle_brick.ros import node_main
-node_main.SHUTDOWN_TIMEOUT = 1
-rclpy.try_shutdown = threading.Event().wait
+rclpy.try_shutdown = lambda: (print('blocked', flush=True), threading.Event().wait())
 """
 
 
-def test_process_ends_if_the_middleware_blocks_its_shutdown(start):
+def test_sigterm_ends_a_process_if_the_middleware_blocks_its_shutdown(start):
     program = start(before=BLOCKED_SHUTDOWN, tick=SEND_SIGNAL.format('SIGINT'))
-    assert end_of(program) == (-signal.SIGALRM, [])
+    assert [program.stdout.readline() for _ in range(2)][1] == 'blocked\n'
+    program.terminate()
+    assert end_of(program) == (-signal.SIGTERM, [])
 
 
 DECLARE = """from turtle_brick.core.parameters import ArenaParameters

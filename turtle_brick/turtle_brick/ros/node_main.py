@@ -13,13 +13,13 @@
 # limitations under the License.
 
 """
-Startup and shutdown of a node's process.
+Start and shut down the process of a node.
 
     with init(args):
         spin(Arena())
 
-This is `rclpy.init`, `rclpy.spin` and `rclpy.shutdown`, but without rclpy's signal handlers. With
-them, 4 of 12 nodes printed an error after Ctrl-C, because the context was shut down in a callback.
+The signal handlers of rclpy are not used, because they shut down the context during a callback.
+With them, 4 of 12 nodes printed an error after Ctrl-C.
 """
 
 from collections.abc import Iterator
@@ -28,7 +28,6 @@ from pathlib import Path
 import signal
 import sys
 from threading import Event
-from types import FrameType
 
 import rclpy
 from rclpy.context import Context
@@ -39,12 +38,8 @@ from rclpy.signals import SignalHandlerOptions
 from turtle_brick.core.parameters import ParameterError
 
 SPIN_TIMEOUT = 0.1
-"""Longest wait of the executor (s), and thus the longest delay of the shutdown. Without a limit,
-the EventsExecutor of the PyPI environment never sleeps."""
-
-SHUTDOWN_TIMEOUT = 5
-"""Time after which the kernel ends a process that is shutting down (s). Fast DDS blocked the
-shutdown of 1 in 700 processes."""
+"""Timeout (s) for each wait of the executor, which limits the delay of the shutdown. Without a
+timeout, the EventsExecutor of the PyPI environment never sleeps."""
 
 _shutdown_requested = Event()
 
@@ -52,9 +47,9 @@ _shutdown_requested = Event()
 @contextmanager
 def init(args: list[str] | None = None) -> Iterator[None]:
     """
-    Initialize rclpy, and shut it down at the end.
+    Initialize rclpy at the start of a `with` block, and shut it down at the end.
 
-    :param args: command line, starting with the program name; sys.argv by default
+    :param args: command line including the program name; sys.argv by default
     :raises SystemExit: an argument or a parameter is invalid; the exit status is 1
     """
     signal.signal(signal.SIGINT, _request_shutdown)
@@ -72,7 +67,7 @@ def init(args: list[str] | None = None) -> Iterator[None]:
 
 
 def spin(node: Node) -> None:
-    """Spin a node until Ctrl-C or SIGTERM, and destroy it."""
+    """Spin a node until Ctrl-C or SIGTERM, and then destroy the node."""
     executor = make_executor()
     executor.add_node(node)
     while not _shutdown_requested.is_set():
@@ -83,10 +78,9 @@ def spin(node: Node) -> None:
 
 def make_executor(context: Context | None = None) -> Executor:
     """
-    Return an executor for nodes of a context.
+    Return an EventsExecutor, or a SingleThreadedExecutor if rclpy is older than 7.1.4.
 
-    The experimental EventsExecutor takes a third of the processor time of the
-    SingleThreadedExecutor, which is used if rclpy is older than 7.1.4.
+    The experimental EventsExecutor uses a third of the processor time.
     """
     try:
         from rclpy.experimental import EventsExecutor
@@ -95,9 +89,10 @@ def make_executor(context: Context | None = None) -> Executor:
     return EventsExecutor(context=context)
 
 
-def _request_shutdown(number: int, frame: FrameType | None) -> None:
-    """Let `spin` return. Ignore further signals, because `ros2 launch` repeats a Ctrl-C."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    signal.alarm(SHUTDOWN_TIMEOUT)
+def _request_shutdown(number: int, _: object) -> None:
+    """Make `spin` return, and ignore the same signal from now on."""
+    signal.signal(number, signal.SIG_IGN)  # `ros2 launch` repeats a Ctrl-C.
+    if number == signal.SIGINT:
+        # Fast DDS blocked the shutdown of 1 in 700 processes. `ros2 launch` then sends SIGTERM.
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _shutdown_requested.set()

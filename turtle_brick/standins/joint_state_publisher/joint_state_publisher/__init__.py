@@ -24,7 +24,7 @@ joint_state_publisher_gui shows a page on 127.0.0.1 instead of a window.
 from collections.abc import Callable
 from math import pi
 from random import uniform
-from signal import alarm, SIGINT, signal, SIGTERM
+from signal import SIG_DFL, SIGINT, signal, SIGTERM
 import sys
 from threading import Event
 from typing import Any
@@ -167,9 +167,8 @@ def main(node_type: type[JointStatePublisher] = JointStatePublisher) -> str | No
     executor.add_node(node)
     while not stopped.is_set():
         executor.spin_once(timeout_sec=0.1)
-    # Fast DDS blocked the shutdown of 1 in 700 processes. SIGALRM ends such a process before
-    # ros2 launch sends SIGTERM after 5 s.
-    alarm(4)
+    # Fast DDS blocked the shutdown of 1 in 700 processes. `ros2 launch` then sends SIGTERM.
+    signal(SIGTERM, SIG_DFL)
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()

@@ -42,7 +42,7 @@ rotate_absolute are missing.
 """
 
 from collections.abc import Callable
-from signal import alarm, SIGINT, signal, SIGTERM
+from signal import SIG_DFL, SIGINT, signal, SIGTERM
 from threading import Event
 from typing import Any
 
@@ -206,9 +206,8 @@ def main(args: list[str] | None = None) -> str | None:
     executor.add_node(node)
     while not stopped.is_set():
         executor.spin_once(timeout_sec=0.1)
-    # Fast DDS blocked the shutdown of 1 in 700 processes. SIGALRM ends such a process before
-    # ros2 launch sends SIGTERM after 5 s.
-    alarm(4)
+    # Fast DDS blocked the shutdown of 1 in 700 processes. `ros2 launch` then sends SIGTERM.
+    signal(SIGTERM, SIG_DFL)
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()
