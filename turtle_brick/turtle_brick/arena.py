@@ -13,16 +13,16 @@
 # limitations under the License.
 
 """
-arena: simulates the brick, and shows the brick and the walls.
+arena: simulate the brick, and publish the brick and the walls.
 
 Broadcasts:
-    world -> brick: pose of the brick's center at each physics step (250 Hz);
-        platform -> brick instead while the brick rides, so that it moves with the platform
+    world -> brick: pose of the brick's center at each physics step (250 Hz)
+    platform -> brick: replaces world -> brick while the brick rides on the platform
 
 Publishes, latched:
     walls (visualization_msgs/MarkerArray): walls around the arena
-    brick_marker (visualization_msgs/Marker): the brick, with a color for each state; published
-        every second and when the state changes
+    brick_marker (visualization_msgs/Marker): the brick, in a color for its state; published every
+        second and when the state changes
     brick_state (std_msgs/String): hovering, falling, riding, floating or grounded; published at
         the start and when the state changes
 
@@ -31,12 +31,12 @@ Services:
     drop (std_srvs/Trigger): release a hovering or floating brick
 
 Subscribes:
-    /tf, /tf_static: pose of the frame platform
+    /tf, /tf_static: pose of the platform
 
 Parameters, read-only:
     gravity_accel (double, m/s^2): acceleration due to gravity
     platform_radius, platform_thickness (double, m): dimensions of the platform
-    brick_size (double[3], m): size of the brick along its own x, y and z
+    brick_size (double[3], m): size of the brick along its x, y and z axes
     brick_start (double[3], m): initial location of the brick's center in the world frame
     wall_height (double, m): height of the walls
 """
@@ -64,7 +64,7 @@ from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
 MARKER_PERIOD = 1.0
-"""Time between two brick markers (s). rviz2 discards a marker whose frame is not yet known."""
+"""Time (s) between two brick markers. rviz2 discards markers in an unknown frame."""
 
 WALL_THICKNESS = 0.1
 """Thickness of the walls (m)."""
@@ -81,21 +81,21 @@ BRICK_COLORS: dict[Phase, Color] = {
 
 
 class Arena(Node):
-    """Simulate the environment of the robot."""
+    """Simulate the brick, and publish the brick and the walls."""
 
     def __init__(self, **node_options: Any) -> None:
-        """Create the node with options of rclpy.node.Node. The brick hovers at its start."""
+        """Create the node, with options for rclpy.node.Node. The brick hovers at brick_start."""
         super().__init__('arena', **node_options)
         parameters = declare_parameters(self, ArenaParameters)
 
         self.world = World.from_parameters(parameters)
         self.phase = self.world.phase
-        """Phase of the brick that was published last."""
+        """Latest published phase of the brick."""
         self.step_clock = StepClock(STEP_NS)
         self.last_run = monotonic()
-        """Time of the last call of on_timer (s), independent of the system clock."""
+        """Time (s) of the latest call of on_timer, independent of the system clock."""
         self.is_answering = False
-        """Whether the response to `drop` may not have been sent yet."""
+        """Whether the response of the service drop may still be unsent."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self)
@@ -106,18 +106,18 @@ class Arena(Node):
         self.state_publisher = self.create_publisher(String, 'brick_state', LATCHED)
         self.walls_publisher.publish(wall_markers(ARENA_SIZE, parameters.wall_height))
         self.publish_marker()
-        self.publish_state()
+        self.state_publisher.publish(String(data=self.phase.value))
 
         place = self.create_service(Place, 'place', self.on_place)
         drop = self.create_service(Trigger, 'drop', self.on_drop)
         commands = shell_commands(place.service_name, drop.service_name, parameters.brick_start)
-        self.get_logger().info('\n  '.join(('To place the brick and to drop it:', *commands)))
+        self.get_logger().info('\n  '.join(('To place and drop the brick:', *commands)))
 
         self.create_timer(MARKER_PERIOD, self.publish_marker)
         self.timer = self.create_timer(STEP_NS * SECONDS_PER_NS, self.on_timer)
 
     def on_place(self, request: Place.Request, response: Place.Response) -> Place.Response:
-        """Place the brick, or return the reason for a refusal."""
+        """Place the brick, or return the reason why the request is refused."""
         location = (request.location.x, request.location.y, request.location.z)
         try:
             self.world.brick = location
@@ -129,7 +129,7 @@ class Arena(Node):
         return response
 
     def on_drop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Release the brick, or return the reason for a refusal."""
+        """Release the brick, or return the reason why the request is refused."""
         self.on_timer()  # All steps before this request must show the brick at rest.
         try:
             self.world.release()
@@ -142,19 +142,19 @@ class Arena(Node):
         return response
 
     def on_timer(self) -> None:
-        """Take all due steps, broadcast their transforms and publish a change of the state."""
+        """Execute all due physics steps, broadcast the brick, and publish a change of state."""
         now = self.get_clock().now().nanoseconds
         if now == 0:
             return  # Simulated time has not started.
-        # A riding brick is simulated one step ahead. Its latest transform is then never older than
-        # the platform's, and a lookup of the latest pose uses both at the same time.
+        # A riding brick is simulated one step ahead, so that its latest transform is never older
+        # than the latest transform of the platform.
         ahead = STEP_NS if self.world.phase is Phase.RIDING else 0
         times = self.step_clock.due(now + ahead, due_time(self.timer, now))
         self.warn_of_clock_jump()
         if not times:
             return
-        # The response to `drop` has been sent by now. If that took several steps, hold the brick
-        # in all of them but the last.
+        # The response of the service drop has been sent by now. If several steps have become due
+        # in the meantime, the brick does not move before the last one.
         first_moving = times[-1] if self.is_answering else times[0]
         self.is_answering = False
         self.tf_broadcaster.sendTransform(
@@ -164,7 +164,7 @@ class Arena(Node):
             self.get_logger().info('The brick is {} at ({:.2f}, {:.2f}, {:.2f})'.format(
                 self.phase.value, *self.world.brick))
             self.publish_marker()
-            self.publish_state()
+            self.state_publisher.publish(String(data=self.phase.value))
 
     def warn_of_clock_jump(self) -> None:
         """Log the cause if the step clock has just restarted."""
@@ -183,11 +183,9 @@ class Arena(Node):
 
     def step(self, time: int, is_held: bool) -> TransformStamped:
         """
-        Take one physics step.
+        Execute the physics step with a timestamp (ns), and return the transform of the brick.
 
-        :param time: timestamp of the step (ns)
-        :param is_held: whether the brick must stay at its place
-        :return: transform of the brick after the step
+        :param is_held: whether the brick must not move in this step
         """
         pose = recent_pose(self.tf_buffer, PLATFORM, time)
         self.world.platform = Platform(pose) if pose else None
@@ -207,20 +205,16 @@ class Arena(Node):
                 'Another arena uses the same topics. Set ROS_DOMAIN_ID to a number that nobody '
                 'else uses, or start one arena with namespace:=NAME.', once=True)
 
-    def publish_state(self) -> None:
-        """Publish the state of the brick."""
-        self.state_publisher.publish(String(data=self.phase.value))
-
 
 def brick_marker(phase: Phase, size: Vector) -> Marker:
-    """Return a marker of the brick (m) in the frame brick, colored by its phase."""
+    """Return the marker of a brick with a phase and a size (m)."""
     marker = box_marker(BRICK, 'brick', 0, (0.0, 0.0, 0.0), size, BRICK_COLORS[phase])
     marker.frame_locked = True
     return marker
 
 
 def shell_commands(place: str, drop: str, location: Vector) -> tuple[str, str]:
-    """Return shell commands that place the brick at a location (m) and drop it."""
+    """Return a command that places the brick at a location (m), and a command that drops it."""
     x, y, z = location
     return (f'ros2 service call {place} turtle_brick_interfaces/srv/Place '
             f'"{{location: {{x: {x:g}, y: {y:g}, z: {z:g}}}}}"',
@@ -229,7 +223,7 @@ def shell_commands(place: str, drop: str, location: Vector) -> tuple[str, str]:
 
 def box_marker(frame: str, namespace: str, number: int, center: Vector, size: Vector,
                color: Color) -> Marker:
-    """Return the marker of a box (m). Its zero stamp makes it valid at any time."""
+    """Return the marker of a box (m). With its zero stamp, the marker is valid at any time."""
     marker = Marker(ns=namespace, id=number, type=Marker.CUBE, action=Marker.ADD)
     marker.header.frame_id = frame
     position = marker.pose.position
@@ -240,7 +234,7 @@ def box_marker(frame: str, namespace: str, number: int, center: Vector, size: Ve
 
 
 def wall_markers(size: float, height: float) -> MarkerArray:
-    """Return walls outside the square from (0, 0) to (size, size) in the world frame (m)."""
+    """Return walls of a height (m) around the square from (0, 0) to (size, size) (m)."""
     middle, outside = size / 2.0, WALL_THICKNESS / 2.0
     along_x = (size + 2.0 * WALL_THICKNESS, WALL_THICKNESS, height)
     along_y = (WALL_THICKNESS, size, height)
@@ -252,7 +246,7 @@ def wall_markers(size: float, height: float) -> MarkerArray:
 
 
 def main(args: list[str] | None = None) -> None:
-    """Run the arena until it is interrupted."""
+    """Run the arena until Ctrl-C or SIGTERM."""
     with init(args):
         spin(Arena())
 

@@ -20,16 +20,16 @@ Publishes:
     tilt (turtle_brick_interfaces/Tilt): angle of the platform (rad)
     catcher_marker (visualization_msgs/Marker): the text "Unreachable" above an unreachable brick,
         for 3 s, once per fall
-    catcher_state (std_msgs/String, latched): current state, which is waiting, approaching,
-        carrying, tilting or leveling
-    catcher_decision (std_msgs/String, latched): "reachable: " or "unreachable: " and the reason,
-        once per fall
+    catcher_state (std_msgs/String, latched): current state: waiting, approaching, carrying,
+        tilting or leveling
+    catcher_decision (std_msgs/String, latched): "reachable: ..." or "unreachable: ..." with the
+        reason, once per fall
 
 Subscribes:
-    /tf, /tf_static: poses of the brick and the platform, the only input
+    /tf, /tf_static: poses of the brick and the robot, which are the only input
 
-The node measures the latency of messages (`turtle_brick.core.latency`), so the nodes can run on
-several machines. Their clocks must be synchronized, for example by chrony.
+The nodes can run on several machines, because the catcher measures the latency of messages. The
+clocks of the machines must be synchronized, for example with chrony.
 
 Parameters, read-only:
     max_velocity (double, m/s): maximum speed of the robot
@@ -48,6 +48,7 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import String
 from tf2_ros import Buffer
 from turtle_brick.core.catch_logic import Action, Catcher, DriveGoal, TiltCommand, UPDATE_PERIOD
+from turtle_brick.core.geometry import Color
 from turtle_brick.core.parameters import CatcherParameters
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.tilting_platform import Platform
@@ -60,42 +61,34 @@ from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
 
 COMMANDS = QoSProfile(depth=1)
-"""QoS of goals and tilt commands. With a depth of 1, a lost command does not delay newer ones."""
+"""QoS for goals and tilt commands. With a depth of 1, a lost command does not delay newer ones."""
 
 MOVING_FRAMES = (BRICK, PLATFORM, BASE_LINK)
-"""Frames with moving transforms. Their ages show the latency of messages."""
+"""Frames with moving transforms. The ages of these transforms show the latency of messages."""
 
 MAX_TIMER_DELAY = 0.005
-"""Longest delay (s) of a timer callback that is not late."""
+"""Delay (s) beyond which a timer callback is late."""
 
 TEXT_HEIGHT = 0.6
 """Height (m) of the letters in the marker."""
 
-TEXT_COLOR = (1.0, 0.15, 0.1, 1.0)
-"""Color of the marker (red, green, blue, alpha)."""
+TEXT_COLOR: Color = (1.0, 0.15, 0.1, 1.0)
 
 TEXT_LIFETIME = 3
 """Lifetime (s) of the marker."""
 
 
 class CatcherNode(Node):
-    """Node that makes the robot catch falling bricks."""
+    """Make the robot catch falling bricks."""
 
     def __init__(self, **node_options: Any) -> None:
-        """
-        Wait for a brick to fall.
-
-        :param node_options: options of rclpy.node.Node
-        :raises ParameterError: a parameter is missing or invalid
-        """
+        """Create the node, with options for rclpy.node.Node. The node waits for a fall."""
         super().__init__('catcher', **node_options)
         self.catcher = Catcher(declare_parameters(self, CatcherParameters))
         self.is_complete = False
         """Whether the robot and the brick have been found."""
-        self.has_warned_of_clocks = False
-        """Whether the node has warned that the clocks disagree."""
         self.ages: dict[str, float] = {}
-        """Age (s) on arrival of the latest transform of each moving frame."""
+        """Age (s) of the latest transform of each moving frame, on arrival."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self, self.on_transform)
@@ -105,11 +98,11 @@ class CatcherNode(Node):
         self.marker_publisher = self.create_publisher(Marker, 'catcher_marker', 10)
         self.state_publisher = self.create_publisher(String, 'catcher_state', LATCHED)
         self.decision_publisher = self.create_publisher(String, 'catcher_decision', LATCHED)
-        self.publish_state()
+        self.state_publisher.publish(String(data=self.catcher.state.value))
         self.timer = self.create_timer(UPDATE_PERIOD, self.on_timer)
 
     def on_transform(self, transform: TransformStamped, now: int) -> None:
-        """Record a transform received at a time (ns), and update the catcher on a new fall."""
+        """Record a transform received at a time (ns), and update the catcher if a fall begins."""
         stamp = nanoseconds_of(transform.header.stamp)
         if transform.child_frame_id in MOVING_FRAMES:
             self.ages[transform.child_frame_id] = (now - stamp) * SECONDS_PER_NS
@@ -136,12 +129,11 @@ class CatcherNode(Node):
             self.catcher.latency.record_ages(now, self.ages.values(), late)
         self.ages.clear()
         clock_error = self.catcher.latency.clock_error(now)
-        if clock_error > 0.0 and not self.has_warned_of_clocks:
-            self.has_warned_of_clocks = True
+        if clock_error > 0.0:
             self.get_logger().warning(
                 f'Timestamps are up to {clock_error:.3f} s in the future because the clocks of '
                 'the machines disagree. The catcher may refuse reachable bricks. Synchronize the '
-                'clocks, for example with chrony.')
+                'clocks, for example with chrony.', once=True)
         self.update()
 
     def update(self) -> None:
@@ -151,7 +143,7 @@ class CatcherNode(Node):
         pose = recent_pose(self.tf_buffer, PLATFORM, now) if self.has_subscribers() else None
         actions = self.catcher.update(now, Platform(pose) if pose else None)
         if self.catcher.state is not state:
-            self.publish_state()
+            self.state_publisher.publish(String(data=self.catcher.state.value))
             self.get_logger().info(f'The state is now {self.catcher.state.value}')
         for action in actions:
             self.publish_action(action)
@@ -179,10 +171,6 @@ class CatcherNode(Node):
         goal.header.stamp = self.get_clock().now().to_msg()
         goal.pose.position.x, goal.pose.position.y = x, y
         self.goal_publisher.publish(goal)
-
-    def publish_state(self) -> None:
-        """Publish the current state."""
-        self.state_publisher.publish(String(data=self.catcher.state.value))
 
     def publish_decision(self, decision: Decision) -> None:
         """Publish and log a decision, and show "Unreachable" if the brick is unreachable."""
@@ -220,7 +208,7 @@ class CatcherNode(Node):
 
 
 def main(args: list[str] | None = None) -> None:
-    """Run the node until it is interrupted."""
+    """Run the catcher until Ctrl-C or SIGTERM."""
     with init(args):
         spin(CatcherNode())
 

@@ -13,29 +13,30 @@
 # limitations under the License.
 
 """
-turtle_robot: drives turtlesim's turtle as a robot with odometry and joints.
+turtle_robot: drive the turtle in turtlesim as a robot with odometry and joints.
 
 Units and axes follow REP 103. The frames follow REP 105, with world instead of map.
 
-Publishes at 100 Hz, moving or at rest:
-    cmd_vel (geometry_msgs/Twist): velocity command in the robot's own frame (m/s); zero at the
-        goal, without a goal and before the first pose of the turtle
-    odom (nav_msgs/Odometry): pose of base_link in odom, and the latest command as the twist;
-        published after the first pose of the turtle
-    joint_states (sensor_msgs/JointState): positions (rad) and velocities (rad/s) of
-        stem_joint: direction of motion, or of the command while the robot is at rest
+Publishes at 100 Hz, even while the robot is at rest:
+    cmd_vel (geometry_msgs/Twist): velocity command (m/s) in the frame base_link; zero at the goal,
+        without a goal and before the first pose of the turtle. The launch files remap this topic
+        to turtle1/cmd_vel, to which turtlesim subscribes.
+    odom (nav_msgs/Odometry): pose of base_link in the frame odom, and the latest command as the
+        twist; published after the first pose of the turtle
+    joint_states (sensor_msgs/JointState): positions (rad) and velocities (rad/s) of these joints:
+        stem_joint: direction of motion; while the robot is at rest, direction of the command
         wheel_joint: angle of the wheel, which rolls without slipping
-        platform_joint: angle received on tilt
+        platform_joint: angle received on the topic tilt
 
 Broadcasts:
-    odom -> base_link at 100 Hz: same pose as in odom; base_link is on the ground
+    odom -> base_link, at 100 Hz: same pose as on the topic odom; base_link is on the ground
     world -> odom, static: first pose of the turtle, including its heading
 
 Subscribes:
     turtle1/pose (turtlesim/Pose): current pose of the turtle
-    goal_pose (geometry_msgs/PoseStamped): point to drive to, in any frame connected to world;
-        the orientation is ignored because the robot is omnidirectional
-    tilt (turtle_brick_interfaces/Tilt): angle of the platform (rad)
+    goal_pose (geometry_msgs/PoseStamped): goal of the robot, in any frame connected to world; the
+        orientation is ignored because the robot is omnidirectional
+    tilt (turtle_brick_interfaces/Tilt): angle (rad) of the platform
     /tf, /tf_static: subscribed when a goal arrives in a frame other than world, odom or base_link
 
 Parameters, read-only:
@@ -67,28 +68,28 @@ from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage
 
 FRAME_TIMEOUT = 1.0
-"""Time that a goal waits for the transform of its frame (s)."""
+"""Time (s) for which a goal waits for the transform of its frame."""
 
 
 class TurtleRobot(Node):
-    """Connect turtlesim to the interfaces of a robot."""
+    """Drive the turtle, and publish odometry, joint states and transforms."""
 
     def __init__(self, **node_options: Any) -> None:
-        """Create the node with options of rclpy.node.Node. The platform is level."""
+        """Create the node, with options for rclpy.node.Node. The platform is level."""
         super().__init__('turtle_robot', **node_options)
         parameters = declare_parameters(self, RobotParameters)
         self.driver = Driver(parameters.max_velocity)
         self.odometer = Odometer(parameters.wheel_radius)
         self.tilt_angle = 0.0
         self.pending_goal: tuple[str, Vector, float] | None = None
-        """Goal that waits for its frame: name of the frame, point (m), and deadline (s)."""
+        """Frame name, point (m) and deadline (s) of a goal that waits for its frame."""
 
         self.tf_buffer = Buffer()
         self.tf_listener: GuardedListener | None = None
         self.tf_broadcaster = TransformBroadcaster(self)
         self.static_broadcaster = StaticTransformBroadcaster(self)
 
-        # Reusing the messages saves 15 % of this node's processor time.
+        # Reusing these messages saves 15 % of the processor time of this node.
         self.twist = Twist()
         self.joints = JointState(name=['stem_joint', 'wheel_joint', 'platform_joint'])
         self.transform = transform_message(ODOM, BASE_LINK)
@@ -102,8 +103,8 @@ class TurtleRobot(Node):
         self.create_subscription(PoseStamped, 'goal_pose', self.on_goal, 10)
         self.create_subscription(Tilt, 'tilt', self.on_tilt, 10)
 
-        # turtlesim ignores simulated time, so this timer does too. Missed cycles are repeated,
-        # because turtlesim's queue is predictable only when it is full.
+        # turtlesim ignores simulated time, so this timer does too. The node makes up for missed
+        # cycles, because the delay in the queue of turtlesim is predictable only if it is full.
         self.cycles = StepClock(round(COMMAND_PERIOD * NS_PER_SECOND))
         self.timer = self.create_timer(
             COMMAND_PERIOD, self.on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -150,13 +151,13 @@ class TurtleRobot(Node):
             self.drive_to(frame_pose, point)
             return
         if self.tf_listener is None:
-            # Listening from the start would add 70 % to this node's processor time.
+            # A listener from the start would add 70 % to the processor time of this node.
             self.tf_listener = GuardedListener(self.tf_buffer, self)
         self.pending_goal = (frame, point, monotonic() + FRAME_TIMEOUT)
         self.try_pending_goal(*self.pending_goal)
 
     def try_pending_goal(self, frame: str, point: Vector, deadline: float) -> None:
-        """Drive to the pending goal if its frame is known. Discard it after the deadline (s)."""
+        """Drive to the pending goal if its frame is known, or discard it after its deadline."""
         try:
             transform = self.tf_buffer.lookup_transform(WORLD, frame, LATEST_TIME).transform
         except TransformException as error:
@@ -182,7 +183,6 @@ class TurtleRobot(Node):
             self.get_logger().warning(
                 f'The goal ({goal[0]:.4g}, {goal[1]:.4g}) is outside the arena. '
                 f'Driving to ({x:.3f}, {y:.3f}) instead.', throttle_duration_sec=WARNING_PERIOD)
-        self.get_logger().debug(f'Driving to ({x:.3f}, {y:.3f})')
         self.driver.drive_to(x, y)
 
     def on_tilt(self, message: Tilt) -> None:
@@ -195,7 +195,7 @@ class TurtleRobot(Node):
         self.tilt_angle = message.angle
 
     def on_timer(self) -> None:
-        """Execute all due cycles."""
+        """Retry a pending goal, and execute all due cycles."""
         if self.pending_goal is not None:
             self.try_pending_goal(*self.pending_goal)
         now = monotonic_ns()
@@ -240,12 +240,12 @@ class TurtleRobot(Node):
 
 
 def upright(pose: Pose2D) -> Pose:
-    """Return the three-dimensional pose of a pose in the plane."""
+    """Convert a pose in the plane to a three-dimensional pose."""
     return Pose((pose.x, pose.y, 0.0), from_yaw(pose.yaw))
 
 
 def main(args: list[str] | None = None) -> None:
-    """Run turtle_robot until it is interrupted."""
+    """Run turtle_robot until Ctrl-C or SIGTERM."""
     with init(args):
         spin(TurtleRobot())
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Declaration of the parameters that a node uses from config/turtle.yaml."""
+"""Declare the parameters of a node, which are defined in config/turtle.yaml."""
 
 from array import array
 from dataclasses import fields

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""TF helpers shared by the nodes: frame names, transform messages, lookups and a listener."""
+"""Frame names, QoS profiles, transform messages, lookups and a TF listener for the nodes."""
 
 from collections.abc import Callable
 from typing import Any
@@ -34,30 +34,30 @@ PLATFORM = 'platform'
 BRICK = 'brick'
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""QoS of topics that change rarely and that late joiners need."""
+"""QoS for topics that change rarely and that late joiners require."""
 
 BEST_EFFORT = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""QoS of state subscriptions. A lost message does not delay the following ones. The queue holds
-messages for 0.2 s, because the three nodes broadcast 450 transforms per second."""
+"""QoS for state subscriptions. A lost message does not delay the following ones. The queue holds
+messages for 0.2 s, because the nodes broadcast 450 transforms per second."""
 
 MAX_AGE_NS = 500_000_000
-"""Greatest age of a transform of a moving frame (ns)."""
+"""Age (ns) beyond which the transform of a moving frame is ignored."""
 
 MAX_AHEAD_NS = NS_PER_SECOND
-"""Greatest time by which a stamp may be ahead of the node's clock (ns). tf2 discards transforms
-that are 10 s older than the latest one, so a stamp far ahead would block all later transforms."""
+"""Largest valid offset (ns) of a stamp in the future. tf2 discards transforms that are 10 s older
+than the latest one, so a stamp far ahead would block all later transforms."""
 
 BUFFER_DURATION_NS = 10_000_000_000
-"""Age beyond which tf2 discards a transform and logs a message (ns)."""
+"""Age (ns) beyond which tf2 discards a transform and logs a message."""
 
 LENGTH_TOLERANCE = 0.01
-"""Greatest deviation of the squared length of a quaternion from 1."""
+"""Largest valid deviation of the squared length of a quaternion from 1."""
 
 LATEST_TIME = Time()
 """Time that requests the latest transform from tf2."""
 
 WARNING_PERIOD = 10.0
-"""Shortest time between two warnings of the same kind (s)."""
+"""Shortest time (s) between two warnings of the same kind."""
 
 
 def transform_message(parent: str, child: str, pose: Pose = Pose((0.0, 0.0, 0.0), IDENTITY),
@@ -97,8 +97,6 @@ def recent_pose(buffer: Buffer, frame: str, now: int) -> Pose | None:
     """
     Return the latest pose of a moving frame in the world frame.
 
-    :param buffer: TF buffer for the lookup
-    :param frame: name of the frame
     :param now: current time (ns)
     :return: pose, or None if it is unknown or older than MAX_AGE_NS
     """
@@ -113,10 +111,9 @@ def rejection_reason(transform: TransformStamped, static: bool, now: int) -> str
     """
     Return the reason why a transform must not be stored in a buffer, or an empty string.
 
-    Only lasting damage is a reason. All other errors are corrected by the next transform.
+    Only transforms that would do lasting damage are rejected.
 
-    :param transform: received transform
-    :param static: whether it was received on /tf_static
+    :param static: whether the transform was received on /tf_static
     :param now: current time (ns)
     """
     translation, rotation = transform.transform.translation, transform.transform.rotation
@@ -143,35 +140,33 @@ class GuardedListener(TransformListener):
     def __init__(self, buffer: Buffer, node: Node,
                  on_transform: Callable[[TransformStamped, int], Any] = lambda *_: None) -> None:
         """
-        Subscribe to /tf (best effort) and /tf_static.
+        Subscribe to /tf (best effort) and /tf_static, and fill a TF buffer.
 
-        :param buffer: TF buffer to fill
-        :param node: node that owns the subscriptions
-        :param on_transform: callback for each stored transform of /tf and its arrival time (ns);
-            it runs when all transforms of the message are in the buffer
+        :param on_transform: callback for each stored transform from /tf and its arrival time (ns),
+            called after all transforms of the message are stored
         """
         self._on_transform = on_transform
         self._is_static: dict[str, bool] = {}
-        """Whether each frame is static, by its first transform."""
+        """Whether the first transform of each frame was static."""
         self._last = 0
         self._next_warning = 0
         """Earliest time of the next warning (ns)."""
         super().__init__(buffer, node, qos=BEST_EFFORT)
 
     def callback(self, data: TFMessage) -> None:
-        """Store a message of /tf, and call `on_transform` for each transform."""
-        now = self._now()
+        """Store a message from /tf, and call `on_transform` for each transform."""
+        now = self.node.get_clock().now().nanoseconds
         for transform in self.store(data, False, now):
             self._on_transform(transform, now)
 
     def static_callback(self, data: TFMessage) -> None:
-        """Store a message of /tf_static."""
-        self.store(data, True, self._now())
+        """Store a message from /tf_static."""
+        self.store(data, True, self.node.get_clock().now().nanoseconds)
 
     def store(self, message: TFMessage, static: bool, now: int) -> list[TransformStamped]:
-        """Store all harmless transforms of a message received now (ns), and return them."""
+        """Store and return all harmless transforms of a message received at a time (ns)."""
         if now < self._last:
-            # After a jump back, the old transforms would remain the latest ones.
+            # The clock was set back, so the old transforms would remain the latest ones.
             self.buffer.clear()
             self._next_warning = 0
         self._last = now
@@ -187,13 +182,9 @@ class GuardedListener(TransformListener):
                 store(transform, 'default_authority')
                 stored.append(transform)
             elif now >= self._next_warning:
-                # throttle_duration_sec would take 0.2 ms for each of many bad transforms.
+                # throttle_duration_sec takes 0.2 ms per call, which is too slow for a flood.
                 self._next_warning = now + round(WARNING_PERIOD * NS_PER_SECOND)
                 self.node.get_logger().warning(
                     f'Ignored the transform from "{transform.header.frame_id[:40]}" to '
                     f'"{transform.child_frame_id[:40]}", because it {reason}')
         return stored
-
-    def _now(self) -> int:
-        """Return the current time (ns)."""
-        return self.node.get_clock().now().nanoseconds
