@@ -81,7 +81,7 @@ class CatchBench:
         return self.platform() if self.visible else None
 
     def observe_brick(self):
-        """Pass the brick's position to the catcher. Return whether a new fall is detected."""
+        """Pass the brick's position to the catcher, and return whether a new fall is detected."""
         x, y, z = self.world.brick
         return self.catcher.observe_brick(
             self.now + self.brick_ahead, (x, y, z + self.random.uniform(-1e-12, 1e-12)),
@@ -142,16 +142,11 @@ COURSE = [State.APPROACHING, State.CARRYING, State.TILTING, State.LEVELING, Stat
 any_state = pytest.mark.parametrize('state', COURSE[:4])
 
 
-def test_catcher_waits_without_a_fall():
-    bench = CatchBench()
-    bench.run(3.0)
-    assert bench.catcher.state is State.WAITING
-    assert bench.actions == []
-
-
 @pytest.mark.parametrize('every', (1, 5), ids=('250 Hz', '50 Hz'))
 def test_bricks_are_caught_carried_to_the_center_and_tipped_off(every):
+    """The catcher publishes nothing before the first fall."""
     bench = CatchBench(every=every)
+    assert (bench.catcher.state, bench.actions) == (State.WAITING, [])
     for x, y in ((7.0, 7.0), (4.0, 5.5), (5.5, 5.5), (9.0, 2.0)):
         bench.drop(x, y, 16.0)
         bench.reach_state(State.CARRYING)
@@ -199,7 +194,7 @@ def test_unreachable_brick_causes_one_decision_and_no_motion(brick, jump):
 
 
 def test_refused_brick_is_carried_if_it_lands_on_the_platform():
-    """The robot was unavailable during the fall. The brick is not attached to the platform."""
+    """The robot was unavailable during the fall, and the brick is not attached to the platform."""
     bench = CatchBench()
     bench.visible = False
     bench.drop(5.5, 5.5, 5.0)
@@ -216,7 +211,7 @@ def test_refused_brick_is_carried_if_it_lands_on_the_platform():
     ((7.0, 6.0, 9.0), 0.5), ((7.0, 6.0, 9.0), 10.0), ((*CENTER, REST_Z), 0.5)],
     ids=('falling', 'below the platform', 'on the ground', 'approached', 'tipped off', 'riding'))
 def test_brick_placed_above_an_idle_robot_is_not_carried(brick, time, above):
-    """The robot neither drives nor tilts until the brick falls or is attached to the platform."""
+    """The robot neither drives nor tilts its platform until the brick falls."""
     bench = CatchBench()
     bench.attaches_brick = True
     bench.drop(*brick)
@@ -236,7 +231,7 @@ def test_brick_placed_above_an_idle_robot_is_not_carried(brick, time, above):
 
 
 def test_brick_at_rest_on_the_tilted_platform_has_not_left_it():
-    """The brick rests at one point for 0.2 s. Then no more transforms arrive."""
+    """The brick rests for 0.2 s. Then no more brick transforms arrive."""
     bench = bench_in(State.TILTING, 0.2)
     for step in range(round(0.9 * TILTING_TIMEOUT / STEP_NS / 1e-9)):
         bench.now += STEP_NS
@@ -278,8 +273,6 @@ def test_brick_far_behind_the_robot_is_still_carried():
     assert dist(bench.robot, CENTER) <= GOAL_TOLERANCE
     bench.assert_tipped_off()
 
-
-# ------------------------------------------------------------------- interruptions in every state
 
 @any_state
 @pytest.mark.parametrize('place', [(9.0, 9.0, REST_Z), (6.0, 6.0, REST_Z + 0.1), None])

@@ -73,8 +73,6 @@ def test_height_of_a_falling_brick_and_time_to_a_height():
     assert isnan(fall.time_to(10.0, gravity=2.0))
 
 
-# ------------------------------------------------------------------------------------------- laws
-
 gravities = st.floats(0.5, 30.0)
 heights = st.floats(0.5, 30.0)
 coordinates = st.floats(-10.0, 20.0)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples and laws of rotations and poses."""
+"""Examples and laws for rotations and poses."""
 
 from math import cos, pi, sin, sqrt
 

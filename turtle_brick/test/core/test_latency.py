@@ -12,8 +12,9 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples and bounds of the excess latency, and catches over slow links."""
+"""Examples and laws for the excess latency, and catches over slow links."""
 
+from heapq import heappop, heappush
 from math import cos, pi, sin
 from random import Random
 
@@ -75,8 +76,6 @@ def test_late_callbacks_count_only_if_they_are_frequent(rest):
     assert latency.excess(20 * NS_PER_SECOND) == (2.0 * (0.1 - USUAL_AGE) if rest < 5 else 0.0)
 
 
-# ------------------------------------------------------------------------------------------- laws
-
 @law(40)
 @given(ages=st.lists(st.tuples(st.floats(0.0, 0.3), st.floats(0.0, 0.3)), min_size=1,
                      max_size=300))
@@ -134,67 +133,52 @@ def test_clock_error_is_added_to_the_excess_latency(ahead, link, motion):
         assert excess == pytest.approx(max(transport, motion if transport > 0.0 else 0.0))
 
 
-# -------------------------------------------------------------------------------------- slow links
-
 class NetworkBench(CatchBench):
     """A CatchBench with the catcher, the arena and the robot on three machines."""
 
     def __init__(self, mean, deviation, loss, seed):
         self.mean, self.deviation, self.loss = mean, deviation, loss
         self.link = Random(seed)
-        self.goals = []
         self.messages = []
-        self.catcher_platform = self.arena_platform = None
-        self.newest = {}
+        self.latest = {}
         self.ages = []
         super().__init__()
 
-    def send(self, kind, content):
+    def send(self, kind, content, latency=0.0):
         """Send a message over a link that delays or loses it."""
         if self.link.random() >= self.loss:
-            delay = max(self.link.gauss(self.mean, self.deviation), 0.0)
-            self.messages.append((self.now + seconds(delay), kind, self.now, content))
+            delay = latency + max(self.link.gauss(self.mean, self.deviation), 0.0)
+            heappush(self.messages, (self.now + seconds(delay), kind, self.now, content))
 
     def receive(self):
-        """Yield the messages that have arrived, except for messages overtaken by newer ones."""
-        arrived = sorted(message for message in self.messages if message[0] <= self.now)
-        self.messages = [message for message in self.messages if message[0] > self.now]
-        for arrival, kind, sent, content in arrived:
-            if sent >= self.newest.get(kind, 0):
-                self.newest[kind] = sent
+        """Yield each arrived message, unless a newer message of its kind arrived earlier."""
+        while self.messages and self.messages[0][0] <= self.now:
+            arrival, kind, sent, content = heappop(self.messages)
+            if kind not in self.latest or sent >= self.latest[kind][0]:
+                self.latest[kind] = (sent, content)
                 yield arrival, kind, sent, content
 
     def step(self):
-        if self.steps % 3 == 0:  # 83 robot poses per second
+        if self.steps % 3 == 0:  # The robot publishes 83 poses per second.
             for kind in ('to the arena', 'to the catcher'):
                 self.send(kind, self.platform())
-        self.world.platform = self.arena_platform
+        _, self.world.platform = self.latest.get('to the arena', (0, None))
         self.world.step()
         self.send('brick', self.world.brick)
         is_new_fall = False
         for arrival, kind, sent, content in self.receive():
-            if kind == 'to the arena':
-                self.arena_platform = content
-            elif kind == 'goal':
-                self.goals.append((self.now + seconds(COMMAND_LATENCY - 0.01), content))
+            if kind == 'goal':
+                self.goal = content
             elif kind == 'tilt':
                 self.angle = content
-            else:
+            elif kind != 'to the arena':
                 self.ages.append((arrival - sent) * 1e-9)
                 if kind == 'brick':
                     is_new_fall |= self.catcher.observe_brick(sent, content)
-                else:
-                    self.catcher_platform = content
         return is_new_fall
 
     def observed_platform(self):
-        return self.catcher_platform
-
-    def move(self):
-        """Drive for one step toward the last goal that has taken effect."""
-        while self.goals and self.goals[0][0] <= self.now:
-            self.goal = self.goals.pop(0)[1]
-        super().move()
+        return self.latest.get('to the catcher', (0, None))[1]
 
     def update(self):
         self.catcher.latency.record_ages(self.now, self.ages)
@@ -203,7 +187,7 @@ class NetworkBench(CatchBench):
 
     def execute(self, action):
         if isinstance(action, DriveGoal):
-            self.send('goal', (action.x, action.y))
+            self.send('goal', (action.x, action.y), COMMAND_LATENCY - 0.01)
         elif isinstance(action, TiltCommand):
             self.send('tilt', action.angle)
 
@@ -225,8 +209,7 @@ def test_commands_are_repeated_only_if_messages_are_lost(loss, goals, tilts):
     (0.0, 0.0, 0.0), (0.06, 0.015, 0.0), (0.005, 0.002, 0.03), (0.03, 0.005, 0.01)])
 def test_decisions_are_correct_over_any_link(mean, deviation, loss):
     """Reachable bricks are caught. All bricks within the guaranteed distance are reachable."""
-    bench = NetworkBench(mean, deviation, loss, seed=1)
-    random = Random(2)
+    bench, random = NetworkBench(mean, deviation, loss, seed=1), Random(2)
     caught = refused = 0
     for number in range(12):
         bench.run(1.0)
@@ -235,8 +218,7 @@ def test_decisions_are_correct_over_any_link(mean, deviation, loss):
         limit = guaranteed_distance(height, PARAMETERS, excess)
         way = random.uniform(0.6, 1.1) * min(limit, 4.5)
         angle = random.uniform(-pi, pi)
-        x, y = bench.robot
-        bench.drop(x + way * cos(angle), y + way * sin(angle), height)
+        bench.drop(bench.robot[0] + way * cos(angle), bench.robot[1] + way * sin(angle), height)
         released = bench.now
         assert bench.run(3.0, lambda: bench.published(Decision) and bench.world.phase in (
             Phase.RIDING, Phase.GROUNDED))

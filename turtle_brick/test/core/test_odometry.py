@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples and laws of the wheel odometry."""
+"""Examples and laws for the wheel odometry."""
 
 from math import atan2, cos, hypot, isclose, pi, sin
 
@@ -65,8 +65,6 @@ def test_lost_poses_do_not_change_the_wheel_velocity():
     assert ride.drive((2.0, 0.0), 5, lost=4) == pytest.approx(5 * TICK * 2.0, rel=0.01)
     assert ride.odometer.wheel_velocity == pytest.approx(2.0 / RADIUS)
 
-
-# ------------------------------------------------------------------------------------------- laws
 
 @law(30)
 @given(direction=angles, speed=st.floats(0.1, 10.0), theta=angles)

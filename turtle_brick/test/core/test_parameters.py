@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples and laws of parameter files and their error messages."""
+"""Examples and laws for parameter files and their error messages."""
 
 from dataclasses import asdict, fields, replace
 import math
@@ -49,7 +49,6 @@ def written(directory, text):
 
 
 def valid_values(rule):
-    """Return a strategy for the valid values of a rule, including its limits."""
     number = st.floats(rule.lower, rule.upper) | st.sampled_from((rule.lower, rule.upper)) | (
         st.integers(math.ceil(rule.lower), math.floor(rule.upper)))
     return number if rule.length == 1 else st.lists(number, min_size=3, max_size=3)
@@ -98,7 +97,6 @@ def test_missing_and_misspelled_parameters_are_reported():
 @pytest.mark.parametrize('before, after, words', [
     ('wheel_radius: 0.2', 'wheel_radius: -1', 'wheel_radius is -1, but must be a number from 0.01 '
      'to 10 m'),
-    ('wheel_radius', 'whell_radius', 'unknown whell_radius, did you mean wheel_radius?'),
     ('tilt_angle: 0.7', '', 'missing parameters: tilt_angle'),
     ('/**:', 'arena:', "there are no parameters under '/**: ros__parameters:'"),
 ])
@@ -112,7 +110,7 @@ def test_error_in_a_file_is_reported_with_its_path(tmp_path, before, after, word
     assert '\n' not in str(caught.value)
 
 
-def test_a_file_that_is_not_yaml_or_cannot_be_read_is_reported(tmp_path):
+def test_file_that_is_not_yaml_or_cannot_be_read_is_reported(tmp_path):
     path = written(tmp_path, '/**:\n  ros__parameters:\n    brick_size: [0.4, 0.2\n    wheel: 1\n')
     with pytest.raises(ParameterError, match=r'(?s)this is not YAML: .*\n +in line 3, column 17:'):
         load(path)
@@ -154,13 +152,12 @@ def test_valid_values_are_kept_unless_the_robot_cannot_be_built(mapping):
     if mapping['brick_start'][2] < half_height:
         assert f'its z must be at least {half_height:g} m' in error_of(mapping)
     elif not wheel / 3 <= radius <= 20 * wheel:
-        message = error_of(mapping)
-        for words in (f'{radius:g} m', f'{wheel:g} m', f'{wheel / 3:g} to {20 * wheel:g} m'):
-            assert words in message
+        assert (f'platform_radius is {radius:g} m, but with wheel_radius {wheel:g} m it must be '
+                f'from {wheel / 3:g} to {20 * wheel:g} m') == error_of(mapping)
     elif height < least:
         message = error_of(mapping)
-        for number in (height, radius, thickness, wheel, least):
-            assert f'{number:g} m' in message
+        assert all(f'{number:g} m' in message
+                   for number in (height, radius, thickness, wheel, least))
         # The parameter sets of the nodes do not contain all dimensions.
         for parameter_set in (RobotParameters, ArenaParameters, CatcherParameters):
             assert parameter_set.from_mapping(mapping)

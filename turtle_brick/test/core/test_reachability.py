@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples and laws of reachability and robot tracking."""
+"""Examples and laws for reachability and robot tracking."""
 
 from dataclasses import replace
 from math import hypot, inf, sqrt
@@ -47,14 +47,11 @@ def test_brick_is_reachable_if_the_robot_has_enough_time():
     assert not decide(10.0, 5.0, 3.0).reachable
 
 
-def test_resting_height_and_fall_time():
-    assert resting_height(PARAMETERS) == (
-        PARAMETERS.platform_height + PARAMETERS.brick_size[2] / 2.0)
+def test_resting_height_fall_time_and_guaranteed_distance():
+    """The distance is the platform radius for a fall that takes as long as the latency."""
+    assert REST_Z == PARAMETERS.platform_height + PARAMETERS.brick_size[2] / 2.0
     assert fall_time(REST_Z + 0.5 * GRAVITY, PARAMETERS) == pytest.approx(1.0)
     assert fall_time(REST_Z - 1.0, PARAMETERS) == 0.0
-
-
-def test_guaranteed_distance_is_the_platform_radius_for_a_fall_of_the_guaranteed_latency():
     height = REST_Z + 0.5 * GRAVITY * 0.13 ** 2
     assert guaranteed_distance(height, PARAMETERS) == pytest.approx(PARAMETERS.platform_radius)
     assert guaranteed_distance(REST_Z - 0.01, PARAMETERS) == -inf
@@ -93,8 +90,6 @@ def test_tilted_platform_must_be_leveled_in_time(excess):
     assert is_reachable(LEVEL_LATENCY + 0.001, False)
 
 
-# ------------------------------------------------------------------------------------------- laws
-
 inside = st.floats(0.0, ARENA_SIZE)
 other_robots = st.builds(
     lambda speed, gravity, height: replace(PARAMETERS, max_velocity=speed, gravity_accel=gravity,
@@ -130,8 +125,6 @@ def test_decision_follows_the_formula_and_keeps_the_guarantee(
     if way > 0.0 and farthest <= guaranteed and late <= 0.01:
         assert decision.reachable
 
-
-# --------------------------------------------------------------------------------- robot tracking
 
 HINGE = PARAMETERS.platform_height - PARAMETERS.platform_thickness
 
