@@ -46,8 +46,8 @@ while world.phase is not Phase.GROUNDED:
 print(max(speeds), min(speeds))
 """
 
-SECOND_ARENA = '''-p frame:=brick2 -r __node:=arena2 -r place:=place2 -r drop:=drop2
-                  -r brick_state:=brick_state2 -r brick_marker:=brick_marker2'''
+SECOND_ARENA = ('-p frame:=brick2 -r __node:=arena2 -r place:=place2 -r drop:=drop2 '
+                '-r brick_state:=brick_state2 -r brick_marker:=brick_marker2')
 
 
 @pytest.fixture

@@ -12,12 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Tests for the computations, the report and the end of the benchmark."""
+"""Tests for the computations, the report and the termination of the benchmark."""
 
 from functools import partial
-import os
 import signal
-import subprocess
 import sys
 from threading import Event
 from time import monotonic, process_time
@@ -30,6 +28,7 @@ from turtle_brick.physics import STEP_NS
 from turtle_brick.ros.tf import BASE_LINK, BRICK
 from turtle_brick.tools import benchmark, plots
 from turtle_brick.tools.benchmark import NODES
+from turtle_referee.graph_client.processes import Process
 
 RELEASE = 1_700_000_000_000_000_000
 LEAD, END = RELEASE - 100_000_000, RELEASE + 1_000_000_000
@@ -38,10 +37,10 @@ DECIDED, COMMANDED, MOVED = 9_000_000, 15_000_000, 81_000_000
 
 
 class Recorded:
-    """A record of the messages around a release, as used by the benchmark."""
+    """Stand-in for a record of the messages shortly before and after a release."""
 
     def __init__(self, **tracks):
-        """Create the usual messages after a release, except for the given tracks."""
+        """Create messages for a typical drop; `tracks` replaces some of these messages."""
         self.tracks = {
             BRICK: fall(), BASE_LINK: drive(10_000_000), 'pose': drive(16_000_000),
             'goal_pose': [(RELEASE + DECIDED, None), (RELEASE + 2 * DECIDED, None)],
@@ -59,17 +58,17 @@ class Recorded:
                 for then, message in self.during(topic, begin, end)]
 
 
-def fall(first=-5, last=40, gravity=9.81):
-    """Return the positions of a falling brick with their publication times."""
+def fall(gravity=9.81):
+    """Return publication times and positions of a falling brick."""
     heights = {step: 8.0 - gravity / 2.0 * (max(step, 0) * STEP_NS * 1e-9) ** 2
-               for step in range(first, last)}
+               for step in range(-5, 40)}
     return [(RELEASE + step * STEP_NS + 300_000, SimpleNamespace(
         stamp=RELEASE + step * STEP_NS, pose=SimpleNamespace(position=(1.0, 2.0, height))))
         for step, height in heights.items()]
 
 
 def drive(period, moved=MOVED):
-    """Return poses of a robot that begins to move at a time (ns) after the release."""
+    """Return publication times and poses of a robot that starts to move after the release."""
     places = {time: 5.5 + max(time - moved, 0) * 3e-9
               for time in range(-100_000_000, 200_000_000, period)}
     return [(RELEASE + time, SimpleNamespace(
@@ -128,17 +127,14 @@ def test_report_and_figure_show_the_results(tmp_path):
 
 def test_a_signal_ends_the_benchmark_and_its_processes(tmp_path):
     """The benchmark exits with status 0 and writes nothing."""
-    process = psutil.Popen(
-        [sys.executable, '-m', 'turtle_brick.tools.benchmark', '--output', str(tmp_path / 'out')],
-        env={**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, sys.path))},
-        stderr=subprocess.PIPE, text=True)
-    deadline = monotonic() + 60.0
-    while len(started := process.children(recursive=True)) < 4:
-        assert monotonic() < deadline and process.poll() is None
-        Event().wait(0.05)
-    process.send_signal(signal.SIGTERM)
-    _, errors = process.communicate(timeout=60.0)
-    assert (process.returncode, errors) == (0, 'benchmark: interrupted; no file was written\n')
+    with Process([sys.executable, '-m', 'turtle_brick.tools.benchmark',
+                  '--output', str(tmp_path / 'out')]) as process:
+        deadline = monotonic() + 60.0
+        while len(started := psutil.Process(process.pid).children(recursive=True)) < 4:
+            assert monotonic() < deadline
+            Event().wait(0.05)
+        assert process.stop(signal.SIGTERM, 60.0) == 0
+    assert process.output == 'benchmark: interrupted; no file was written\n'
     # Orphaned processes exist until init has reaped them.
     assert not psutil.wait_procs(started, timeout=10.0)[1]
     assert not list((tmp_path / 'out').iterdir())

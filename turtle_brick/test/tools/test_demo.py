@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Tests for the error messages, the faults and the ROS domain of the demo."""
+"""Tests for the error messages, the faults and the ROS domains of the demo."""
 
 import os
 import signal
@@ -31,23 +31,18 @@ DEMO = [sys.executable, '-m', 'turtle_brick.tools.demo', '--no-view']
 WAIT = 60.0
 
 
-@pytest.mark.parametrize('domain, words', [
-    ('abc', "ROS_DOMAIN_ID is 'abc', but must be a whole number from 0 to 232"),
-    ('233', "ROS_DOMAIN_ID is '233'"), ('', 'the package no_package is not installed here')])
-def test_invalid_input_gives_one_sentence(domain, words, monkeypatch, capsys):
+@pytest.mark.parametrize('domain, args, words', [
+    ('abc', '', "ROS_DOMAIN_ID is 'abc', but must be a whole number from 0 to 232"),
+    ('233', '', "ROS_DOMAIN_ID is '233'"),
+    ('', '', 'the package no_package is not installed here'),
+    ('', '--place 1 2 3 --place 1 2 -3', 'z is -3 m, but must be at least 0.06 m so that the')])
+def test_invalid_input_gives_one_sentence(domain, args, words, monkeypatch, capsys):
     monkeypatch.setattr(demo, 'Graph', lambda **_: executable('no_package', 'no_program'))
     monkeypatch.setattr(demo, 'handle_interrupts', lambda: None)
     monkeypatch.setenv('ROS_DOMAIN_ID', domain)
-    assert demo.main([]) == 1
+    assert demo.main(args.split()) == 1
     sentence, = capsys.readouterr().err.splitlines()
     assert sentence.startswith(f'demo: {words}') and len(sentence) < 160
-
-
-def test_bricks_below_the_ground_are_refused_before_the_graph_starts(capsys, monkeypatch):
-    monkeypatch.setattr(demo, 'handle_interrupts', lambda: None)
-    assert demo.main('--place 1 2 3 --place 1 2 -3'.split()) == 1
-    assert capsys.readouterr() == ('', 'demo: z is -3 m, but must be at least 0.06 m so that the '
-                                   'bottom of the brick is not below the ground\n')
 
 
 def test_random_and_given_positions_exclude_each_other(capsys):
@@ -76,14 +71,9 @@ def test_each_fault_is_found(observed, fault):
     assert found(**observed) == [fault]
 
 
-@pytest.fixture
-def no_domain_settings(monkeypatch):
-    """Clear the environment variables about ROS domains during a test."""
+def test_demo_reserves_and_prints_an_empty_domain(monkeypatch, capsys):
     for name in (*RANGE_VARIABLES, 'ROS_DOMAIN_ID'):
-        monkeypatch.setenv(name, '')  # registers the variable to be restored
-
-
-def test_demo_reserves_and_prints_an_empty_domain(no_domain_settings, capsys):
+        monkeypatch.setenv(name, '')  # Monkeypatch restores the variables after the test.
     with demo.choose_domain() as shared:
         first = os.environ['ROS_DOMAIN_ID']
         assert os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'LOCALHOST'
@@ -93,7 +83,7 @@ def test_demo_reserves_and_prints_an_empty_domain(no_domain_settings, capsys):
         with demo.choose_domain():
             assert os.environ['ROS_DOMAIN_ID'] != first
     for variable in RANGE_VARIABLES:
-        os.environ[variable] = 'SUBNET'  # nodes on other machines are unknown
+        os.environ[variable] = 'SUBNET'  # Other machines may run nodes in this domain.
         with demo.choose_domain() as shared:
             assert shared and os.environ.pop(variable) == 'SUBNET'
 
@@ -120,7 +110,7 @@ def test_publishers_of_a_robot_are_rejected_but_subscribers_are_not(domain_id, m
 
 
 def test_two_arenas_are_separate_and_end_with_the_demo(domain_id):
-    """All topics are in the namespaces, and no arena receives the markers of the other."""
+    """All topics are in the namespaces, and no arena receives markers from the other arena."""
     places = '--place 10.6 10.6 8 --place 5.5 5.5 8'.split() * 9
     with (process([*DEMO, '--arenas', '2', *places], domain_id, timeout=WAIT) as both,
           Graph(domain_id) as live):

@@ -12,14 +12,13 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the table, guarantees and figures of the sweep, and its command line."""
+"""Tests for the table, the guarantees, the figures and the command line of the sweep."""
 
 import csv
 from dataclasses import replace
 from math import hypot, inf
 import os
 import signal
-import subprocess
 import sys
 from threading import Event
 from time import monotonic
@@ -31,6 +30,7 @@ from turtle_brick.core.reachability import guaranteed_distance
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.tools import simulation, sweep
 from turtle_brick.tools.simulation import guaranteed_distance_to, simulate_drop, trace
+from turtle_referee.graph_client.processes import Process
 import yaml
 
 PARAMETERS = load()
@@ -46,7 +46,6 @@ def read(path):
 
 @pytest.fixture(scope='module')
 def drops():
-    """Simulate the drops of a small plan."""
     return [simulate_drop(PARAMETERS, *one) for one in PLAN.simulations()]
 
 
@@ -58,12 +57,10 @@ def caught(drops):
 
 @pytest.fixture(scope='module')
 def refused(drops):
-    """Return a refused drop."""
     return next(drop for drop in drops if drop.outcome == 'refused')
 
 
 def test_the_options_in_the_header_reproduce_the_table(tmp_path, capsys):
-    """test_ctrl_c_keeps_the_finished_drops covers several workers."""
     given = yaml.safe_load(default_path().read_text(encoding='utf-8'))
     given['/**']['ros__parameters']['max_velocity'] = 2
     params_file = tmp_path / 'other.yaml'
@@ -86,7 +83,7 @@ def test_the_options_in_the_header_reproduce_the_table(tmp_path, capsys):
 
 
 def test_the_columns_of_a_row_are_consistent(drops):
-    """A brick with a positive margin is caught."""
+    """A brick is caught if and only if its margin is not negative."""
     rows = [drop.row() for drop in drops]
     assert {row['outcome'] for row in rows} == {'caught', 'refused'}
     for row in rows:
@@ -137,7 +134,7 @@ def test_no_catch_is_guaranteed_outside_the_arena():
 
 
 def test_the_exit_status_is_1_after_a_broken_guarantee(tmp_path, capsys, monkeypatch):
-    """A guaranteed distance that is too long is reported."""
+    """If the guaranteed distance is too long, the sweep reports broken guarantees."""
     monkeypatch.setattr(simulation, 'guaranteed_distance', lambda *_: inf)
     assert sweep.main(['--drops', '6', '--workers', '1', '--no-figures',
                        '--output', str(tmp_path)]) == 1
@@ -145,7 +142,7 @@ def test_the_exit_status_is_1_after_a_broken_guarantee(tmp_path, capsys, monkeyp
 
 
 def test_figures_are_drawn(tmp_path, drops, caught):
-    """Draw all outcomes at random positions, and one drop without a guarantee."""
+    """The figures can show all outcomes and a drop without a guarantee."""
     missed = caught._replace(result=caught.result._replace(caught=False))
     unseen = caught._replace(result=caught.result._replace(decision=None, caught=False))
     sweep.draw([*drops, missed, unseen], PARAMETERS, tmp_path)
@@ -177,7 +174,7 @@ def test_a_trace_repeats_the_drop(caught):
     (['--dask', 'no address'], ''),
 ])
 def test_invalid_options_give_one_sentence(args, words, tmp_path, capsys, monkeypatch):
-    """The exit status is 2, and nothing is written."""
+    """The exit status is 2, and no file is written."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / sweep.TABLE).write_text('precious')
     assert sweep.main(args) == 2
@@ -186,29 +183,22 @@ def test_invalid_options_give_one_sentence(args, words, tmp_path, capsys, monkey
 
 
 def test_ctrl_c_keeps_the_finished_drops(tmp_path, drops):
-    """Two workers write the same rows as one, and the program prints no error."""
-    with subprocess.Popen(
-            [sys.executable, '-m', 'turtle_brick.tools.sweep', '--drops', '1000000', '--workers',
-             '2', '--height', '2', '9', '--seed', '5', '--no-figures', '--output', str(tmp_path)],
-            start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            env={**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, sys.path))},
-            text=True) as process:
-        try:
-            table, deadline = tmp_path / sweep.TABLE, monotonic() + 60.0
-            while not table.exists() or table.read_bytes().count(b'\n') < 22:
-                assert monotonic() < deadline
-                Event().wait(0.05)
-            # Ctrl-C in a terminal sends SIGINT to every process of the group.
-            os.killpg(process.pid, signal.SIGINT)
-            out, error = process.communicate(timeout=60.0)
-        finally:
-            if process.poll() is None:
-                os.killpg(process.pid, signal.SIGKILL)
+    """Two workers write the same rows as one worker, and the program prints no error."""
+    options = '--drops 1000000 --workers 2 --height 2 9 --seed 5 --no-figures --output'
+    with Process([sys.executable, '-m', 'turtle_brick.tools.sweep', *options.split(),
+                  str(tmp_path)]) as process:
+        table, deadline = tmp_path / sweep.TABLE, monotonic() + 60.0
+        while not table.exists() or table.read_bytes().count(b'\n') < 22:
+            assert monotonic() < deadline
+            Event().wait(0.05)
+        # Ctrl-C in a terminal sends SIGINT to every process of the group.
+        os.killpg(process.pid, signal.SIGINT)
+        assert process.wait(60.0) == 0
     rows, _ = read(table)
-    assert (process.returncode, error) == (0, '')
     assert [int(row['index']) for row in rows] == list(range(len(rows)))
     for row, drop in zip(rows, drops):
         assert list(row.values()) == [
             '' if value is None else str(sweep.format_value(value))
             for value in drop.row().values()]
-    assert f'{len(rows):,} of 1,000,000 drops in ' in out
+    assert f'{len(rows):,} of 1,000,000 drops in ' in process.output
+    assert process.output.count('\n') == 7, process.output

@@ -24,14 +24,14 @@ The machine must be otherwise idle. The measurements are taken as follows:
 * Message intervals are measured in another idle window, with the client connected. An interval is
   the difference between two source timestamps, which the publisher's middleware sets.
 * Reaction times start when the brick is released. At that time, the robot is at rest at a random
-  distance from which it must drive to catch the brick. The release time is the timestamp of the
+  distance from the brick and must drive to catch it. The release time is the timestamp of the
   last brick position before the fall. The decision time is the publication time of the goal. The
   motion starts with the first changed pose.
 """
 
 import argparse
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from math import dist
 import os
@@ -70,9 +70,6 @@ NODES = (*OURS, 'turtlesim_node', 'robot_state_publisher')
 START_TIMEOUT = 60.0
 """Timeout (s) for starting and discovering the graph."""
 
-WARM_UP_TIME = 3.0
-"""Time (s) that the graph runs before the first measurement."""
-
 LEAD_TIME_NS = 100_000_000
 """Time (ns) before each drop request from which brick positions are examined."""
 
@@ -82,14 +79,12 @@ MOTION_THRESHOLD = 1e-6
 
 def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | None:
     """
-    Return the delays from a brick's release to the robot's motion.
+    Return the delays in a record from a brick's release to the robot's motion.
 
-    :param record: the recorded messages
     :param begin: a time (ns) shortly before the release
     :param end: a time (ns) after the first motion
-    :return: the time (s) from the release to the end of each of `plots.LINKS` (third sample of
-        the fall, goal, first command to move, first changed pose, first changed transform), or
-        None if the brick did not fall or the robot did not move
+    :return: the time (s) from the release to the end of each delay in `plots.LINKS`, or None if
+        the brick did not fall or the robot did not move
     """
     bricks = record.frames[BRICK].published_between(begin, end)
     heights = [sample.pose.position[2] for _, sample in bricks]
@@ -105,22 +100,19 @@ def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | N
         'seen': bricks[falls[0] + 2][0],
         'decided': next(goals, None),
         'commanded': next(moving, None),
-        'moved': first_motion((pose.published, (pose.message.x, pose.message.y))
-                              for pose in record.messages('pose', release, end)),
-        'known': first_motion((published, sample.pose.position[:2]) for published, sample
-                              in record.frames[BASE_LINK].published_between(release, end))}
+        'moved': first_motion([(pose.published, (pose.message.x, pose.message.y))
+                               for pose in record.messages('pose', release, end)]),
+        'known': first_motion([(published, sample.pose.position[:2]) for published, sample
+                               in record.frames[BASE_LINK].published_between(release, end)])}
     if None in ends.values():
         return None
     return {link: (time - release) * SECONDS_PER_NS for link, time in ends.items()}
 
 
-def first_motion(positions: Iterable[tuple[int, Any]]) -> int | None:
+def first_motion(positions: Sequence[tuple[int, Any]]) -> int | None:
     """Return the publication time (ns) of the first position that differs from the initial one."""
-    start = None
     for published, position in positions:
-        if start is None:
-            start = position
-        if dist(position, start) > MOTION_THRESHOLD:
+        if dist(position, positions[0][1]) > MOTION_THRESHOLD:
             return published
     return None
 
@@ -138,12 +130,9 @@ def message_intervals(record: Record, begin: int) -> dict[str, np.ndarray]:
 
 def graph_processes(launch: psutil.Process) -> dict[str, psutil.Process]:
     """Return the node processes started by a launch process, keyed by the names in NODES."""
-    found = {}
-    for process in launch.children(recursive=True):
-        for word in process.cmdline()[:2]:  # An interpreter may precede the program.
-            if Path(word).name in NODES:
-                found[Path(word).name] = process
-    return found
+    return {Path(word).name: process for process in launch.children(recursive=True)
+            for word in process.cmdline()[:2]  # An interpreter may precede the program.
+            if Path(word).name in NODES}
 
 
 def processor_usage(nodes: dict[str, psutil.Process],
@@ -180,7 +169,7 @@ def measure(seconds: float, drop_count: int) -> dict[str, Any]:
     with Process(LAUNCH) as launch:
         with NodeSpinner(make_observer) as spinner:
             connect(spinner)
-            spinner.spin_for(WARM_UP_TIME)
+            spinner.spin_for(3.0)  # The first messages take more processor time.
         nodes = graph_processes(psutil.Process(launch.pid))
         print('Measuring the idle graph', file=sys.stderr, flush=True)
         found: dict[str, Any] = {'idle': processor_usage(nodes, lambda: sleep(seconds))}
@@ -236,7 +225,7 @@ def report(found: dict[str, Any]) -> str:
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run the benchmark; return its exit status."""
+    """Run the benchmark and return the exit status."""
     parser = argparse.ArgumentParser(
         prog='benchmark', description='Measure processor time, message intervals and reaction '
         'times of the live graph. The machine must be otherwise idle.')

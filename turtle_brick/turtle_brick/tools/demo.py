@@ -15,9 +15,8 @@
 """
 demo: run the whole graph in one process and drop bricks.
 
-By default, the demo drops two bricks: one that can be caught and one that cannot. The
-nodes log the events. With --arenas N, the demo runs N arenas in parallel, each in its own process
-and namespace.
+By default, the demo drops two bricks: one that can be caught and one that cannot. With --arenas N,
+the demo runs N arenas in parallel, each in its own process and namespace.
 
 The exit status is 0 if every brick that the catcher accepted was caught and tipped off, and no
 brick within the guaranteed distance was refused. Otherwise the exit status is 1.
@@ -59,9 +58,6 @@ START_TIMEOUT = 30.0
 BROWSER_TIMEOUT = 8.0
 """Time (s) to wait for a browser to open the page before the first drop."""
 
-HOVERING_TIME = 1.0
-"""Time (s) for which each brick hovers before it is dropped, so that users can see it."""
-
 DISCOVERY_TIME = 5.0
 """Time (s) for discovering other nodes in a domain. Discovery usually takes less than 1 s, but a
 lost announcement is repeated only after 3 s."""
@@ -70,7 +66,6 @@ FIRST_PORT = 8080
 """Port of the first arena's page. The port number increases by one for each further arena."""
 
 KEEPS_RUNNING = 'The graph keeps running until you press Ctrl-C.'
-"""Message to the user if the demo runs in a terminal."""
 
 ROBOT_TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom', 'brick_marker')
 """Topics that are published only by turtlesim, a robot or an arena."""
@@ -78,12 +73,7 @@ ROBOT_TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom', 'brick_mar
 
 @contextmanager
 def choose_domain() -> Iterator[bool]:
-    """
-    Use the ROS domain set in the environment, or reserve an unused domain if none is set.
-
-    :return: whether the domain may contain other nodes
-    :raises DomainError: ROS_DOMAIN_ID is invalid, or no unused domain is available
-    """
+    """Use the given ROS domain or an unused one; yield whether it may contain other nodes."""
     restrict_to_localhost()
     local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') == 'LOCALHOST'
     given = os.environ.get('ROS_DOMAIN_ID')
@@ -176,7 +166,7 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
     prefix = f'{options.namespace}: ' if options.namespace else ''
     watches, faulty = [], 0
     for brick in bricks(options, client, parameters):
-        client.place(brick, HOVERING_TIME).check()
+        client.place(brick, 1.0).check()  # The brick hovers for 1 s so that users see it.
         watch = client.drop(brick)
         watches.append(watch)
         # The guaranteed distance is shorter if commands are slower than on an idle machine.

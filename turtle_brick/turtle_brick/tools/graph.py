@@ -13,13 +13,14 @@
 # limitations under the License.
 
 """
-The whole graph in one process, with the real node classes, one executor and real DDS.
+Run the whole graph in one process, with the real node classes, one executor and real DDS.
 
 The stand-ins for turtlesim and robot_state_publisher run in this process, too. If the real
 packages are installed, they run in separate processes.
 """
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 import importlib
 from importlib.util import find_spec
 import os
@@ -43,34 +44,25 @@ from turtle_referee.graph_client.spinning import Spinner
 import xacro
 import yaml
 
-REMOVE_TIMEOUT = 15.0
-"""Timeout (s) for removing a node from the executor."""
-
 AnyNode = TypeVar('AnyNode', bound=Node)
 
 
 def executable(package: str, name: str) -> str:
-    """
-    Return the path of an executable in an installed package.
-
-    :raises PackageNotFoundError: the package is not installed
-    """
+    """Return the path of an executable, or raise PackageNotFoundError."""
     try:
         return str(Path(get_package_prefix(package), 'lib', package, name))
     except PackageNotFoundError:
         raise PackageNotFoundError(f'the package {package} is not installed here') from None
 
 
-class Graph(Spinner):
+class Graph(Spinner, AbstractContextManager['Graph']):
     """Nodes in one process that communicate with all nodes in their ROS domain."""
 
     def __init__(self, domain_id: int | None = None, namespace: str = '',
                  quiet: bool = False, tf_inside: bool = False) -> None:
         """
-        Create a graph without nodes.
+        Create a graph without nodes in a ROS domain (default: the domain in the environment).
 
-        :param domain_id: the ROS domain; if None, the one in the environment
-        :param namespace: the namespace of all nodes
         :param quiet: whether the nodes log only warnings and errors
         :param tf_inside: whether the namespace applies to TF, as in the launch files
         """
@@ -87,10 +79,6 @@ class Graph(Spinner):
         self.nodes: list[Node] = []
         self._processes: list[Process] = []
 
-    def __enter__(self) -> 'Graph':
-        """Return the graph."""
-        return self
-
     def __exit__(self, *_: object) -> None:
         """End all nodes and processes."""
         self.close()
@@ -98,12 +86,10 @@ class Graph(Spinner):
     def add(self, node_type: type[AnyNode], *ros_arguments: str, parameters: bool = True,
             **options: Any) -> AnyNode:
         """
-        Add a node.
+        Add a node, passing further options to its constructor.
 
-        :param node_type: the class of the node
         :param ros_arguments: arguments after --ros-args, such as '-r', 'cmd_vel:=turtle1/cmd_vel'
         :param parameters: whether the node receives the parameter file
-        :param options: further arguments for the constructor
         """
         arguments = ['--ros-args', *self._remaps, *ros_arguments]
         if parameters:
@@ -119,7 +105,7 @@ class Graph(Spinner):
         self.nodes.remove(node)
         self.executor.remove_node(node)
         # The executor removes the node in its next cycle.
-        self.spin_until(self.executor.create_task(lambda: None).done, REMOVE_TIMEOUT,
+        self.spin_until(self.executor.create_task(lambda: None).done, 15.0,
                         'the executor has removed the node')
         node.destroy_node()
 
@@ -154,15 +140,7 @@ class Graph(Spinner):
 
     def add_process(self, package: str, name: str, *arguments: str,
                     listener: Callable[[str], object] = sys.stderr.write) -> Process:
-        """
-        Start an installed executable in its own process, with the namespace of the graph.
-
-        :param package: the package of the executable
-        :param name: the name of the executable
-        :param arguments: command-line arguments for the executable
-        :param listener: called with each printed line
-        :raises PackageNotFoundError: the package is not installed
-        """
+        """Start an installed executable; `listener` is called with each printed line."""
         ros_arguments = [*self._log_level, *self._remaps]
         if self.namespace:
             # rclcpp nodes require the leading slash.
@@ -175,14 +153,14 @@ class Graph(Spinner):
         return process
 
     def parameter_file(self, parameters: dict[str, Any]) -> Path:
-        """Write parameters into a temporary parameter file; return its path."""
+        """Write parameters to a temporary parameter file, and return its path."""
         path = Path(self._files.name, f'{len(os.listdir(self._files.name))}.yaml')
         path.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}), encoding='utf-8')
         return path
 
     def _add_node_or_process(self, package: str, executable: str, module: str, node_type: str,
                              parameters: dict[str, Any]) -> Node | None:
-        """Add the stand-in if it is installed, otherwise start the real executable."""
+        """Add the stand-in node if it is installed; otherwise, start the real executable."""
         # A URDF is too complex for a parameter value on the command line.
         arguments = ['--params-file', str(self.parameter_file(parameters))]
         if find_spec(module.partition('.')[0]) is not None:
@@ -194,10 +172,8 @@ class Graph(Spinner):
     def close(self) -> None:
         """End all nodes and processes."""
         close_all(self._processes)
-        self._processes.clear()
         self.executor.shutdown()
         for node in self.nodes:
             node.destroy_node()
-        self.nodes.clear()
         self.context.try_shutdown()
         self._files.cleanup()

@@ -49,7 +49,6 @@ MISSED = '#d6006c'
 ROBOT = '#2f855a'
 
 STYLE: dict[Any, Any] = {
-    'font.family': 'DejaVu Sans',
     'font.size': 9.5,
     'axes.titlesize': 11.5,
     'axes.titleweight': 'bold',
@@ -61,14 +60,12 @@ STYLE: dict[Any, Any] = {
     'axes.grid': True,
     'axes.axisbelow': True,
     'grid.color': '#e4e7eb',
-    'grid.linewidth': 0.7,
     'text.color': INK,
     'xtick.color': INK,
     'ytick.color': INK,
     'legend.frameon': False,
     'legend.fontsize': 8.5,
     'figure.dpi': 110,
-    'savefig.facecolor': 'white',
 }
 
 MARGIN_COLORS = LinearSegmentedColormap.from_list('margin', [
@@ -198,7 +195,6 @@ def one_drop(samples: Sequence[TraceSample], drop: SimulatedDrop, parameters: Pa
 
 def _draw_curves(samples: Sequence[TraceSample], drop: SimulatedDrop, height: Axes,
                  distance: Axes, speed: Axes, tilt: Axes) -> None:
-    """Draw a drop's curves in four axes."""
     def plot(axes: Axes, values: Sequence[float], color: str, label: str | None = None) -> None:
         axes.step([sample.time for sample in samples], values, where='post', color=color,
                   linewidth=1.7, label=label)
@@ -259,7 +255,6 @@ def latency(drops: Sequence[dict[str, float]], path: Path) -> None:
     Draw the delays from a brick's release to the robot's first motion.
 
     :param drops: for each drop, the time (s) from the release to the end of each delay in LINKS
-    :param path: path of the PNG file
     """
     medians = {link: 1e3 * median(drop[link] for drop in drops) for link in LINKS}
     durations = np.diff([0.0, *medians.values()])

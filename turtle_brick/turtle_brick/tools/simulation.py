@@ -21,13 +21,13 @@ at 50 Hz and on every new brick position. The delays between them are the same a
 graph. The simulated time advances from event to event, so one hour is simulated in seconds. All
 random numbers are generated from one seed, so every run is reproducible.
 
-`simulate_drop` simulates one drop for tables and maps. `trace` repeats it for a figure.
+`simulate_drop` simulates one drop for a table or map. `trace` repeats a drop for a figure.
 """
 
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import atan2, dist, hypot, inf
+from math import dist, hypot, inf
 from random import Random
 from typing import Any, NamedTuple
 
@@ -44,16 +44,9 @@ from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, TICK, Turtle, 
 from turtle_brick.physics import Phase, STEP_NS, World
 
 ROBOT_PERIOD_NS = round(driving.COMMAND_PERIOD / SECONDS_PER_NS)
-"""Period of turtle_robot (ns)."""
-
 TICK_NS = round(TICK / SECONDS_PER_NS)
-"""Period of turtlesim (ns)."""
-
 CATCHER_PERIOD_NS = round(catch_logic.UPDATE_PERIOD / SECONDS_PER_NS)
-"""Period of the catcher (ns)."""
-
-START_TIME = 0.3
-"""Simulated time (s) in which robot, arena and catcher exchange data before the first drop."""
+"""Periods (ns) of turtle_robot, turtlesim and the catcher."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +74,7 @@ class DropResult(NamedTuple):
     decision_time: float  # From the release to the decision.
     carried_to: tuple[float, float] | None  # Robot position when it tilted.
     slide_time: float  # From the start of tilting until the brick floats.
-    finished: bool  # Whether the catcher was waiting again at the end.
+    finished: bool  # Whether the catcher returned to waiting.
 
 
 class Simulation:
@@ -92,9 +85,7 @@ class Simulation:
         """
         Create an arena in which the robot and the brick are at rest.
 
-        :param parameters: the physical parameters
         :param seed: seed for the timer phases and the jitter
-        :param delays: the delays between simulated components
         :param start: x, y (m) and theta (rad) of the turtle in the world frame
         """
         self.parameters = parameters
@@ -118,8 +109,7 @@ class Simulation:
         self._to_arena: deque[tuple[int, Platform]] = deque()
         self._transport = round(delays.transport / SECONDS_PER_NS)
         self._transform_delay = round(delays.transforms / SECONDS_PER_NS)
-        # Each timer starts with a random phase. The names with `_at` are the times of the next
-        # events.
+        # Times (ns) of the next events. Each timer starts with a random phase.
         self._physics_at = self.random.randrange(STEP_NS)
         self._robot_at = self._robot_grid = self.random.randrange(ROBOT_PERIOD_NS)
         self._tick_at = self._tick_grid = self.random.randrange(TICK_NS)
@@ -136,10 +126,8 @@ class Simulation:
 
     def run(self, until: Callable[[], bool], limit: float = inf) -> bool:
         """
-        Simulate until a condition is true.
+        Simulate until a condition is true after a physics step, or until a time limit (s).
 
-        :param until: the condition, evaluated after each physics step
-        :param limit: maximum simulated duration (s)
         :return: whether the condition is true
         """
         end = self.now + limit / SECONDS_PER_NS
@@ -166,11 +154,7 @@ class Simulation:
         self.run(lambda: False, seconds)
 
     def drop(self, brick: Vector) -> DropResult:
-        """
-        Place the brick at a position (m) in the world frame, drop it, and simulate the whole drop.
-
-        The drop ends when the catcher is waiting again.
-        """
+        """Drop a brick from a position (m), and simulate until the catcher is waiting again."""
         world, catcher = self.world, self.catcher
         world.brick = brick
         self.rest(0.1)
@@ -198,18 +182,15 @@ class Simulation:
                           carried_to, slide_time, finished)
 
     def _tick_turtlesim(self, now: int) -> None:
-        """Execute one tick of turtlesim."""
         self._tick_grid += TICK_NS
         self._tick_at = self._add_jitter(self._tick_grid, self.delays.tick_jitter)
-        inbox = self._to_turtle
-        while inbox and inbox[0][0] <= now:
-            _, linear_x, linear_y = inbox.popleft()
+        while self._to_turtle and self._to_turtle[0][0] <= now:
+            _, linear_x, linear_y = self._to_turtle.popleft()
             self.turtle.command(linear_x, linear_y, 0.0)
         pose = self.turtle.tick(now * SECONDS_PER_NS)
         self._to_driver.append((now + self._transport, pose))
 
     def _update_robot(self, now: int) -> None:
-        """Execute one cycle of turtle_robot."""
         self._robot_grid += ROBOT_PERIOD_NS
         self._robot_at = self._add_jitter(self._robot_grid, self.delays.robot_jitter)
         driver = self.driver
@@ -268,7 +249,7 @@ class SimulatedDrop(NamedTuple):
     number: int  # Index of the drop in the sweep, starting at 0.
     seed: int  # Seed for the simulation.
     result: DropResult
-    guaranteed: float  # Largest distance at which a catch is guaranteed, or < 0.
+    guaranteed: float  # Largest distance of a guaranteed catch; negative if there is none.
 
     @property
     def distance(self) -> float:
@@ -281,11 +262,6 @@ class SimulatedDrop(NamedTuple):
         return self.distance <= self.guaranteed
 
     @property
-    def reachable(self) -> bool | None:
-        """Return whether the catcher accepted the brick, or None if it made no decision."""
-        return self.result.decision.reachable if self.result.decision else None
-
-    @property
     def margin(self) -> float | None:
         """Return the catcher's estimate of the available time minus the required time."""
         return self.result.decision.margin if self.result.decision else None
@@ -295,7 +271,8 @@ class SimulatedDrop(NamedTuple):
         """Return 'caught', 'refused', or 'missed' (accepted, but not caught)."""
         if self.result.caught:
             return 'caught'
-        return 'missed' if self.reachable else 'refused'
+        decision = self.result.decision
+        return 'missed' if decision and decision.reachable else 'refused'
 
     @property
     def broken_guarantee(self) -> str:
@@ -319,7 +296,7 @@ class SimulatedDrop(NamedTuple):
             'robot_x': result.robot[0], 'robot_y': result.robot[1],
             'distance': self.distance,
             'guaranteed': self.guaranteed if self.guaranteed >= 0.0 else None,
-            'outcome': self.outcome, 'reachable': self.reachable,
+            'outcome': self.outcome, 'reachable': decision.reachable if decision else None,
             'decided': result.decision_time if decision else None,
             'available': decision.available if decision else None,
             'needed': decision.needed if decision else None,
@@ -330,7 +307,7 @@ class SimulatedDrop(NamedTuple):
 
 
 def guaranteed_distance_to(brick: Vector, parameters: Parameters, excess: float = 0.0) -> float:
-    """Return the `guaranteed_distance` (m) for a brick, or -inf if it is outside the arena."""
+    """Return the `guaranteed_distance` (m) to a brick, or -inf if it is outside the arena."""
     x, y, height = brick
     if within_arena(x, y) != (x, y):
         return -inf
@@ -340,7 +317,7 @@ def guaranteed_distance_to(brick: Vector, parameters: Parameters, excess: float 
 def start_simulation(parameters: Parameters, seed: int) -> Simulation:
     """Return a running simulation that includes jitter, with the robot at rest in the center."""
     simulation = Simulation(parameters, seed, JITTER)
-    simulation.rest(START_TIME)
+    simulation.rest(0.3)  # Robot, arena and catcher exchange their first data.
     return simulation
 
 
@@ -363,7 +340,7 @@ class TraceSample(NamedTuple):
     time: float  # Time since the release (s).
     brick: Vector
     robot: tuple[float, float]
-    tilt: float  # Platform angle in the latest transform (rad).
+    tilt: float  # Platform angle (rad).
     commanded: float  # Speed commanded by the robot (m/s).
     speed: float  # Speed of the turtle in turtlesim (m/s).
     phase: Phase
@@ -376,12 +353,10 @@ def trace(parameters: Parameters, drop: SimulatedDrop) -> list[TraceSample]:
     samples: list[TraceSample] = []
 
     def record_sample() -> None:
-        turtle, platform = simulation.turtle.pose, simulation.world.platform
-        assert platform is not None
-        x_axis, _, normal = platform.axes
+        turtle = simulation.turtle.pose
         samples.append(TraceSample(
             simulation.now * SECONDS_PER_NS, simulation.world.brick, (turtle.x, turtle.y),
-            atan2(-x_axis[2], normal[2]), hypot(*simulation.commanded), turtle.linear_velocity,
+            simulation.tilt_angle, hypot(*simulation.commanded), turtle.linear_velocity,
             simulation.world.phase, simulation.catcher.state))
 
     simulation.after_step = record_sample

@@ -44,12 +44,11 @@ from turtle_brick.tools import positive_int
 from turtle_brick.tools.simulation import outcome_counts, simulate_drop, SimulatedDrop, trace
 
 TABLE = 'drops.csv'
-"""File name of the table."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The drops in a sweep. The plan and the parameters together determine the table."""
+    """The drops in a sweep. The plan and the parameters determine the table."""
 
     grid: bool  # Whether the bricks are on a grid.
     count: int  # Number of drops, or of grid cells per arena side.
@@ -66,16 +65,10 @@ class Plan:
         """Return the command-line options that produce this plan."""
         kind = '--grid' if self.grid else '--drops'
         low, high = self.heights
-        heights = f'{low!r}' if low == high else f'{low!r} {high!r}'
-        return f'{kind} {self.count} --height {heights} --seed {self.seed}'
+        return f'{kind} {self.count} --height {low!r} {high!r} --seed {self.seed}'
 
     def simulations(self) -> Iterator[tuple[int, int, Vector]]:
-        """
-        Yield the index, seed and brick position (m, world frame) for each drop in table order.
-
-        Random positions are distributed uniformly. Grid positions are in random order so that even
-        the first drops cover the whole arena.
-        """
+        """Yield the index, seed and brick position (m, world frame) for each drop, in order."""
         bricks, seeds = Random(f'{self.seed} bricks'), Random(f'{self.seed} simulations')
         positions: Iterator[tuple[float, float]] = (
             (bricks.uniform(0.0, ARENA_SIZE), bricks.uniform(0.0, ARENA_SIZE))
@@ -84,7 +77,7 @@ class Plan:
             side = ARENA_SIZE / self.count
             cells = [((column + 0.5) * side, (row + 0.5) * side)
                      for row in range(self.count) for column in range(self.count)]
-            bricks.shuffle(cells)
+            bricks.shuffle(cells)  # The first drops already cover the whole arena.
             positions = iter(cells)
         for number, (x, y) in enumerate(positions):
             yield number, seeds.getrandbits(32), (x, y, bricks.uniform(*self.heights))
@@ -120,7 +113,7 @@ def summary(drops: Sequence[SimulatedDrop]) -> str:
 
 
 def drop_to_draw(drops: Sequence[SimulatedDrop]) -> SimulatedDrop:
-    """Return a drop that broke a guarantee, or else the catch with the least margin."""
+    """Return the first drop that broke a guarantee, or the catch with the smallest margin."""
     for drop in drops:
         if drop.broken_guarantee:
             return drop
@@ -143,8 +136,7 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list
     with open(options.output / TABLE, 'x', encoding='utf-8', newline='') as file:
         file.write(table_header(parameters, plan))
         writer = csv.writer(file, lineterminator='\n')
-        # The workers inherit this handler and ignore Ctrl-C; joblib would warn about killed
-        # workers.
+        # Workers inherit this handler, so Ctrl-C does not kill them.
         original_handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
         results = Parallel(None if options.dask else options.workers, return_as='generator')(
             delayed(simulate_drop)(parameters, *simulation) for simulation in started)

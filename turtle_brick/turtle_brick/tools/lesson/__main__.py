@@ -15,8 +15,7 @@
 """
 lesson: print the numbers and draw the figures of the lesson in doc/lesson.
 
-Each of the five parts belongs to one page of the lesson. The drawings named sketch-*.svg are made
-by hand.
+Each part belongs to one page of the lesson. The sketches (sketch-*.svg) are drawn by hand.
 """
 
 import argparse
@@ -32,11 +31,10 @@ PARTS = {'frames': frames, 'rolling': rolling, 'falling': falling, 'queue': queu
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Print and draw one part or all parts; return the exit status."""
+    """Print and draw one part or all parts, and return the exit status."""
     parser = argparse.ArgumentParser(
         prog='lesson',
-        description='Print the numbers and draw the figures of the lesson in doc/lesson.',
-        epilog='Each part belongs to one page: frames, rolling, falling, queue and reach.')
+        description='Print the numbers and draw the figures of the lesson in doc/lesson.')
     parser.add_argument('part', nargs='?', choices=PARTS, help='part of the lesson (default: all)')
     parser.add_argument('--params-file', type=Path, metavar='FILE',
                         help='parameter file (default: config/turtle.yaml of the package)')

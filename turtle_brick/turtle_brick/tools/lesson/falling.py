@@ -15,12 +15,12 @@
 """Lesson 3: the fall and the slide in closed form, compared with a simulation in steps."""
 
 from collections.abc import Iterator, Sequence
-from math import cos, degrees, sin, sqrt
+from math import cos, degrees, sin
 from pathlib import Path
 from typing import Any
 
 from matplotlib.axes import Axes
-from matplotlib.patches import Polygon
+from matplotlib.patches import Rectangle
 import numpy as np
 from turtle_brick.core.geometry import from_pitch, Pose, Vector
 from turtle_brick.core.parameters import Parameters
@@ -46,11 +46,7 @@ def fall(parameters: Parameters, world: World | None = None) -> np.ndarray:
 
 
 def slide(parameters: Parameters) -> tuple[list[Vector], np.ndarray]:
-    """
-    Simulate a brick that slides off a tilted platform at the world origin.
-
-    :return: the brick position and the distance along the platform (m) after each step
-    """
+    """Return the position and sliding distance (m) after each step of a slide at the origin."""
     world = World.from_parameters(parameters)
     world.brick = (0.0, 0.0, resting_height(parameters) + DT ** 2)
     fall(parameters, world)
@@ -79,11 +75,6 @@ def closed_slide(time: np.ndarray, parameters: Parameters) -> np.ndarray:
     return 0.5 * parameters.gravity_accel * sin(parameters.tilt_angle) * time ** 2
 
 
-def slide_time(distance: float, parameters: Parameters) -> float:
-    """Return the time (s) that the brick takes to slide a distance (m)."""
-    return sqrt(2.0 * distance / (parameters.gravity_accel * sin(parameters.tilt_angle)))
-
-
 def euler_fall(time: np.ndarray, parameters: Parameters) -> np.ndarray:
     """Return the brick heights (m) at evenly spaced times (s), as computed by Euler's method."""
     speeds = parameters.gravity_accel * time
@@ -108,9 +99,10 @@ def report(parameters: Parameters) -> Iterator[str]:
     error = abs(distances - closed_slide(time, parameters)).max()
     rim = parameters.platform_radius
     clear = rim + parameters.brick_size[0] / 2.0
+    acceleration = parameters.gravity_accel * sin(parameters.tilt_angle)
+    rim_time, clear_time = np.sqrt(2.0 * np.array((rim, clear)) / acceleration)
     yield (f'  slide at {degrees(parameters.tilt_angle):.1f}°: {rim:g} m (center at the rim) in '
-           f'{slide_time(rim, parameters):.4f} s, {clear:g} m (brick clear) in '
-           f'{slide_time(clear, parameters):.4f} s;')
+           f'{rim_time:.4f} s, {clear:g} m (brick clear) in {clear_time:.4f} s;')
     yield f'  clear at step {len(distances)}, {time[-1]:.3f} s, {distances[-1]:.3f} m'
     yield f'  largest error: {1e3 * error:.3f} mm'
 
@@ -148,7 +140,6 @@ def draw_fall(height: Axes, error: Axes, parameters: Parameters) -> None:
     height.set(xlim=(0.0, None), ylim=(0.0, 1.05 * heights[0]), ylabel='brick height / m',
                title='The fall')
     height.legend(loc='lower left')
-
     time, heights = time[:-1], heights[:-1]
     exact = closed_fall(time, parameters)
     error.plot(time, 1e3 * (euler_fall(time, parameters) - exact), color=MISSED, linewidth=2.0,
@@ -163,13 +154,13 @@ def draw_side_view(axes: Axes, bricks: Sequence[Vector], distances: np.ndarray,
                    parameters: Parameters) -> None:
     """Draw the tilted platform, and the brick at the start, at the rim and at the end."""
     angle = parameters.tilt_angle
-    along, normal = np.array((cos(angle), -sin(angle))), np.array((sin(angle), cos(angle)))
+    normal = np.array((sin(angle), cos(angle)))
     hinge = np.array((0.0, parameters.platform_height - parameters.platform_thickness))
 
     def box(center: np.ndarray, length: float, thickness: float, **options: Any) -> None:
-        corners = [center + a * length / 2.0 * along + b * thickness / 2.0 * normal
-                   for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-        axes.add_patch(Polygon(corners, **options))
+        corner = (center[0] - length / 2.0, center[1] - thickness / 2.0)
+        axes.add_patch(Rectangle(corner, length, thickness, angle=-degrees(angle),
+                                 rotation_point='center', **options))
 
     axes.plot([0.0, 0.0], [hinge[1] - 0.45, hinge[1]], color=FAINT, linewidth=7.0, zorder=1)
     thickness = parameters.platform_thickness

@@ -35,7 +35,6 @@ CORNERS = ((9.0, 3.0), (7.0, 8.5), (2.5, 6.0))
 """Goals of the robot in the world frame (m), in order."""
 
 WALLS = ((0.0, 0.0), (ARENA_SIZE, 0.0), (ARENA_SIZE, ARENA_SIZE), (0.0, ARENA_SIZE))
-"""Corners of the arena in the world frame (m)."""
 
 WORLD = Pose2D(0.0, 0.0, 0.0)
 

@@ -32,18 +32,12 @@ class SentCommand(NamedTuple):
     """A command sent to turtlesim, with its latency; times in s."""
 
     published: float
-    latency: float
-    """Time until a pose shows this command or, if turtlesim dropped it, a newer command."""
+    latency: float  # Time until a pose shows this command or, if it was dropped, a newer command.
     applied: bool
 
 
 def commands(phase: float) -> list[SentCommand]:
-    """
-    Send commands to turtlesim at 100 Hz for half a second, and find the effect of each command.
-
-    :param phase: time of turtlesim's first tick (s)
-    :return: the commands sent while the queue was full
-    """
+    """Send commands at 100 Hz to a full queue for 0.5 s; the first tick is at `phase` (s)."""
     turtle = Turtle(holonomic=True)
     first, count = 32, round(0.5 / COMMAND_PERIOD)
     arrivals: list[tuple[int, float]] = []
@@ -66,7 +60,7 @@ def commands(phase: float) -> list[SentCommand]:
 
 
 def commands_for_all_phases() -> list[SentCommand]:
-    """Return the commands sent for each of 16 times of turtlesim's first tick."""
+    """Return the commands sent for each of 16 phases of turtlesim's ticks."""
     return [sent for phase in range(16) for sent in commands(1e-3 * phase + 1e-4)]
 
 
@@ -87,10 +81,10 @@ class NaiveDriver(Driver):
 
 
 DISTANCE = 3.0
-"""Distance that the robots drive (m)."""
+"""Length (m) of a drive."""
 
 NEAR = 0.01
-"""Distance from the goal (m) within which a robot has settled."""
+"""Distance (m) from the goal within which a robot counts as settled."""
 
 
 def controllers(parameters: Parameters) -> dict[str, Driver]:
@@ -105,11 +99,7 @@ def controllers(parameters: Parameters) -> dict[str, Driver]:
 
 
 def approach(driver: Driver, parameters: Parameters) -> list[tuple[float, float]]:
-    """
-    Drive DISTANCE along x with a driver, then wait for 2 s.
-
-    :return: (time since the goal in s, distance beyond the goal in m) at 250 Hz
-    """
+    """Drive to a goal at DISTANCE; return times (s) and distances beyond the goal (m)."""
     simulation = Simulation(parameters, seed=2)
     simulation.driver = driver
     simulation.rest(0.3)
@@ -150,7 +140,6 @@ def draw(parameters: Parameters, path: Path) -> None:
     with new_figure(path, 7.6, 6.4) as figure:
         sawtooth, whole, near = figure.subplot_mosaic(
             'AA\nBC', height_ratios=(0.8, 1.5), width_ratios=(1.0, 1.6)).values()
-
         latencies = [1e3 * sent.latency for sent in commands_for_all_phases()]
         sawtooth.axhspan(min(latencies), max(latencies), color='#dfe7ef',
                          label='range for all offsets')

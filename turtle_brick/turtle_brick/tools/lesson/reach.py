@@ -14,6 +14,7 @@
 
 """Lesson 5: the bricks that can be caught, and the delays before the robot moves."""
 
+from bisect import bisect
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -32,9 +33,6 @@ from turtle_brick.tools.simulation import outcome_counts, simulate_drop, Simulat
 HEIGHTS = tuple(float(number) for number in range(1, 11))
 DISTANCES = tuple(0.2 * number for number in range(28))
 """Heights (m) of the drops, and their distances (m) from the robot in the center."""
-
-SAMPLES = (3.0, 5.0, 8.0, 10.0)
-"""Heights in the table (m)."""
 
 WORST_DELAYS = (
     ('third sample of the fall', 3 * DT),
@@ -61,14 +59,9 @@ def drop_at(distance: float, height: float, parameters: Parameters) -> Simulated
 
 def largest_caught_distance(height: float, parameters: Parameters) -> float:
     """Return the largest distance (m) at which a brick is caught, found by bisection."""
-    caught, refused = 0.0, ARENA_SIZE - ARENA_CENTER
-    while refused - caught > 0.001:
-        middle = (caught + refused) / 2.0
-        if drop_at(middle, height, parameters).outcome == 'caught':
-            caught = middle
-        else:
-            refused = middle
-    return caught
+    millimeters = range(round(1e3 * (ARENA_SIZE - ARENA_CENTER)))
+    return 1e-3 * bisect(millimeters, False, key=lambda distance: drop_at(
+        1e-3 * distance, height, parameters).outcome != 'caught')
 
 
 def report(parameters: Parameters) -> Iterator[str]:
@@ -76,7 +69,7 @@ def report(parameters: Parameters) -> Iterator[str]:
     drops = all_drops(parameters)
     yield f'  {outcome_counts(drops)}'
     yield '  height      fall   guaranteed distance    simulated distance'
-    for height in SAMPLES:
+    for height in (3.0, 5.0, 8.0, 10.0):
         fall = fall_time(height, parameters)
         yield (f'  {height:4g} m{fall:8.3f} s{guaranteed_distance(height, parameters):20.2f} m'
                f'{largest_caught_distance(height, parameters):20.2f} m')

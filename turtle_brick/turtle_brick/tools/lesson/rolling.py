@@ -30,12 +30,9 @@ class RollSample(NamedTuple):
     """Three candidates (m) for the distance rolled by the wheel, at a time (s)."""
 
     time: float
-    commanded: float
-    """Integral of the commanded speed."""
-    pose_distance: float
-    """Sum of the distances between poses."""
-    rolled: float
-    """Wheel angle times wheel radius."""
+    commanded: float  # Integral of the commanded speed.
+    pose_distance: float  # Sum of the distances between poses.
+    rolled: float  # Wheel angle times wheel radius.
 
 
 TELEPORT = 2.0
