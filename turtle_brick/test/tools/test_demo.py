@@ -73,7 +73,7 @@ def test_each_fault_is_found(observed, fault):
 
 def test_demo_reserves_and_prints_an_empty_domain(monkeypatch, capsys):
     for name in (*RANGE_VARIABLES, 'ROS_DOMAIN_ID'):
-        monkeypatch.setenv(name, '')  # Monkeypatch restores the variables after the test.
+        monkeypatch.setenv(name, '')  # This call makes monkeypatch restore the variable.
     with demo.choose_domain() as shared:
         first = os.environ['ROS_DOMAIN_ID']
         assert os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'LOCALHOST'

@@ -35,7 +35,7 @@ from turtle_brick.tools.simulation import Delays, Simulation
 PARAMETERS = load()
 STEP = 0.004
 
-# The delays of the live graph without jitter, and longer ones with jitter.
+# The delays of the live graph without jitter, and longer delays with jitter.
 DELAYS = [Delays(), Delays(0.0010, 0.0040, 0.002, 0.0003)]
 
 
@@ -166,7 +166,7 @@ def test_reachable_bricks_are_caught_by_a_robot_that_turns_back():
 
 @pytest.mark.parametrize('delays', DELAYS)
 def test_command_latency_is_neither_too_short_nor_too_long(delays):
-    """The longest delay beyond the travel time is at most 25 ms below COMMAND_LATENCY."""
+    """The longest latency is between COMMAND_LATENCY - 25 ms and COMMAND_LATENCY."""
     random = Random(f'{delays}')
     latencies = []
     for seed in range(50):

@@ -91,7 +91,7 @@ def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | N
     falls = np.flatnonzero(np.diff(heights) < 0.0)
     if not falls.size or falls[0] + 2 >= len(bricks):
         return None
-    # A fall starts at a physics step, so the last position before a lower one is the release.
+    # A fall starts at a physics step. Its start is the last position before a lower position.
     release = bricks[falls[0]][1].stamp
     goals = (goal.published for goal in record.messages('goal_pose', release, end))
     moving = (command.published for command in record.messages('cmd_vel', release, end)
@@ -169,7 +169,7 @@ def measure(seconds: float, drop_count: int) -> dict[str, Any]:
     with Process(LAUNCH) as launch:
         with NodeSpinner(make_observer) as spinner:
             connect(spinner)
-            spinner.spin_for(3.0)  # The first messages take more processor time.
+            spinner.spin_for(3.0)  # Starting the graph takes additional processor time.
         nodes = graph_processes(psutil.Process(launch.pid))
         print('Measuring the idle graph', file=sys.stderr, flush=True)
         found: dict[str, Any] = {'idle': processor_usage(nodes, lambda: sleep(seconds))}

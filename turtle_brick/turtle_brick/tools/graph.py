@@ -86,7 +86,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
     def add(self, node_type: type[AnyNode], *ros_arguments: str, parameters: bool = True,
             **options: Any) -> AnyNode:
         """
-        Add a node, passing further options to its constructor.
+        Add a node; `options` are further arguments for its constructor.
 
         :param ros_arguments: arguments after --ros-args, such as '-r', 'cmd_vel:=turtle1/cmd_vel'
         :param parameters: whether the node receives the parameter file
@@ -140,7 +140,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
 
     def add_process(self, package: str, name: str, *arguments: str,
                     listener: Callable[[str], object] = sys.stderr.write) -> Process:
-        """Start an installed executable; `listener` is called with each printed line."""
+        """Start an installed executable, and pass each printed line to a listener."""
         ros_arguments = [*self._log_level, *self._remaps]
         if self.namespace:
             # rclcpp nodes require the leading slash.

@@ -15,8 +15,8 @@
 """
 Draw a map of the arena, one drop in detail, and the latency in the live graph.
 
-The figures in the lesson also use the colors and helpers in this module. The module does not
-require a display or change matplotlib's global state.
+The figures in the lesson also use the colors and helpers in this module. The module neither
+requires a display nor changes matplotlib's global state.
 """
 
 from collections.abc import Iterator, Sequence
@@ -232,7 +232,7 @@ LINKS = {
 
 
 def waterfall(axes: Axes, delays: Sequence[tuple[str, float, str, Sequence[float]]]) -> None:
-    """Draw delays as bars, each with a label, a duration (ms), a color and measured ends (ms)."""
+    """Draw delays (label, duration in ms, color, measured end times in ms) as bars."""
     total = sum(duration for _, duration, _, _ in delays)
     begin = 0.0
     for row, (label, duration, color, ends) in enumerate(delays):

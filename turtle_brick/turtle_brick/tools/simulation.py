@@ -249,7 +249,7 @@ class SimulatedDrop(NamedTuple):
     number: int  # Index of the drop in the sweep, starting at 0.
     seed: int  # Seed for the simulation.
     result: DropResult
-    guaranteed: float  # Largest distance of a guaranteed catch; negative if there is none.
+    guaranteed: float  # Largest distance at which a catch is guaranteed, or < 0.
 
     @property
     def distance(self) -> float:

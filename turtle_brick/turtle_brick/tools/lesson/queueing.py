@@ -37,7 +37,7 @@ class SentCommand(NamedTuple):
 
 
 def commands(phase: float) -> list[SentCommand]:
-    """Send commands at 100 Hz to a full queue for 0.5 s; the first tick is at `phase` (s)."""
+    """Return the commands sent at 100 Hz to a full queue if the first tick is at `phase` (s)."""
     turtle = Turtle(holonomic=True)
     first, count = 32, round(0.5 / COMMAND_PERIOD)
     arrivals: list[tuple[int, float]] = []
@@ -65,7 +65,7 @@ def commands_for_all_phases() -> list[SentCommand]:
 
 
 class NaiveDriver(Driver):
-    """A simple controller that steers from the latest received pose."""
+    """A simple controller that uses the latest received pose."""
 
     def __init__(self, law: Callable[[float], float]) -> None:
         """Create a controller from a function that maps goal distance (m) to speed (m/s)."""
