@@ -49,8 +49,7 @@ class CatchBench:
         self.random = Random(1)
         self.now = 100 * NS_PER_SECOND
         self.brick_ahead = self.catcher_ahead = self.steps = 0
-        self.actions = []
-        self.states = []
+        self.actions, self.states = [], []
         self.run(0.3)
 
     def platform(self):
@@ -312,7 +311,6 @@ def test_clock_set_back_resets_the_catcher(state):
 
 @pytest.mark.parametrize('late', ('brick_ahead', 'catcher_ahead'))
 def test_decision_waits_until_arena_and_catcher_have_the_same_clock(late):
-    """One of the nodes detects the clock change before the other node."""
     bench = CatchBench()
     bench.drop(7.0, 6.0, 9.0)
     bench.now -= 5 * NS_PER_SECOND

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Examples of the Driver, and laws of the closed loop with turtlesim's kinematics."""
+"""Examples of the Driver, and laws for the closed loop with turtlesim's kinematics."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -24,13 +24,12 @@ from laws import law, PARAMETERS
 import pytest
 from turtle_brick.core.driving import (COMMAND_PERIOD, CommandQueue, Driver, POSE_TIMEOUT,
                                        TickClock, travel_time)
+from turtle_brick.core.reachability import QUEUE_LATENCY
 from turtle_brick.core.turtlesim_kinematics import (ARENA_SIZE, TICK, Turtle, TurtlePose,
                                                     within_arena)
 from turtle_brick.tools.simulation import Delays, JITTER, Simulation
 
 RADIUS = 0.5
-QUEUE_DELAY = 0.077
-"""Longest time (s) from the publication of a command to the tick that takes it."""
 
 
 def test_driver_stops_without_a_goal_or_a_recent_pose():
@@ -76,8 +75,6 @@ def test_tick_clock_follows_the_poses():
         assert clock.last == pytest.approx(grid * TICK)
 
 
-# ------------------------------------------------------------------------------- closed-loop laws
-
 def record_results(thing, method, results):
     """Record the time and the result of each call of a method that takes the current time."""
     call = getattr(thing, method)
@@ -90,8 +87,6 @@ def record_results(thing, method, results):
 
 
 class Bench(Simulation):
-    """A simulation that records the poses from turtlesim and the commands from the driver."""
-
     def __init__(self, speed, start=(5.5, 5.5, 0.0), seed=0, jitter=True, driver=None):
         super().__init__(replace(PARAMETERS, max_velocity=speed), seed,
                          JITTER if jitter else Delays(), start)
@@ -101,15 +96,6 @@ class Bench(Simulation):
         record_results(self.turtle, 'tick', self.poses)
         record_results(self.driver, 'command', self.commands)
         self.rest(0.3)
-
-    def restart_turtlesim(self, pause, start):
-        """Replace turtlesim after a pause (s) without poses, in which all commands are lost."""
-        observe, self.driver.observe = self.driver.observe, lambda now, pose: None
-        self.rest(pause)
-        self.turtle = Turtle(*start, holonomic=True, now=self.now * 1e-9)
-        record_results(self.turtle, 'tick', self.poses)
-        self.rest(TICK)
-        self.driver.observe = observe
 
     def distance(self, goal):
         return dist(self.turtle.pose[:2], goal)
@@ -134,7 +120,7 @@ seeds = st.integers(0, 2 ** 32)
 
 @st.composite
 def drives(draw, longest=1.5, jitter=True):
-    """Return a strategy for robots at rest and goals within a travel time (s)."""
+    """Return a robot at rest and a goal within a travel time (s)."""
     speed, (x, y), angle = draw(speeds), draw(places), draw(headings)
     way = speed * draw(st.one_of(st.floats(0.0, longest), st.floats(0.0, 0.05)))
     goal = within_arena(x + way * cos(angle), y + way * sin(angle))
@@ -175,14 +161,20 @@ def test_driver_continues_after_a_restart_of_turtlesim(drive, part, angle, theta
     bench.driver.drive_to(*goal)
     bench.rest(after)
     last, way = bench.poses[-1][0], part * bench.speed
-    bench.restart_turtlesim(pause, (
-        *within_arena(goal[0] + way * cos(angle), goal[1] + way * sin(angle)), theta))
+    start = within_arena(goal[0] + way * cos(angle), goal[1] + way * sin(angle))
+    # During the pause, the driver does not receive poses, and all commands are lost.
+    observe, bench.driver.observe = bench.driver.observe, lambda now, pose: None
+    bench.rest(pause)
+    bench.turtle = Turtle(*start, theta, holonomic=True, now=bench.now * 1e-9)
+    record_results(bench.turtle, 'tick', bench.poses)
+    bench.rest(TICK)
+    bench.driver.observe = observe
     silent = [command for at, command in bench.commands if last + POSE_TIMEOUT + 0.001 < at]
     assert len(silent) >= (pause - POSE_TIMEOUT - TICK) / COMMAND_PERIOD - 2
     assert all(command == (0.0, 0.0) for command in silent)
     # Queued commands may move the turtle away from the goal.
-    bench.assert_rests(goal, bench.distance(goal) / bench.speed + 0.6 + QUEUE_DELAY
-                       + COMMAND_PERIOD)
+    bench.assert_rests(
+        goal, bench.distance(goal) / bench.speed + 0.6 + QUEUE_LATENCY + COMMAND_PERIOD)
 
 
 class Wanderer(CommandQueue):
@@ -226,7 +218,6 @@ def test_command_queue_predicts_the_position_at_which_a_command_takes_effect(see
 @given(speed=speeds, radius=st.floats(0.02, 2.0), part=st.floats(0.0, 1.5), angle=headings,
        seed=seeds)
 def test_travel_time_is_an_upper_bound(speed, radius, part, angle, seed):
-    """The time starts at the first motion and ends within the radius."""
     distance = min(radius + part * speed, 5.4)
     bench = Bench(speed, (5.5, 5.5, 0.3), seed, jitter=False)
     goal = 5.5 + distance * cos(angle), 5.5 + distance * sin(angle)

@@ -24,7 +24,6 @@ from turtle_brick.physics import Phase, World
 
 
 def tilted(angle):
-    """Return a platform at a height of 1 m, tilted by an angle (rad)."""
     return Platform(Pose((0.0, 0.0, 1.0), from_pitch(angle)))
 
 

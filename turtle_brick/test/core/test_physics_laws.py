@@ -49,7 +49,7 @@ tilts = st.builds(lambda angle, sign: sign * angle,
 
 @st.composite
 def discs(draw, radius):
-    """Return a strategy for points within a radius (m) around the origin."""
+    """Return a point within a radius (m) around the origin."""
     distance, angle = radius * sqrt(draw(st.floats(0.0, 0.999))), draw(headings)
     return distance * cos(angle), distance * sin(angle)
 
@@ -70,7 +70,6 @@ def turning_gap(quaternion, yaw, tilt, right):
 
 
 def gap(one, other):
-    """Return the largest difference between two vectors or matrices."""
     return numpy.abs(numpy.subtract(one, other)).max()
 
 
@@ -79,7 +78,6 @@ def platform_at(x=0.0, y=0.0, yaw=0.0, tilt=0.0):
 
 
 def released(brick, platform, gravity=GRAVITY, dt=DT, radius=RADIUS):
-    """Return a world with a released brick of SIZE and a platform of THICKNESS."""
     world = World(brick, gravity, radius, dt)
     world.size, world.thickness, world.platform = SIZE, THICKNESS, platform
     world.release()

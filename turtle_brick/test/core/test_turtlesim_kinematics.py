@@ -16,7 +16,7 @@ Examples of turtlesim_kinematics, and comparisons with recordings of turtlesim.
 
 A recording contains every published pose and the publication time of each command. The arrival
 times of the commands are known only to within a few milliseconds. A replay therefore tries every
-possible order of arrivals and ticks, and discards an order if a pose differs in a single bit.
+possible order of arrivals and ticks. It discards an order if a single bit of a pose differs.
 """
 
 from bisect import bisect_left, bisect_right
@@ -40,7 +40,7 @@ ARRIVAL_JITTER = 0.004
 
 
 def test_turtle_at_a_wall_reports_the_unclamped_position() -> None:
-    """A teleport beyond the upper wall is limited, but not reported."""
+    """A teleport beyond the upper wall ends at the wall and is not reported."""
     turtle = Turtle(x=ARENA_SIZE - 0.01, y=ARENA_SIZE - 1.0, theta=0.0, holonomic=True)
     turtle.command(1.0, -2.0, 0.0)
     assert turtle.tick(0.0).linear_velocity == float32(hypot(1.0, 2.0))
@@ -56,7 +56,6 @@ def test_turtle_at_a_wall_reports_the_unclamped_position() -> None:
 
 
 def test_invalid_numbers_do_not_end_the_simulation() -> None:
-    """A reset restores a valid pose."""
     for value, act in product((nan, inf, -inf, 1e300), (
             lambda turtle, value: turtle.command(value, value, value),
             lambda turtle, value: turtle.teleport_absolute(value, value, value),
@@ -73,7 +72,7 @@ def test_invalid_numbers_do_not_end_the_simulation() -> None:
 # ------------------------------------------------------------------------------------- recordings
 
 class Call(NamedTuple):
-    """A recorded service call with the times (s) of the request and the response."""
+    """A recorded service call, or the recorded poses of all turtles at a time (s)."""
 
     begin: float
     end: float
@@ -83,12 +82,6 @@ class Call(NamedTuple):
 
 
 def calls_of(events: list[list]) -> list[Call]:
-    """
-    Return the service calls of a recording in order.
-
-    Each event is [time, 'call' | 'done' | 'reply' | 'poses', service, content]. A 'poses' event
-    contains the poses of all turtles.
-    """
     calls = []
     for index, (begin, kind, name, content) in enumerate(events):
         if kind == 'call':
@@ -101,7 +94,7 @@ def calls_of(events: list[list]) -> list[Call]:
 
 
 def perform(call: Call, sim: TurtleSim, now: float) -> bool:
-    """Execute a recorded service call, and return whether the response matches the recording."""
+    """Execute a recorded call, and return whether the result matches the recording."""
     if call.service == 'poses':
         poses = {sim.turtles[name].pose[:3] for name in ('far', 'turtle2')}
         return poses == {tuple(row) for row in call.reply['poses']}
