@@ -100,14 +100,20 @@ def test_missing_and_misspelled_parameters_are_reported():
     ('tilt_angle: 0.7', '', 'missing parameters: tilt_angle'),
     ('/**:', 'arena:', "there are no parameters under '/**: ros__parameters:'"),
 ])
-def test_error_in_a_file_is_reported_with_its_path(tmp_path, before, after, words):
+def test_error_in_a_file_is_reported_with_its_path(
+        tmp_path, monkeypatch, capsys, before, after, words):
+    """The program prints the same message and exits with status 1."""
     path = written(tmp_path, default_path().read_text())
     assert load(path) == load(str(path)) == load()
-    path = written(tmp_path, path.read_text().replace(before, after))
+    monkeypatch.setattr(sys, 'argv', ['parameters', str(path)])
+    assert parameters.main() == 0
+    written(tmp_path, path.read_text().replace(before, after))
     with pytest.raises(ParameterError) as caught:
         load(path)
     assert str(caught.value).startswith(f'{path}: {words}')
     assert '\n' not in str(caught.value)
+    assert parameters.main() == 1
+    assert capsys.readouterr() == ('', f'turtle_brick: {caught.value}\n')
 
 
 def test_file_that_is_not_yaml_or_cannot_be_read_is_reported(tmp_path):
@@ -119,15 +125,6 @@ def test_file_that_is_not_yaml_or_cannot_be_read_is_reported(tmp_path):
                         (tmp_path, 'Is a directory')):
         with pytest.raises(ParameterError, match=f'^{path}: {words}'):
             load(path)
-
-
-def test_main_checks_a_file(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(sys, 'argv', ['parameters'])
-    assert parameters.main() == 0
-    monkeypatch.setattr(sys, 'argv', ['parameters', str(written(tmp_path, '/**: ['))])
-    assert parameters.main() == 1
-    output, errors = capsys.readouterr()
-    assert output == '' and errors.startswith(f'turtle_brick: {tmp_path}/turtle.yaml: this is not')
 
 
 def test_pure_modules_do_not_import_ros():

@@ -69,8 +69,6 @@ def test_invalid_numbers_do_not_end_the_simulation() -> None:
         assert sim.tick(3 * TICK)['turtle1'][:2] == (ARENA_CENTER, ARENA_CENTER)
 
 
-# ------------------------------------------------------------------------------------- recordings
-
 class Call(NamedTuple):
     """A recorded service call, or the recorded poses of all turtles at a time (s)."""
 
