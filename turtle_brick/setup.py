@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Installation of the packages turtle_brick and turtle_referee."""
+"""Install the packages turtle_brick and turtle_referee."""
 
 from glob import glob
 

@@ -24,7 +24,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description():
-    """Describe robot_state_publisher, a publisher of joint states and a view of the robot."""
+    """Return actions that start robot_state_publisher, a joint state publisher and a view."""
     return LaunchDescription([
         DeclareLaunchArgument(
             'use_jsp',
@@ -63,8 +63,8 @@ def generate_launch_description():
                         '"',
                     ], on_stderr='warn'),
                     value_type=str),
-                # Without this, transforms are up to 50 ms late, and a joint state with a future
-                # stamp blocks all later ones.
+                # Otherwise, transforms are up to 50 ms late, and a joint state with a stamp in the
+                # future blocks all later joint states.
                 'ignore_timestamp': True,
             }]),
         Node(

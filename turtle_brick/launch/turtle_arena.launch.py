@@ -22,7 +22,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description():
-    """Describe the robot (run_turtle.launch.py), the arena and the catcher."""
+    """Return actions that start the robot (run_turtle.launch.py), the arena and the catcher."""
     return LaunchDescription([
         DeclareLaunchArgument(
             'rviz_config',
@@ -41,8 +41,8 @@ def generate_launch_description():
             default_value='',
             description='The namespace of all nodes, topics and services, including TF. Several '
                         'robots can run in different namespaces.'),
-        # turtlesim, turtle_robot, robot_state_publisher and the view. The included file inherits
-        # all arguments.
+        # The included file starts turtlesim, turtle_robot, robot_state_publisher and the view. It
+        # inherits all arguments.
         IncludeLaunchDescription(
             PathJoinSubstitution([ThisLaunchFileDir(), 'run_turtle.launch.py'])),
         Node(
