@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Nodes that a test steps through simulated time, with a simulated platform."""
+"""Run nodes step by step in simulated time, with a simulated platform."""
 
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -36,17 +36,17 @@ from turtle_brick_interfaces.srv import Place
 PARAMETERS = load()
 
 TICK_NS = 20_000_000
-"""Time step (ns), which is the period of the catcher and five physics steps."""
+"""Time step (ns). It is equal to the period of the catcher and to five physics steps."""
 
 MAX_DURATION = 30.0
-"""Longest simulated time for any event (s)."""
+"""Timeout (s) in simulated time for each event."""
 
 PUNCTUAL_TIMER = SimpleNamespace(timer_period_ns=STEP_NS, time_until_next_call=lambda: STEP_NS)
-"""Replacement for a node's timer that is never late."""
+"""Replacement for the timer of a node. This timer is never late."""
 
 
 def record_published(publisher: Any) -> list[Any]:
-    """Return a list that records all messages published from now on."""
+    """Return a list to which all messages are added that are published from now on."""
     messages: list[Any] = []
     publish = publisher.publish
 
@@ -59,18 +59,14 @@ def record_published(publisher: Any) -> list[Any]:
 
 
 class SteppedGraph:
-    """
-    The arena and other nodes, which are called directly and receive TF and time without delay.
-
-    After a tick, all nodes have finished their due work. No message is lost.
-    """
+    """The arena and other nodes. The test calls their callbacks, so no message is late or lost."""
 
     def __init__(self, live: LiveGraph, *node_types: type[Node]) -> None:
-        """Create the arena and nodes of other types, with a level platform at (5, 5)."""
+        """Create the arena, nodes of other types, and a level platform at (5, 5)."""
         self.live = live
         self.now = 50 * NS_PER_SECOND
         self.platform: tuple[float, ...] | None = (5.0, 5.0, 0.0, 0.0)
-        """x and y (m), yaw and tilt (rad) of the platform, or None if there is no platform."""
+        """x and y (m), yaw and tilt (rad) of the platform, or None without a platform."""
         self.bricks: list[Any] = []
         """All transforms of the brick."""
         self.nodes: list[Any] = [
@@ -85,16 +81,16 @@ class SteppedGraph:
         self.tick()
 
     def send_transforms(self, transforms: list[Any]) -> None:
-        """Send transforms to every node, and record those of the brick."""
+        """Send transforms to every node, and record the transforms of the brick."""
         self.bricks += [one for one in transforms if one.child_frame_id == BRICK]
         for node in self.nodes:
             node.tf_listener.callback(TFMessage(transforms=transforms))
 
     def move(self, seconds: float) -> None:
-        """Move the platform for a time (s). Subclasses override this method."""
+        """Move the platform for a duration (s). Subclasses override this method."""
 
     def tick(self, by: int = TICK_NS) -> None:
-        """Advance the time (ns), and execute the due work of every node."""
+        """Advance the time by a duration (ns), and execute the due work of every node."""
         self.now += by
         self.move(by / NS_PER_SECOND)
         now = Time(nanoseconds=self.now, clock_type=ClockType.ROS_TIME)
@@ -109,7 +105,6 @@ class SteppedGraph:
             node.on_timer()
 
     def run(self, seconds: float) -> None:
-        """Advance the time (s) in ticks."""
         for _ in range(round(seconds * NS_PER_SECOND / TICK_NS)):
             self.tick()
 
@@ -123,10 +118,8 @@ class SteppedGraph:
             self.tick()
 
     def place(self, x: float, y: float, z: float) -> Place.Response:
-        """Call the service to move the brick to a point (m)."""
         return self.arena.on_place(
             Place.Request(location=Point(x=x, y=y, z=z)), Place.Response())
 
     def drop(self) -> Trigger.Response:
-        """Call the service drop."""
         return self.arena.on_drop(Trigger.Request(), Trigger.Response())

@@ -24,7 +24,7 @@ REST_Z = resting_height(PARAMETERS)
 
 
 def law(examples: int) -> settings:
-    """Run a test with a number of random examples, which are the same in every run."""
+    """Return settings with a number of random examples. Every run uses the same examples."""
     return settings(max_examples=examples, derandomize=True, deadline=None)
 
 

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Helpers for live tests: nodes in this process, nodes in other processes, and recordings of topics.
+Run nodes in this process and in other processes, and record topics, for live tests.
 
     with graph(domain_id) as live:
         live.add_robot()
@@ -42,44 +42,40 @@ from turtle_referee.graph_client.processes import Process
 from turtle_referee.graph_client.record import message_rate
 
 FETCH_PERIOD = 0.005
-"""Shortest time between two fetches of received messages (s)."""
+"""Shortest time (s) between two fetches of received messages."""
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """QoS of a latched topic with up to ten messages."""
 
 TIMEOUT = 30.0
-"""Time limit for events that are immediate on an idle machine (s)."""
+"""Timeout (s) for events that are immediate on an idle machine."""
 
 
 class Recording:
-    """Messages of a topic in the order of their arrival."""
+    """The messages on a topic, in the order of arrival."""
 
     def __init__(self) -> None:
-        """Create an empty recording."""
         self.messages: list[Any] = []
         self.times: list[float] = []
-        """Publication time of each message by the system clock (s)."""
+        """Publication time (s) of each message, by the system clock."""
 
     def add(self, message: Any, info: Mapping[str, int]) -> None:
-        """Add a received message."""
         self.times.append(info['source_timestamp'] * 1e-9)
         self.messages.append(message)
 
     def clear(self) -> None:
-        """Delete all recorded messages."""
         del self.messages[:], self.times[:]
 
     @property
     def last(self) -> Any:
-        """Return the latest message, or None."""
         return self.messages[-1] if self.messages else None
 
 
 class LiveGraph(Graph):
-    """A graph with nodes that record topics, publish messages and call services."""
+    """A graph that records topics, publishes messages and calls services."""
 
     def __init__(self, domain_id: int, **options: Any) -> None:
-        """Create a graph in a ROS domain. The options are those of Graph."""
+        """Create a graph in a ROS domain, with options for Graph."""
         super().__init__(domain_id, **options)
         self._fetch_time = 0.0
         self._recorder = PollingNode('recorder', context=self.context, namespace=self.namespace)
@@ -87,7 +83,6 @@ class LiveGraph(Graph):
                                  start_parameter_services=False)
 
     def close(self) -> None:
-        """Stop all nodes."""
         self._recorder.destroy_node()
         super().close()
 
@@ -95,9 +90,7 @@ class LiveGraph(Graph):
         """
         Run the nodes until the predicate returns a true value, and return that value.
 
-        :param timeout: longest time (s)
-        :param what: description of the awaited event for the error message
-        :raises TimeoutError: the event did not happen in time
+        :raises TimeoutError: the event, described by `what`, did not occur within the timeout (s)
         """
         result: list[Any] = []
 
@@ -111,19 +104,17 @@ class LiveGraph(Graph):
         return result[0]
 
     def fetch(self) -> None:
-        """Add the received messages to the recordings."""
         self._recorder.fetch()
         self._fetch_time = monotonic()
 
     def record(self, topic: str, message_type: type, qos: QoSProfile | int = DEPTH) -> Recording:
-        """Record a topic from now on."""
         recording = Recording()
         self._recorder.subscribe(message_type, topic, recording.add, qos)
         return recording
 
     def record_transforms(self, child: str, topic: str = '/tf',
                           qos: QoSProfile | int = DEPTH) -> Recording:
-        """Record the transforms to a child frame from now on."""
+        """Record the transforms of a child frame from now on."""
         recording = Recording()
 
         def add(message: TFMessage, info: Mapping[str, int]) -> None:
@@ -135,7 +126,7 @@ class LiveGraph(Graph):
         return recording
 
     def rates(self, recordings: Sequence[Recording], count: int) -> list[float]:
-        """Measure the publication frequencies (Hz) of the next messages in recordings."""
+        """Measure the publication rates (Hz) of the next messages in recordings."""
         self.wait_for(lambda: all(recording.messages for recording in recordings), TIMEOUT,
                       'a message on each topic')
         for recording in recordings:
@@ -145,13 +136,11 @@ class LiveGraph(Graph):
         return [message_rate(recording.times) for recording in recordings]
 
     def publisher(self, topic: str, message_type: type, qos: QoSProfile | int = 10) -> Publisher:
-        """Create a publisher, and wait for a subscription to its topic."""
         publisher = self.listener.create_publisher(message_type, topic, qos)
         self.wait_for(publisher.get_subscription_count, TIMEOUT, f'a subscription to {topic}')
         return publisher
 
     def call(self, service: str, service_type: type, request: Any = None) -> Any:
-        """Call a service, and return its response."""
         client = self.listener.create_client(service_type, service)
         self.wait_for(client.service_is_ready, TIMEOUT, f'the service {service}')
         future = client.call_async(service_type.Request() if request is None else request)
@@ -165,7 +154,7 @@ graph = LiveGraph
 
 
 class NodeProcess(Process):
-    """A process in a ROS domain, with its output."""
+    """A program that runs in a ROS domain."""
 
     def __init__(self, command: Sequence[str], domain_id: int,
                  environment: Mapping[str, str] = {}) -> None:
@@ -178,10 +167,10 @@ class NodeProcess(Process):
 def process(command: Sequence[str], domain_id: int, *, stop: int | None = signal.SIGINT,
             timeout: float = TIMEOUT) -> Iterator[NodeProcess]:
     """
-    Run a program with its arguments, and check its exit status.
+    Run a program with its arguments, and check that it exits with status 0.
 
-    :param stop: signal that ends the program, or None to skip the check
-    :param timeout: longest time for the end of the program (s)
+    :param stop: signal that stops the program, or None to skip the check
+    :param timeout: timeout (s) for the exit of the program
     """
     running = NodeProcess(command, domain_id)
     try:

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Tests of the helpers for live tests."""
+"""Test the helpers for live tests."""
 
 import sys
 
@@ -51,5 +51,4 @@ def test_rate_ignores_late_messages_but_not_missing_ones():
         late = [max(time, begin + 0.2) if time >= begin else time for time in times]
         assert message_rate(late) == pytest.approx(100.0, rel=0.001)
     kept = [time for number, time in enumerate(times) if number % 50]
-    assert message_rate(kept) == pytest.approx(
-        98.0, rel=0.002)
+    assert message_rate(kept) == pytest.approx(98.0, rel=0.002)
