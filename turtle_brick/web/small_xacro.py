@@ -15,8 +15,7 @@
 """
 Expand urdf/turtle.urdf.xacro where xacro is not available.
 
-Only the features in this file are supported: properties, macros, blocks and expressions. A test
-compares the result with xacro.
+Properties, macros, blocks and expressions are supported. A test compares the result with xacro.
 """
 
 from collections.abc import Iterator, Mapping
@@ -32,42 +31,35 @@ PREFIX = '{http://www.ros.org/wiki/xacro}'
 
 
 def expand(text: str, parameters: Mapping[str, Any]) -> str:
-    """
-    Return the URDF for a xacro file.
-
-    :param text: content of the xacro file
-    :param parameters: values for config/turtle.yaml
-    """
-    root = fromstring(text)
-    robot = Element(root.tag, root.attrib)
+    """Return the URDF for the content of a xacro file and the values in config/turtle.yaml."""
     xacro = SimpleNamespace(
         arg=str, load_yaml=lambda path: {'/**': {'ros__parameters': parameters}})
-    robot.extend(list(_expand_children(root, {'math': math, 'xacro': xacro}, {})))
+    robot = fromstring(text)
+    robot[:] = list(_expand_children(robot, {'math': math, 'xacro': xacro}))
     return tostring(robot, encoding='unicode')
 
 
-def _expand_children(parent: Element, scope: dict[str, Any], macros: dict[str, Element]
-                     ) -> Iterator[Element]:
-    """Yield the elements for the children of an element."""
+def _expand_children(parent: Element, scope: dict[str, Any]) -> Iterator[Element]:
+    """Yield the elements for the children of an element, and add its properties to the scope."""
     for child in parent:
-        name = child.tag.removeprefix(PREFIX)
-        if name == child.tag:
-            element = Element(name, {key: str(_evaluate(value, scope))
-                                     for key, value in child.items()})
-            element.extend(list(_expand_children(child, scope, macros)))
+        attributes = {key: _evaluate(value, scope) for key, value in child.items()}
+        name = attributes.get('name')
+        if not child.tag.startswith(PREFIX):
+            element = Element(child.tag, {key: str(value) for key, value in attributes.items()})
+            element.extend(list(_expand_children(child, scope)))
             yield element
-        elif name == 'property':
-            scope[child.attrib['name']] = _evaluate(child.attrib['value'], scope)
-        elif name == 'macro':
-            macros[child.attrib['name']] = child
-        elif name == 'insert_block':
-            yield from scope['*' + child.attrib['name']]
-        elif name != 'arg':
-            macro, arguments = macros[name], {}
+        elif child.tag == f'{PREFIX}property':
+            scope[name] = attributes['value']
+        elif child.tag == f'{PREFIX}macro':
+            scope[f'{PREFIX}{name}'] = child
+        elif child.tag == f'{PREFIX}insert_block':
+            yield from scope[f'*{name}']
+        elif child.tag in scope:
+            macro, arguments = scope[child.tag], {}
             for key, default in re.findall(r"(\*?\w+)(?::='(.*?)')?", macro.attrib['params']):
-                arguments[key] = (list(_expand_children(child, scope, macros)) if key[0] == '*'
-                                  else _evaluate(child.get(key, default), scope))
-            yield from _expand_children(macro, {**scope, **arguments}, macros)
+                arguments[key] = (list(_expand_children(child, scope)) if key[0] == '*'
+                                  else attributes.get(key, default))
+            yield from _expand_children(macro, {**scope, **arguments})
 
 
 def _evaluate(text: str, scope: dict[str, Any]) -> Any:

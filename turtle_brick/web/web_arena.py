@@ -40,9 +40,6 @@ ADJUSTABLE = ('max_velocity', 'gravity_accel', 'platform_radius', 'tilt_angle')
 MAX_HEIGHT = 10.0
 """Maximum height (m) of the height slider and of random bricks."""
 
-UNREACHABLE_TIME = 3.0
-"""Simulated time (s) for which "Unreachable" is shown."""
-
 PLOT_TIME = 6.0
 """Duration (s) of the plots."""
 
@@ -52,17 +49,19 @@ class WebArena:
 
     def __init__(self) -> None:
         """Start with the values in turtle.yaml and the robot in the center."""
-        self.defaults = json.loads(read_file('config/turtle.json'))
+        data = json.loads(get_data('turtle_brick', 'robot.json') or '')
+        self.defaults, self.xacro = data['parameters'], data['xacro']
         self.random = Random()
         self.counts = {'caught': 0, 'refused': 0, 'missed': 0}
-        self.is_random = False  # Whether random bricks are dropped one after another.
-        self.predicts = True  # Whether the robot steers from the predicted pose.
+        self.form: dict[str, str] = {}
         self.placed = tuple(self.defaults['brick_start'])
         self.start(Parameters.from_mapping(self.defaults), (ARENA_CENTER, ARENA_CENTER, 0.0))
 
     def start(self, parameters: Parameters, turtle: tuple[float, float, float]) -> None:
         """Start a simulation with the turtle at x, y (m) and theta (rad)."""
         self.parameters = parameters
+        values = {name: getattr(parameters, name) for name in PARAMETER_RULES}
+        self.urdf = expand(self.xacro, values)
         self.simulation = Simulation(parameters, self.random.randrange(10 ** 6), JITTER, turtle)
         self.simulation.after_step = self._after_step
         self.odometer = Odometer(parameters.wheel_radius)
@@ -87,27 +86,36 @@ class WebArena:
 
     def constants(self) -> str:
         """Return the sliders (name, label, limits and value) and dimensions (m) of the page."""
-        rules = [(name, PARAMETER_RULES[name]) for name in ADJUSTABLE]
-        return json.dumps({
-            'sliders': [(name, f'{rule.description} ({rule.unit})', rule.lower, rule.upper,
-                         self.defaults[name]) for name, rule in rules],
-            'size': ARENA_SIZE, 'brick': self.parameters.brick_size,
-            'wall': self.parameters.wall_height, 'start': self.placed,
-            'heights': (round(resting_height(self.parameters), 2), MAX_HEIGHT)})
+        x, y, z = self.placed
+        lowest, tilt = resting_height(self.parameters), PARAMETER_RULES['tilt_angle'].upper
+        sliders = [('z', 'Height of the brick (m)', lowest, MAX_HEIGHT, z),
+                   ('tilt', 'Angle of the platform (rad)', -tilt, tilt, 0.0)]
+        for name in ADJUSTABLE:
+            rule = PARAMETER_RULES[name]
+            sliders.append((name, f'{rule.description} ({rule.unit})', rule.lower, rule.upper,
+                            self.defaults[name]))
+        return json.dumps({'sliders': sliders, 'start': (x, y), 'size': ARENA_SIZE,
+                           'brick': self.parameters.brick_size,
+                           'wall': self.parameters.wall_height})
 
-    def set_parameters(self, values: str) -> None:
-        """Restart with other parameters (JSON), and keep the robot and the brick in place."""
-        self.start(Parameters.from_mapping({**self.defaults, **json.loads(values)}),
-                   self.simulation.turtle.pose[:3])
-
-    def urdf(self) -> str:
-        """Return the robot description for the current parameters."""
-        values = {name: getattr(self.parameters, name) for name in PARAMETER_RULES}
-        return expand(read_file('urdf/turtle.urdf.xacro'), values)
+    def update(self, form: str) -> None:
+        """Apply the values (JSON) in the form that have changed."""
+        before, self.form = self.form, json.loads(form)
+        changed = {name for name, value in self.form.items() if value != before.get(name)}
+        if changed.intersection(ADJUSTABLE):
+            # The robot and the brick stay in place.
+            values = {name: float(self.form[name]) for name in ADJUSTABLE}
+            self.start(Parameters.from_mapping({**self.defaults, **values}),
+                       self.simulation.turtle.pose[:3])
+        if changed & {'x', 'y', 'z'}:
+            self.place(*(float(self.form[name] or 'nan') for name in 'xyz'))
+        if 'tilt' in changed:
+            self.simulation.tilt(float(self.form['tilt']))
 
     def place(self, x: float, y: float, z: float) -> None:
         """Place the brick at a point (m) in the world frame."""
         self.simulation.world.brick = self.placed = (x, y, z)
+        self.simulation.decisions.clear()
         self._release_at = inf
         self._is_undecided = False
 
@@ -126,7 +134,9 @@ class WebArena:
         if self.time < self._target:
             self.simulation.run(lambda: self.time >= self._target)
         simulation, world = self.simulation, self.simulation.world
-        decided, decision = simulation.decisions[-1] if simulation.decisions else (0, None)
+        decision = simulation.decisions[-1][1] if simulation.decisions else None
+        is_refused = decision is not None and not decision.reachable
+        counts = ', '.join(f'{count} {outcome}' for outcome, count in self.counts.items())
         return json.dumps({
             'robot': simulation.turtle.pose[:3],
             'joints': {'stem_joint': self.odometer.stem_angle,
@@ -134,13 +144,10 @@ class WebArena:
                        'platform_joint': simulation.tilt_angle},
             'brick': world.brick, 'orientation': world.orientation,
             'guaranteed': max(guaranteed_distance(self.placed[2], self.parameters), 0.0),
-            'unreachable': bool(decision and not decision.reachable
-                                and self.time - decided * SECONDS_PER_NS < UNREACHABLE_TIME),
-            'texts': {'brick_state': world.phase.value,
+            'texts': {'drops': counts, 'brick_state': world.phase.value,
                       'catcher_state': simulation.catcher.state.value,
                       'catcher_decision': decision.summary if decision else 'none yet',
-                      'drops': ', '.join(f'{count} {outcome}'
-                                         for outcome, count in self.counts.items())}})
+                      'unreachable': 'Unreachable' if is_refused else ''}})
 
     def plots(self) -> str:
         """Return an SVG image of the brick's height and the robot's speeds in the last drop."""
@@ -161,7 +168,7 @@ class WebArena:
     def _after_step(self) -> None:
         """Continue the drop, and update the odometry, the samples and the counts."""
         simulation, world, driver = self.simulation, self.simulation.world, self.simulation.driver
-        driver.predicts = self.predicts
+        driver.predicts = 'last_pose' not in self.form
         self.odometer.steer(simulation.commanded)
         if driver.pose is not None and driver.pose is not self._last_pose:
             self._last_pose = driver.pose
@@ -176,24 +183,13 @@ class WebArena:
             self._is_undecided, self._samples = True, []
         elif self._is_undecided and world.phase is not Phase.FALLING:
             self._is_undecided = False
-            self.counts[self._outcome()] += 1
-        elif (self.is_random and self._release_at == inf
+            accepted = any(decision.reachable for _, decision in simulation.decisions)
+            refused = 'missed' if accepted else 'refused'
+            self.counts['caught' if world.phase is Phase.RIDING else refused] += 1
+        elif ('random' in self.form and self._release_at == inf
               and world.phase not in (Phase.FALLING, Phase.RIDING)
               and simulation.catcher.state is State.WAITING):
             low = resting_height(self.parameters) + 1.0
             x, y, z = (self.random.random() for _ in range(3))
             self.place(x * ARENA_SIZE, y * ARENA_SIZE, low + z * (MAX_HEIGHT - low))
             self.drop(0.7)
-
-    def _outcome(self) -> str:
-        """Return the outcome of the drop that has just ended."""
-        if self.simulation.world.phase is Phase.RIDING:
-            return 'caught'
-        accepted = any(decision.reachable for time, decision in self.simulation.decisions
-                       if time * SECONDS_PER_NS > self._released_at)
-        return 'missed' if accepted else 'refused'
-
-
-def read_file(path: str) -> str:
-    """Return a text file of the package turtle_brick, which may be inside a zip file."""
-    return (get_data('turtle_brick', path) or b'').decode()
