@@ -14,8 +14,8 @@
 """
 Judge the workspaces of a class, one after the other, each in its own environment and ROS domain.
 
-Each subdirectory of the class directory is a workspace that is already built. Its packages and
-the ROS installation are the only packages in its environment.
+Each subdirectory of the class directory is a built workspace. Its environment contains only its
+own packages and the ROS installation.
 """
 
 import argparse
@@ -36,13 +36,13 @@ HOURS = {
     3: ('walls', 'brick', 'markers', 'place', 'drop', 'fall', 'slide'),
     4: ('cmd_vel', 'drive: goal', 'drive: overshoot', 'drive: speed', 'drive: straight'),
     5: ('verdict', 'text', 'carry', 'tip off', 'again')}
-"""Beginnings of the names of all requirements in each hour of class."""
+"""Prefixes of the names of the requirements in each hour of class."""
 
 RESULTS = Path('judged')
 """Directory for the JSON file and the page of each student."""
 
 PACKAGES = ('turtle_brick', 'turtle_brick_interfaces')
-"""Packages that the environment of a judged workspace must not contain beforehand."""
+"""Packages to hide from the environment before a workspace is sourced."""
 
 INSTALL_DIRECTORIES = ('install', '.ros/install')
 """Install directories of colcon and of env.bash in a workspace."""
@@ -51,10 +51,10 @@ SHARE_DIRECTORIES = ('turtle_brick/share/turtle_brick', 'share/turtle_brick')
 """Share directories of the package in an isolated and in a merged install directory."""
 
 LAUNCH_FILES = ('turtle_arena.launch.py', 'turtle_arena.launch.xml')
-"""Launch files of the arena. The first installed one is started."""
+"""Launch files of the arena in order of preference."""
 
 SOURCE = 'IFS= source "$0" && exec "$@"'
-"""Bash script that runs a command in a sourced workspace. IFS keeps spaces in paths."""
+"""Bash script that runs a command in a sourced workspace. An empty IFS keeps spaces in paths."""
 
 JUDGE = ('import sys; sys.path[0] = sys.argv.pop(1); '
          'from turtle_referee.referee import main; sys.exit(main())')
@@ -71,7 +71,7 @@ def rules_in_hour(rules: Rules, hour: int | None) -> Rules:
 
 
 def clean_environment() -> dict[str, str]:
-    """Return variables that hide all sourced workspaces with packages of the assignment."""
+    """Return environment variables that hide all sourced workspaces with PACKAGES."""
     hidden = [prefix for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
               if any(Path(prefix, 'share', package).is_dir() for package in PACKAGES)]
 
@@ -79,8 +79,7 @@ def clean_environment() -> dict[str, str]:
         return (any(f'{entry}/'.startswith(f'{prefix}/') for prefix in hidden)
                 or any(Path(entry, package).is_dir() for package in PACKAGES))
 
-    paths = {name: os.pathsep.join(entry for entry in value.split(os.pathsep)
-                                   if not is_hidden(entry))
+    paths = {name: os.pathsep.join(one for one in value.split(os.pathsep) if not is_hidden(one))
              for name, value in os.environ.items() if name.endswith('PATH')}
     return {**paths, 'ROS_DOMAIN_ID': '', 'COLCON_PYTHON_EXECUTABLE': sys.executable}
 
@@ -96,7 +95,7 @@ def find_install(workspace: Path) -> tuple[Path, Path] | None:
 
 def judge_workspace(workspace: Path, json: Path, page: Path, options: argparse.Namespace,
                     command: Sequence[str]) -> tuple[int, str]:
-    """Judge a workspace; return the exit status of the referee, and a reason without a result."""
+    """Judge a workspace; return the exit status, and the reason if there is no result."""
     found = find_install(workspace)
     if found is None:
         return 2, 'not built'
@@ -125,13 +124,7 @@ def judge_workspace(workspace: Path, json: Path, page: Path, options: argparse.N
 
 
 def judge_class(rules: Rules, options: argparse.Namespace, command: Sequence[str]) -> int:
-    """
-    Judge all workspaces in a directory, and write the table of the class.
-
-    :return: the exit status, which is 0 if no requirement is broken, 2 if nothing was judged, and
-        otherwise 1
-    :raises ValueError: the directory contains no workspace
-    """
+    """Judge all workspaces in a directory and write the table; return the exit status."""
     workspaces = sorted(path for path in options.classroom.iterdir()
                         if path.is_dir() and not path.name.startswith('.'))
     if not workspaces:

@@ -11,7 +11,6 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-
 """
 referee: judge an implementation of the assignment by its topics, services and TF.
 
@@ -141,10 +140,9 @@ def judge(profile: Profile, options: argparse.Namespace, command: Sequence[str]
             os.environ['ROS_DOMAIN_ID'] = str(stack.enter_context(reserved_domain()))
         record = observe(profile, options, command, log)
     about: dict[str, Any] = {
-        'student': options.student, 'date': report.date(),
-        'command': shlex.join(command), 'versions': versions(), 'numbers': profile.numbers,
-        'seconds': round(monotonic() - begin, 1), 'crashes': record.crashes,
-        'notes': record.notes}
+        'student': options.student, 'date': report.date(), 'command': shlex.join(command),
+        'versions': versions(), 'numbers': profile.numbers,
+        'seconds': round(monotonic() - begin, 1), 'crashes': record.crashes, 'notes': record.notes}
     problems = [*record.crashes, *record.notes]
     judgements = [] if record.is_empty() else rules_in_hour(RULES, options.hour).judge(record)
     if options.json is not None:

@@ -41,9 +41,7 @@ main { max-width: 1400px; margin: 0 auto; overflow-wrap: anywhere; }
 table { border-collapse: collapse; margin: 24px 0; background: #fff; }
 td, th { text-align: left; vertical-align: top; padding: 6px 10px; border: 1px solid #dde1e7; }
 th, td:nth-child(2) { overflow-wrap: normal; }
-td[data-title=date], td[data-title="✔"], td[data-title="✗"], td[data-title="–"] {
-  white-space: nowrap;
-}
+td[data-title=date], td[data-title="✗"], td[data-title="–"] { white-space: nowrap; }
 td[data-title=student] { overflow-wrap: break-word; }
 svg { width: 100%; max-width: 400px; height: auto; }
 .green { color: #1a7f37; } .red { color: #c62828; } .yellow { color: #9a6700; }
@@ -73,9 +71,8 @@ def tally(marks: Iterable[str]) -> str:
 
 def result(judgement: Judgement) -> str:
     """Return the measured result and the broken requirements from which it may follow."""
-    if judgement.follows:
-        return f'{judgement.measured}; may follow from: {", ".join(judgement.follows)}'
-    return judgement.measured
+    causes = f'; may follow from: {", ".join(judgement.follows)}' if judgement.follows else ''
+    return judgement.measured + causes
 
 
 def print_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
@@ -108,10 +105,9 @@ def html_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 def html_page(title: str, body: str) -> str:
     """Return a complete HTML page."""
-    return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
-            f'<meta name="viewport" content="width=device-width"><title>{title}</title>'
-            f'<style>{STYLE}</style></head><body><main><h1>{title}</h1>{body}</main></body></html>'
-            '\n')
+    return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+            f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style></head>'
+            f'<body><main><h1>{title}</h1>{body}</main></body></html>\n')
 
 
 def print_judgements(judgements: Sequence[Judgement], notes: Sequence[str]) -> None:
@@ -123,7 +119,7 @@ def print_judgements(judgements: Sequence[Judgement], notes: Sequence[str]) -> N
 
 
 def as_json(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
-    """Return all judgements, with the points of their plots, and facts about the run as JSON."""
+    """Return all judgements with their plots, and facts about the run, as JSON."""
     def plain(value: Any) -> Any:
         if isinstance(value, float):
             return float(f'{value:.7g}') if isfinite(value) else None
@@ -187,8 +183,8 @@ EXPLANATION = (
 
 
 def read(path: Path, name: str) -> dict[str, Any]:
-    """Return the table row for the JSON file of a student; raise ValueError if it is invalid."""
-    open_requirements: dict[str, list[str]] = {}  # names by reason
+    """Return the table row for a JSON file, or raise ValueError if the file is invalid."""
+    open_requirements: dict[str, list[str]] = {}  # Each key is a reason.
     try:
         data = json.loads(path.read_text(encoding='utf-8'))
         requirements = data['requirements']

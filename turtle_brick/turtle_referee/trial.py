@@ -11,7 +11,6 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-
 """
 The sequence of requests that the referee sends to a graph.
 
@@ -34,9 +33,11 @@ from turtle_referee.graph_client.observer import Observer
 from turtle_referee.graph_client.profiles import NUMBERS
 from turtle_referee.graph_client.record import Request
 from turtle_referee.graph_client.spinning import Spinner
-from turtle_referee.rules.limits import REACTION_TIME
 from turtle_referee.rules.robot_model import model
 from turtle_referee.rules.rule import Broken
+
+REACTION_TIME = 0.3
+"""Longest permitted time (s) between the release of a brick and the reaction of the robot."""
 
 DISCOVERY_TIME = 10.0
 """Time (s) to discover a running graph."""
@@ -45,7 +46,7 @@ TIME_LIMIT = 150.0
 """Time (s) after which no further brick is dropped."""
 
 LEG, MIN_LEG = 1.5, 0.3
-"""Length (m) of each leg, and its minimum for slow robots."""
+"""Length (m) of each leg, and minimum length for slow robots."""
 
 EDGE_DISTANCE = 0.3
 """Distance (m) of all bricks from the edge of the arena."""
@@ -73,10 +74,10 @@ class Program(NamedTuple):
     """The number and kind of all requests."""
 
     idle: float = 3.0  # observation time (s) at rest
-    legs: int = 8  # number of drives, each in another direction, back to the start in total
+    legs: int = 8  # number of drives, each in a different direction; their sum is zero
     tilts: Sequence[float] = (0.5, -0.4, 0.25, 0.0)  # angles (rad)
     drops: Sequence[PlannedDrop] = (
-        FAR_OUT, PlannedDrop('brick above the robot', 0.00, 0.0, REACTION_TIME + 0.3), IN_REACH,
+        FAR_OUT, PlannedDrop('brick above the robot', 0.10, 0.0, REACTION_TIME + 0.3), IN_REACH,
         PlannedDrop('brick just out of reach', 0.65, 0.6, -0.05),
         PlannedDrop('brick just in reach', 0.40, 0.8, REACTION_TIME + 0.03),
         PlannedDrop('brick that may be caught or refused', 0.90, 0.5, REACTION_TIME / 2.0),
@@ -103,7 +104,7 @@ class Trial(GraphClient):
         if self.discover():
             self.rest()
             self.drive()
-            # With one brick on the ground, its angle can be compared while the platform tilts.
+            # While the platform tilts, the angle of the brick on the ground is recorded.
             self.drop_all(self.program.drops[:1])
             self.tilt()
             self.drop_all(self.program.drops[1:])
@@ -116,9 +117,8 @@ class Trial(GraphClient):
             others = sorted(self.observer.other_namespaces())
             self.record.notes.append(
                 f'found no graph in the namespace {self.observer.get_namespace()}, but nodes in '
-                f'{", ".join(others)}; pass the namespace of the graph with --namespace'
-                if others else
-                'found no graph: start it in this ROS domain, pass its namespace with '
+                f'{", ".join(others)}; pass the namespace of the graph with --namespace' if others
+                else 'found no graph: start it in this ROS domain, pass its namespace with '
                 '--namespace, or pass its launch command after "--"')
             return False
         self.read_numbers()
@@ -128,9 +128,8 @@ class Trial(GraphClient):
         """Read the unknown numbers of the robot from all nodes and from the URDF."""
         numbers, clients = self.record.profile.numbers, self.observer.parameter_clients()
         # Some nodes may have no parameter service, or may not respond.
-        self.wait_until(lambda: all(client.service_is_ready() for client in clients),
-                        self.timeout)
-        # One request per parameter, because a node without one of several returns none of them.
+        self.wait_until(lambda: all(one.service_is_ready() for one in clients), self.timeout)
+        # A node that lacks one of several requested parameters returns none of them.
         calls = [(name, self.observer.poller.call(client, GetParameters.Request(names=[name])))
                  for client in clients if client.service_is_ready()
                  for name in NUMBERS if name not in numbers]
@@ -209,6 +208,6 @@ class Trial(GraphClient):
 
 
 def offset_by(start: Sequence[float], direction: float, distance: float) -> tuple[float, float]:
-    """Return the point at a distance (m) from another one in a direction (turns)."""
+    """Return the point at a distance (m) from a start in a direction (turns)."""
     angle = 2.0 * pi * direction
     return start[0] + distance * cos(angle), start[1] + distance * sin(angle)

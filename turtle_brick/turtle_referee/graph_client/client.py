@@ -11,7 +11,6 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-
 """Send goals to a running graph, place and drop bricks, and wait for the results."""
 
 from collections.abc import Callable
@@ -41,7 +40,7 @@ HOVERING_TIME = 0.5
 
 
 class GraphClient:
-    """A client that sends commands to a running graph and limits every wait."""
+    """A client that sends commands to a running graph; every wait has a timeout."""
 
     def __init__(self, graph: Spinner, observer: Observer, timeout: float = TIMEOUT) -> None:
         """Create a client with a timeout (s) for immediate actions; `graph` spins `observer`."""
@@ -59,7 +58,7 @@ class GraphClient:
         return True
 
     def number(self, name: str) -> float:
-        """Return a physical parameter of the robot, or a typical value if it is unknown."""
+        """Return a physical parameter of the robot, or a typical value for an unknown one."""
         return self.record.profile.numbers.get(name, NUMBERS[name])
 
     def is_complete(self) -> bool:
@@ -85,7 +84,7 @@ class GraphClient:
         return (poses[-1].message.x, poses[-1].message.y) if poses else None
 
     def distance_to(self, point: tuple[float, float]) -> float:
-        """Return the distance (m) from the robot to a point in world, or NaN if it is unknown."""
+        """Return the distance (m) from the robot to a point in world, or NaN without a pose."""
         return dist(point, self.robot_position() or (float('nan'), float('nan')))
 
     def is_at_rest(self) -> bool:
@@ -93,12 +92,12 @@ class GraphClient:
         begin = time_ns() - round(REST_TIME * NS_PER_SECOND)
         track = [(received.published, (received.message.x, received.message.y))
                  for received in self.record.messages('pose', begin)]
-        # On a busy machine, the latest poses may not have arrived yet.
+        # On a busy machine, the latest poses may not have been received yet.
         since = rest_start(track, 1e-3, round(0.8 * REST_TIME * NS_PER_SECOND))
         return since is not None and since == track[0][0]
 
     def drive_to(self, goal: tuple[float, float]) -> Drive | None:
-        """Send the robot to a goal (m) and wait until the robot stops, if there is a robot."""
+        """Send the robot to a goal (m) and wait until it stops; return None without a robot."""
         if not self.wait_until(self.observer.has_goal_subscriber, self.timeout):
             return None
         # On a busy machine, the previous drive may not be over yet.
@@ -152,7 +151,7 @@ class GraphClient:
         shortly after the brick lands.
         """
         now = time_ns()
-        # On a busy machine, the latest transforms may not have arrived yet.
+        # On a busy machine, the latest transforms may not have been received yet.
         self.wait_until(lambda: self.record.pose('platform', now), REST_TIME)
         watch = DropWatch(self.record, now, place)
         self.observer.after_fetch = watch.update

@@ -60,12 +60,7 @@ def is_empty(domain: int) -> bool:
 
 @contextmanager
 def reserved_domain(candidates: Iterable[int] | None = None) -> Iterator[int]:
-    """
-    Reserve the first unused ROS domain among some candidates on this machine.
-
-    :param candidates: domain numbers; by default, 1 to 100 in random order
-    :raises DomainError: all candidates are in use
-    """
+    """Reserve the first unused domain among the candidates (default: 1 to 100 at random)."""
     for domain in candidates or random.sample(DOMAINS[1:], len(DOMAINS) - 1):
         with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as mark:
             try:

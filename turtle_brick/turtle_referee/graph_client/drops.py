@@ -45,10 +45,10 @@ HISTORY = 400
 
 
 class DropWatch:
-    """The events (ns) of one drop, from before the request to the end."""
+    """The timestamps (ns) of all events in one drop."""
 
     def __init__(self, record: Record, begin: int, place: Vector) -> None:
-        """Begin (ns) to observe a brick that hovers at a position (m)."""
+        """Observe a brick that hovers at a position (m), from a begin time (ns)."""
         platform = record.pose('platform', begin)
         self._record = record
         self._track: deque[tuple[int, Array]] = deque(maxlen=HISTORY)

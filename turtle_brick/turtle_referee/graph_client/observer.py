@@ -34,7 +34,7 @@ from turtle_referee.graph_client.profiles import Profile
 from turtle_referee.graph_client.record import MAX_LATENESS_NS, Received, ReceivedMarker, Record
 
 DEPTH = 2000
-"""Queue size of each subscription. This size is sufficient for several seconds."""
+"""Queue size of each subscription. A queue holds the messages of several seconds."""
 
 FETCH_PERIOD = 0.02
 """Period (s) at which messages are fetched."""

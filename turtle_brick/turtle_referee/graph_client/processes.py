@@ -14,7 +14,7 @@
 """Run programs in separate processes, read their output, and stop them."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 import os
 import re
 import signal
@@ -42,17 +42,12 @@ def crashes(output: str) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-class Process:
+class Process(AbstractContextManager['Process']):
     """A context manager that runs a program and reads its standard output and standard error."""
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str] = {},
                  listener: Callable[[str], object] | None = None) -> None:
-        """
-        Start the program.
-
-        :param environment: variables to add to the environment of the calling process
-        :param listener: function that a separate thread calls with each line of output
-        """
+        """Start a program with more variables; a thread passes each line to the listener."""
         self.command = list(command)
         self._listener = listener
         self._output_changed = threading.Condition()
@@ -65,12 +60,9 @@ class Process:
             self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, start_new_session=True,
             env={**os.environ, 'PYTHONUNBUFFERED': '1', **display, **environment})
+        self.pid = self._popen.pid
         self._reader = threading.Thread(target=self._read, name='output', daemon=True)
         self._reader.start()
-
-    def __enter__(self) -> 'Process':
-        """Return the process itself."""
-        return self
 
     def __exit__(self, *_: object) -> None:
         """Stop the process."""
@@ -98,11 +90,6 @@ class Process:
         return self._bytes.decode(errors='replace')
 
     @property
-    def pid(self) -> int:
-        """Return the process ID."""
-        return self._popen.pid
-
-    @property
     def running(self) -> bool:
         """Return whether the process is still running."""
         return self._popen.poll() is None
@@ -121,26 +108,22 @@ class Process:
         self._popen.send_signal(number)
 
     def wait_for_output(self, pattern: str, timeout: float) -> re.Match[str]:
-        """
-        Wait until the output matches a regular expression, and return the match.
-
-        :raises TimeoutError: nothing matched within the timeout (s) or before the process exited
-        """
+        """Wait for output that matches a pattern, or raise TimeoutError after the timeout (s)."""
         with self._output_changed:
             self._output_changed.wait_for(
                 lambda: self._closed or re.search(pattern, self.output), timeout)
             if match := re.search(pattern, self.output):
                 return match
-            raise TimeoutError(
-                f'{self.command} {"ended" if self._closed else f"ran {timeout:g} s"} without '
-                f'printing {pattern!r}; it printed:\n{self.output}')
+            event = 'exited' if self._closed else f'ran {timeout:g} s'
+            raise TimeoutError(f'{self.command} {event} without printing {pattern!r}; '
+                               f'it printed:\n{self.output}')
 
     def wait(self, timeout: float) -> int:
         """Return the exit status, or raise TimeoutError after the timeout (s)."""
         try:
             status = self._popen.wait(timeout)
         except subprocess.TimeoutExpired:
-            raise TimeoutError(f'{self.command} did not end within {timeout:g} s; it printed:\n'
+            raise TimeoutError(f'{self.command} did not exit within {timeout:g} s; it printed:\n'
                                f'{self.output}') from None
         self._reader.join(1.0)
         return status
@@ -153,7 +136,7 @@ class Process:
     def kill(self) -> None:
         """Kill the process and its child processes immediately."""
         with suppress(ProcessLookupError):
-            os.killpg(self._popen.pid, signal.SIGKILL)
+            os.killpg(self.pid, signal.SIGKILL)
         self._popen.wait()
         self._reader.join(1.0)
         if self._popen.stdout is not None:

@@ -21,7 +21,7 @@ from operator import attrgetter, itemgetter
 from typing import Any, NamedTuple
 
 from turtle_referee.graph_client.constants import NS_PER_SECOND
-from turtle_referee.graph_client.geometry import Array, interpolate, Pose, pose
+from turtle_referee.graph_client.geometry import Array, Pose, pose
 from turtle_referee.graph_client.profiles import Profile
 
 MAX_GAP_NS = 120_000_000
@@ -31,10 +31,10 @@ EXTRAPOLATION_NS = 50_000_000
 """Longest interval (ns) before the first and after the last transform of a known frame."""
 
 MAX_LATENESS_NS = 15_000_000
-"""Largest delay (ns) of the observer that is not a stall. A robot drives 5 cm at 3 m/s."""
+"""Largest delay (ns) of the observer that is not a stall."""
 
 STALL_AFTERMATH_NS = NS_PER_SECOND
-"""Duration (ns) of the effects after the end of a stall."""
+"""Duration (ns) for which a stall has effects after its end."""
 
 MAX_AHEAD_NS = 5_000_000_000
 """Largest difference (ns) between a timestamp in the future and the publication time."""
@@ -43,7 +43,7 @@ MAX_DEPTH = 30
 """Largest number of frames between a frame and world."""
 
 OVERLOADED = 'the machine was overloaded'
-"""Beginning of the reason why stalls leave a requirement open."""
+"""First words of the reason for a requirement that is open because of stalls."""
 
 
 class Received(NamedTuple):
@@ -105,9 +105,6 @@ def in_time_span(items: list[Any], begin: int, end: int | None,
     return items[bisect_left(items, begin, key=time_of):last]
 
 
-stamp_of_sample = attrgetter('stamp')
-
-
 class Frame:
     """All transforms of a frame."""
 
@@ -123,7 +120,7 @@ class Frame:
         """Store a transform with its publication time (ns) and sequence number."""
         self.published.append((published, sample))
         self.sequence_numbers.append(number)
-        insort(self.samples, sample, key=stamp_of_sample)
+        insort(self.samples, sample, key=attrgetter('stamp'))
 
     def published_between(self, begin: int, end: int | None = None) -> list[tuple[int, Sample]]:
         """Return publication times (ns) and transforms from `begin` to `end` (ns)."""
@@ -131,13 +128,13 @@ class Frame:
 
     def between(self, begin: int, end: int) -> list[Sample]:
         """Return the transforms with timestamps (ns) between two times (ns)."""
-        return in_time_span(self.samples, begin, end, stamp_of_sample)
+        return in_time_span(self.samples, begin, end, attrgetter('stamp'))
 
     def at(self, stamp: int) -> Sample | None:
         """Return the interpolated transform at a time (ns), or None if it is unknown."""
         if self.static:
             return self.published[0][1]
-        index = bisect_left(self.samples, stamp, key=stamp_of_sample)
+        index = bisect_left(self.samples, stamp, key=attrgetter('stamp'))
         before, after = self.samples[max(index - 1, 0)], self.samples[index:index + 1]
         if not after or stamp < before.stamp:
             return before if abs(stamp - before.stamp) <= EXTRAPOLATION_NS else None
@@ -148,8 +145,9 @@ class Frame:
             return None
         if before.parent != after[0].parent:
             return before
-        return Sample(stamp, before.parent, interpolate(
-            before.pose, after[0].pose, (stamp - before.stamp) / interval))
+        fraction = (stamp - before.stamp) / interval
+        return Sample(stamp, before.parent, Pose(*(
+            a + fraction * (b - a) for a, b in zip(before.pose, after[0].pose))))
 
 
 class Record:
@@ -188,7 +186,7 @@ class Record:
         p, q = transform.transform.translation, transform.transform.rotation
         stamp = nanoseconds_of(transform.header.stamp)
         if stamp - published > MAX_AHEAD_NS:
-            return  # The frame would keep this transform as its latest transform.
+            return  # No later transform would replace this one.
         frame = self.frames.setdefault(transform.child_frame_id.removeprefix('/'), Frame(static))
         frame.on_both_topics = frame.on_both_topics or frame.static is not static
         frame.add(published, number, Sample(stamp, transform.header.frame_id.removeprefix('/'),
@@ -244,13 +242,13 @@ class Record:
                        for first, last in self.stalls)
 
     def stall_summary(self) -> str:
-        """Return the number of trials that stalls affected as a sentence, or '' without stalls."""
+        """Return a phrase with the number of trials affected by stalls, or '' without stalls."""
         spans = self.trial_spans()
         stalled = [span for span in spans if not self.is_calm(*span)]
         return f'{OVERLOADED} in {len(stalled)} of {len(spans)} trials' if stalled else ''
 
     def without_stalls(self) -> 'Record':
-        """Return a copy without the trials that stalls affected."""
+        """Return a copy without the trials affected by stalls."""
         calm = copy(self)
         for name in ('idle', 'driving'):
             setattr(calm, name, [span for span in getattr(self, name) if self.is_calm(*span)])
@@ -266,19 +264,16 @@ def nanoseconds_of(stamp: Any) -> int:
 
 
 def stamp_of(received: Received) -> int:
-    """Return the timestamp (ns) of a message, or the publication time if it is more plausible."""
+    """Return the timestamp (ns) of a message, or the publication time for a wrong timestamp."""
     header = getattr(received.message, 'header', None)
     stamp = nanoseconds_of(header.stamp) if header else 0
     return stamp if abs(stamp - received.published) < MAX_AHEAD_NS else received.published
 
 
 def message_rate(times: Sequence[float]) -> float:
-    """
-    Return the rate (Hz) of periodic messages, or 0 for fewer than six timestamps (s).
-
-    On a busy machine, messages may be late but never early. The rate is therefore measured
-    between the least delayed message in the first third and that in the last third.
-    """
+    """Return the rate (Hz) of periodic messages, or 0 for fewer than six timestamps (s)."""
+    # On a busy machine, messages may be late but never early. The rate is therefore measured
+    # between the least delayed message in the first third and that in the last third.
     count = len(times)
     if count < 6 or times[-1] <= times[0]:
         return 0.0

@@ -14,6 +14,7 @@
 """Spin nodes until a condition holds, or until Ctrl-C or SIGTERM."""
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 import signal
 from threading import Event
 from time import monotonic
@@ -33,11 +34,8 @@ INTERRUPTED = Event()
 
 
 def handle_interrupts() -> dict[int, Any]:
-    """
-    Make Ctrl-C and SIGTERM set INTERRUPTED; return the previous signal handlers.
-
-    A KeyboardInterrupt in a callback could be lost or break a node.
-    """
+    """Make Ctrl-C and SIGTERM set INTERRUPTED; return the previous signal handlers."""
+    # A KeyboardInterrupt in a callback could be lost or break a node.
     INTERRUPTED.clear()
     return {number: signal.signal(number, lambda *_: INTERRUPTED.set())
             for number in (signal.SIGINT, signal.SIGTERM)}
@@ -49,12 +47,7 @@ class Spinner:
     executor: Executor
 
     def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
-        """
-        Spin until a condition holds, and check the condition after each callback.
-
-        :raises TimeoutError: the condition, described by `what`, did not hold within timeout (s)
-        :raises KeyboardInterrupt: INTERRUPTED was set
-        """
+        """Spin until a condition, described by `what`, holds; raise TimeoutError otherwise."""
         deadline = monotonic() + timeout
         while not condition():
             if monotonic() > deadline:
@@ -73,7 +66,7 @@ class Spinner:
             raise KeyboardInterrupt
 
 
-class NodeSpinner(Spinner):
+class NodeSpinner(Spinner, AbstractContextManager['NodeSpinner']):
     """Context manager for one node with its own context, executor and signal handlers."""
 
     def __init__(self, make_node: Callable[..., Node], namespace: str = '') -> None:
@@ -86,10 +79,6 @@ class NodeSpinner(Spinner):
         self.executor = SingleThreadedExecutor(context=self._context)
         self.executor.add_node(self.node)
         self._handlers = handle_interrupts()
-
-    def __enter__(self) -> 'NodeSpinner':
-        """Return this spinner."""
-        return self
 
     def __exit__(self, *_: object) -> None:
         """Destroy the node and restore the signal handlers."""

@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from itertools import pairwise
 from math import atan2, dist, hypot, sqrt
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy
@@ -26,16 +27,28 @@ from turtle_referee.graph_client.drops import DropWatch
 from turtle_referee.graph_client.geometry import (angle_between, Array, distance_to_rectangle,
                                                   inclination, Pose, pose)
 from turtle_referee.graph_client.record import ReceivedMarker, Record
-from turtle_referee.rules.limits import (EARLY_END, FALL_DELAY, FALL_DEVIATION, LATE_END,
-                                         MARKER_PERIOD, MAX_LAG, NEAR, PHYSICS_RATE,
-                                         RATE_TOLERANCE, SAME_ANGLE, SLIDE_DEVIATION,
-                                         WALL_TOLERANCE)
-from turtle_referee.rules.rule import (Broken, Finding, from_faults, largest, number, Open, Plot,
-                                       require, require_accepted, require_data, Rules, Series,
+from turtle_referee.rules.rule import (Broken, Finding, from_faults, largest, NEAR, number, Open,
+                                       PHYSICS_RATE, Plot, RATE_TOLERANCE, require,
+                                       require_accepted, require_data, Rules, SAME_ANGLE, Series,
                                        within)
 
 RULES = Rules()
 rule = RULES.rule
+
+WALL_TOLERANCE = 0.3
+"""Largest distance (m) between a wall's center and the arena's edge."""
+MARKER_PERIOD = 2.0
+"""Longest period (s) of a repeated marker that is not latched."""
+FALL_DELAY = 0.5
+"""Longest delay (s) between the response of the drop service and the fall."""
+FALL_DEVIATION = 0.02
+"""Largest distance (m) between a falling brick and its parabola."""
+MAX_LAG = 0.05
+"""Largest delay (s) between the transforms of the platform and a brick on the platform."""
+SLIDE_DEVIATION = 0.04
+"""Largest distance (m) between a sliding brick and its computed position."""
+EARLY_END, LATE_END = 0.02, 0.08
+"""Largest overlap and gap (m) between the brick and the platform at the end of a slide."""
 
 CUBE, TEXT, ADD = 1, 9, 0
 """Two types and one action of visualization_msgs/Marker."""
@@ -47,7 +60,7 @@ STEP = 1.0 / PHYSICS_RATE
 """Period (s) of the physics."""
 
 LAGS = range(0, round(MAX_LAG * NS_PER_SECOND) + 1, 5_000_000)
-"""Possible delays (ns) of a brick on the platform."""
+"""Delays (ns) of a brick on the platform that the rules try."""
 
 BEFORE_NS = 100_000_000
 """Interval (ns) between the last measurement of the brick and the next request."""
@@ -70,10 +83,9 @@ def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
 
 def walls(record: Record) -> list[ReceivedMarker]:
     """Return all long box markers, or raise Broken if there are none."""
-    return require([received for received in record.markers
-                    if received.marker.type == CUBE and max(
-                        received.marker.scale.x, received.marker.scale.y) >= MIN_WALL_LENGTH]
-                   or None, 'no box marker is as long as a wall')
+    boxes = [received for received in record.markers if received.marker.type == CUBE]
+    return require([box for box in boxes if max(box.marker.scale.x, box.marker.scale.y)
+                    >= MIN_WALL_LENGTH] or None, 'no box marker is as long as a wall')
 
 
 @rule('walls: size', 'the same size as the turtlesim simulator and … a matching coordinate system',
@@ -93,9 +105,8 @@ def walls_are_at_the_edges(record: Record) -> Finding:
         raise Broken('some sides have no wall')
     found = [end(side) for side in sides for end in (min, max)]
     off = largest(abs(a - b) for a, b in zip(found, (0.0, ARENA_SIZE) * 2))
-    return Finding(off <= WALL_TOLERANCE and largest(ends) <= 2.0 * WALL_TOLERANCE
-                   and min(heights) >= 0.0,
-                   'x from {:.2f} to {:.2f}, y from {:.2f} to {:.2f} m'.format(*found)
+    met = off <= WALL_TOLERANCE and largest(ends) <= 2.0 * WALL_TOLERANCE and min(heights) >= 0.0
+    return Finding(met, 'x from {:.2f} to {:.2f}, y from {:.2f} to {:.2f} m'.format(*found)
                    + f', {largest(ends):.2f} m beyond the corners, center at a height of at least '
                    f'{min(heights):.2f} m')
 
@@ -111,9 +122,8 @@ def brick_markers(record: Record) -> list[ReceivedMarker]:
 
 def judge_visibility(record: Record, find: Callable[[Record], list[ReceivedMarker]]) -> Finding:
     """Judge whether rviz2 can show the markers even if rviz2 starts late."""
-    topics = {received.topic for received in find(record)}
+    topics, faults = {received.topic for received in find(record)}, []
     observed = [time for span in record.trial_spans() for time in span]
-    faults = []
     for topic in sorted(topics):
         published = sorted([min(observed), max(observed), *(
             received.published for received in record.markers if received.topic == topic)])
@@ -134,12 +144,11 @@ for name, sentence, find in (
 def brick_marker_is_at_the_brick(record: Record) -> Finding:
     off = []
     for request in record.places:
-        brick = record.pose('brick', request.end - BEFORE_NS)
-        before = [received for received in brick_markers(record)
-                  if received.published < request.end]
+        time = request.end - BEFORE_NS
+        brick, markers = record.pose('brick', time), brick_markers(record)
+        before = [received for received in markers if received.published < request.end]
         if brick is not None and before:
-            there = pose_of_marker(record, before[-1], request.end - BEFORE_NS)
-            off.append(dist(there.position, brick.position))
+            off.append(dist(pose_of_marker(record, before[-1], time).position, brick.position))
     return within(NEAR, off, 'the brick was not placed')
 
 
@@ -254,10 +263,10 @@ def falls(record: Record) -> list[MeasuredFall]:
         hover = track[0][1][:2] if track else drop.place[:2]
         track = [(stamp, position) for stamp, position in track
                  if drop.place[2] - position[2] > NEAR]
-        if len(dict(track)) < 10:
+        depths = numpy.array([drop.place[2] - position[2] for _, position in track])
+        if len(dict(track)) < 10 or depths[-1] == depths[0]:
             continue
         times = numpy.array([(stamp - drop.released) * SECONDS_PER_NS for stamp, _ in track])
-        depths = numpy.array([drop.place[2] - position[2] for _, position in track])
         aside = numpy.array([dist(position[:2], hover) for _, position in track])
         begin, acceleration, off = fit_fall(times, depths)
         found.append(MeasuredFall(
@@ -270,15 +279,14 @@ def falls(record: Record) -> list[MeasuredFall]:
 def falls_have_the_acceleration(record: Record) -> Finding:
     gravity, found = number(record, 'gravity_accel'), falls(record)
     values = [fall.acceleration for fall in found]
+    off = largest(abs(value - gravity) for value in values)
     longest = max(found, key=lambda fall: fall.times[-1])
     times = numpy.linspace(0.0, longest.times[-1], 50)
-    return Finding(
-        largest(abs(value - gravity) for value in values) <= RATE_TOLERANCE * gravity,
-        f'{min(values):.3f} to {max(values):.3f} m/s^2 in {len(values)} falls (configured '
-        f'{gravity:g})',
-        Plot('Fall', 'time since the release (s)', 'depth (m)',
-             [Series('the brick', longest.times.tolist(), longest.depths.tolist())],
-             Series('g t^2 / 2', times.tolist(), (gravity * times * times / 2.0).tolist())))
+    text = f'{min(values):.3f} to {max(values):.3f} m/s^2 in {len(values)} falls (configured '
+    return Finding(off <= RATE_TOLERANCE * gravity, f'{text}{gravity:g})', Plot(
+        'Fall', 'time since the release (s)', 'depth (m)',
+        [Series('the brick', longest.times.tolist(), longest.depths.tolist())],
+        Series('g t^2 / 2', times.tolist(), (gravity * times * times / 2.0).tolist())))
 
 
 @rule('fall: course', 'the brick starts falling in gravity',
@@ -289,7 +297,7 @@ def falls_are_parabolas(record: Record) -> Finding:
     aside = largest(fall.aside.max() for fall in found)
     text = f'at most {off:.4f} m off along the fall and {aside:.4f} m aside'
     for fall in found:
-        # The deviation begins when the previous positions no longer fit one fall from rest.
+        # The deviation begins when the positions so far no longer fit one fall from rest.
         begin = next((number for number in range(10, len(fall.times)) if fall.aside[number] > NEAR
                       or fit_fall(fall.times[:number + 1], fall.depths[:number + 1])[2]
                       > FALL_DEVIATION), None)
@@ -338,7 +346,7 @@ def catches(record: Record) -> list[DropWatch]:
       f'the brick keeps its place on the platform within {NEAR} m at rest, and is at most '
       f'{MAX_LAG:g} s behind while driving', ['frames: robot'])
 def brick_rides(record: Record) -> Finding:
-    rest, moving = [], []
+    rest, moving, landing = [], [], []
     for drop in catches(record):
         track = record.brick_track(drop.down or 0, (drop.tilted or drop.end) - 20_000_000)
         places = [place[:2] for stamp, _ in track
@@ -347,9 +355,14 @@ def brick_rides(record: Record) -> Finding:
             raise Broken('the pose of the brick or of the platform is unknown')
         rest.append(dist(places[-1], places[0]))
         moving.append(max_motion(places))
+        driven = max_motion(platform.position for lag in LAGS if (
+            platform := record.pose('platform', (drop.down or 0) - lag)) is not None)
+        landed = require(drop.landed, 'the brick did not land')
+        landing.append(max(dist(landed[:2], drop.place[:2]) - driven, 0.0))
     allowed = number(record, 'max_velocity') * MAX_LAG + NEAR
-    return Finding(largest(rest) <= 2.0 * NEAR and largest(moving) <= allowed,
-                   f'moved by {largest(rest):.4f} m from begin to end and by at most '
+    met = max(largest(rest), largest(landing)) <= 2.0 * NEAR and largest(moving) <= allowed
+    return Finding(met, f'moved by {largest(landing):.4f} m at the landing, by '
+                   f'{largest(rest):.4f} m from begin to end and by at most '
                    f'{largest(moving):.4f} m while driving, in {len(rest)} rides')
 
 
@@ -375,17 +388,8 @@ def brick_has_the_angle(record: Record) -> Finding:
                    f'poses, and {level} level poses')
 
 
-class Slide(NamedTuple):
-    """The measured and computed distances (m) of a brick along the slope."""
-
-    off: float  # largest difference (m)
-    times: Array  # (s)
-    measured: Array
-    computed: Array  # by integrating g sin(angle) twice
-
-
-def slide(gravity: float, track: list[tuple[int, Pose, Pose]]) -> Slide:
-    """Return the slide for a track of timestamps (ns), brick poses and platform poses."""
+def compare_slide(gravity: float, track: list[tuple[int, Pose, Pose]]) -> tuple[float, Plot]:
+    """Compare a slide with g sin(angle), integrated twice; return the deviation (m) and a plot."""
     steepest = max((platform for _, _, platform in track), key=inclination)
     downhill = -steepest.axes[2, :2] / (hypot(*steepest.axes[2, :2]) or 1.0)
     measured = numpy.array([platform.locate(brick.position)[:2] @ downhill
@@ -397,9 +401,11 @@ def slide(gravity: float, track: list[tuple[int, Pose, Pose]]) -> Slide:
     for lag in LAGS:
         pulls = gravity * numpy.sin(numpy.interp(times - lag * SECONDS_PER_NS, times, angles))
         computed = numpy.cumsum(numpy.cumsum(pulls * steps) * steps) + measured[0]
-        off = float(numpy.max(numpy.abs(computed - measured)))
-        found.append(Slide(off, times, measured, computed))
-    return min(found, key=lambda slide: slide.off)
+        found.append((float(numpy.max(numpy.abs(computed - measured))), Plot(
+            'Slide', 'time (s)', 'distance down the slope (m)',
+            [Series('the brick', times.tolist(), measured.tolist())],
+            Series('g sin(angle), integrated', times.tolist(), computed.tolist()))))
+    return min(found, key=itemgetter(0))
 
 
 @rule('slide: law', 'it should slide off the platform (friction-less, but in gravity)',
@@ -409,18 +415,15 @@ def slides_are_frictionless(record: Record) -> Finding:
     gravity, found = number(record, 'gravity_accel'), []
     for drop in catches(record):
         if drop.tilted is not None:
-            # If the brick never leaves the platform, only one second is compared.
+            # If the brick never leaves the platform, only one second is judged.
             end = drop.floated or min(drop.end, drop.tilted + NS_PER_SECOND)
-            found.append(slide(gravity, [
-                (stamp, brick, platform)
-                for stamp, brick in record.brick_track(drop.tilted - 2 * BEFORE_NS, end)
+            track = record.brick_track(drop.tilted - 2 * BEFORE_NS, end)
+            found.append(compare_slide(gravity, [
+                (stamp, brick, platform) for stamp, brick in track
                 if (platform := record.pose('platform', stamp)) is not None]))
-    first = require_data(found, 'no brick was tilted')[0]
-    off = largest(one.off for one in found)
-    return Finding(off <= SLIDE_DEVIATION, f'at most {off:.4f} m off in {len(found)} slides', Plot(
-        'Slide', 'time (s)', 'distance down the slope (m)',
-        [Series('the brick', first.times.tolist(), first.measured.tolist())],
-        Series('g sin(angle), integrated', first.times.tolist(), first.computed.tolist())))
+    off, plots = zip(*require_data(found, 'no brick was tilted'))
+    return Finding(largest(off) <= SLIDE_DEVIATION,
+                   f'at most {largest(off):.4f} m off in {len(found)} slides', plots[0])
 
 
 @rule('slide: end', 'When the trailing-edge brick clears the platform, it magically floats',
@@ -432,14 +435,13 @@ def slides_end_at_the_edge(record: Record) -> Finding:
     for drop in catches(record):
         if drop.floated is None or drop.tilted is None:
             continue
-        platform = require(record.pose('platform', drop.floated),
-                           'the pose of the platform at the end of a slide is unknown')
-        brick = require(record.pose('brick', drop.floated), 'the pose of the brick is unknown')
+        unknown = 'a pose at the begin or at the end of a slide is unknown'
+        platform = require(record.pose('platform', drop.floated), unknown)
+        brick = require(record.pose('brick', drop.floated), unknown)
+        before = require(record.on_platform(drop.tilted - 2 * BEFORE_NS), unknown)
         forward, place = brick.axes[:, 0] @ platform.axes, platform.locate(brick.position)
         clearances.append(distance_to_rectangle(
             place[:2], atan2(forward[1], forward[0]), (scale.x, scale.y)) - radius)
-        before = require(record.on_platform(drop.tilted - 2 * BEFORE_NS),
-                         'the pose of the brick before a slide is unknown')
         heights.append(abs(place[2] - before[2]))
     require_data(clearances, 'no brick has slid off')
     return Finding(min(clearances) >= -EARLY_END and largest(clearances) <= LATE_END

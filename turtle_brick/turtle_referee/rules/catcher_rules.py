@@ -23,12 +23,18 @@ from turtle_referee.graph_client.drops import DropWatch
 from turtle_referee.graph_client.profiles import NUMBERS
 from turtle_referee.graph_client.record import nanoseconds_of, ReceivedMarker, Record
 from turtle_referee.rules.arena_rules import ADD, catches, dropped, TEXT
-from turtle_referee.rules.limits import CENTER_DISTANCE, LIFETIME, LIFETIME_TOLERANCE
 from turtle_referee.rules.rule import (Broken, Finding, from_faults, Plot, require_data, Rules,
                                        Series, within)
 
 RULES = Rules()
 rule = RULES.rule
+
+LIFETIME = 3.0
+"""Lifetime (s) of the "Unreachable" text."""
+LIFETIME_TOLERANCE = 0.3
+"""Tolerance (s) for LIFETIME."""
+CENTER_DISTANCE = 0.1
+"""Largest distance (m) from the arena center at which a brick is tipped off."""
 
 DELETE_ACTIONS = (2, 3)
 """Marker actions that delete one marker and all markers."""
@@ -50,7 +56,7 @@ def name_of(drop: DropWatch) -> str:
 @rule('verdict: in time', 'it first computes … whether it can reach the brick on-time',
       'a goal or a text is published before the brick lands', ['fall: acceleration'])
 def verdicts_come_in_time(record: Record) -> Finding:
-    # No verdict is required if the brick lands on a platform that did not move.
+    # A brick that lands on a platform at rest requires no verdict.
     drops = completed(record, lambda drop: drop.decided is not None or not drop.caught)
     faults = []
     for drop in drops:
@@ -67,11 +73,10 @@ def reach_plot(record: Record) -> Plot:
     for label, is_caught in (('caught', True), ('not caught', False)):
         drops = [drop for drop in completed(record)
                  if drop.caught is is_caught and not isnan(drop.distance)]
-        series.append(Series(
-            label, [max(drop.distance - numbers['platform_radius'], 0.0) / numbers['max_velocity']
-                    for drop in drops],
-            [sqrt(max(2.0 * (drop.place[2] - numbers['platform_height']), 0.0)
-                  / numbers['gravity_accel']) for drop in drops]))
+        distances = [max(drop.distance - numbers['platform_radius'], 0.0) for drop in drops]
+        depths = [max(drop.place[2] - numbers['platform_height'], 0.0) for drop in drops]
+        series.append(Series(label, [distance / numbers['max_velocity'] for distance in distances],
+                             [sqrt(2.0 * depth / numbers['gravity_accel']) for depth in depths]))
     longest = max((value for one in series for value in (*one.x, *one.y)), default=1.0)
     return Plot('Reach', 'driving time at max_velocity (s)', 'fall time (s)', series,
                 Series('physically possible above', [0.0, longest], [0.0, longest]))
@@ -102,8 +107,8 @@ def texts(record: Record) -> list[ReceivedMarker]:
       ['verdict: out of reach'])
 def text_is_a_text(record: Record) -> Finding:
     published = {(received.marker.text, received.marker.type) for received in texts(record)}
-    return Finding(published == {(UNREACHABLE, TEXT)}, ', '.join(
-        f'{text!r} of type {kind}' for text, kind in sorted(published)))
+    found = ', '.join(f'{text!r} of type {kind}' for text, kind in sorted(published))
+    return Finding(published == {(UNREACHABLE, TEXT)}, found)
 
 
 def visible_time(record: Record, published: list[ReceivedMarker]) -> float:

@@ -60,8 +60,7 @@ class RobotModel:
         """Parse a URDF, or raise Broken if it is invalid."""
         try:
             robot = ElementTree.fromstring(description)
-            self.links = {link.get('name', ''): [_solid(visual, robot)
-                                                 for visual in link.findall('visual')]
+            self.links = {link.get('name', ''): [_solid(one, robot) for one in link.iter('visual')]
                           for link in robot.findall('link')}
             self.joints = [_joint(element) for element in robot.findall('joint')]
         except (ElementTree.ParseError, ValueError) as error:
@@ -101,13 +100,6 @@ class RobotModel:
         """Return the last movable joint above a link, or raise Broken if there is none."""
         return require(next((joint for joint in reversed(self.joints_to(link)) if joint.movable),
                             None), f'no joint turns {link}')
-
-    def platform_span(self) -> tuple[float, float]:
-        """Return the bottom height and top height (m) of the level platform."""
-        wheel, platform = self.solid('wheel', 'cylinder'), self.solid('platform', 'cylinder')
-        height = (self.center('platform', platform)[2] - self.center('wheel', wheel)[2]
-                  + wheel.size[0])
-        return height - platform.size[1] / 2.0, height + platform.size[1] / 2.0
 
 
 def model(record: Record) -> RobotModel:

@@ -23,22 +23,33 @@ from turtle_referee.graph_client.constants import CENTER, SECONDS_PER_NS
 from turtle_referee.graph_client.geometry import angle_between, Array, inclination, pose
 from turtle_referee.graph_client.record import (Drive, Frame, message_rate, Received, Record,
                                                 Sample, stamp_of)
-from turtle_referee.rules.limits import (EXACT, MAX_MISALIGNMENT, MAX_SLIP, NEAR, PHYSICS_RATE,
-                                         PRECISION, RATE, RATE_TOLERANCE, SAME_ANGLE,
-                                         VELOCITY_TOLERANCE)
 from turtle_referee.rules.robot_model import model
-from turtle_referee.rules.rule import (Broken, Finding, from_faults, largest, number, Open, Plot,
-                                       require, require_accepted, require_data, Rules, Series,
+from turtle_referee.rules.rule import (Broken, Finding, from_faults, largest, NEAR, number, Open,
+                                       PHYSICS_RATE, Plot, RATE_TOLERANCE, require,
+                                       require_accepted, require_data, Rules, SAME_ANGLE, Series,
                                        within)
 
 RULES = Rules()
 rule = RULES.rule
 
+RATE = 100.0
+"""Rate (Hz) of all topics and frames except the brick."""
+EXACT = 1e-3
+"""Tolerance for equal numbers."""
+PRECISION = 0.05
+"""Tolerance (m) for the distance to a goal, the deviation from a line and the overshoot."""
+MAX_SLIP = 0.02
+"""Largest relative difference between the rolled distance and the driven distance."""
+VELOCITY_TOLERANCE = 0.1
+"""Largest relative difference between the wheel's integrated velocity and its rotation."""
+MAX_MISALIGNMENT = 5.0
+"""Largest angle (degrees) between the robot's motion and the wheel's rolling direction."""
+
 START_DISTANCE = 0.02
 """Driven distance (m) from which the direction of a drive is computed."""
 
 STRIDE = 5
-"""Number of transforms from which a direction of motion is computed."""
+"""Number of transforms between two positions that define a direction of motion."""
 
 COMMAND_AGE_NS = 50_000_000
 """Largest interval (ns) between an odometry message and its command."""
@@ -58,8 +69,7 @@ def frame(record: Record, name: str, parent: str = '') -> Frame:
 
 def messages(record: Record, name: str) -> list[Received]:
     """Return the messages of a topic, or raise Broken if there are none."""
-    return require(record.topics[name] or None,
-                   f'no messages on {record.profile.topics[name]}')
+    return require(record.topics[name] or None, f'no messages on {record.profile.topics[name]}')
 
 
 def drives(record: Record) -> list[Drive]:
@@ -81,8 +91,9 @@ def all_below_world(record: Record) -> Finding:
 def odom_is_fixed(record: Record) -> Finding:
     places = [sample.pose.position[:2] for sample in frame(record, 'odom', 'world').samples]
     moved = largest(dist(place, places[0]) for place in places)
-    start = frame(record, 'base_link').samples[0].pose.position[:2]
-    offset = min(dist(places[0], CENTER), hypot(*start))
+    # A turtle that has not moved may have been placed anywhere.
+    starts = [CENTER, *((pose.message.x, pose.message.y) for pose in record.topics['pose'][:1])]
+    offset = min(dist(places[0], start) for start in starts)
     return Finding(moved <= EXACT and offset <= NEAR, 'at ({:.3f}, {:.3f})'.format(*places[0])
                    + f', {offset:.3f} m from the start, moved by {moved:.3f} m')
 
@@ -127,11 +138,10 @@ def brick_is_below_world(record: Record) -> Finding:
       'every frame has one broadcaster')
 def one_broadcaster(record: Record) -> Finding:
     require(record.frames or None, 'no node broadcasts any frame')
-    return from_faults([
-        f'{name} has several broadcasters' for name, found in record.frames.items()
-        if found.on_both_topics or sum(
-            later < earlier for earlier, later in pairwise(found.sequence_numbers)) > 2],
-                       len(record.frames), 'frames')
+    faults = [f'{name} has several broadcasters' for name, found in record.frames.items()
+              if found.on_both_topics
+              or sum(b < a for a, b in pairwise(found.sequence_numbers)) > 2]
+    return from_faults(faults, len(record.frames), 'frames')
 
 
 @rule('names: relative', 'refer to ROS entities using relative names from within your nodes',
@@ -140,10 +150,9 @@ def names_are_relative(record: Record) -> Finding:
     if record.namespace == '/':
         raise Open('start the graph in a namespace and pass that with --namespace')
     own = f'{record.namespace}/'
-    topics = require([topic for topic, nodes in record.publishers.items()
-                      if topic not in GLOBAL_TOPICS
-                      and any(node.startswith(own) for node in nodes)] or None,
-                     f'no node in {record.namespace} publishes anything')
+    topics = [topic for topic, nodes in record.publishers.items() if topic not in GLOBAL_TOPICS
+              and any(node.startswith(own) for node in nodes)]
+    require(topics or None, f'no node in {record.namespace} publishes anything')
     return from_faults([f'{topic} is outside the namespace' for topic in topics
                         if not topic.startswith(own)], len(topics), 'topics')
 
@@ -151,8 +160,8 @@ def names_are_relative(record: Record) -> Finding:
 def judge_rate(record: Record, name: str, nominal: float) -> Finding:
     """Compare the timestamps of a topic or a frame with a rate (Hz), at rest and driving."""
     rates = []
-    for begin, end in (*require_data(record.idle, 'the graph was not observed'),
-                       *record.driving):
+    require_data(record.idle, 'the graph was not observed')
+    for begin, end in (*record.idle, *record.driving):
         if name in record.topics:
             messages(record, name)
             stamps = [stamp_of(received) for received in record.messages(name, begin, end)]
@@ -205,9 +214,8 @@ def odometry_equals_tf(record: Record) -> Finding:
     require(off or None, 'no transform at the time of any odometry message')
     # The position between two transforms is uncertain by one tick of turtlesim.
     allowed = number(record, 'max_velocity') * 0.016 + EXACT
-    return Finding(largest(off) <= allowed and largest(turned) <= SAME_ANGLE,
-                   f'at most {largest(off):.3f} m and {largest(turned):.3f} rad off in '
-                   f'{len(off)} measurements')
+    text = f'at most {largest(off):.3f} m and {largest(turned):.3f} rad off in {len(off)} messages'
+    return Finding(largest(off) <= allowed and largest(turned) <= SAME_ANGLE, text)
 
 
 @rule('odom: twist', 'twist can be a direct copy of the latest cmd_vel',
@@ -252,10 +260,9 @@ def joints_have_their_velocity(record: Record) -> Finding:
         rotation += angles[-1][1] - angles[0][1]
         integral += sum((v + w) / 2.0 * (b - a) * SECONDS_PER_NS
                         for (a, v), (b, w) in pairwise(speeds))
-    return Finding(
-        at_rest <= EXACT and abs(integral - rotation) <= VELOCITY_TOLERANCE * abs(rotation),
-        f'at most {at_rest:.3f} rad/s at rest, integral {integral:.1f} rad, rotation '
-        f'{rotation:.1f} rad')
+    met = at_rest <= EXACT and abs(integral - rotation) <= VELOCITY_TOLERANCE * abs(rotation)
+    return Finding(met, f'at most {at_rest:.3f} rad/s at rest, integral {integral:.1f} rad, '
+                   f'rotation {rotation:.1f} rad')
 
 
 @rule('URDF: base_link', 'A base_link that … is represented by a cube', 'base_link is a cube')
@@ -344,12 +351,13 @@ def links_differ_in_color(record: Record) -> Finding:
       'platform_height, wheel_radius and platform_radius as configured', ['URDF: wheel'])
 def model_has_the_numbers(record: Record) -> Finding:
     robot, height = model(record), number(record, 'platform_height')
-    bottom, top = robot.platform_span()
-    met = bottom - EXACT <= height <= top + EXACT
-    text = f'platform from {bottom:.3f} to {top:.3f} m (configured {height:.3f})'
-    for link in ('wheel', 'platform'):
-        name, radius = f'{link}_radius', robot.solid(link, 'cylinder').size[0]
-        configured = number(record, name)
+    wheel, platform = (robot.solid(link, 'cylinder') for link in ('wheel', 'platform'))
+    ground = robot.center('wheel', wheel)[2] - wheel.size[0]
+    middle, half = robot.center('platform', platform)[2] - ground, platform.size[1] / 2.0
+    met = abs(height - middle) <= half + EXACT
+    text = f'platform from {middle - half:.3f} to {middle + half:.3f} m (configured {height:.3f})'
+    for name, solid in (('wheel_radius', wheel), ('platform_radius', platform)):
+        configured, radius = number(record, name), solid.size[0]
         met = met and abs(radius - configured) <= EXACT
         text += f', {name} {radius:.3f} m (configured {configured:.3f})'
     return Finding(met, text)
@@ -423,12 +431,12 @@ def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
 def wheel_does_not_slip(record: Record) -> Finding:
     points = [driven_and_rolled(record, drive) for drive in drives(record)]
     driven, rolled = zip(*points)
-    return Finding(largest(abs(b - a) - MAX_SLIP * a - 0.005 for a, b in points) <= 0.0,
-                   f'rolled {sum(rolled):.3f} m, driven {sum(driven):.3f} m in {len(points)} '
-                   'drives',
-                   Plot('Rolling without slipping', 'driven distance (m)',
-                        'wheel angle x radius (m)', [Series('a drive', driven, rolled)],
-                        Series('without slipping', [0.0, max(driven)], [0.0, max(driven)])))
+    met = all(abs(b - a) <= MAX_SLIP * a + 0.005 for a, b in points)
+    text = f'rolled {sum(rolled):.3f} m, driven {sum(driven):.3f} m in {len(points)} drives'
+    return Finding(met, text, Plot(
+        'Rolling without slipping', 'driven distance (m)', 'wheel angle x radius (m)',
+        [Series('a drive', driven, rolled)],
+        Series('without slipping', [0.0, max(driven)], [0.0, max(driven)])))
 
 
 def misalignment(record: Record, sample: Sample, stem: float, motion: Array) -> float:

@@ -27,6 +27,15 @@ from turtle_referee.graph_client.record import Record, Request
 
 Value = TypeVar('Value')
 
+PHYSICS_RATE = 250.0
+"""Rate (Hz) of the physics and the brick frame."""
+RATE_TOLERANCE = 0.02
+"""Relative tolerance for rates and accelerations."""
+NEAR = 0.01
+"""Tolerance (m) for equal positions."""
+SAME_ANGLE = 0.02
+"""Tolerance (rad) for equal angles."""
+
 BROKEN, OPEN, MET = MARKS = '✗', '–', '✔'
 """The marks in the order of a report."""
 
@@ -92,7 +101,7 @@ class Rule(NamedTuple):
     expected: str
     judge: Judge
     depends_on: Sequence[str]
-    """Requirements that must be met so that this requirement can be met."""
+    """Requirements that must be met before this requirement can be met."""
 
     def __call__(self, record: Record) -> Judgement:
         """Judge a record regardless of the machine's load."""
@@ -113,7 +122,7 @@ class Rule(NamedTuple):
 
 
 class Rules(list[Rule]):
-    """A list of rules that judges a record."""
+    """A list of rules that are applied to a record."""
 
     def rule(self, name: str, sentence: str, expected: str,
              depends_on: Sequence[str] = ()) -> Callable[[Judge], Judge]:
@@ -127,7 +136,7 @@ class Rules(list[Rule]):
         """Return broken judgements first, and causes before their consequences."""
         judgements, overload = [rule(record) for rule in self], record.stall_summary()
         if overload:
-            # A broken requirement is open if it is not broken in the calm part of the record.
+            # A requirement is open if it is broken only in the part of the record with stalls.
             calm = record.without_stalls()
             judgements = [
                 one._replace(mark=OPEN, measured=f'{one.measured}; not judged: {overload}')
@@ -145,8 +154,7 @@ class Rules(list[Rule]):
         # If several rules report the same fault, only the first rule counts as the cause.
         first = {broken[root]: root for root in reversed(roots)}
         return {name: sorted({first[broken[root]] for root in roots
-                              if root == name or root in above[name]} - {name})
-                for name in broken}
+                              if root in {name, *above[name]}} - {name}) for name in broken}
 
     def all_dependencies(self, name: str) -> set[str]:
         """Return the direct and indirect dependencies of a rule."""
