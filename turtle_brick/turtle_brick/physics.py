@@ -26,7 +26,7 @@ closed form does not accumulate errors. A brick on a tilted platform slides with
 g sin(tilt).
 
 The location of the brick is its center. The bottom of the brick touches the platform or the
-ground. The brick always has the inclination of the platform.
+ground. The brick always has the same inclination as the platform.
 
 A brick lands if its center is above the platform, because the assignment specifies only a radius
 for the platform and only a position for the robot. A sliding brick leaves the platform when its
@@ -46,7 +46,7 @@ STEP_NS = 4_000_000
 """Duration (ns) of one physics step in the arena. The step rate is 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
-"""Largest distance (m) below its resting height at which the brick can still land."""
+"""Largest distance (m) of a brick below its resting height at which the brick can still land."""
 
 MIN_NORMAL_Z = 1e-9
 """Smallest vertical component of the unit normal at which the platform supports the brick."""
@@ -66,8 +66,8 @@ class World:
     """
     Keep track of the physics of the world.
 
-    Initially, the brick is a point and there is no platform. Set `size`, `thickness` and
-    `platform` to change this.
+    By default, the brick is a point and there is no platform. Set `size`, `thickness` and
+    `platform` to change these defaults.
 
     The constructor and the setter of `brick` raise ValueError if the location is not finite or too
     far away, or if the bottom of the brick would be below the ground.
@@ -103,7 +103,7 @@ class World:
         """Number of steps since the start of the fall."""
 
         self._slide_position: tuple[float, float] = (0.0, 0.0)
-        """x and y (m) of the riding brick in the platform frame."""
+        """Coordinates x and y (m) of the riding brick in the platform frame."""
         self._slide_velocity: tuple[float, float] = (0.0, 0.0)
         """Velocity (m/s) of the riding brick along x and y of the platform frame."""
         self._relative_yaw = 0.0
@@ -218,7 +218,7 @@ class World:
         return self.size[2] / 2.0
 
     def _fall(self) -> None:
-        """Fall for one timestep, and stop at the platform or the ground."""
+        """Simulate one timestep of a fall, which ends at the platform or at the ground."""
         x, y, previous_z = self._brick
         self._steps_fallen += 1
         time = self._steps_fallen * self._dt
@@ -251,7 +251,7 @@ class World:
         self._follow(platform)
 
     def _slide(self, platform: Platform) -> None:
-        """Slide on the platform for one timestep, and float after leaving the platform."""
+        """Simulate one timestep of sliding. The brick floats when it has left the platform."""
         axis_x, axis_y, normal = platform.axes
         x, y = before = self._slide_position
         velocity_x, velocity_y = self._slide_velocity
