@@ -29,8 +29,6 @@ from turtle_brick.core.turtlesim_kinematics import (ARENA_SIZE, TICK, Turtle, Tu
                                                     within_arena)
 from turtle_brick.tools.simulation import Delays, JITTER, Simulation
 
-RADIUS = 0.5
-
 
 def test_driver_stops_without_a_goal_or_a_recent_pose():
     driver = Driver(3.0)
@@ -101,7 +99,6 @@ class Bench(Simulation):
         return dist(self.turtle.pose[:2], goal)
 
     def assert_rests(self, goal, after, time=0.3):
-        """Check that the turtle rests at its goal after a delay (s)."""
         since = self.now * 1e-9 + after
         self.rest(after + time)
         assert all(hypot(*command) <= self.speed * (1.0 + 1e-12) for _, command in self.commands)
@@ -111,8 +108,7 @@ class Bench(Simulation):
         assert self.driver.arrived
 
 
-inside = st.floats(0.0, ARENA_SIZE)
-places = st.tuples(inside, inside)
+places = st.tuples(*[st.floats(0.0, ARENA_SIZE)] * 2)
 speeds = st.floats(-1.0, 1.0).map(lambda exponent: 10.0 ** exponent)
 headings = st.floats(-pi, pi)
 seeds = st.integers(0, 2 ** 32)
@@ -134,11 +130,11 @@ def test_driver_arrives_in_time_without_overshoot(data, jitter):
     """The path is straight, with or without a jitter of 2 ms in ticks and 0.3 ms in commands."""
     bench, goal = data.draw(drives(jitter=jitter))
     start, distance, speed = bench.turtle.pose, bench.distance(goal), bench.speed
-    begin = bench.now * 1e-9
+    begin, radius = bench.now * 1e-9, PARAMETERS.platform_radius
     bench.driver.drive_to(*goal)
     bench.assert_rests(goal, distance / speed + 0.6, 0.6)
-    reached = next(time for time, pose in bench.poses if dist(pose[:2], goal) <= RADIUS)
-    assert reached - begin <= max(distance - RADIUS, 0.0) / speed + 0.12
+    reached = next(time for time, pose in bench.poses if dist(pose[:2], goal) <= radius)
+    assert reached - begin <= max(distance - radius, 0.0) / speed + 0.12
     ex, ey = (goal[0] - start.x) / distance, (goal[1] - start.y) / distance
     for time, pose in bench.poses:
         dx, dy = pose.x - goal[0], pose.y - goal[1]

@@ -101,7 +101,6 @@ def test_fall_is_detected_by_its_third_sample_with_its_course(
             estimate = fall.stamp + fall.time_to(height - drop, gravity) * 1e9
             assert abs(estimate - contact) <= 1e6
     assert fall.position[:2] == (x, y)
-    # The rest of the fall is not detected as another fall.
     bench.fall(x, y, height, release, 100)
     assert bench.fall_count == 1
 

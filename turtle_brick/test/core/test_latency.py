@@ -145,7 +145,6 @@ class NetworkBench(CatchBench):
         super().__init__()
 
     def send(self, kind, content, latency=0.0):
-        """Send a message over a link that delays or loses the message."""
         if self.link.random() >= self.loss:
             delay = latency + max(self.link.gauss(self.mean, self.deviation), 0.0)
             heappush(self.messages, (self.now + seconds(delay), kind, self.now, content))

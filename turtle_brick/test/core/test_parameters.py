@@ -127,15 +127,11 @@ def test_file_that_is_not_yaml_or_cannot_be_read_is_reported(tmp_path):
             load(path)
 
 
-def test_pure_modules_do_not_import_ros():
-    code = """
-import sys
-sys.modules['rclpy'] = sys.modules['yaml'] = None
-import turtle_brick.physics
-del sys.modules['yaml']
-import turtle_brick.core.parameters
-"""
-    subprocess.run([sys.executable, '-c', code], check=True)
+@pytest.mark.parametrize('module', ('physics', 'core.catch_logic', 'core.odometry'))
+def test_pure_modules_import_neither_ros_nor_yaml(module):
+    """The web page runs the pure modules without ROS and PyYAML."""
+    code = "import sys; sys.modules['rclpy'] = sys.modules['yaml'] = None; import turtle_brick."
+    subprocess.run([sys.executable, '-c', code + module], check=True)
 
 
 @law(20)

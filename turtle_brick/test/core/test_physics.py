@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""One plain example for each member of World. test_physics_laws.py states the laws of physics."""
+"""Plain examples for the members of World, beginning with the members of the assignment."""
 
 import inspect
 from math import inf, nan, pi
@@ -28,7 +28,6 @@ def tilted(angle):
 
 
 def riding(x=0.0):
-    """Return a world whose brick rides on a level platform at x (m)."""
     world = World((x, 0.0, 1.1), 9.81, 0.5, 0.004)
     world.platform = tilted(0.0)
     world.release()
@@ -37,8 +36,6 @@ def riding(x=0.0):
     assert world.phase is Phase.RIDING
     return world
 
-
-# ---------------------------------------------------------- members required by the assignment
 
 def test_init():
     world = World(brick=(1.0, 2.0, 3.0), gravity=9.81, radius=0.5, dt=0.004)
@@ -76,8 +73,6 @@ def test_definition_of_the_assignment(member, signature, docstring):
     assert str(inspect.signature(member)) == signature
     assert ' '.join(member.__doc__.split()).rstrip('.') == docstring
 
-
-# ------------------------------------------------------------------------------- other members
 
 def test_from_parameters():
     parameters = load()

@@ -59,7 +59,6 @@ def frame_at(x, y, yaw, tilt):
 
 
 def on_platform(place, *where):
-    """Return the world coordinates (m) of a brick at a place on a platform."""
     return frame_at(*where).transform((*place, THICKNESS + LIFT))
 
 
@@ -92,7 +91,6 @@ def landed(*arguments, **keywords):
 
 
 def riding(place=(0.0, 0.0), yaw=0.0, **keywords):
-    """Return a world whose brick lies on a level platform at the origin, with heading 0."""
     x, y, z = on_platform(place, 0.0, 0.0, yaw, 0.0)
     world = landed((x, y, z + 0.02), platform_at(yaw=yaw), **keywords)
     assert world.phase is Phase.RIDING

@@ -32,10 +32,8 @@ from turtle_brick.core.robot_tracking import COMMITTED_TIME, RobotTracker
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 
-AT_CENTER = RobotMotion(5.0, 5.0)
 
-
-def decide(x, y, z, robot=AT_CENTER, excess=0.0, speed=0.0, delay=0.0):
+def decide(x, y, z, robot=RobotMotion(5.0, 5.0), excess=0.0, speed=0.0, delay=0.0):
     """Return the decision for a brick at a position (m) with a speed (m/s), after a delay (s)."""
     return decide_reachability(Fall(NS_PER_SECOND, x, y, z, speed), NS_PER_SECOND + seconds(delay),
                                robot, PARAMETERS, excess)
@@ -141,7 +139,6 @@ def make_tracker(excess=0.0):
 
 
 def observe(tracker, time, x, y=5.0, tilt=0.0, level_for=inf):
-    """Return the motion of a robot observed at a point (m) and a time (s)."""
     return tracker.observe(seconds(time), Platform(Pose((x, y, HINGE), from_pitch(tilt))),
                            level_for)
 

@@ -61,7 +61,6 @@ def test_links_and_joints_of_the_assignment(robot):
         'wheel_joint': ('continuous', 'stem', 'wheel', 0, 1, 0),
         'post_joint': ('fixed', 'base_link', 'post', 0, 0, 0),
         'platform_joint': ('continuous', 'post', 'platform', 0, 1, 0)}.items()
-    # These links have the shapes required by the assignment.
     for link in ('stem', 'wheel', 'post', 'platform'):
         assert [solid.kind for solid in robot.links[link]] == ['cylinder']
     (cube,) = robot.links['base_link']
