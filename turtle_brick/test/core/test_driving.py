@@ -74,7 +74,6 @@ def test_tick_clock_follows_the_poses():
 
 
 def record_results(thing, method, results):
-    """Record the time and the result of each call of a method that takes the current time."""
     call = getattr(thing, method)
 
     def record(now):
@@ -85,6 +84,7 @@ def record_results(thing, method, results):
 
 
 class Bench(Simulation):
+
     def __init__(self, speed, start=(5.5, 5.5, 0.0), seed=0, jitter=True, driver=None):
         super().__init__(replace(PARAMETERS, max_velocity=speed), seed,
                          JITTER if jitter else Delays(), start)

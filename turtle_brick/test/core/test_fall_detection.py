@@ -26,6 +26,7 @@ from turtle_brick.physics import STEP_NS
 
 
 class DetectorBench:
+
     def __init__(self, intervals=(STEP_NS,), gravity=GRAVITY):
         self.detector = FallDetector(gravity)
         self.intervals = deque(intervals)
