@@ -30,7 +30,8 @@ from turtle_brick.core.time_steps import NS_PER_SECOND
 from turtle_brick.physics import Phase
 from turtle_brick.ros.tf import transform_message
 from turtle_brick.view.page import Page
-from turtle_brick.view.shapes import ORIGIN
+from turtle_brick.view.replay import Replay, Snapshot
+from turtle_brick.view.shapes import ORIGIN, SceneObject
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -56,10 +57,10 @@ MISSED = 'Missed: the brick fell to the ground'
 
 
 class PageBench:
-    """A page with a mock scene and a mock panel, and the messages for it."""
+    """A page with a mock scene and a mock panel."""
 
     def __init__(self):
-        """Start with an empty page."""
+        """Create an empty page."""
         self.now = START
         self.scene, self.panel, self.warn = Mock(), Mock(**{'frames.value': False}), Mock()
         self.buffer = Buffer()
@@ -84,7 +85,7 @@ class PageBench:
         self.page.on_brick_state(String(data=phase.value))
 
     def status_after(self, *events):
-        """Send decisions and states of brick and catcher; return the status and its alarm."""
+        """Send states and decisions, and return the status and whether it is an alarm."""
         for event in events:
             if ': ' in event:
                 receive = self.page.on_catcher_decision
@@ -104,14 +105,14 @@ class PageBench:
         self.page.on_goal(goal)
 
     def draw(self, after=0):
-        """Draw after a delay (ns); return the poses of all objects."""
+        """Draw after a delay (ns), and return the poses of all objects."""
         self.now += after
         self.page.draw()
         objects = self.last_argument(self.scene.show)
         return {name: scene_object.pose for name, scene_object in objects.items()}
 
     def last_argument(self, method):
-        """Return the argument of the last call of a method of the scene or the panel."""
+        """Return the argument of the last call of a mock method."""
         return method.call_args.args[0]
 
 
@@ -199,7 +200,7 @@ def test_panel_shows_the_status_of_the_catch(bench, story):
      [], 'Caught: carrying')],
     ids=['unreachable', 'missed', 'caught'])
 def test_final_status_does_not_depend_on_the_order_of_topics(bench, topics, last, text):
-    """The previous brick was unreachable, and a new brick follows."""
+    """A new brick falls after an unreachable one."""
     numbers = [number for number, events in enumerate(topics) for _ in events]
     for order in set(permutations(numbers)):
         queues = [iter(events) for events in topics]
@@ -208,6 +209,36 @@ def test_final_status_does_not_depend_on_the_order_of_topics(bench, topics, last
             *(next(queues[number]) for number in order), *last)
         assert status == text
         assert bench.status_after('hovering', 'falling') == (FALLING, False)
+
+
+def test_replay_shows_the_last_drop_at_a_fraction_of_its_speed():
+    replay = Replay()
+    assert not replay.toggle(0, 1.0), 'no drop has been recorded'
+    for step, state in enumerate(('hovering', 'falling', 'falling', 'riding', 'floating')):
+        brick = SceneObject((), Pose((0.0, 0.0, 9.0 - step), from_yaw(0.2 * step)))
+        replay.record(Snapshot(100 * step, {'brick': brick}, [brick.pose.position]), state)
+    assert replay.toggle(1000, 0.125)
+    for now, step in ((1000, 1.0), (1400, 1.5), (2000, 2.25)):
+        brick = replay.snapshot(now).objects['brick']
+        assert brick.pose.position == pytest.approx((0.0, 0.0, 9.0 - step))
+        assert brick.pose.orientation == pytest.approx(from_yaw(0.2 * step), abs=1e-4)
+    assert replay.snapshot(2600) is None and replay.snapshot(1400) is None, 'the replay has ended'
+
+
+def test_page_shows_the_replay_until_a_second_click_or_a_new_drop(bench):
+    bench.page.toggle_replay(1.0)
+    bench.panel.show_response.assert_called_with('replay: no drop has been recorded', False)
+    for phase, height in ((Phase.FALLING, 5.0), (Phase.RIDING, 3.0), (Phase.HOVERING, 8.0)):
+        bench.send_brick(phase)
+        bench.send_transform('world', 'brick', (0.0, 0.0, height))
+        bench.draw(after=NS_PER_SECOND)
+    for end in (lambda: bench.page.toggle_replay(1.0), lambda: bench.send_brick(Phase.FALLING)):
+        bench.page.toggle_replay(1.0)
+        assert bench.draw(NS_PER_SECOND // 2)['brick_marker/brick/0'].position == (0.0, 0.0, 4.0)
+        assert bench.last_argument(bench.scene.keep_in_view) == [(0.0, 0.0, 5.0), (0.0,) * 3]
+        assert bench.last_argument(bench.panel.show_brick) == 'Replay of the last drop'
+        end()
+        assert bench.draw()['brick_marker/brick/0'].position == (0.0, 0.0, 8.0)
 
 
 def test_walls_are_translucent(bench):
@@ -256,19 +287,15 @@ def test_invalid_messages_are_ignored_with_one_warning_each(bench):
     bench.send_goal(nan)
     for _ in range(2):
         bench.page.on_description(String(data='no robot'))
+        bench.page.on_description(String(data=ROBOT.replace('<sphere radius="1"/>', '<mesh/>')))
         bench.page.on_walls(MarkerArray(markers=[Marker(type=-1), Marker(type=Marker.POINTS)]))
-    robot, *walls = (call.args[0] for call in bench.warn.call_args_list)
+    robot, mesh, *walls = (call.args[0] for call in bench.warn.call_args_list)
     assert robot.startswith('The robot is not shown: robot_description is not XML')
+    assert mesh == 'The page cannot draw the kind <mesh> in robot_description'
     assert walls == ['A marker on walls is not shown: the page cannot draw the type unknown',
                      'A marker on walls is not shown: the page cannot draw the type POINTS']
     assert set(bench.draw()) == {'robot/base_link'}
     bench.panel.show_tilt.assert_called_with(0.5)
-
-
-def test_meshes_of_the_robot_are_skipped_with_a_warning(bench):
-    bench.page.on_description(String(data=ROBOT.replace('<box size="1 1 1"/>', '<mesh/>')))
-    bench.warn.assert_called_once_with(
-        'The page cannot draw the kind <mesh> in robot_description')
 
 
 def test_objects_that_move_together_are_drawn_at_the_same_time(bench):

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The scene and the panel with a real server but without a browser."""
+"""The scene and the panel on a real server without a browser."""
 
 import asyncio
 from html import unescape
@@ -24,7 +24,7 @@ from turtle_brick.core.geometry import from_yaw, Pose
 from turtle_brick.view.camera import NEAR_VIEW, TOP_VIEW
 from turtle_brick.view.shapes import ORIGIN, SceneObject, Shape
 
-# A skip of the whole module would make launch_testing's plugin skip the other modules too.
+# If this whole module were skipped, the pytest plugin of launch_testing would skip others, too.
 if find_spec('viser') is not None:
     from turtle_brick.view.panel import Panel, PanelCallbacks, parse_position
     from turtle_brick.view.scene import Scene
@@ -33,69 +33,64 @@ if find_spec('viser') is not None:
 pytestmark = pytest.mark.skipif(find_spec('viser') is None, reason='viser is not installed')
 
 RED = (1.0, 0.0, 0.0, 1.0)
-BOX = Shape('box', (1.0, 2.0, 3.0), RED)
 
 
 @pytest.fixture(scope='module')
 def page():
-    """Return a scene, a panel, and the calls of the panel's callbacks."""
+    """Return a server, a panel, and a list of the panel's callback calls."""
     server = PageServer('127.0.0.1', 0, 'test')
-    scene = Scene(server.viser)
     calls = []
-    panel = Panel(server.viser, scene, PanelCallbacks(*(
+    panel = Panel(server.viser, Scene(server.viser), PanelCallbacks(*(
         lambda *values, name=name: calls.append((name, *values))
         for name in PanelCallbacks._fields)))
-    yield SimpleNamespace(scene=scene, panel=panel, calls=calls, viser=server.viser)
+    yield SimpleNamespace(panel=panel, calls=calls, viser=server.viser)
     server.viser.stop()
 
 
 def test_objects_are_added_moved_changed_and_removed(page):
-    def node(path=''):
-        return page.viser.scene.get_handle_by_name(f'/objects/a%2Fb{path}')
+    def node(path):
+        return page.viser.scene.get_handle_by_name(f'/objects/{path}')
 
+    scene = Scene(page.viser)
     shapes = tuple(Shape(kind, (1.0, 2.0, 3.0), RED, Pose((1.0, 0.0, 0.0), from_yaw(1.0)))
                    for kind in ('box', 'cylinder', 'sphere'))
     shapes += (Shape('text', (0.5, 0.5, 0.25), RED, text='<b>text</b>'),)
     for position, yaw in (((0.0, 0.0, 0.0), 0.0), ((1.0, 2.0, 3.0), 0.5)):
-        before = node()
-        page.scene.show({'a/b': SceneObject(shapes, Pose(position, from_yaw(yaw)))})
-        first = node()
+        before = node('0')
+        scene.show({'a/b': SceneObject(shapes, Pose(position, from_yaw(yaw)))})
+        first = node('0')
         assert before in (None, first), 'the node is moved and not replaced'
         x, y, z, w = from_yaw(yaw)
         assert tuple(first.position) == position and tuple(first.wxyz) == (w, x, y, z)
-    parts = [node(f'/{number}') for number in range(4)]
+    parts = [node(f'0/{number}') for number in range(4)]
     assert (parts[3].text, parts[3].font_scene_height) == ('<b>text</b>', 0.25)
     assert all(part.scale == (1.0, 2.0, 3.0) for part in parts[:3])
     x, y, z, w = from_yaw(1.0)
     assert all(tuple(part.wxyz) == pytest.approx((w, x, y, z)) for part in parts[:3])
     assert parts[0].color == (255, 0, 0) and parts[0].opacity is None
-    page.scene.show({'a/b': SceneObject(
-        (BOX._replace(color=(0.0, 2.0, 0.5, 0.25)),), ORIGIN, 'odom')})
-    assert node() is not first and node('/1') is None and node('/name').text == 'odom'
-    assert (node('/0').color, node('/0').opacity) == ((0, 255, 128), 0.25)
-    assert tuple(node().position) == (0.0, 0.0, 0.0) and node().show_axes
-    page.scene.show({})
-    assert node() is None
+    box = shapes[0]._replace(color=(0.0, 2.0, 0.5, 0.25))
+    scene.show({'a/b': SceneObject((box,), ORIGIN, 'odom')})
+    assert node('0') is None and node('1/1') is None and node('1/name').text == 'odom'
+    assert (node('1/0').color, node('1/0').opacity) == ((0, 255, 128), 0.25)
+    assert tuple(node('1').position) == (0.0, 0.0, 0.0) and node('1').show_axes
+    scene.show({})
+    assert node('1') is None
 
 
 def test_line_is_drawn_between_its_points(page):
     for points, count in ((((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 2.0, 0.0)), 2), ((), 0)):
         line = Shape('line', (0.05, 0.0, 0.0), RED, points=points)
-        page.scene.show({'path': SceneObject((line,), ORIGIN)})
-        drawn = page.viser.scene.get_handle_by_name('/objects/path/0')
+        scene = Scene(page.viser)
+        scene.show({'path': SceneObject((line,), ORIGIN)})
+        drawn = page.viser.scene.get_handle_by_name('/objects/0/0')
         assert drawn.thickness == pytest.approx(0.05)
         assert drawn.points.tolist() == [
             [list(points[number]), list(points[number + 1])] for number in range(count)]
-    page.scene.show({})
-
-
-def test_unknown_kind_of_shape_is_an_error(page):
-    with pytest.raises(ValueError, match="cannot draw a shape of the kind 'cone'"):
-        page.scene.show({'cone': SceneObject((BOX._replace(kind='cone'),), ORIGIN)})
+        scene.show({})
 
 
 def test_camera_follows_robot_and_brick_until_somebody_turns_it(page, monkeypatch):
-    """One stub replaces viser's client and its camera, and reports positions late."""
+    """A stub replaces viser's client and its camera, and reports positions late."""
     browser = SimpleNamespace(client_id=1, image_width=800, image_height=600)
     browser.camera, browser.on_update = browser, lambda callback: setattr(
         browser, 'report',
@@ -104,14 +99,14 @@ def test_camera_follows_robot_and_brick_until_somebody_turns_it(page, monkeypatc
     scene = Scene(page.viser)
 
     def request(x):
-        """Return the position requested for a brick at x, None if there is no request."""
+        """Return the requested position for a brick at x, or None without a request."""
         browser.position = None
         scene.keep_in_view([(0.0, 0.0, 0.0), (x, 0.0, 0.0)] if x else [])
         return browser.position
 
     assert request(0.0) is None
     requests = [request(1.0)]
-    browser.report((4.0, 5.0, 6.0))  # the position before the first request
+    browser.report((4.0, 5.0, 6.0))  # This position is older than the first request.
     requests += [request(5.0), request(9.0)]
     assert None not in requests and request(9.0) is None
     for late in requests:
@@ -127,10 +122,14 @@ def test_camera_follows_robot_and_brick_until_somebody_turns_it(page, monkeypatc
     assert request(15.0) == pytest.approx(near)
 
 
-def test_curves_are_plotted_over_time(page):
-    page.panel.show_curves([(100.0, 3.0, numpy.nan, 1.0), (100.5, 2.0, 4.0, 0.5)])
-    assert [list(row) for row in page.panel.plot.data] == [
-        [-0.5, 0.0], [3.0, 2.0], pytest.approx([numpy.nan, 4.0], nan_ok=True), [1.0, 0.5]]
+def test_curves_are_plotted_from_the_time_when_all_are_known(page):
+    panel, nan = page.panel, numpy.nan
+    panel.show_curves([(99.5, 4.0, nan, 1.5), (100.0, 3.0, 5.0, 1.0), (100.5, 2.0, 4.0, 0.5)])
+    assert [list(row) for row in panel.plot.data] == [
+        [-0.5, 0.0], [3.0, 2.0], [5.0, 4.0], [1.0, 0.5]]
+    panel.show_curves([(100.0, nan, nan, 1.0), (100.5, nan, nan, 0.5)])
+    assert [list(row) for row in panel.plot.data] == [[-0.5, 0.0], [1.0, 0.5]]
+    assert [series.get('label') for series in panel.plot.series] == [None, 'speed (m/s)']
 
 
 def test_texts_are_escaped_alarms_are_red_and_sections_can_be_hidden(page):
@@ -148,7 +147,7 @@ def test_texts_are_escaped_alarms_are_red_and_sections_can_be_hidden(page):
     assert panel.brick_folder.visible and not panel.robot_folder.visible
 
 
-def test_slider_follows_the_platform_and_reports_angles_outside_its_range(page):
+def test_slider_follows_the_platform_within_its_range(page):
     for angle, shown in ((0.7, 0.7), (9.0, 1.57), (-9.0, -1.57), (0.0, 0.0)):
         page.panel.show_tilt(angle)
         assert page.panel.tilt.value == pytest.approx(shown)
@@ -189,3 +188,4 @@ def test_drop_first_places_the_brick_at_an_edited_position(page):
         assert calls == [] and "'' is not a position" in unescape(panel.response.content)
     name, (x, y, z) = press('Drop at random')
     assert name == 'drop' and 0.4 < x < 10.7 and 0.4 < y < 10.7 and 2.9 < z < 9.1
+    assert press('Replay at 1/8') == ('replay', 0.125)

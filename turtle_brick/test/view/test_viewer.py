@@ -29,7 +29,7 @@ from turtle_brick.tools.graph import executable
 from turtle_brick.view import viewer
 from turtle_brick_interfaces.msg import Tilt
 
-# A skip of the whole module would make launch_testing's plugin skip the other modules too.
+# If this whole module were skipped, the pytest plugin of launch_testing would skip others, too.
 if viewer.find_spec('viser') is not None:
     from turtle_brick.view.server import check_address
 

@@ -37,30 +37,33 @@ pytestmark = [
     pytest.mark.skipif(find_spec('viser') is None, reason='viser is not installed')]
 
 CANVAS = 'document.querySelector("canvas[data-engine]")'
-"""JavaScript expression for the element that contains the scene."""
+"""JavaScript expression for the canvas of the scene."""
+
+CHART = 'Object.values(window.__viserTestpoints.uplots)[0].chart'
+"""JavaScript expression for the plotted curves."""
 
 
 class Page(Chromium):
     """The page in a browser."""
 
     def open_page(self, url):
-        """Go to the page and wait until it is complete."""
+        """Open the page, and wait until it is complete."""
         self.go_to(f'{url}/?fixedDpr=1')
         self.wait_for(CANVAS)
-        # The panel is docked beside the scene.
+        # The scene leaves space for the panel.
         self.wait_for(f'{CANVAS}.getBoundingClientRect().width < innerWidth')
 
     def has_text(self, name, text):
-        """Return a JavaScript expression that is true if an element of the panel has a text."""
+        """Return a JavaScript expression for whether an element of the panel contains a text."""
         return (f'(document.querySelector(\'[data-turtle-brick="{name}"]\') || '
                 f'{{textContent: ""}}).textContent.includes({text!r})')
 
     def wait_for_text(self, name, text):
-        """Wait until an element of the panel has a text."""
+        """Wait until an element of the panel contains a text."""
         self.wait_for(self.has_text(name, text))
 
     def enter_position(self, text, response, button=None):
-        """Enter a position (m), then press Enter or a button, until the response appears."""
+        """Enter a position (m), and press Enter or a button until the response appears."""
         deadline = monotonic() + TIMEOUT
         while True:
             self.click(*self.center_of('document.querySelector("form input")'), times=3)
@@ -72,7 +75,7 @@ class Page(Chromium):
             assert monotonic() < deadline, response
 
     def visible_colors(self):
-        """Return the names of the objects whose colors are in the picture."""
+        """Return the names of the objects whose colors are visible."""
         from PIL import Image
         pixels = numpy.asarray(Image.open(BytesIO(self.screenshot(CANVAS))).convert('RGB'), float)
         red, green, blue = numpy.moveaxis(pixels / (pixels.sum(axis=2)[..., None] + 1.0), 2, 0)
@@ -80,7 +83,7 @@ class Page(Chromium):
         return {name for name, mask in masks.items() if mask.sum() > 20}
 
     def click_ground(self, x, y, goals):
-        """Switch to the view from above and click a point (m) until it is the goal."""
+        """Click a point (m) in the view from above until it becomes the goal."""
         deadline = monotonic() + TIMEOUT
         left, top, width, height = self.box_of(CANVAS)
         scale = height / (ARENA_SIZE + 2.0 * MARGIN)
@@ -96,7 +99,7 @@ class Page(Chromium):
 
 @contextmanager
 def running_graph(domain_id):
-    """Run the graph in a thread and the viewer; yield the page's address and a queue of goals."""
+    """Run the graph and a viewer, and return the page address and a queue of goals."""
     goals, end = Queue(), Event()
     with graph(domain_id, quiet=True) as live, ThreadPoolExecutor() as pool:
         live.add_turtlesim()
@@ -130,10 +133,16 @@ def test_brick_is_shown_placed_and_caught_on_the_page(domain_id):
         goal = (ARENA_CENTER + 2.0, ARENA_CENTER)
         page.click_ground(*goal, goals)
 
-        # The brick falls onto the robot from a height that allows for a stalled machine.
+        # The long fall gives the robot enough time on a slow computer.
         position = f'{goal[0]:.2f}, {goal[1]:.2f}, 30'
         page.enter_position(position, 'the brick hovers at', button='Place')
         page.click_element('button', 'Drop')
         page.wait_for_text('response', 'drop: the brick falls from')
         page.wait_for_text('brick', 'floating')
         page.wait_for_text('status', 'Waiting for a brick to fall')
+        page.wait_for(f'{CHART}.scales.y.max > 20')
+
+        page.click_element('button', 'Replay at 1/8')
+        page.wait_for_text('brick', 'Replay of the last drop')
+        page.click_element('button', 'Replay')
+        page.wait_for_text('brick', 'floating')

@@ -15,8 +15,8 @@
 """
 Camera positions from which given points are visible. Pure.
 
-A view has a fixed direction. Its camera takes the nearest position from which all points are in
-the picture, and does not move while they stay there.
+A view has a fixed direction. The camera moves to the nearest position from which all points are
+visible, and stays there while they remain visible.
 """
 
 from collections.abc import Sequence
@@ -31,38 +31,38 @@ FIELD_OF_VIEW = 0.75
 """Vertical field of view (rad) of all cameras."""
 
 MARGIN = 0.7
-"""Margin (m) around each point, which must also be visible."""
+"""Visible margin (m) around each point."""
 
 NARROW_ASPECT = 0.8
-"""Aspect ratio (width / height) below which the panel covers the lower part of the picture."""
+"""Aspect ratio (width / height) of a picture below which the panel covers its lower part."""
 
 FREE_FRACTION = 0.4
-"""Fraction of the height above viser's panel in a narrow picture; the panel covers up to 60 %."""
+"""Fraction of the height of a narrow picture that the panel never covers."""
 
 NARROW_CORRECTION = (0.0, 0.0, -0.8)
-"""Vector added to the view direction in a narrow picture, to look down more steeply."""
+"""Vector added to the view direction in a narrow picture so that the camera looks down steeply."""
 
 ZOOM_FRACTION = 1.0 / 60.0
-"""Fraction of the remaining distance by which a camera zooms in per picture. It zooms out at
-once."""
+"""Fraction of the remaining distance that a camera moves closer per update. A camera moves back
+without a delay."""
 
 
 class View(NamedTuple):
     """A camera direction with optional points to look at."""
 
     direction: Vector
-    """Direction of the view in the world frame. It must not be vertical."""
+    """Direction in the world frame. A vertical direction is not allowed."""
     fixed_points: Sequence[Vector] = ()
-    """Points (m) to keep in the picture. If there are none, the camera follows moving objects."""
+    """Points (m) to keep in the picture. Without points, the camera follows moving objects."""
 
     def camera_pose(self, points: Sequence[Vector], aspect: float,
                     previous: Vector | None = None) -> tuple[Vector, Vector]:
         """
-        Return the position (m) of the camera and the point (m) at which it looks.
+        Return the position (m) of the camera and the point (m) at the center of its picture.
 
-        :param points: the points (m) in the world frame to keep in the picture, at least one
+        :param points: one or more points (m) in the world frame to keep in the picture
         :param aspect: width of the picture divided by its height
-        :param previous: previous position of the camera (m), or None for a new view
+        :param previous: previous position (m) of the camera, or None for a new view
         """
         is_narrow = aspect < NARROW_ASPECT
         axes = _camera_axes(
@@ -72,8 +72,9 @@ class View(NamedTuple):
         top = tan(FIELD_OF_VIEW / 2.0)
         bottom = top * (1.0 - 2.0 * FREE_FRACTION) if is_narrow else -top
         slopes = ((-aspect * top, aspect * top), (bottom, top))
-        # A camera at c and depth f shows a point at p and depth d if p - c lies between
-        # low * (d - f) and high * (d - f), on both axes of the picture. For f = 0, c lies between:
+        # A camera at c and depth f shows a point at p and depth d if p - c is between
+        # low * (d - f) and high * (d - f) on both axes of the picture. These are the bounds of c
+        # for f = 0.
         bounds = [(max(across - high * depths) + MARGIN, min(across - low * depths) - MARGIN)
                   for across, (low, high) in zip(coordinates, slopes)]
         depth = min((upper - lower) / (high - low)
@@ -94,15 +95,15 @@ class View(NamedTuple):
 
 
 NEAR_VIEW = View((1.0, 2.0, -0.5))
-"""The robot and the brick from the side, slightly from above."""
+"""View of the robot and the brick from the side and slightly above."""
 
 TOP_VIEW = View((0.0, 1e-3, -1.0), [
     (x, y, 0.0) for x in (0.0, ARENA_SIZE) for y in (0.0, ARENA_SIZE)])
-"""The whole arena from above, as in the window of turtlesim."""
+"""View of the whole arena from above, as in the turtlesim window."""
 
 
 def ground_point(origin: Vector, direction: Vector) -> tuple[float, float] | None:
-    """Return x and y (m) of the point where a ray meets the ground, or None."""
+    """Return x and y (m) of the intersection of a ray with the ground, or None."""
     if direction[2] * origin[2] >= 0.0:
         return None
     length = -origin[2] / direction[2]
@@ -110,7 +111,7 @@ def ground_point(origin: Vector, direction: Vector) -> tuple[float, float] | Non
 
 
 def _camera_axes(direction: Vector | numpy.ndarray) -> numpy.ndarray:
-    """Return the unit vectors right, up and forward of a camera with a direction, as rows."""
+    """Return a matrix whose rows are the right, up and forward unit vectors of a camera."""
     forward = numpy.divide(direction, numpy.linalg.norm(direction))
     right = numpy.cross(forward, (0.0, 0.0, 1.0))
     right /= numpy.linalg.norm(right)

@@ -13,13 +13,13 @@
 # limitations under the License.
 
 """
-The content of the page: it stores data from messages and draws the data.
+The content of the page, which consists of data from messages.
 
     messages ─→ on_…() ─→ stored data ─→ draw() ─┬─→ scene: the objects, by name
                                                  └─→ panel: texts and curves
 
-This module does not depend on a node or a server. Times are in nanoseconds. Stamps and the drawn
-time are ROS time; all other times are from a monotonic clock.
+This module does not depend on a node or a server. Times are in nanoseconds. Timestamps and the
+drawn time are ROS time; all other times are from a monotonic clock.
 """
 
 from collections import deque
@@ -34,29 +34,31 @@ from tf2_ros import Buffer, TransformException
 from turtle_brick.core.geometry import Pose
 from turtle_brick.core.time_steps import nanoseconds_of, NS_PER_SECOND
 from turtle_brick.ros.tf import BASE_LINK, BRICK, MAX_AGE_NS, ODOM, PLATFORM, pose_of, WORLD
+from turtle_brick.view.replay import Replay, Snapshot
 from turtle_brick.view.shapes import (is_drawable, Markers, ORIGIN, robot_shapes, RobotShapes,
                                       SceneObject, Shape)
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker, MarkerArray
 
-if TYPE_CHECKING:  # These import viser, which may not be installed.
+if TYPE_CHECKING:  # These modules import viser, which may not be installed.
     from turtle_brick.view.panel import Panel
     from turtle_brick.view.scene import Scene
 
 BRICK_TF = 'brick (TF)'
-"""The name of the brick's transforms in the list of rates."""
+"""Name of the brick's transforms in the list of rates."""
 
 RATE_NAMES = ('cmd_vel', 'odom', 'joint_states', BRICK_TF)
-"""The names in the list of rates."""
+"""Names in the list of rates."""
 
 FRAMES = (WORLD, ODOM, BASE_LINK, 'stem', 'wheel', PLATFORM, BRICK)
-"""The frames that can be shown."""
+"""Frames with axes and a label."""
 
 SECTION_TOPICS = ('brick_marker', 'odom', 'catcher_marker')
-"""Topics of arena, robot and catcher. A section is shown if its topic has a publisher."""
+"""Topics from arena, robot and catcher. A section of the panel is visible if its topic has a
+publisher."""
 
 GOAL = Shape('cylinder', (0.24, 0.24, 0.01), (0.10, 0.75, 0.25, 1.0))
-"""The mark on the ground at the goal of the robot."""
+"""Mark on the ground at the goal of the robot."""
 
 GOAL_TOLERANCE = 0.05
 """Distance (m) between robot and goal below which the mark is hidden."""
@@ -68,18 +70,18 @@ PANEL_PERIOD_NS = NS_PER_SECOND // 10
 """Update period of the panel (ns)."""
 
 SPEED_WINDOW_NS = 400_000_000
-"""Duration (ns) over which the robot's speed is computed. It contains 25 ticks of turtlesim and 40
-cycles of turtle_robot, so that the curve is smooth."""
+"""Time (ns) over which the robot's speed is averaged. This time contains 25 ticks of turtlesim and
+40 cycles of turtle_robot, so the curve is smooth."""
 
 RATE_WINDOW_NS = 2 * NS_PER_SECOND
-"""Duration (ns) over which message rates are computed."""
+"""Time (ns) over which message rates are averaged."""
 
 CURVE_LENGTH = 120
 """Number of points in each curve."""
 
 
 class Page:
-    """The data that the page shows, and the functions that draw the data."""
+    """The data on the page, and the functions that draw the data."""
 
     def __init__(self, scene: 'Scene', panel: 'Panel', buffer: Buffer,
                  warn: Callable[[str], Any], count_publishers: Callable[[str], int],
@@ -89,7 +91,7 @@ class Page:
 
         :param warn: logs a warning
         :param count_publishers: returns the number of publishers on a topic
-        :param clock: returns the present time (ns) of a monotonic clock
+        :param clock: returns the current time (ns) of a monotonic clock
         """
         self._scene = scene
         self._panel = panel
@@ -100,6 +102,7 @@ class Page:
         self._warnings: set[str] = set()
         self._robot = RobotShapes('', {})
         self._markers = Markers()
+        self._replay = Replay()
         self._brick_state = self._catcher_state = self._decision = ''
         self._goal: tuple[float, float] | None = None
         self._tilt = 0.0
@@ -120,18 +123,18 @@ class Page:
             self._warn_once(f'The page cannot draw the kind <{kind}> in robot_description')
 
     def on_transform(self, transform: TransformStamped) -> None:
-        """Record the arrival of a transform, which is already in the buffer."""
+        """Record the arrival of a transform that is already in the buffer."""
         if transform.child_frame_id == BRICK:
             self.record_arrival(BRICK_TF)
 
     def on_walls(self, message: MarkerArray) -> None:
-        """Store the markers of the walls."""
+        """Store the wall markers with a limited opacity."""
         for marker in message.markers:
             marker.color.a = min(marker.color.a, WALL_OPACITY)
             self.on_marker('walls', marker)
 
     def on_marker(self, topic: str, message: Marker) -> None:
-        """Store or remove a marker on a topic."""
+        """Store or remove a marker that arrived on a topic."""
         try:
             self._markers.update(topic, message, self._clock())
         except ValueError as error:
@@ -140,8 +143,8 @@ class Page:
     def on_brick_state(self, message: String) -> None:
         """Store the state of the brick."""
         self._brick_state = message.data
-        # Messages on different topics arrive in any order, so a decision about a brick can arrive
-        # before the state `falling`. It is valid until a brick hovers or rides.
+        # Messages on different topics arrive in any order, so a decision can arrive before the
+        # state `falling`. A decision is valid until a brick hovers or rides.
         if message.data in ('hovering', 'riding'):
             self._decision = ''
 
@@ -170,24 +173,33 @@ class Page:
         """Record the arrival time of a message under a name from RATE_NAMES."""
         self._arrivals[name].append(self._clock())
 
+    def toggle_replay(self, speed: float) -> None:
+        """Start or stop the replay of the last drop at a fraction of its speed."""
+        if not self._replay.toggle(self._clock(), speed):
+            self._panel.show_response('replay: no drop has been recorded', False)
+
     def draw(self) -> None:
-        """Draw the present state of the page."""
+        """Draw the scene, or its replay, and update the panel."""
         now = self._clock()
         self._fixed_frame = self._find_fixed_frame()
         self._drawn_time = self._find_drawn_time()
         self._poses.clear()
         robot = self._robot_objects()
-        self._scene.show({**robot, **self._goal_objects(), **self._frame_objects(),
-                          **self._markers.objects(now, self._drawn_pose)})
+        objects = {**robot, **self._goal_objects(), **self._frame_objects(),
+                   **self._markers.objects(now, self._drawn_pose)}
         points = [link.pose.position for link in robot.values()]
         brick = self._drawn_pose(BRICK)
         if brick is not None:
             x, y, z = brick.position
             points += [(x, y, z), (x, y, 0.0)]
-        self._scene.keep_in_view(points)
+        live = Snapshot(now, objects, points)
+        self._replay.record(live, self._brick_state)
+        shown = self._replay.snapshot(now) or live
+        self._scene.show(shown.objects)
+        self._scene.keep_in_view(shown.points)
         if now >= self._next_panel_update:
             self._next_panel_update = max(self._next_panel_update + PANEL_PERIOD_NS, now)
-            self._update_panel(now)
+            self._update_panel(now, shown is live)
 
     def _robot_objects(self) -> dict[str, SceneObject]:
         return {f'robot/{link}': SceneObject(shapes, pose)
@@ -207,13 +219,14 @@ class Page:
         return {f'frames/{frame}': SceneObject((), pose, frame) for frame in FRAMES
                 if (pose := self._drawn_pose(frame)) is not None}
 
-    def _update_panel(self, now: int) -> None:
+    def _update_panel(self, now: int, is_live: bool) -> None:
         self._panel.show_sections(*(self._count_publishers(topic) > 0 for topic in SECTION_TOPICS))
         brick, state = self._drawn_pose(BRICK), self._brick_state or 'state unknown'
         if brick is not None and state == 'hovering':
             self._panel.suggest_position(brick.position)
         height = 'height unknown' if brick is None else f'height {brick.position[2]:.2f} m'
-        self._panel.show_brick(f'{state}, {height}')
+        self._panel.show_brick(
+            f'{state}, {height}' if is_live else 'Replay of the last drop')
         self._panel.show_status(
             catch_status(self._brick_state, self._catcher_state, self._decision),
             self._decision.startswith('unreachable') and state in ('falling', 'grounded'))
@@ -225,7 +238,7 @@ class Page:
         self._panel.show_curves(self._points)
 
     def _curve_values(self) -> tuple[float, float, float]:
-        """Return the values of CURVES, NaN if unknown."""
+        """Return height (m), distance (m) and speed (m/s). An unknown value is NaN."""
         brick, robot = self._drawn_pose(BRICK), self._drawn_pose(BASE_LINK)
         before = self._pose(BASE_LINK, max(self._drawn_time - SPEED_WINDOW_NS, 1))
         height = distance = speed = nan
@@ -238,7 +251,7 @@ class Page:
         return height, distance, speed
 
     def _find_fixed_frame(self) -> str:
-        """Return the world frame, or the robot's root link without a connection to the world."""
+        """Return the world frame, or the robot's root link if it is not connected to world."""
         root = self._robot.root
         is_in_world = any(
             self._buffer.can_transform(WORLD, frame, Time()) for frame in (root, BRICK))
@@ -248,8 +261,8 @@ class Page:
         """
         Return the latest time (ns) at which the poses of robot and brick are known, or 0.
 
-        If each object were drawn at its own latest time, objects that move together would be
-        drawn apart. An object whose transforms have stopped does not hold back the others.
+        If each object were drawn at its own latest time, objects that move together would appear
+        separated. An object without new transforms does not delay the others.
         """
         times = [nanoseconds_of(transform.header.stamp)
                  for frame in {BASE_LINK, BRICK, *self._robot.links}
@@ -258,14 +271,14 @@ class Page:
         return min((time for time in times if time > latest - MAX_AGE_NS), default=0)
 
     def _drawn_pose(self, frame: str) -> Pose | None:
-        """Return the pose of a frame at the drawn time, None if it is unknown."""
+        """Return the pose of a frame at the drawn time, or None if it is unknown."""
         if frame not in self._poses:
-            # The latest pose replaces the pose at the drawn time if the transforms have stopped.
+            # If the transforms have stopped, the latest pose is shown.
             self._poses[frame] = self._pose(frame, self._drawn_time) or self._pose(frame)
         return self._poses[frame]
 
     def _pose(self, frame: str, stamp: int = 0) -> Pose | None:
-        """Return the pose of a frame at a time (ns; 0: the latest), None if it is unknown."""
+        """Return the pose of a frame at a time (ns), or the latest pose if the time is 0."""
         if frame == self._fixed_frame:
             return ORIGIN
         transform = self._lookup(frame, stamp)
@@ -279,14 +292,14 @@ class Page:
             return None
 
     def _warn_once(self, sentence: str) -> None:
-        """Log a warning, unless the same warning has been logged before."""
+        """Log a warning if the same sentence has not been logged before."""
         if sentence not in self._warnings:
             self._warnings.add(sentence)
             self._warn(sentence)
 
 
 def catch_status(brick_state: str, catcher_state: str, decision: str) -> str:
-    """Return the status of the current catch as one line of text."""
+    """Describe the current catch in one line of text."""
     verdict, _, reason = decision.partition(': ')
     match brick_state, verdict:
         case 'falling', 'reachable':
@@ -307,7 +320,7 @@ def catch_status(brick_state: str, catcher_state: str, decision: str) -> str:
 
 
 def message_rate(times: list[int]) -> float | None:
-    """Return the rate (Hz) of messages that arrived at some times (ns), None if unknown."""
+    """Return the rate (Hz) of messages from their arrival times (ns), or None without messages."""
     if not times or times[-1] == times[0]:
         return None
     return (len(times) - 1) * NS_PER_SECOND / (times[-1] - times[0])

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The panel beside the scene: texts, curves, buttons and a slider."""
+"""The panel with texts, curves, buttons and a slider beside the scene."""
 
 from collections.abc import Callable, Sequence
 from html import escape
@@ -36,36 +36,41 @@ SLIDER_LIMIT = round(pi / 2.0, 2)
 """Largest angle (rad) of the slider, in both directions."""
 
 SLIDER_PAUSE = 1.0
-"""Duration (s) for which the slider ignores the platform after a user has moved it."""
+"""Time (s) for which the slider does not follow the platform after a user has moved it."""
 
 CURVES = (('height (m)', '#e8590c'), ('distance (m)', '#1971c2'), ('speed (m/s)', '#2f9e44'))
-"""Label and color of each curve."""
+"""Labels and colors of the curves."""
+
+REPLAY_SPEEDS = {'Replay': 1.0, 'Replay at 1/8': 0.125}
+"""Fraction of the real speed for each replay button."""
 
 VIEWS = {'Near': NEAR_VIEW, 'From above': TOP_VIEW}
-"""The view for each camera button."""
+"""View for each camera button."""
 
 RANDOM_RANGES = ((0.5, ARENA_SIZE - 0.5), (0.5, ARENA_SIZE - 0.5), (3.0, 9.0))
-"""Ranges of x, y and z (m) of a brick that is dropped at random."""
+"""Ranges of the random x, y and z (m) of a brick."""
 
 
 class PanelCallbacks(NamedTuple):
-    """The functions that the panel calls in the threads of viser."""
+    """Functions that the panel calls in the threads of viser."""
 
     place: Callable[[Vector], None]
     """Place the brick at a position (m) in the world frame."""
     drop: Callable[[Vector | None], None]
-    """Place the brick at a position (m), if given, and drop it."""
+    """Drop the brick, after placing it if a position (m) is given."""
     tilt: Callable[[float], None]
     """Tilt the platform to an angle (rad)."""
     drive: Callable[[float, float], None]
     """Send the robot to x and y (m) in the world frame."""
+    replay: Callable[[float], None]
+    """Start or stop the replay at a fraction of the real speed."""
 
 
 class Panel:
-    """The panel of the page. Its attributes are viser's handles of the controls."""
+    """The panel of the page. Most attributes are viser handles for the controls."""
 
     def __init__(self, server: viser.ViserServer, scene: Scene, callbacks: PanelCallbacks) -> None:
-        """Create the controls; they call the callbacks when somebody uses them."""
+        """Create the controls and connect them to the callbacks."""
         self._scene = scene
         self._callbacks = callbacks
         self._slider_time = -inf
@@ -90,11 +95,13 @@ class Panel:
             self.brick = gui.add_html('')
             gui.add_html(_legend())
             with gui.add_form(None) as form:
-                # Any, because mypy regards the value of a control as read-only.
+                # mypy regards the value of a control as read-only, so the type is Any.
                 self.position: Any = gui.add_text('x, y, z (m)', '')
             buttons = gui.add_button_group('', ('Place', 'Drop', 'Drop at random'))
+            replays = gui.add_button_group('', tuple(REPLAY_SPEEDS))
         form.on_submit(self._on_submit)
         buttons.on_click(self._on_button)
+        replays.on_click(self._on_button)
 
     def _add_robot_folder(self, gui: viser.GuiApi) -> None:
         with gui.add_folder('Robot') as self.robot_folder:
@@ -105,16 +112,16 @@ class Panel:
         self.tilt.on_update(self._on_tilt)
 
     def _add_plot_folder(self, gui: viser.GuiApi) -> None:
-        series = [viser.uplot.Series(label=label, stroke=color, width=2)
-                  for label, color in CURVES]
+        self._series = (viser.uplot.Series(), *(
+            viser.uplot.Series(label=label, stroke=color, width=2) for label, color in CURVES))
         with gui.add_folder('Last 12 seconds') as self.plot_folder:
             self.plot = gui.add_uplot(
-                tuple(numpy.zeros((1 + len(CURVES), 1))), (viser.uplot.Series(), *series),
+                tuple(numpy.zeros((1 + len(CURVES), 1))), self._series,
                 scales={'x': {'time': False}}, legend={'live': False}, height=140,
                 padding=(8, 16, 0, 0))
 
     def suggest_position(self, position: Vector) -> None:
-        """Write a position (m) into the input field, unless a user has entered another one."""
+        """Enter a position (m) into the input field if a user has not entered another position."""
         x, y, z = (round(coordinate, 3) for coordinate in position)
         if (x, y, z) != self._suggestion:
             if not self._is_edited():
@@ -134,21 +141,21 @@ class Panel:
         self.brick.content = _html('brick', text)
 
     def show_status(self, text: str, is_alarm: bool) -> None:
-        """Show the status of the catch, in red if it is an alarm."""
+        """Show the status of the catch. An alarm is red."""
         self.status.content = _html('status', text, is_alarm)
 
     def show_response(self, text: str, is_success: bool) -> None:
-        """Show the response to the last request, in red if the request failed."""
+        """Show the response to the last command. An error is red."""
         self.response.content = _html('response', text, not is_success)
 
     def show_rates(self, rates: Sequence[tuple[str, float | None]]) -> None:
-        """Show the message rate (Hz) of each topic, None if no messages arrive."""
+        """Show names with message rates (Hz). A rate is None if no messages arrive."""
         self.rates.content = ''.join(
             _html('rate', f'{name}: no messages' if rate is None else f'{name}: {rate:.1f} Hz')
             for name, rate in rates)
 
     def show_tilt(self, angle: float) -> None:
-        """Move the slider to the angle (rad) of the platform, unless a user has just moved it."""
+        """Move the slider to the platform angle (rad) if a user has not just moved the slider."""
         shown = round(min(max(angle, -SLIDER_LIMIT), SLIDER_LIMIT), 2)
         if monotonic() - self._slider_time >= SLIDER_PAUSE and shown != self.tilt.value:
             self.tilt.value = shown
@@ -157,20 +164,33 @@ class Panel:
             'tilt_warning', f'The tilt is {angle:g} rad, outside the range of the slider.')
 
     def show_curves(self, points: Sequence[tuple[float, ...]]) -> None:
-        """Plot points that consist of a time (s) and the values of CURVES, NaN if unknown."""
-        times, *curves = numpy.transpose(points)
+        """
+        Plot the known curves, from the time when all of them were known.
+
+        :param points: a time (s) and the values of CURVES each; unknown values are NaN
+        """
+        # A chart with any NaN would remain empty.
+        values = numpy.array(points)
+        known = numpy.flatnonzero(~numpy.isnan(values[-1]))
+        complete = ~numpy.isnan(values[:, known]).any(axis=1)
+        times, *curves = values[complete][:, known].T
+        series = tuple(self._series[number] for number in known)
+        if series != self.plot.series:
+            self.plot.series = series
         self.plot.data = (times - times[-1], *curves)
 
     def press(self, button: str) -> None:
         """Execute the action of a button in the brick folder."""
-        if button == 'Drop at random':
+        if button in REPLAY_SPEEDS:
+            self._callbacks.replay(REPLAY_SPEEDS[button])
+        elif button == 'Drop at random':
             x, y, z = (uniform(*limits) for limits in RANDOM_RANGES)
             self._callbacks.drop((x, y, z))
         elif button == 'Drop' and not self._is_edited():
             self._callbacks.drop(None)
         else:
             text = self.position.value
-            # Send the text back, because viser can lose input in the last 50 ms before Enter.
+            # viser can lose input in the last 50 ms before Enter, so the text is shown again.
             self.position.value = ''
             self.position.value = text
             try:
@@ -190,7 +210,7 @@ class Panel:
         self.press(event.target.value)
 
     def _on_tilt(self, event: viser.GuiEvent) -> None:
-        if event.client is not None:  # Without a client, the slider was moved by show_tilt.
+        if event.client is not None:  # The client is None if show_tilt moved the slider.
             self._slider_time = monotonic()
             self._callbacks.tilt(self.tilt.value)
 
@@ -204,7 +224,7 @@ class Panel:
             self._callbacks.drive(*point)
 
     def _is_edited(self) -> bool:
-        """Return whether a user has entered a position other than the suggested one."""
+        """Return whether a user has changed the suggested position."""
         try:
             return parse_position(self.position.value) != self._suggestion
         except ValueError:
@@ -213,7 +233,7 @@ class Panel:
 
 def parse_position(text: str) -> Vector:
     """
-    Return the position (m) that a text contains.
+    Return the position (m) in a text with three numbers, separated by commas or spaces.
 
     :raises ValueError: the text is not a position
     """
@@ -226,7 +246,7 @@ def parse_position(text: str) -> Vector:
 
 
 def _legend() -> str:
-    """Return an HTML element that explains the colors of the brick."""
+    """Return an HTML element with the color of the brick in each state."""
     entries = []
     for phase, (red, green, blue, _) in BRICK_COLORS.items():
         color = f'rgb({255 * red:.0f},{255 * green:.0f},{255 * blue:.0f})'
@@ -236,7 +256,7 @@ def _legend() -> str:
 
 
 def _html(name: str, text: str, is_alarm: bool = False) -> str:
-    """Return a text as an HTML element with a name for tests, in red if it is an alarm."""
+    """Return a text as an HTML element with a name for tests. An alarm is red."""
     color = 'color:#c92a2a;font-weight:600;' if is_alarm else ''
     return (f'<div data-turtle-brick="{name}" style="{color}padding:0.2em 1em;font-size:0.9em">'
             f'{escape(text)}</div>')

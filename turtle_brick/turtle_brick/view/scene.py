@@ -12,13 +12,13 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The 3D scene of the page: objects, the ground and the cameras. No ROS."""
+"""The 3D scene of the page with objects, the ground and cameras. No ROS."""
 
 from collections import deque
 from collections.abc import Mapping, Sequence
+from itertools import count
 from math import dist
 from typing import Any
-from urllib.parse import quote
 
 import numpy
 from turtle_brick.core.geometry import Pose, Vector
@@ -30,19 +30,19 @@ import viser
 GROUND_COLOR = (229, 232, 226)
 GRID_COLOR = (196, 201, 194)
 SKY_COLOR = (214, 228, 242)
-"""Colors (0 to 255) of the ground, of its grid (one line per meter) and of the sky."""
+"""Colors (0 to 255) of the ground, its grid (one line per meter) and the sky."""
 
 POSITION_TOLERANCE = 1e-3
-"""Distance (m) above which two camera positions are different."""
+"""Maximum distance (m) between a requested camera position and the reported one."""
 
 LABEL_ANCHORS: dict[str, Any] = {
     'world': 'bottom-right', 'odom': 'top-right', 'base_link': 'bottom-left', 'stem': 'top-left',
     'wheel': 'top-right', 'platform': 'bottom-right', 'brick': 'top-left'}
-"""Corner of each frame's label that is placed at the origin, so that labels do not overlap."""
+"""Corner of each label that touches the origin of the frame, so that labels do not overlap."""
 
 
 class BrowserCamera:
-    """The camera of one browser. It follows a view until somebody turns it in the browser."""
+    """The camera of one browser. The camera follows a view until the user turns the camera."""
 
     def __init__(self, client: viser.ClientHandle) -> None:
         """Start with the near view."""
@@ -57,7 +57,7 @@ class BrowserCamera:
         self._is_following = False
 
     def keep_in_view(self, points: Sequence[Vector]) -> None:
-        """Move the camera so that its picture contains some points (m)."""
+        """Move the camera so that points (m) in the world frame are visible."""
         if self._view is None or not (points or self._view.fixed_points):
             return
         previous = self._requested[-1] if self._requested else None
@@ -72,7 +72,7 @@ class BrowserCamera:
         """Stop following the view if the browser reports a position that was not requested."""
         is_following = any(dist(camera.position, position) < POSITION_TOLERANCE
                            for position in self._requested)
-        # The first reports can contain positions from before the view was set.
+        # The first reported positions can be older than the view.
         if self._is_following and not is_following:
             self._view = None
         self._is_following = is_following
@@ -87,6 +87,7 @@ class Scene:
         self._get_clients = server.get_clients
         self._cameras: dict[int, BrowserCamera] = {}
         self._shown: dict[str, tuple[Any, SceneObject]] = {}
+        self._numbers = count()
         initial = server.initial_camera
         initial.fov = FIELD_OF_VIEW
         initial.position, initial.look_at = NEAR_VIEW.camera_pose(
@@ -96,19 +97,19 @@ class Scene:
             section_color=GRID_COLOR, plane_color=GROUND_COLOR, plane_opacity=1.0,
             shadow_opacity=0.45, fade_distance=60.0, position=(0.0, 0.0, -1e-3))
         self._scene.set_background_image(numpy.full((1, 1, 3), SKY_COLOR, numpy.uint8))
-        # Without a graphics card, viser's environment map costs ten seconds of processor time.
+        # viser's environment map uses ten seconds of processor time without a graphics card.
         self._scene.configure_environment_map(None)
         self._scene.add_light_hemisphere('/daylight', ground_color=GROUND_COLOR, intensity=2.0)
 
     def show(self, objects: Mapping[str, SceneObject]) -> None:
-        """Show these objects and no others; only changes are sent to the browsers."""
+        """Replace the objects in the scene, and send only the changes to the browsers."""
         for name, (node, shown) in list(self._shown.items()):
             if name not in objects or objects[name]._replace(pose=shown.pose) != shown:
                 node.remove()
                 del self._shown[name]
         for name, scene_object in objects.items():
             if name not in self._shown:
-                self._shown[name] = (self._add(name, scene_object), scene_object)
+                self._shown[name] = (self._add(scene_object), scene_object)
             node, shown = self._shown[name]
             if shown.pose != scene_object.pose:
                 node.position, node.wxyz = scene_object.pose.position, _wxyz(scene_object.pose)
@@ -119,16 +120,16 @@ class Scene:
         self._cameras[client.client_id].set_view(view)
 
     def keep_in_view(self, points: Sequence[Vector]) -> None:
-        """Keep some points (m) in the picture of each browser that has the near view."""
+        """Keep points (m) in the picture of each browser with the near view."""
         self._cameras = {number: self._cameras.get(number) or BrowserCamera(client)
                          for number, client in self._get_clients().items()}
         for camera in self._cameras.values():
             camera.keep_in_view(points)
 
-    def _add(self, name: str, scene_object: SceneObject) -> Any:
-        """Add an object and return its node in viser's tree."""
-        # A slash in the name would make the object a child of another object.
-        path = f'/objects/{quote(name, safe="")}'
+    def _add(self, scene_object: SceneObject) -> Any:
+        """Add an object, and return its node in the tree of viser."""
+        # In browsers, a node with the name of a removed node can keep the old orientation.
+        path = f'/objects/{next(self._numbers)}'
         pose, label = scene_object.pose, scene_object.label
         node = self._scene.add_frame(
             path, show_axes=bool(label), axes_length=0.6, axes_radius=0.018,
@@ -141,7 +142,6 @@ class Scene:
         return node
 
     def _add_shape(self, path: str, shape: Shape) -> None:
-        """Add a shape to an object."""
         pose: dict[str, Any] = {'position': shape.pose.position, 'wxyz': _wxyz(shape.pose)}
         red, green, blue, alpha = (min(max(value, 0.0), 1.0) for value in shape.color)
         color = (round(255 * red), round(255 * green), round(255 * blue))
@@ -163,11 +163,9 @@ class Scene:
                 segments = numpy.array(list(zip(shape.points, shape.points[1:])))
                 self._scene.add_line_segments(
                     path, segments.reshape(-1, 2, 3), color, thickness=shape.size[0], **pose)
-            case _:
-                raise ValueError(f'The page cannot draw a shape of the kind {shape.kind!r}')
 
 
 def _wxyz(pose: Pose) -> tuple[float, float, float, float]:
-    """Return the orientation of a pose in viser's order."""
+    """Return the orientation of a pose in the component order of viser."""
     x, y, z, w = pose.orientation
     return w, x, y, z

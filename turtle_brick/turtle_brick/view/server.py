@@ -27,34 +27,34 @@ Result = TypeVar('Result')
 
 
 class PageServer:
-    """Serves a page that viser draws. Anyone who can connect to its port can use it."""
+    """Serves a page of viser. Anyone who can connect to the port can use the page."""
 
     def __init__(self, host: str, port: int, title: str) -> None:
         """
         Serve an empty page.
 
         :param host: name or address of the network interface
-        :param port: preferred port; if it is in use, the next free one is taken
-        :param title: heading of the page and of its tab in the browser
+        :param port: preferred port; the server uses the next free port if it is in use
+        :param title: heading of the page and of the browser tab
         :raises ParameterError: the host or the port cannot be used
         """
         check_address(host, port)
-        rich.get_console().quiet = True  # viser prints its own messages there
+        rich.get_console().quiet = True  # This hides messages from viser.
         self.viser = viser.ViserServer(host, port, title, verbose=False)
         self.port = self.viser.get_port()
-        """The port that is in use."""
+        """Port of the page."""
         name = socket.gethostname() if host in ('0.0.0.0', '::') else host
         if ':' in name:
             name = f'[{name}]'
         self.url = f'http://{name}:{self.port}'
-        """The address for a browser."""
+        """Address of the page."""
 
     def update(self, function: Callable[[], Result]) -> Result:
         """
-        Call a function that changes the page, so that browsers receive all its changes at once.
+        Call a function that changes the page, and send all changes to the browsers at once.
 
-        The function runs in viser's thread. In any other thread, a change that coincides with a
-        new browser can raise "deque mutated during iteration".
+        The function runs in the thread of viser. In any other thread, a change can raise "deque
+        mutated during iteration" while a browser connects.
         """
         async def run() -> Result:
             with self.viser.atomic():
@@ -64,7 +64,7 @@ class PageServer:
 
 
 def check_address(host: str, port: int) -> None:
-    """Raise ParameterError if no page can be served; viser itself would try 1000 other ports."""
+    """Raise ParameterError if a page cannot be served. viser would try 1000 other ports."""
     if not 0 <= port <= 65535:
         raise ParameterError(f'port is {port}, but must be from 0 to 65535')
     try:
@@ -72,5 +72,5 @@ def check_address(host: str, port: int) -> None:
             host, 0, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
         socket.create_server(address, family=family).close()
     except (OSError, UnicodeError) as error:
-        raise ParameterError(f'host is {host!r}, but no page can be served there: {error}'
+        raise ParameterError(f'host is {host!r}, but a page cannot be served there: {error}'
                              ) from None

@@ -12,11 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-The shapes that the page can draw, read from the robot's URDF and from markers.
-
-Lengths are in meters.
-"""
+"""Drawable shapes from the robot description and from markers. Lengths are in meters."""
 
 from collections.abc import Callable
 from itertools import chain
@@ -33,21 +29,21 @@ GRAY: Color = (0.7, 0.7, 0.7, 1.0)
 """Color of a visual without a material."""
 
 ORIGIN = Pose((0.0, 0.0, 0.0), IDENTITY)
-"""The pose at the origin of a frame."""
+"""Pose at the origin of a frame."""
 
 MAX_NUMBER = 1e6
-"""Largest absolute value in anything that is drawn."""
+"""Largest absolute value of a drawable number."""
 
 SOLIDS = ('box', 'cylinder', 'sphere')
-"""The kinds of URDF geometry that can be drawn."""
+"""Drawable kinds of URDF geometry."""
 
 MARKER_KINDS = {Marker.CUBE: 'box', Marker.SPHERE: 'sphere', Marker.CYLINDER: 'cylinder',
                 Marker.LINE_STRIP: 'line', Marker.TEXT_VIEW_FACING: 'text'}
-"""The kind of shape for each type of marker that can be drawn."""
+"""Kind of shape for each drawable marker type."""
 
 MARKER_TYPES = {getattr(Marker, name): name for name in (
     'ARROW', 'LINE_LIST', 'CUBE_LIST', 'SPHERE_LIST', 'POINTS', 'MESH_RESOURCE', 'TRIANGLE_LIST')}
-"""The names of the marker types that cannot be drawn."""
+"""Names of the marker types that cannot be drawn."""
 
 
 class Shape(NamedTuple):
@@ -56,13 +52,13 @@ class Shape(NamedTuple):
     kind: str
     """'box', 'cylinder' (about z), 'sphere', 'line' or 'text' (facing the camera)."""
     size: Vector
-    """Size (m) along x, y and z; x is the width of a line, z the height of a text."""
+    """Size (m) along x, y and z; the width of a line is x, and the height of a text is z."""
     color: Color
     pose: Pose = ORIGIN
     """Pose of the center of the shape."""
     text: str = ''
     points: tuple[Vector, ...] = ()
-    """The points (m) that a line connects."""
+    """Points (m) on a line."""
 
 
 class SceneObject(NamedTuple):
@@ -70,35 +66,35 @@ class SceneObject(NamedTuple):
 
     shapes: tuple[Shape, ...]
     pose: Pose
-    """Pose of their frame in the world."""
+    """Pose of the frame of the shapes in the world frame."""
     label: str = ''
-    """Name to show at the axes of their frame; without a name, the axes are hidden."""
+    """Label at the axes of the frame. The axes are hidden if the label is empty."""
 
 
 class RobotShapes(NamedTuple):
     """The visible parts of a robot."""
 
     root: str
-    """The link that is not the child of a joint."""
+    """Name of the link without a parent."""
     links: dict[str, tuple[Shape, ...]]
-    """The shapes of each link, in the frame of the link."""
+    """Shapes in the frame of each link."""
     skipped: frozenset[str] = frozenset()
-    """The kinds of geometry in the description that cannot be drawn."""
+    """Kinds of geometry in the description that cannot be drawn."""
 
 
 class Markers:
-    """The markers that are shown. Times are in nanoseconds of a monotonic clock."""
+    """The current markers. Times are in nanoseconds of a monotonic clock."""
 
     def __init__(self) -> None:
         """Start without markers."""
         self._shown: dict[tuple[str, str, int], tuple[str, Shape, float]] = {}
-        """Frame, shape and end of the lifetime, by topic, namespace and ID of the marker."""
+        """Frame, shape and expiration time by topic, namespace and ID."""
 
     def update(self, topic: str, message: Marker, now: int) -> None:
         """
-        Add, change or remove a marker on a topic.
+        Add, change or remove a marker.
 
-        :raises ValueError: the marker cannot be drawn; the message contains the reason
+        :raises ValueError: the marker cannot be drawn for the stated reason
         """
         key = (topic, message.ns, message.id)
         self._shown.pop(key, None)
@@ -108,10 +104,10 @@ class Markers:
 
     def objects(self, now: int, pose_of: Callable[[str], Pose | None]) -> dict[str, SceneObject]:
         """
-        Return the markers that have not expired and whose frames are known, by name.
+        Return all markers in known frames by name, and remove expired markers.
 
-        :param now: the present time (ns)
-        :param pose_of: returns the pose of a frame, None if it is unknown
+        :param now: current time (ns)
+        :param pose_of: returns the pose of a frame, or None if it is unknown
         """
         self._shown = {key: shown for key, shown in self._shown.items() if now < shown[2]}
         return {f'{topic}/{namespace}/{number}': SceneObject((shape,), pose)
@@ -128,7 +124,7 @@ def shape_of(message: Marker) -> Shape:
     """
     Return the shape of a marker.
 
-    :raises ValueError: the marker cannot be drawn; the message contains the reason
+    :raises ValueError: the marker cannot be drawn for the stated reason
     """
     if message.type not in MARKER_KINDS:
         name = MARKER_TYPES.get(message.type, 'unknown')
@@ -136,7 +132,7 @@ def shape_of(message: Marker) -> Shape:
     position, orientation = message.pose.position, message.pose.orientation
     quaternion = (orientation.x, orientation.y, orientation.z, orientation.w)
     length = hypot(*quaternion)
-    rotation = IDENTITY  # as in rviz2, if the quaternion is zero
+    rotation = IDENTITY  # rviz2 also accepts a quaternion of zeros.
     if length > 0.0:
         rotation = tuple(component / length for component in quaternion)
     pose = Pose((position.x, position.y, position.z), rotation)
@@ -144,7 +140,7 @@ def shape_of(message: Marker) -> Shape:
     color = (message.color.r, message.color.g, message.color.b, message.color.a)
     points = tuple((point.x, point.y, point.z) for point in message.points)
     if not is_drawable(*size, *color, *chain(*pose), *chain(*points)):
-        raise ValueError('it contains a number that is not finite or too large')
+        raise ValueError('it contains a number that is too large or not finite')
     return Shape(MARKER_KINDS[message.type], size, color, pose, message.text, points)
 
 
@@ -152,8 +148,8 @@ def robot_shapes(description: str) -> RobotShapes:
     """
     Return the shapes in a robot description.
 
-    :param description: URDF, as published on robot_description
-    :raises ValueError: the description is not a valid URDF; the message contains the reason
+    :param description: URDF from the topic robot_description
+    :raises ValueError: the URDF is invalid for the stated reason
     """
     try:
         robot = ElementTree.fromstring(description)
@@ -172,14 +168,13 @@ def robot_shapes(description: str) -> RobotShapes:
 
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return the rotation about the fixed axes x, y and z, in this order (rad; REP 103)."""
+    """Return the rotation by three angles (rad) about the fixed axes x, y and z (REP 103)."""
     about_x = (sin(roll / 2.0), 0.0, 0.0, cos(roll / 2.0))
     return multiply(from_yaw(yaw), multiply(from_pitch(pitch), about_x))
 
 
 def _link_shapes(link: ElementTree.Element, colors: dict[str | None, Color]
                  ) -> tuple[Shape, ...]:
-    """Return the shapes of a link that can be drawn."""
     return tuple(Shape(solid.tag, _size(solid), _color(visual, colors), _origin(visual))
                  for visual in link.findall('visual') for solid in visual.findall('geometry/*')
                  if solid.tag in SOLIDS)
@@ -187,11 +182,7 @@ def _link_shapes(link: ElementTree.Element, colors: dict[str | None, Color]
 
 def _numbers(element: ElementTree.Element, attribute: str, count: int, default: str = ''
              ) -> tuple[Any, ...]:
-    """
-    Return the numbers in an attribute.
-
-    :raises ValueError: the count is wrong or a number cannot be drawn
-    """
+    """Return the numbers in an attribute, or raise ValueError if they are invalid."""
     text = element.get(attribute, default)
     numbers = tuple(map(float, text.split()))
     if len(numbers) != count or not is_drawable(*numbers):
@@ -200,7 +191,6 @@ def _numbers(element: ElementTree.Element, attribute: str, count: int, default: 
 
 
 def _size(solid: ElementTree.Element) -> Vector:
-    """Return the size (m) of a box, a cylinder or a sphere along x, y and z."""
     if solid.tag == 'box':
         return _numbers(solid, 'size', 3)
     radius, = _numbers(solid, 'radius', 1)
@@ -209,7 +199,6 @@ def _size(solid: ElementTree.Element) -> Vector:
 
 
 def _origin(visual: ElementTree.Element) -> Pose:
-    """Return the pose of a visual in the frame of its link."""
     origin = visual.find('origin')
     if origin is None:
         return ORIGIN
@@ -218,6 +207,5 @@ def _origin(visual: ElementTree.Element) -> Pose:
 
 
 def _color(visual: ElementTree.Element, colors: dict[str | None, Color]) -> Color:
-    """Return the color of a visual, which is defined by its material."""
     material = visual.find('material')
     return GRAY if material is None else colors.get(material.get('name'), GRAY)

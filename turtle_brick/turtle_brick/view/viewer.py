@@ -15,8 +15,8 @@
 """
 viewer: shows the running graph in a browser, for machines without rviz2.
 
-It draws the data from the topics 30 times per second, regardless of the nodes and machines that
-publish them. The content of the page is defined in page.py.
+The node draws the data from the topics 30 times per second. Any node on any machine can publish
+these topics. The content of the page is defined in page.py.
 
 Subscribes:
     robot_description (std_msgs/String, latched): the shapes of the robot
@@ -30,20 +30,19 @@ Subscribes:
     goal_pose (geometry_msgs/PoseStamped): the goal of the robot
     tilt (turtle_brick_interfaces/Tilt): the angle of the platform (rad)
     cmd_vel, turtle1/cmd_vel (geometry_msgs/Twist), odom (nav_msgs/Odometry),
-        joint_states (sensor_msgs/JointState): the page shows their message rates only
+        joint_states (sensor_msgs/JointState): only their message rates
 
-Publishes, when somebody uses the controls of the page:
-    goal_pose (geometry_msgs/PoseStamped): the point on the ground that was clicked
+Publishes commands from the page:
+    goal_pose (geometry_msgs/PoseStamped): the clicked point on the ground
     tilt (turtle_brick_interfaces/Tilt): the angle of the slider (rad)
 
-Calls, when somebody uses the controls of the page:
+Calls for commands from the page:
     place (turtle_brick_interfaces/Place), drop (std_srvs/Trigger)
 
 Parameters, read-only:
-    host (string, default 127.0.0.1): the network interface on which the page is served; 0.0.0.0
-        for all interfaces
-    port (integer, default 8080): the TCP port of the page, 0 for any free port; if the port is in
-        use, the next free one is taken
+    host (string, default 127.0.0.1): the network interface of the page; 0.0.0.0 for all interfaces
+    port (integer, default 8080): the TCP port of the page; 0 for any free port. If the port is in
+        use, the page uses the next free port.
 """
 
 from collections import deque
@@ -74,32 +73,32 @@ from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
 VISER = 'viser==1.1.1'
-"""The requirement to install for the page, as in scripts/requirements.txt."""
+"""Required version of viser, as in scripts/requirements.txt."""
 
 DRAW_PERIOD = 1.0 / 30.0
-"""Time (s) between two updates of the scene."""
+"""Time (s) between updates of the scene."""
 
 RATE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""QoS for message rates; it lets publishers continue without waiting for the viewer."""
+"""QoS for message rates. With this QoS, publishers do not wait for the viewer."""
 
 
 class Viewer(Node):
-    """Shows the running graph in a browser and executes the commands from the page."""
+    """Shows the running graph in a browser, and executes commands from the page."""
 
     def __init__(self, **node_options: Any) -> None:
         """
         Serve the page and subscribe to all topics.
 
-        :param node_options: passed on to rclpy.node.Node
+        :param node_options: options of rclpy.node.Node
         :raises ParameterError: the page cannot be served at the configured host and port
         """
-        # Imported here, because main() has to work without viser.
+        # This import is here because main() must also work without viser.
         from turtle_brick.view.server import PageServer
         super().__init__('viewer', **node_options)
         host = self.declare_parameter('host', '127.0.0.1', ParameterDescriptor(
-            description='Network interface on which the page is served', read_only=True)).value
+            description='Network interface of the page', read_only=True)).value
         port = self.declare_parameter('port', 8080, ParameterDescriptor(
-            description='Port; if in use, the next free one is taken', read_only=True)).value
+            description='Preferred port of the page', read_only=True)).value
         self.server = PageServer(host, port, f'turtle_brick {self.get_namespace()}'.rstrip(' /'))
         self._scheduled: deque[Callable[[], None]] = deque()
         self._has_browser = False
@@ -116,11 +115,10 @@ class Viewer(Node):
         if port not in (0, self.server.port):
             self.get_logger().warning(
                 f'Port {port} is in use, so the page is served on port {self.server.port}')
-        # On standard error, because `ros2 launch` does not show standard output.
+        # `ros2 launch` shows standard error but not standard output.
         print(f'Viewer: {self.server.url}', file=sys.stderr, flush=True)
 
     def _create_page(self, buffer: Buffer) -> tuple[Any, Page]:
-        """Return the panel and the page."""
         from turtle_brick.view.panel import Panel, PanelCallbacks
         from turtle_brick.view.scene import Scene
         scene = Scene(self.server.viser)
@@ -128,12 +126,12 @@ class Viewer(Node):
             place=partial(self.schedule, self.place),
             drop=partial(self.schedule, self.drop),
             tilt=partial(self.schedule, self.tilt),
-            drive=partial(self.schedule, self.drive)))
+            drive=partial(self.schedule, self.drive),
+            replay=partial(self.schedule, lambda speed: self.page.toggle_replay(speed))))
         return panel, Page(scene, panel, buffer, self.get_logger().warning,
                            self.count_publishers, monotonic_ns)
 
     def _create_subscriptions(self) -> None:
-        """Subscribe to all topics except TF."""
         page = self.page
         for message_type, topic, callback, qos in (
                 (String, 'robot_description', page.on_description, LATCHED),
@@ -150,7 +148,7 @@ class Viewer(Node):
         for message_type, topic, name in (
                 (Twist, 'cmd_vel', 'cmd_vel'), (Twist, 'turtle1/cmd_vel', 'cmd_vel'),
                 (Odometry, 'odom', 'odom'), (JointState, 'joint_states', 'joint_states')):
-            # Raw, because these messages need not be deserialized.
+            # Only the arrival times of these messages are used.
             self.create_subscription(
                 message_type, topic, partial(page.record_arrival, name), RATE_QOS, raw=True)
 
@@ -160,13 +158,13 @@ class Viewer(Node):
         super().destroy_node()
 
     def place(self, position: Vector, on_success: Callable[[], None] = lambda: None) -> None:
-        """Place the brick at a position (m) in the world frame, then call a function."""
+        """Place the brick at a position (m) in the world frame, and call a function on success."""
         request = Place.Request()
         request.location.x, request.location.y, request.location.z = position
         self._call(self._place_client, request, on_success)
 
     def drop(self, position: Vector | None = None) -> None:
-        """Drop the brick; if a position (m) is given, place the brick there first."""
+        """Drop the brick, after placing it if a position (m) is given."""
         if position is not None:
             self.place(position, on_success=self.drop)
         else:
@@ -177,7 +175,7 @@ class Viewer(Node):
         self._tilt_publisher.publish(Tilt(angle=angle))
 
     def drive(self, x: float, y: float) -> None:
-        """Send the robot to a point on the ground (m, in the world frame)."""
+        """Send the robot to x and y (m) in the world frame."""
         goal = PoseStamped()
         goal.header.frame_id = WORLD
         goal.header.stamp = self.get_clock().now().to_msg()
@@ -186,11 +184,10 @@ class Viewer(Node):
         self._goal_publisher.publish(goal)
 
     def schedule(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function in the next timer callback. This method can be used in any thread."""
+        """Call a function in the next timer callback. Any thread can use this method."""
         self._scheduled.append(partial(function, *arguments))
 
     def _on_timer(self) -> None:
-        """Call the scheduled functions and draw the page."""
         while self._scheduled:
             self._scheduled.popleft()()
         self.server.update(self.page.draw)
@@ -200,7 +197,7 @@ class Viewer(Node):
 
     def _call(self, client: Client, request: Any,
               on_success: Callable[[], None] = lambda: None) -> None:
-        """Call a service, show its response, and call a function if the service succeeded."""
+        """Call a service, show the response, and call a function on success."""
         service = self.resolve_service_name(client.srv_name)
         name = service.rpartition('/')[2]
 
@@ -217,7 +214,6 @@ class Viewer(Node):
             self._show_response(f'{name}: the service {service} is not available', False)
 
     def _show_response(self, text: str, is_success: bool) -> None:
-        """Show the response to a request on the page."""
         self.server.update(lambda: self.panel.show_response(text, is_success))
 
 
