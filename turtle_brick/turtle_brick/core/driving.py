@@ -57,13 +57,13 @@ class TickClock:
     """
 
     GAIN = 0.05
-    """Fraction of the deviation between a pose and the grid by which the grid is corrected."""
+    """Fraction of the measured deviation that is used to correct the grid."""
 
     EARLY = 0.6
     """Fraction of a tick by which a pose must be early to restart the grid."""
 
     LATE_POSES = 3
-    """Number of successive poses, each late by more than half a tick, that restart the grid."""
+    """Number of successive poses that restart the grid if all are late by half a tick or more."""
 
     def __init__(self) -> None:
         self.last = inf
@@ -183,7 +183,7 @@ class CommandQueue:
         return index
 
     def _recognize(self, expected: int, speed: float) -> int:
-        """Return the index of a command with a speed (m/s) near an expected index."""
+        """Return the index of the command with a speed (m/s) nearest to an index."""
         first = self._count - len(self._sent)
         lowest, highest = max(self._taken, first), self._count - 1
         for offset in (0, 1, -1, 2, -2, 3, -3):

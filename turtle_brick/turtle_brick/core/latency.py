@@ -15,9 +15,10 @@
 """
 Estimate the excess latency of the command path.
 
-`LatencyMonitor` estimates by how much the latency exceeds COMMAND_LATENCY in `reachability` due to
-slow links, lost messages and overloaded machines. The estimate is based on the worst values in the
-last WINDOW seconds. All timestamps come from one clock and are in nanoseconds.
+The excess latency is the difference between the actual latency and COMMAND_LATENCY in
+`reachability`. It is due to slow links, lost messages and overloaded machines. `LatencyMonitor`
+estimates the excess latency from the worst values in the last WINDOW seconds. All timestamps come
+from one clock and are in nanoseconds.
 """
 
 from bisect import bisect_left, insort

@@ -45,12 +45,12 @@ from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK, within_arena
 
 QUEUE_LATENCY = QUEUE_DEPTH * COMMAND_PERIOD + TICK - COMMAND_PERIOD + TRANSPORT_DELAY
-"""Longest time (s) from a command to the pose that shows the effect (0.0764 s). The effect begins
-at the first turtlesim tick after the arrival of six newer commands."""
+"""Longest time (0.0764 s) from a command to the first pose that shows its effect. The effect
+begins at the first turtlesim tick after the arrival of six newer commands."""
 
 COMMAND_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + QUEUE_LATENCY + COMMAND_PERIOD + 0.010
-"""Longest time (s) from a decision until the arena receives the first motion of the platform. This
-time includes three messages, a robot cycle for the goal, turtlesim's queue, a robot cycle for the
+"""Longest time (0.108 s) from a decision until the arena receives the first motion of the robot.
+It includes three messages, a robot cycle for the goal, turtlesim's queue, a robot cycle for the
 pose, and 10 ms for the next physics step and the operating system."""
 
 GUARANTEED_LATENCY = 0.13
@@ -117,7 +117,7 @@ class RobotMotion(NamedTuple):
         return hypot(point[0] - self.x, point[1] - self.y)
 
     def longest_distance_to(self, point: tuple[float, ...]) -> float:
-        """Return the largest distance (m) to a point that can result from the commands sent."""
+        """Return the largest distance (m) to a point during the commands already sent."""
         distances = [hypot(point[0] - x, point[1] - y) for x, y in self.destinations]
         return max([self.distance_to(point), *distances]) + self.uncertainty
 
@@ -138,8 +138,8 @@ def guaranteed_distance(height: float, parameters: CatcherParameters,
     """
     Return the largest distance (m) at which a robot at rest is guaranteed to catch a brick.
 
-    The distance is negative if no catch is guaranteed. The height (m) is that of the brick's
-    center at the release, and `excess` is the excess latency (s).
+    The distance is negative if no catch is guaranteed. `height` (m) is the height of the brick's
+    center at the release, and `excess` (s) is the excess latency.
     """
     if height < resting_height(parameters):
         return -inf

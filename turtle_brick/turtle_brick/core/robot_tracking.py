@@ -42,7 +42,7 @@ MIN_GOAL_DISTANCE = 0.05
 """Distance (m) beyond which a new goal certainly moves a robot at rest."""
 
 POSITION_TOLERANCE = 1e-9
-"""Largest difference (m) between two positions at rest. It is due to interpolation in tf2."""
+"""Largest difference (m) between two positions at rest, due to interpolation in tf2."""
 
 
 class RobotTracker:
@@ -65,13 +65,13 @@ class RobotTracker:
         self._goals: deque[tuple[int, tuple[float, float]]] = deque()
         """Times (ns) and goals (m). The first goal may already be in effect."""
         self._departure: tuple[int, float, float] | None = None
-        """Time (ns) of a goal and position (m) of the robot at rest, until the robot moves."""
+        """Time (ns) of a goal and position (m) of the robot at rest. It is None after a motion."""
         self._last_at_departure = 0
         """Last time (ns) at which the robot was at the position in `_departure`."""
 
     @property
     def goal(self) -> tuple[float, float]:
-        """Last recorded goal in the world frame (m)."""
+        """Last recorded goal (m) in the world frame."""
         return self._goals[-1][1]
 
     @property
@@ -132,7 +132,7 @@ class RobotTracker:
                 self._departure = None
             return
         self._departure = None
-        # Without an observation at rest after COMMAND_LATENCY, the response may have been in time.
+        # If the robot was not observed at rest after COMMAND_LATENCY, it may have moved in time.
         if (self._last_at_departure - sent) * SECONDS_PER_NS > COMMAND_LATENCY:
             self._latency.record_response_delay(
                 now, (now - sent) * SECONDS_PER_NS - COMMAND_LATENCY)

@@ -62,7 +62,7 @@ class StepClock:
 
 
 def due_time(timer: Any, now: int) -> int:
-    """Return the time (ns), at most `now`, at which an rclpy timer was due in its callback."""
+    """Return the due time (ns), at most `now`, of the rclpy timer whose callback is running."""
     return now - max(timer.timer_period_ns - timer.time_until_next_call(), 0)
 
 
