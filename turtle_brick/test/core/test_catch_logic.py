@@ -60,7 +60,7 @@ class CatchBench:
         return Platform(Pose((x, y, hinge), from_pitch(self.angle)))
 
     def run(self, time, until=lambda: False):
-        """Simulate a duration (s), or until a condition is true. Return whether it is true."""
+        """Run for a duration (s) or until a condition is true. Return whether it is true."""
         end = self.now + seconds(time)
         while self.now < end:
             self.now += STEP_NS

@@ -35,7 +35,7 @@ class Ride:
         self.odometer.observe(0.0, self.turtle.tick(0.0))
 
     def drive(self, command, ticks=1, lost=0):
-        """Drive for some ticks, but lose the first poses. Return the path (m) of the wheel."""
+        """Drive for some ticks, lose the first poses, and return the path (m) of the wheel."""
         before = self.odometer.wheel_angle
         for tick in range(ticks):
             last = self.turtle.pose
