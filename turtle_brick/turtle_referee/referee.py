@@ -58,7 +58,7 @@ START_TIME = 60.0
 
 def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str],
             log: Callable[[str], None]) -> Record:
-    """Send all requests to a running graph, or to one that a command starts; return the record."""
+    """Send all requests to a running graph, or start a graph with a command; return the record."""
     with ExitStack() as stack:
         spinner = stack.enter_context(NodeSpinner(
             partial(Observer, profile=profile), namespace=options.namespace))

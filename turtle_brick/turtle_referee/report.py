@@ -105,8 +105,8 @@ def html_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 def html_page(title: str, body: str) -> str:
     """Return a complete HTML page."""
-    return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
-            f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style></head>'
+    return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"/><title>{title}</title>'
+            f'<meta name="viewport" content="width=device-width"/><style>{STYLE}</style></head>'
             f'<body><main><h1>{title}</h1>{body}</main></body></html>\n')
 
 
@@ -198,10 +198,9 @@ def read(path: Path, name: str) -> dict[str, Any]:
                 reason = 'judge again on a less busy machine' if overloaded else one['measured']
                 open_requirements.setdefault(reason, []).append(one['name'])
         count = Counter(marks.values())
-        return {'student': name, **{mark: count[mark] for mark in COLORS},
-                'broken': '; '.join([*faults, *causes]), 'date': data['date'], **marks,
-                'open': '; '.join(f'{", ".join(names)} ({reason})'
-                                  for reason, names in open_requirements.items()),
+        reasons = [f'{", ".join(names)} ({reason})' for reason, names in open_requirements.items()]
+        return {'student': name, **{mark: count[mark] for mark in COLORS}, 'date': data['date'],
+                'broken': '; '.join([*faults, *causes]), 'open': '; '.join(reasons), **marks,
                 'faults': faults, 'causes': causes}
     except (LookupError, OSError, TypeError, ValueError) as error:
         raise ValueError(f'{path} is not a JSON file of the referee: {error!r}') from None

@@ -40,7 +40,7 @@ REACTION_TIME = 0.3
 """Longest permitted time (s) between the release of a brick and the reaction of the robot."""
 
 DISCOVERY_TIME = 10.0
-"""Time (s) to discover a running graph."""
+"""Timeout (s) for discovering a running graph."""
 
 TIME_LIMIT = 150.0
 """Time (s) after which no further brick is dropped."""

@@ -11,14 +11,13 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Judge a class with one command, and name the processes that crashed."""
+"""Judge a class with one command, report crashed processes and refuse invalid options."""
 
 import csv
 import os
 from pathlib import Path
 import re
 import signal
-import subprocess
 import sys
 
 import pytest
@@ -26,8 +25,6 @@ from turtle_referee import classroom, referee
 from turtle_referee.graph_client.processes import crashes, Process
 
 ROOT = Path(__file__).resolve().parents[2]
-SCRIPT = (sys.executable, str(ROOT / 'scripts/referee'))
-
 DIED = "[ERROR] [{0}]: process has died [pid 7, exit code {1}, cmd '/lib/{0} --ros-args'].\n"
 
 IMPORT_ERROR = """[catcher-3] Traceback (most recent call last):
@@ -61,7 +58,7 @@ def test_each_requirement_belongs_to_the_hour_on_the_page():
 
 @pytest.fixture
 def students(tmp_path, monkeypatch):
-    """Return a class with a built workspace, which sets STUDENT, and an unbuilt one."""
+    """Return a class with a built workspace, which sets STUDENT, and an unbuilt workspace."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'class/ann/install/share/turtle_brick').mkdir(parents=True)
     (tmp_path / 'class/ann/install/local_setup.bash').write_text('export STUDENT=ann')
@@ -70,7 +67,7 @@ def students(tmp_path, monkeypatch):
 
 
 def test_only_the_packages_of_the_student_are_used(students):
-    """The reference is installed here, but the command of the student does not find it."""
+    """This workspace is sourced, but the command of the student cannot import its packages."""
     command = ['bash', '-c', 'python3 -c "import turtle_brick"; echo for $STUDENT']
     assert referee.main(['--class', students, '--hour', '3', '--', *command]) == 2
     ann, bob = csv.DictReader(open('class.csv', newline=''))
@@ -81,7 +78,7 @@ def test_only_the_packages_of_the_student_are_used(students):
 
 
 def test_an_interrupt_ends_all_processes(students):
-    with Process([*SCRIPT, '--verbose', '--class', students, '--',
+    with Process([str(ROOT / 'scripts/referee'), '--verbose', '--class', students, '--',
                   'bash', '-c', 'echo process $$; exec sleep 100']) as process:
         pid = int(process.wait_for_output(r'process (\d+)', 60.0)[1])
         assert process.stop(signal.SIGINT) == 2
@@ -93,7 +90,12 @@ def test_an_interrupt_ends_all_processes(students):
 @pytest.mark.parametrize('options, reason', (
     (['--class', 'missing'], '--class missing is not a directory'),
     (['--class', '.'], '. has no subdirectory'),
-    (['--class', '.', '--summary', '.'], '--class cannot be combined with')))
-def test_an_invalid_class_is_refused(tmp_path, options, reason):
-    done = subprocess.run([*SCRIPT, *options], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
-    assert done.returncode == 2 and reason in done.stderr
+    (['--class', '.', '--summary', '.'], '--class cannot be combined with'),
+    (['--summary', '.'], 'there is no JSON file in .'),
+    (['--summary', '.', '--', 'true'], '--summary cannot be combined with'),
+    (['--csv', 'x.csv'], '--csv requires --summary or --class')))
+def test_invalid_options_are_refused(tmp_path, monkeypatch, capsys, options, reason):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as end:
+        sys.exit(referee.main(options))
+    assert end.value.code == 2 and reason in capsys.readouterr().err

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Run the referee on live graphs: the one of this project, faulty ones and incomplete ones."""
+"""Run the referee on live graphs of this project, on faulty graphs and on incomplete graphs."""
 
 from collections import deque
 from itertools import count
@@ -20,7 +20,9 @@ import sys
 from time import monotonic
 
 from geometry_msgs.msg import Quaternion, TransformStamped
+from live_graph import LiveGraph
 from nav_msgs.srv import GetPlan
+import pytest
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from std_srvs.srv import Empty, Trigger
@@ -29,6 +31,7 @@ from turtle_brick.tools.graph import Graph
 from turtle_referee import referee
 from turtle_referee.graph_client.client import GraphClient
 from turtle_referee.graph_client.constants import CENTER
+from turtle_referee.graph_client.domains import DomainError, is_empty, reserved_domain
 from turtle_referee.graph_client.observer import fill_position, Observer
 from turtle_referee.graph_client.profiles import Profile
 from turtle_referee.rules.rule import BROKEN, MET, OPEN
@@ -65,14 +68,11 @@ def test_our_graph_meets_every_requirement(domain_id):
         add_nodes(graph)
         record = observe(graph, discovery_time=60.0, program=PROGRAM)
     assert marks(record, BROKEN) == {}
-    # On an overloaded machine only the URDF can certainly be judged.
+    # On an overloaded machine, only the URDF can certainly be judged.
     expected = {rule.name for rule in referee.RULES
                 if not record.stall_summary() or rule.name.startswith('URDF')}
     assert expected <= marks(record, MET).keys()
 
-
-# Each fault changes the messages of a topic, whichever node publishes it. The faults are
-# independent, so one graph has all of them.
 
 def alter(path, new):
     """Return a function that replaces the value of a field in a message."""
@@ -103,7 +103,7 @@ def level_on_the_ground(message):
 
 
 def stay_at_center(message):
-    """Replace a distant goal, which can only be that of a falling brick, by the center."""
+    """Replace a distant goal, which is always that of a falling brick, by the center."""
     position = message.pose.position
     if dist((position.x, position.y), CENTER) > 1.6:
         position.x, position.y = CENTER
@@ -124,15 +124,11 @@ FAULTS = (
     ('brick: angle', 'tf', level_on_the_ground),
     ('text: time', 'catcher_marker', alter('lifetime.sec', lambda _: 5)),
     ('verdict: in reach', 'goal_pose', stay_at_center))
-"""The broken requirement, the topic, and a function that changes a message or returns False to
-suppress it."""
-
-FOLLOWS = {'tilt': ['rate: joint_states'], 'verdict: kept': ['verdict: in reach']}
-"""Requirements that may follow from others."""
+"""A requirement, a topic, and a function that changes a message or returns False to drop it."""
 
 
 def test_faults_are_found(domain_id, monkeypatch):
-    """Each fault breaks its requirement and no other one except its consequences."""
+    """Each of these independent faults breaks only its requirement and the consequences."""
     publish = Publisher.publish
 
     def publish_with_faults(publisher, message):
@@ -144,7 +140,8 @@ def test_faults_are_found(domain_id, monkeypatch):
     with Graph(domain_id, quiet=True) as graph:
         add_nodes(graph)
         record = observe(graph, discovery_time=60.0, timeout=1.5, program=PROGRAM)
-    expected = {**{rule: [] for rule, *_ in FAULTS}, **FOLLOWS}
+    expected = {**{rule: [] for rule, *_ in FAULTS},
+                'tilt': ['rate: joint_states'], 'verdict: kept': ['verdict: in reach']}
     broken = {one.name: one.follows for one in referee.RULES.judge(record) if one.mark == BROKEN}
     if record.stall_summary():
         assert {'frames: world', 'odom: pose', 'walls: size'} <= broken.keys() <= expected.keys()
@@ -153,7 +150,7 @@ def test_faults_are_found(domain_id, monkeypatch):
 
 
 def test_nodes_that_die_are_judged(domain_id):
-    """The robot ends when its drive begins, and the arena before the first place request."""
+    """The robot stops when its drive begins, and the arena before the first place request."""
     ends = {'driving 0': 'robot', 'far out of reach': 'arena'}
     with Graph(domain_id, quiet=True) as graph:
         nodes = add_nodes(graph)
@@ -170,7 +167,7 @@ def test_nodes_that_die_are_judged(domain_id):
 
 
 class UnusualServer(Node):
-    """Place and drop with other names and types; the position is the start of a plan."""
+    """A server whose place and drop services have unusual names and types."""
 
     def __init__(self, **options):
         super().__init__('unusual', **options)
@@ -203,7 +200,7 @@ def test_services_may_have_other_names_and_types_and_two_servers(domain_id):
 
 
 def test_a_graph_in_another_namespace_is_not_used(domain_id):
-    """Its frames are received nevertheless, since all namespaces may share TF."""
+    """Frames from another namespace are received because all namespaces may share TF."""
     logged = []
     with Graph(domain_id, namespace='elsewhere', quiet=True) as graph:
         graph.add_turtlesim()
@@ -221,3 +218,24 @@ def test_a_command_that_ends_at_once_is_reported(domain_id, capfd):
     assert printed == ''
     assert f'{sys.executable} exited with status 0: no graph\n' in errors
     assert monotonic() - begin < referee.START_TIME / 2.0
+
+
+def test_the_first_free_candidate_is_reserved():
+    with reserved_domain() as first, reserved_domain() as second:
+        assert first != second and {first, second} <= set(range(1, 101))
+        with pytest.raises(DomainError, match='in use'), reserved_domain([first, second]):
+            pass
+    with reserved_domain([first, second]) as reserved:
+        assert reserved == first
+
+
+def test_a_domain_with_a_node_is_not_empty():
+    """The first of two nodes exits, and the second one keeps running."""
+    with reserved_domain() as free:
+        pass
+    first, second = LiveGraph(free), LiveGraph(free)
+    first.close()
+    with pytest.raises(DomainError, match='in use'), reserved_domain([free]):
+        pass
+    second.close()
+    assert is_empty(free)

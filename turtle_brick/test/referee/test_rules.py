@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Judge synthetic records: a correct one meets all rules, and each fault breaks its own rule."""
+"""A correct synthetic record meets all rules, and each fault breaks its own rule."""
 
 from functools import partial
 from math import atan2, inf, nan, pi, radians, sin, sqrt
@@ -57,15 +57,14 @@ DIRECTION = numpy.array((0.8, 0.6))
 LEG = 0.7
 """Duration (s) of a drive of 1.5 m and the rest after it."""
 
-URDF = xacro.process_file(
-    str(Path(__file__).parents[2] / 'urdf' / 'turtle.urdf.xacro'),
-    mappings={'params_file': str(default_path())}).toxml()
+URDF = xacro.process_file(str(Path(__file__).parents[2] / 'urdf/turtle.urdf.xacro'),
+                          mappings={'params_file': str(default_path())}).toxml()
 
 OFFSET = 0.1
 """Distance (m) from the axis of the platform, down its slope, at which a brick lands."""
 
 FAR, CLOSE = (1.5, 1.5, 8.0), (CENTER[0] + OFFSET, CENTER[1], 4.0)
-"""Starting positions (m) of two bricks: one beside the robot, the other above its platform."""
+"""Starting positions (m) of a brick beside the robot and of a brick above its platform."""
 
 ANGLE, TILT, LEVEL = 0.5, 6.7, 7.9
 """Angle (rad) of the platform that tips a brick off, and the times (s) of tilting and leveling."""
@@ -95,11 +94,6 @@ def add_marker(record, marker, seconds, topic='/marker'):
     record.markers.append(ReceivedMarker(at(seconds), topic, marker))
 
 
-def pitch(angle):
-    """Return the rotation matrix for an angle (rad) about y."""
-    return turn(UPRIGHT[1], angle)
-
-
 def box(frame, x=0.0, y=0.0, size=(LENGTH, WIDTH, HEIGHT)):
     """Return a box marker."""
     marker = Marker(type=Marker.CUBE)
@@ -124,9 +118,8 @@ def drive(record, off):
     stem = model(record).joint('stem')
     for joint in model(record).joints:
         if joint != stem:
-            add_transforms(record, joint.child, joint.parent, (
-                (number / 10.0, joint.origin) for number in range(-5, 50)),
-                      static=joint.child != 'platform')
+            track = [(number / 10.0, joint.origin) for number in range(-5, 50)]
+            add_transforms(record, joint.child, joint.parent, track, joint.child != 'platform')
     add_transforms(record, 'odom', 'world', [(-0.5, pose((*CENTER, 0.0)))], static=True)
     record.idle, record.driving = [(at(-0.5), at(0.0))], [(at(0.0), at(2.0 * LEG))]
     for begin, here, there in ((0.0, 0.0, 1.5), (LEG, 1.5, 0.0)):
@@ -191,7 +184,7 @@ def fall(record, off):
 
 def tip(record, off):
     """Add a brick that falls at 5.5 s, is caught, and slides off the tilted platform."""
-    joint, level, leaning = model(record).joint('platform'), UPRIGHT, pitch(ANGLE)
+    joint, level, leaning = model(record).joint('platform'), UPRIGHT, turn(UPRIGHT[1], ANGLE)
     acceleration = off.pull * off.gravity * sin(ANGLE)
     gone = TILT + sqrt(2.0 * (off.stop - OFFSET) / acceleration)
     track = []
@@ -208,7 +201,7 @@ def tip(record, off):
             hinge = Pose(numpy.array((*CENTER, HINGE)), leaning if now >= gone else axes)
             there = hinge.transform((way, 0.0, REST + off.above - HINGE))
             there[0] += off.drift * max(now - gone, 0.0)
-        track.append((now, Pose(there, axes @ pitch(off.lean))))
+        track.append((now, Pose(there, axes @ turn(UPRIGHT[1], off.lean))))
     record.tilts = [Request(at(TILT), at(TILT + 0.3), ANGLE),
                     Request(at(LEVEL), at(LEVEL + 0.3), 0.0)]
     record.places.append(Request(at(5.0), at(5.44), CLOSE))
@@ -226,7 +219,6 @@ depth of the brick below the ground (m) and height above the platform (m), its i
 factor of its acceleration on the slope, its position at the end of the slide (m), and its speed
 after that (m/s).
 """
-
 
 PARTS = (drive, fall, tip)
 
@@ -254,11 +246,6 @@ def judge(record, *names):
     return Rules(rule for rule in referee.RULES if rule.name in names).judge(record)
 
 
-def mark(record, name):
-    """Return the mark of a rule."""
-    return judge(record, name)[0].mark
-
-
 def shift(record, frame, seconds, way, axis=0):
     """Shift a frame by a distance (m) for 0.03 s."""
     for sample in record.frames[frame].between(at(seconds), at(seconds + 0.03)):
@@ -274,31 +261,21 @@ def change(record, topic, seconds, field, way):
     setattr(message, last, getattr(message, last) + way)
 
 
-def edit(record, where, attribute, value):
-    """Replace an attribute in the URDF."""
-    robot = ElementTree.fromstring(URDF)
-    robot.find(where).set(attribute, value)
-    record.topics['robot_description'].clear()
-    description = SimpleNamespace(data=ElementTree.tostring(robot, 'unicode'))
-    add_message(record, 'robot_description', description, -0.5)
-
-
 def urdf(rule, where, attribute, *values):
     """Return a row of FAULTS for an attribute in the URDF."""
-    return rule, lambda record, value: edit(record, where, attribute, value), (), values
+    def edit(record, value):
+        robot = ElementTree.fromstring(URDF)
+        robot.find(where).set(attribute, value)
+        description = SimpleNamespace(data=ElementTree.tostring(robot, 'unicode'))
+        add_message(record, 'robot_description', description, -0.4)
+    return rule, edit, (), values
 
 
-def scale_velocity(record, factor):
-    """Scale the published velocity of the wheel."""
+def scale_wheel(record, factor, *fields):
+    """Multiply fields of the wheel in all joint states by a factor."""
     for received in record.topics['joint_states']:
-        received.message.velocity[1] *= factor
-
-
-def turn_backward(record, factor):
-    """Multiply the position and the velocity of the wheel by a factor."""
-    for received in record.topics['joint_states']:
-        for values in (received.message.position, received.message.velocity):
-            values[1] *= factor
+        for field in fields:
+            getattr(received.message, field)[1] *= factor
 
 
 def tilt_in_tf(record, angle):
@@ -307,13 +284,13 @@ def tilt_in_tf(record, angle):
     record.tilts.append(Request(at(9.0), at(9.3), 0.3))
     add_transforms(record, 'base_link', 'odom', [(9.2, pose((0.0, 0.0, 0.0)))])
     add_transforms(record, 'platform', joint.parent, [
-        (9.2, joint.origin.compose(Pose(numpy.zeros(3), pitch(angle))))])
+        (9.2, joint.origin.compose(Pose(numpy.zeros(3), turn(UPRIGHT[1], angle))))])
     add_message(record, 'joint_states', JointState(name=[joint.name], position=[0.3]), 9.1)
 
 
-def move_response(record, seconds, missing=0):
-    """Move the response of a drop to a time (s) after the fall; drop its first transforms."""
-    record.drops[0].request = Request(at(2.45), at(2.5 + seconds), None)
+def move_response(record, seconds, missing=0, accepted=True):
+    """Move the response of a drop to a time (s) after the fall; delete its first transforms."""
+    record.drops[0].request = Request(at(2.45), at(2.5 + seconds), None, accepted)
     samples = record.frames['brick'].samples
     first = next(n for n, sample in enumerate(samples) if sample.stamp > at(2.5))
     del samples[first:first + missing]
@@ -364,6 +341,8 @@ def remove_verdict(record, _):
 FAULTS = (
     ('frames: odom', lambda record, dx: record.frames['odom'].add(at(0.5), 1, Sample(
         at(0.5), 'world', pose((CENTER[0] + dx, CENTER[1], 0.0)))), (0.0,), (0.02,)),
+    ('frames: odom', lambda record, dx: shift(record, 'odom', -0.5, dx),
+     (0.005,), (0.02, -2.0 * CENTER[0])),
     ('frames: base_link', lambda record, dy: change(record, 'pose', LEG - 0.02, 'y', dy),
      (0.005,), (0.02,)),
     ('frames: robot', lambda record, name: record.frames.pop(name), (), ('eyes',)),
@@ -385,11 +364,13 @@ FAULTS = (
     ('joint_states: names', lambda record, name: setattr(
         record.topics['joint_states'][5].message, 'name', [name]),
      ('wheel_joint',), ('antenna_joint',)),
-    ('joint_states: velocity', scale_velocity, (0.92, 1.08), (0.88, 1.15)),
+    ('joint_states: velocity', lambda record, factor: scale_wheel(record, factor, 'velocity'),
+     (0.92, 1.08), (0.88, 1.15)),
     ('joint_states: velocity', lambda record, speed: setattr(
         record.topics['joint_states'][5].message, 'velocity', [speed, 0.0, 0.0]), (), (-0.1,)),
     ('drive: rolling', 'slip', (0.98,), (0.973, 1.027)),
-    ('drive: rolling', turn_backward, (1.0,), (-1.0,)),
+    ('drive: rolling', lambda record, factor: scale_wheel(record, factor, 'position', 'velocity'),
+     (1.0,), (-1.0,)),
     urdf('drive: rolling', "joint[@name='wheel_joint']/axis", 'xyz', '0 -1 0'),
     urdf('drive: stem', "joint[@name='stem_joint']/axis", 'xyz', '0 0 -1'),
     ('drive: stem', 'crooked', (radians(4.0),), (radians(-6.0),)),
@@ -422,14 +403,14 @@ FAULTS = (
     ('place', lambda record, accepted: change_request(record, 'places', accepted=accepted),
      (True,), (False,)),
     ('drop', move_response, (-0.45,), (-0.55,)),
-    ('drop', lambda record, accepted: setattr(
-        record.drops[0], 'request', record.drops[0].request._replace(accepted=accepted)),
-     (), (False,)),
+    ('drop', partial(move_response, accepted=False), (), (-0.1,)),
     ('drop: answer first', move_response, (-0.0005, 0.0035), (0.0045,)),
     ('drop: answer first', partial(move_response, missing=1), (0.0035,), (0.0045,)),
     ('drop: answer first', move_early, (), (1e-4,)),
     ('brick: hovers', lambda record, dx: shift(record, 'brick', -0.4, dx), (0.0005,), (0.002,)),
     ('brick: rides', lambda record, dx: shift(record, 'brick', 6.4, dx), (0.15,), (0.3,)),
+    ('brick: rides', lambda record, y: setattr(record.drops[1], 'place', (CLOSE[0], y, CLOSE[2])),
+     (CLOSE[1] + 0.015,), (CLOSE[1] + 0.03, -CLOSE[1])),
     ('fall: acceleration', 'gravity', (9.63, 9.99), (9.59, 10.03, 15.0)),
     ('fall: acceleration', 'step', (0.002, 0.02), ()),
     ('fall: course', 'aside', (0.002,), (0.05,)),
@@ -461,18 +442,19 @@ FAULTS = (
     ('text: time', change_text, (2.71, 3.29), (2.69, 3.31)),
     ('text: time', partial(remove_text, action=Marker.DELETE), (2.71,), (3.31,)),
     ('text: time', partial(remove_text, action=Marker.DELETEALL), (3.29,), (2.69,)),
-    # A repeated text lasts from the first message to the end of the last one.
+    # A repeated text is visible from the first message until the last message expires.
     ('text: time', partial(change_text, again=(1.0, 2.0)), (1.0,), (3.0,)),
     ('text: kind', lambda record, text: change_text(record, 3.0, text), (),
      ('unreachable!', 'UNREACHABLE')),
     ('text: kind', lambda record, kind: change_text(record, 3.0, kind=kind), (), (Marker.ARROW,)))
-"""A rule, the value or the function that causes a fault, allowed values, and broken values."""
+"""A rule, a value or a function that causes a fault, allowed values and broken values."""
 
 
-def test_a_correct_record_meets_every_requirement():
+def test_a_correct_record_meets_all_requirements_and_an_empty_record_none():
     found = referee.RULES.judge(make_record())
     assert len(found) == 60
     assert [one for one in found if one.mark != MET] == []
+    assert {one.mark for one in referee.RULES.judge(Record(Profile()))} == {BROKEN, OPEN}
 
 
 @pytest.mark.parametrize('rule, off, allowed, broken', FAULTS)
@@ -488,7 +470,7 @@ def test_allowed_values_meet_the_rule_and_faults_break_it(rule, off, allowed, br
             record = make_record(parts, rate=rate)
             off(record, value)
         if value in allowed:
-            assert mark(record, rule) == MET, value
+            assert judge(record, rule)[0].mark == MET, value
         else:
             found = [one for one in judge(record, *others) if one.mark == BROKEN]
             assert [one.name for one in found if not one.follows] == [rule], value
@@ -515,7 +497,7 @@ def test_times_of_a_drop_equal_the_closed_form():
 def test_a_fault_outside_a_stall_is_broken():
     record = make_record((drive,))
     change_request(record, 'drives', goal=CENTER, start=(0.0, 0.0))
-    # A stall has an effect for one more second; the second drive has no fault.
+    # A stall has effects for one more second. The second drive has no fault.
     for begin, expected in ((-3.0, BROKEN), (-0.9, OPEN), (0.2, OPEN), (1.5, BROKEN)):
         record.stalls = [(at(begin), at(begin + 0.1))]
         found, = judge(record, 'drive: goal')
@@ -535,7 +517,7 @@ def test_velocities_are_judged_only_if_they_are_published():
     record = make_record()
     for received in record.topics['joint_states']:
         del received.message.velocity[:]
-    assert mark(record, 'joint_states: velocity') == OPEN
+    assert judge(record, 'joint_states: velocity')[0].mark == OPEN
 
 
 def test_dependencies_are_rules_without_circles():
@@ -563,14 +545,10 @@ def test_a_frame_is_interpolated_between_close_transforms():
     assert frame.at(at(0.46)) is None
 
 
-def test_an_empty_record_is_judged():
-    assert {one.mark for one in referee.RULES.judge(Record(Profile()))} == {BROKEN, OPEN}
-
-
 @pytest.mark.filterwarnings('ignore:invalid value')
 @pytest.mark.parametrize('odd', (nan, inf, 0.0))
 def test_nan_and_infinity_are_judged(odd):
-    """Invalid numbers do not end the referee and do not meet a requirement."""
+    """Invalid numbers neither stop the referee nor meet a requirement."""
     record = make_record()
     for frame in record.frames.values():
         for sample in frame.samples:

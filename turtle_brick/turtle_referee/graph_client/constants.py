@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Time units and constants in turtlesim and in the assignment."""
+"""Time units, and constants of turtlesim and the assignment."""
 
 NS_PER_SECOND = 1_000_000_000
 """Nanoseconds in a second."""

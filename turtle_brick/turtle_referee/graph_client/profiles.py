@@ -48,7 +48,7 @@ class Profile:
         **{name: name for name in TOPICS}, 'cmd_vel': 'turtle1/cmd_vel', 'pose': 'turtle1/pose'})
     services: dict[str, str] = field(default_factory=lambda: {name: name for name in SERVICES})
     numbers: dict[str, float] = field(default_factory=dict)
-    """Known physical parameters. The referee reads all others from the nodes."""
+    """Known physical parameters. The referee reads the other parameters from the nodes."""
 
     @classmethod
     def from_parameters(cls, parameters: Any) -> 'Profile':

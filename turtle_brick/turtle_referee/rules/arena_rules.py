@@ -269,8 +269,7 @@ def falls(record: Record) -> list[MeasuredFall]:
         times = numpy.array([(stamp - drop.released) * SECONDS_PER_NS for stamp, _ in track])
         aside = numpy.array([dist(position[:2], hover) for _, position in track])
         begin, acceleration, off = fit_fall(times, depths)
-        found.append(MeasuredFall(
-            drop, begin, times - begin, depths, acceleration, off, aside))
+        found.append(MeasuredFall(drop, begin, times - begin, depths, acceleration, off, aside))
     return require_data(found, 'no fall was long enough')
 
 
@@ -356,14 +355,13 @@ def brick_rides(record: Record) -> Finding:
         rest.append(dist(places[-1], places[0]))
         moving.append(max_motion(places))
         driven = max_motion(platform.position for lag in LAGS if (
-            platform := record.pose('platform', (drop.down or 0) - lag)) is not None)
+            platform := record.pose('platform', (drop.down or 0) - 2 * lag)) is not None)
         landed = require(drop.landed, 'the brick did not land')
         landing.append(max(dist(landed[:2], drop.place[:2]) - driven, 0.0))
     allowed = number(record, 'max_velocity') * MAX_LAG + NEAR
-    met = max(largest(rest), largest(landing)) <= 2.0 * NEAR and largest(moving) <= allowed
-    return Finding(met, f'moved by {largest(landing):.4f} m at the landing, by '
-                   f'{largest(rest):.4f} m from begin to end and by at most '
-                   f'{largest(moving):.4f} m while driving, in {len(rest)} rides')
+    met = largest([*rest, *landing]) <= 2.0 * NEAR and largest(moving) <= allowed
+    return Finding(met, f'moved by {largest(landing):.4f} m at the landing, {largest(rest):.4f} m '
+                   f'in total and {largest(moving):.4f} m while driving, in {len(rest)} rides')
 
 
 @rule('brick: angle', 'The angle of the brick … the same as the angle of the platform … at all '
@@ -435,7 +433,7 @@ def slides_end_at_the_edge(record: Record) -> Finding:
     for drop in catches(record):
         if drop.floated is None or drop.tilted is None:
             continue
-        unknown = 'a pose at the begin or at the end of a slide is unknown'
+        unknown = 'a pose at the beginning or at the end of a slide is unknown'
         platform = require(record.pose('platform', drop.floated), unknown)
         brick = require(record.pose('brick', drop.floated), unknown)
         before = require(record.on_platform(drop.tilted - 2 * BEFORE_NS), unknown)

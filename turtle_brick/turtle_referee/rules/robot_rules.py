@@ -457,8 +457,7 @@ def stem_turns_first(record: Record) -> Finding:
                    for sample in samples]
         far = [motion for _, motion in motions if hypot(*motion) > START_DISTANCE]
         if far:
-            departure = turned = next(
-                stamp for stamp, motion in motions if hypot(*motion) > EXACT)
+            departure = turned = next(stamp for stamp, motion in motions if hypot(*motion) > EXACT)
             for stamp, angle in reversed(record.joint(
                     model(record).joint('stem').name, drive.begin, departure)):
                 if misalignment(record, samples[0], angle, far[0]) > MAX_MISALIGNMENT:

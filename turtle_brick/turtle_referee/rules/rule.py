@@ -177,7 +177,7 @@ def require_data(items: list[Value], reason: str) -> list[Value]:
 
 
 def require(value: Value | None, fault: str) -> Value:
-    """Return the value, or raise Broken with a fault if it is None."""
+    """Return the value, or raise Broken with a fault if the value is None."""
     if value is None:
         raise Broken(fault)
     return value
@@ -198,7 +198,7 @@ def largest(values: Iterable[float]) -> float:
 
 def within(limit: float, values: list[float], reason: str,
            text: str = 'at most {:.3f} m off in {} measurements') -> Finding:
-    """Return whether all values are within a limit, or raise Open if there are no values."""
+    """Return a finding that is met by values within a limit, or raise Open without values."""
     value = largest(require_data(values, reason))
     return Finding(value <= limit, text.format(value, len(values)))
 
