@@ -167,7 +167,7 @@ def test_interrupted_fall_ends_and_the_next_fall_is_detected(
 
 @law(20)
 @given(z=heights, speed=st.floats(0.0, 20.0), gravity=gravities, time=st.floats(0.01, 3.0))
-def test_course_of_a_fall_is_the_closed_form(z, speed, gravity, time):
+def test_height_of_a_falling_brick_follows_the_closed_form(z, speed, gravity, time):
     fall = Fall(NS_PER_SECOND, 1.0, 2.0, z, speed)
     height = fall.height(NS_PER_SECOND + seconds(time), gravity)
     assert height == pytest.approx(z - speed * time - 0.5 * gravity * time ** 2, abs=1e-6)

@@ -160,8 +160,8 @@ def test_robot_may_drive_straight_ahead_or_to_its_last_goals(excess):
     """The last goal takes effect after the latency. Until then, the previous goal counts too."""
     tracker, way, latency = make_tracker(excess)
     observe(tracker, 1.0, 5.0)
-    tracker.record_goal(seconds(1.2), (9.0, 5.0))
-    assert observe(tracker, 1.21, 5.0).destinations == ((5.0 + way, 5.0),)
+    tracker.record_goal(seconds(1.3 - latency), (9.0, 5.0))
+    assert observe(tracker, 1.299, 5.0).destinations == ((5.0 + way, 5.0),)
     observe(tracker, 1.34, 8.87)
     robot = observe(tracker, 1.35, 8.9)
     assert robot.destinations == (pytest.approx((8.9 + way, 5.0)), pytest.approx((9.0, 5.0)))
