@@ -126,7 +126,7 @@ class LiveGraph(Graph):
         return recording
 
     def rates(self, recordings: Sequence[Recording], count: int) -> list[float]:
-        """Measure the publication rates (Hz) of the next messages in recordings."""
+        """Measure the publication frequencies (Hz) of the next messages in recordings."""
         self.wait_for(lambda: all(recording.messages for recording in recordings), TIMEOUT,
                       'a message on each topic')
         for recording in recordings:

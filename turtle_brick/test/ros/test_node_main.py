@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Startup and shutdown of a node's process."""
+"""Test the startup and the shutdown of the process of a node."""
 
 import re
 import signal
@@ -49,7 +49,7 @@ sys.argv[0] = '/opt/some/lib/probe'  # `ros2 run` uses the absolute path.
 with init():
     spin(Probe())
 """
-"""Program with a node that prints a line at its first tick."""
+"""Program with a node that prints a line at the first call of its timer."""
 
 WAIT_SET = "sys.modules['rclpy.experimental'] = None"
 """Statement that hides the EventsExecutor."""
@@ -59,7 +59,7 @@ SEND_SIGNAL = 'os.kill(os.getpid(), signal.{})'
 
 @pytest.fixture
 def start(domain_id):
-    """Return a function that starts the program. The programs end with the test."""
+    """Return a function that starts the program. The end of the test kills all programs."""
     started = []
 
     def start(*args, before='', construct='', tick=''):
@@ -75,7 +75,7 @@ def start(domain_id):
 
 
 def end_of(program):
-    """Return exit status and standard error of a program, without error logs of rcl."""
+    """Return the exit status and the standard error of a program, without errors from rcl."""
     _, errors = program.communicate(timeout=30)
     return program.returncode, [
         line for line in errors.splitlines() if not line.startswith('[ERROR]')]
@@ -84,7 +84,7 @@ def end_of(program):
 @pytest.mark.parametrize('number, before, executor', [
     (signal.SIGINT, '', 'EventsExecutor'), (signal.SIGTERM, WAIT_SET, 'SingleThreadedExecutor')])
 def test_idle_node_sleeps_and_ends_quietly_after_signals(start, number, before, executor):
-    """The node uses little processor time, and repeated signals have no effect."""
+    """The node uses little processor time. Repeated signals have no effect."""
     program = start(before=before, tick='self.timer.cancel()')
     assert program.stdout.readline() == f'up {executor}\n'
     process = psutil.Process(program.pid)
@@ -101,7 +101,7 @@ def test_idle_node_sleeps_and_ends_quietly_after_signals(start, number, before, 
     ('construct', 'SIGINT', ''),
     ('tick', 'SIGTERM', '; [self.publisher.publish(Log()) for _ in range(1000)]')])
 def test_signal_does_not_interrupt_constructors_and_callbacks(start, where, number, then):
-    """Publishing after the signal still works."""
+    """The callback can still publish after the signal."""
     assert end_of(start(**{where: SEND_SIGNAL.format(number) + then})) == (0, [])
 
 

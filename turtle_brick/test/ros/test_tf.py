@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Lookups of transforms, and a listener that rejects harmful transforms."""
+"""Test the lookup of transforms, and the listener that rejects harmful transforms."""
 
 from math import inf, nan
 from unittest.mock import Mock
@@ -35,20 +35,19 @@ CHAIN = (('world', 'odom', True), ('odom', 'base_link', False), ('base_link', 'p
 
 
 def transform(parent, child, age=0, position=(1.0, 2.0, 3.0), orientation=LEVEL):
-    """Return a transform of an age (ns)."""
+    """Return a transform with an age (ns)."""
     return transform_message(
         parent, child, Pose(position, orientation), Time(nanoseconds=NOW - age).to_msg())
 
 
 def stamped(sec, nanosec):
-    """Return a transform with a stamp."""
     message = transform('world', 'brick')
     message.header.stamp.sec, message.header.stamp.nanosec = sec, nanosec
     return message
 
 
 def listener(*on_transform):
-    """Return a listener with its own buffer, and the logger of its node."""
+    """Return a listener with a new buffer, and the logger of its node."""
     node = Mock()
     node.get_clock().now().nanoseconds = NOW
     return GuardedListener(Buffer(), node, *on_transform), node.get_logger()
@@ -99,7 +98,7 @@ anything = st.builds(
 @law(30)
 @given(st.lists(st.tuples(anything, st.booleans()), max_size=15))
 def test_any_messages_leave_the_buffer_usable(messages):
-    """After random messages about known frames, valid transforms are stored again."""
+    """The listener stores valid transforms after random messages about known frames."""
     guarded, _ = listener()
 
     def send_valid_transforms(age):
@@ -112,7 +111,7 @@ def test_any_messages_leave_the_buffer_usable(messages):
     send_valid_transforms(MAX_AHEAD_NS)
     for message, static in messages:
         guarded.store(TFMessage(transforms=[message]), static, NOW)
-    # Transforms from the future do not block later ones.
+    # Earlier transforms from the future do not block these transforms.
     send_valid_transforms(-MAX_AHEAD_NS)
     brick = latest_transform(guarded.buffer, 'brick')
     assert pose_of(brick.transform).position == pytest.approx((5.0, 10.0, 15.0))
