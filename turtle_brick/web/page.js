@@ -22,8 +22,6 @@ async function loadPython() {
   return python;
 }
 
-// The scene.
-
 function makeScene({ size, brick, wall }) {
   const scene = new THREE.Scene();
   const add = (geometry, color, x, y, z, options) => {
@@ -51,8 +49,6 @@ function makeScene({ size, brick, wall }) {
   };
 }
 
-// The page.
-
 async function start() {
   if (!window.WebAssembly) throw new Error('this browser has no WebAssembly');
   if (!document.createElement('canvas').getContext('webgl2')) throw new Error('this browser has no WebGL 2');
@@ -79,7 +75,7 @@ async function start() {
     renderer.setSize(view.clientWidth, view.clientHeight, false);
   }).observe(view);
 
-  // The form contains the whole state of the page. The address can contain it, too.
+  // The form contains all settings. The address can contain them, too.
   $('sliders').innerHTML = constants.sliders.map(([name, label, lower, upper, value]) => `<label>${label}<br>
     <input type="range" name="${name}" min="${lower}" max="${upper}" step="any" value="${value}">
     <output></output></label>`).join('');

@@ -15,7 +15,7 @@
 """
 Expand urdf/turtle.urdf.xacro where xacro is not available.
 
-Properties, macros, blocks and expressions are supported. A test compares the result with xacro.
+Only properties, macros, blocks and expressions are supported.
 """
 
 from collections.abc import Iterator, Mapping
@@ -40,10 +40,10 @@ def expand(text: str, parameters: Mapping[str, Any]) -> str:
 
 
 def _expand_children(parent: Element, scope: dict[str, Any]) -> Iterator[Element]:
-    """Yield the elements for the children of an element, and add its properties to the scope."""
+    """Yield the expanded children of an element, and add its properties to the scope."""
     for child in parent:
         attributes = {key: _evaluate(value, scope) for key, value in child.items()}
-        name = attributes.get('name')
+        name = attributes.get('name', '')
         if not child.tag.startswith(PREFIX):
             element = Element(child.tag, {key: str(value) for key, value in attributes.items()})
             element.extend(list(_expand_children(child, scope)))
@@ -63,7 +63,7 @@ def _expand_children(parent: Element, scope: dict[str, Any]) -> Iterator[Element
 
 
 def _evaluate(text: str, scope: dict[str, Any]) -> Any:
-    """Return the value of a text with expressions, which is a number if possible."""
+    """Evaluate the expressions in a text, and return a number if possible."""
     if whole := re.fullmatch(r'\${([^{}]*)}', text):
         return eval(whole[1], scope)
     value = re.sub(r'\${(.*?)}', lambda match: str(eval(match[1], scope)), text)

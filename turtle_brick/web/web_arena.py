@@ -13,16 +13,15 @@
 # limitations under the License.
 
 """
-The exercise in a web page: a simulation that follows the clicks and sliders of a user.
+Run the exercise in a web page.
 
-The page runs this module in Pyodide. Structured data is exchanged as JSON.
+The page loads this module with Pyodide. Python and JavaScript exchange structured data as JSON.
 """
 
 import json
 from math import hypot, inf
 from pkgutil import get_data
 from random import Random
-from typing import Any
 
 from small_xacro import expand
 from turtle_brick.core.catch_logic import State
@@ -38,7 +37,7 @@ ADJUSTABLE = ('max_velocity', 'gravity_accel', 'platform_radius', 'tilt_angle')
 """Parameters with a slider."""
 
 MAX_HEIGHT = 10.0
-"""Maximum height (m) of the height slider and of random bricks."""
+"""Maximum height (m) of the brick."""
 
 PLOT_TIME = 6.0
 """Duration (s) of the plots."""
@@ -76,8 +75,8 @@ class WebArena:
         """Get the simulated time in seconds."""
         return self.simulation.now * SECONDS_PER_NS
 
-    def call(self, name: str, *arguments: Any) -> str:
-        """Call a method, and return the message of its ValueError, if any."""
+    def call(self, name: str, *arguments: str) -> str:
+        """Call a method, and return the message of its ValueError or an empty string."""
         try:
             getattr(self, name)(*arguments)
         except ValueError as error:
@@ -85,7 +84,7 @@ class WebArena:
         return ''
 
     def constants(self) -> str:
-        """Return the sliders (name, label, limits and value) and dimensions (m) of the page."""
+        """Return the sliders (name, label, limits, value) and the dimensions (m) of the scene."""
         x, y, z = self.placed
         lowest, tilt = resting_height(self.parameters), PARAMETER_RULES['tilt_angle'].upper
         sliders = [('z', 'Height of the brick (m)', lowest, MAX_HEIGHT, z),
@@ -99,7 +98,7 @@ class WebArena:
                            'wall': self.parameters.wall_height})
 
     def update(self, form: str) -> None:
-        """Apply the values (JSON) in the form that have changed."""
+        """Apply the changed values in the form (JSON)."""
         before, self.form = self.form, json.loads(form)
         changed = {name for name, value in self.form.items() if value != before.get(name)}
         if changed.intersection(ADJUSTABLE):
@@ -119,14 +118,14 @@ class WebArena:
         self._release_at = inf
         self._is_undecided = False
 
-    def drop(self, hovering_time: float = 0.1) -> None:
-        """Drop the brick after a time (s). If it has already fallen, place it again first."""
+    def drop(self, delay: float = 0.1) -> None:
+        """Drop the brick after a delay (s). A brick that has already fallen is placed again."""
         world = self.simulation.world
         if world.phase in (Phase.GROUNDED, Phase.FLOATING):
             self.place(*self.placed)
         if world.phase is not Phase.HOVERING:
             world.release()  # This raises a ValueError with the reason.
-        self._release_at = self.time + hovering_time
+        self._release_at = self.time + delay
 
     def advance(self, seconds: float) -> str:
         """Simulate for a duration (s), and return the scene."""

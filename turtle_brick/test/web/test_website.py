@@ -21,12 +21,11 @@ import re
 import shutil
 import subprocess
 import sys
-from typing import Any
 from xml.etree.ElementTree import canonicalize
 
 from browser import Chromium, find_chromium, TIMEOUT
 import pytest
-from turtle_brick.core.parameters import default_path, load, PARAMETER_RULES
+from turtle_brick.core.parameters import default_path, load
 from turtle_referee.graph_client.processes import Process
 import xacro
 import yaml
@@ -55,7 +54,7 @@ str(decisions)
 
 
 def test_the_site_is_built_and_catches_a_brick_without_any_packages(tmp_path):
-    """Its parameters and its robot description are those that yaml and xacro produce."""
+    """Its parameters and robot description are equal to those from yaml and xacro."""
     subprocess.run([*ISOLATED, PACKAGE / 'scripts/website', tmp_path], check=True)
     output = subprocess.run([*ISOLATED, '-c', CATCH, tmp_path / 'turtle_brick.zip'], check=True,
                             capture_output=True).stdout
@@ -68,7 +67,7 @@ def test_the_site_is_built_and_catches_a_brick_without_any_packages(tmp_path):
 
 @pytest.fixture(scope='module')
 def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
-    """Open the page on the screen of a phone, with libraries from the npm registry."""
+    """Open the page in the size of a phone screen, with libraries from the npm registry."""
     if find_chromium() is None or shutil.which('npm') is None:
         pytest.skip('Chromium or npm is not installed here: apt-get install chromium npm')
     folder = tmp_path_factory.mktemp('web')
@@ -121,7 +120,7 @@ def test_an_impossible_parameter_is_refused_in_the_words_of_the_nodes(page):
 
 def test_the_robot_overshoots_if_it_steers_by_the_last_pose(page):
     def farthest(goal: float) -> float:
-        """Return the largest x (m) on a drive to a goal at x (m)."""
+        """Return the largest x (m) during a drive to a goal at x (m)."""
         return max(page.evaluate(
             f'arena.simulation.drive_to({goal}, 5); Array.from({{length: 200}}, () => '
             'JSON.parse(arena.advance(0.02)).robot[0])'))
@@ -132,8 +131,7 @@ def test_the_robot_overshoots_if_it_steers_by_the_last_pose(page):
 
 
 def test_the_page_makes_the_same_decisions_as_cpython(page):
-    values = {name: getattr(load(), name) for name in PARAMETER_RULES}
-    code = f'values = {values}{DECISIONS}'
-    scope: dict[str, Any] = {}
+    code = f'values = {vars(load())}{DECISIONS}'
+    scope = {}
     exec(code, scope)
     assert page.evaluate(f'python.runPython({json.dumps(code)})') == str(scope['decisions'])
