@@ -29,8 +29,8 @@ from turtle_referee.graph_client.domains import reserved_domain
 
 DOMAIN = reserved_domain()
 
-WARM_UP, COUNT = 50, 400
-"""Number of commands that are ignored after the start, and number that are measured."""
+WARM_UP, COUNT = 50, 300
+"""Number of ignored commands after the start, and number of measured commands."""
 
 
 @pytest.mark.launch_test
@@ -45,25 +45,21 @@ def generate_test_description():
 
 
 class TestCmdVel(unittest.TestCase):
-    """Tests of the commands published by the launched node."""
 
     @classmethod
     def tearDownClass(cls):
-        """Release the ROS domain."""
         DOMAIN.__exit__(None, None, None)
 
     def setUp(self):
-        """Create a node for the subscription."""
         rclpy.init()
         self.node = rclpy.create_node('listener')
 
     def tearDown(self):
-        """Destroy the node."""
         self.node.destroy_node()
         rclpy.shutdown()
 
     def test_rate(self):
-        """The mean publication rate of 400 successive commands is 100 Hz."""
+        """The mean publication rate of 300 successive commands is 100 Hz."""
         stamps = []
         self.node.create_subscription(
             Twist, 'cmd_vel', lambda _, info: stamps.append(info['source_timestamp'] * 1e-9), 100)

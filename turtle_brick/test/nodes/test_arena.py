@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The arena: rates in a live graph; falls, services and markers in simulated time."""
+"""Test the rates of the arena live, and its falls, services and markers in simulated time."""
 
 from itertools import groupby
 from math import nan, sqrt
@@ -35,7 +35,7 @@ HALF_HEIGHT = PARAMETERS.brick_size[2] / 2.0
 
 @pytest.fixture
 def bench(domain_id):
-    """Create an arena and a level platform."""
+    """Return a stepped graph with an arena and a level platform."""
     with graph(domain_id) as live:
         yield SteppedGraph(live)
 
@@ -48,7 +48,7 @@ def stamps_of_each_step(transforms):
 
 
 def test_250_transforms_per_second(domain_id):
-    """The publication rate is 250 Hz, and that of the marker 1 Hz."""
+    """The brick is broadcast at 250 Hz. Its marker is published at 1 Hz."""
     with graph(domain_id) as live:
         markers = live.record('brick_marker', Marker)
         live.add_arena()
@@ -59,16 +59,12 @@ def test_250_transforms_per_second(domain_id):
 
 
 def test_fall_by_its_stamps(bench):
-    """
-    Every transform of a fall follows the closed form for its stamp.
-
-    Delays of the node make transforms late, but no step is lost and the stamps stay 4 ms apart.
-    """
+    """Each transform follows the closed form for its stamp. Delays of the node skip no step."""
     assert bench.place(3.0, 4.0, 9.0).success
     bench.bricks.clear()
     bench.run(0.1)
     assert bench.drop().success
-    answered = bench.now + 100_000_000  # The process pauses before its response.
+    answered = bench.now + 100_000_000  # The process pauses before it sends the response.
     for delay_ms in (100, 1, 30, 7, 13, 500):
         bench.tick(delay_ms * 1_000_000)
     bench.until(Phase.GROUNDED)
@@ -89,7 +85,7 @@ def test_fall_by_its_stamps(bench):
 
 
 def test_place_and_drop_refuse_invalid_requests(bench):
-    """The response contains the reason, and the brick does not move."""
+    """The response contains the reason. The brick does not move."""
     refusals = [(bench.place(*location), why) for location, why in (
         ((nan, 1.0, 1.0), 'nan'), ((1.0, 1.0, -0.5), '-0.5'), ((-1e19, 1.0, 1.0), '-1e+19'))]
     assert bench.world.brick == PARAMETERS.brick_start
@@ -100,10 +96,10 @@ def test_place_and_drop_refuse_invalid_requests(bench):
 
 def test_brick_rides_with_a_moving_platform(bench):
     """
-    A riding brick is broadcast in the platform frame, once per step.
+    A riding brick is broadcast in the platform frame, once per physics step.
 
-    Its location in the world follows the latest platform pose. A platform is absent 0.5 s after
-    the stamp of its last transform.
+    The location of the brick follows the latest pose of the platform. The platform is absent 0.5 s
+    after the stamp of its last transform.
     """
     bench.platform = (1.0, 5.0, 0.0, 0.0)
     assert bench.place(1.2, 5.1, 3.0).success and bench.drop().success
@@ -130,7 +126,7 @@ def test_brick_rides_with_a_moving_platform(bench):
 
 
 def test_markers_and_inclination(bench):
-    """Late joiners receive walls, brick and state. The brick has the platform's inclination."""
+    """Late joiners receive walls, brick and state. The brick is inclined like the platform."""
     bench.platform = (5.0, 5.0, 2.0, 0.5)
     bench.tick()
     turn = bench.bricks[-1].transform.rotation
@@ -167,7 +163,7 @@ def test_markers_and_inclination(bench):
     (-5.0, 0.0, 'clock was set back by'), (3.0, 0.0, 'clock jumped ahead by'),
     (3.0, 3.0, 'to run it, for')])
 def test_clock_jump_is_reported(bench, capfd, monkeypatch, jump, machine, words):
-    """The fall continues, and the warning contains the cause and the duration."""
+    """The fall continues. The warning contains the cause and the duration of the jump."""
     assert bench.place(3.0, 4.0, 60.0).success and bench.drop().success
     monkeypatch.setattr(arena, 'monotonic', lambda: 0.0)
     bench.run(0.1)
@@ -182,8 +178,9 @@ def test_clock_jump_is_reported(bench, capfd, monkeypatch, jump, machine, words)
 
 def test_each_of_two_arenas_reports_the_other_once(domain_id, capfd):
     with graph(domain_id) as live:
-        markers = live.record('brick_marker', Marker)
-        live.add_arena()
-        live.add_arena()
-        live.wait_for(lambda: len(markers.times) > 10, TIMEOUT, 'ten markers')
+        nodes = [live.add_arena(), live.add_arena()]
+        live.wait_for(lambda: all(node.count_publishers('brick_marker') == 2 for node in nodes),
+                      TIMEOUT, 'the arenas discover each other')
+        for node in 3 * nodes:
+            node.publish_marker()
     assert capfd.readouterr().err.count('Another arena') == 2

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The catcher node: commands, decisions, marker, log and latency."""
+"""Test the commands, decisions, markers, log messages and latency of the catcher."""
 
 from math import dist
 
@@ -34,7 +34,7 @@ from visualization_msgs.msg import Marker
 
 
 class Bench(SteppedGraph):
-    """Arena, catcher, and a robot that executes commands without delay."""
+    """An arena, a catcher, and a robot that executes commands without delay."""
 
     def __init__(self, live):
         self.goals, self.tilts = [], []
@@ -55,14 +55,13 @@ class Bench(SteppedGraph):
         self.platform = (x, y, yaw, tilt)
 
     def release(self, *place):
-        """Place the brick at a point (m), wait and drop it."""
         assert self.place(*place).success
         self.run(0.3)
         assert self.drop().success
 
 
 def test_unreachable_and_reachable_brick(domain_id, capfd):
-    """The first brick falls without a robot, the second one is caught. All names are relative."""
+    """The first brick falls without a robot. The second one is caught. All names are relative."""
     with graph(domain_id, namespace='left') as live:
         bench = Bench(live)
         markers = live.record('catcher_marker', Marker)
@@ -92,7 +91,6 @@ def test_unreachable_and_reachable_brick(domain_id, capfd):
     for decision in decisions.messages:
         assert sum(f') is {decision.data}' in line for line in lines) == 1
     assert late.last.data == 'waiting'
-    # One text near the brick in the world frame, for 3 s.
     (marker,) = markers.messages
     assert (marker.text, marker.header.frame_id) == ('Unreachable', 'world')
     assert (marker.type, marker.action) == (Marker.TEXT_VIEW_FACING, Marker.ADD)
@@ -113,7 +111,7 @@ def test_unreachable_and_reachable_brick(domain_id, capfd):
 
 
 def test_brick_attached_to_the_platform_is_carried(domain_id):
-    """The brick is released on the platform, so the catcher does not observe a fall."""
+    """The catcher does not observe a fall, because the brick is released on the platform."""
     with graph(domain_id) as live:
         bench = Bench(live)
         live.record('goal_pose', PoseStamped)
@@ -152,7 +150,7 @@ def test_latency_and_clock_errors_are_measured(domain_id, capfd, monkeypatch):
 
 
 def test_fall_in_one_message_is_detected_immediately(domain_id, monkeypatch):
-    """After a stall of the machine, the arena broadcasts many steps in one message."""
+    """After a delay, the arena broadcasts many steps in one message."""
     with graph(domain_id) as live:
         bench = Bench(live)
         bench.release(12.0, 6.0, 8.0)

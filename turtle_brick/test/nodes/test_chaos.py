@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Short runs of chaos.py and far.py."""
+"""Run chaos.py and far.py with short scenarios."""
 
 from pathlib import Path
 from random import Random
@@ -26,7 +26,7 @@ FAR = Path(__file__).parents[1] / 'far.py'
 
 
 def missing_permission() -> str:
-    """Return the reason why network namespaces are not permitted here, or an empty string."""
+    """Return the reason why network namespaces are not permitted, or an empty string."""
     try:
         with open('/dev/net/tun', 'r+b', buffering=0):
             pass
@@ -38,7 +38,7 @@ def missing_permission() -> str:
 
 
 def test_the_next_brick_is_caught_after_kills_freezes_and_random_messages(domain_id):
-    """The catcher is killed while the robot carries a brick, and then the arena is frozen."""
+    """The catcher is killed while the robot carries a brick. Then the arena is frozen."""
     with Scene(domain_id, Random(10), ('arena', 'catcher')) as scene, \
             NodeProcess([sys.executable, str(FAR), '--robot'], domain_id) as robot:
         scene.recover()

@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-Tests of the launch files.
+Test the launch files.
 
-Each launch file runs with programs that only report their arguments and parameters, so that the
-tests do not require rviz2 or a display. One test runs the real arena.
+Each launch file starts programs that only report their arguments and parameters, so the tests do
+not require rviz2 or a display. One test starts the real nodes.
 """
 
 import json
@@ -26,7 +26,7 @@ import signal
 import subprocess
 import sys
 
-from geometry_msgs.msg import Point, Twist
+from geometry_msgs.msg import Point
 from launch import LaunchContext
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
 from launch.launch_description_sources import AnyLaunchDescriptionSource
@@ -49,7 +49,7 @@ PROGRAMS = {
     'turtle_brick': ['arena', 'catcher', 'turtle_robot', 'viewer'],
     'turtlesim': ['turtlesim_node'],
 }
-"""Executables of the launch files by package."""
+"""Executables started by the launch files, by package."""
 
 REPORT_COMMAND = """#!{python}
 import json, os, sys, yaml
@@ -63,7 +63,7 @@ while '--params-file' in words:
 report = [os.path.basename(sys.argv[0]), words, parameters, os.environ.get('QT_QPA_PLATFORM')]
 print('report:', json.dumps(report), file=sys.stderr)
 """
-"""Program that prints its name, arguments, parameters and the Qt platform."""
+"""Program that prints its name, its arguments, its parameters and the Qt platform."""
 
 TOPICS = {
     'robot_description': ('RobotModel', 'Transient Local'),
@@ -87,8 +87,8 @@ service.include_launch_description(LaunchDescription([IncludeLaunchDescription(
     launch_arguments=[argument.split(':=') for argument in sys.argv[2:]])]))
 sys.exit(service.run())
 """
-"""Program that runs a launch file. It replaces Python's handler of SIGINT, with which the real
-launch did not end in 6 of 120 runs."""
+"""Program that runs a launch file. It replaces the SIGINT handler of Python, with which the real
+launch did not exit in 6 of 120 runs."""
 
 
 @pytest.fixture(scope='module')
@@ -109,7 +109,7 @@ def prefix(tmp_path_factory):
 
 
 def launched(prefix, file, *arguments, **environment):
-    """Run a launch file, and return the reports of its programs and the messages of launch."""
+    """Run a launch file, and return the reports from its programs and the messages from launch."""
     variables = {name: value for name, value in os.environ.items()
                  if name not in ('TURTLE_BRICK_VIEW', 'QT_QPA_PLATFORM')}
     variables['AMENT_PREFIX_PATH'] = f'{prefix}:{os.environ["AMENT_PREFIX_PATH"]}'
@@ -127,13 +127,11 @@ def launched(prefix, file, *arguments, **environment):
     ('show_turtle', [], {}, {'robot_state_publisher', 'joint_state_publisher_gui', 'rviz2'}),
     ('show_turtle', ['use_jsp:=jsp', 'view:=none'], {'TURTLE_BRICK_VIEW': 'web'},
      {'robot_state_publisher', 'joint_state_publisher'}),
-    ('show_turtle', ['use_jsp:=none', 'rviz_config:=config/own.rviz'], {},
-     {'robot_state_publisher', 'rviz2'}),
-    ('run_turtle', [], {'TURTLE_BRICK_VIEW': 'web'},
-     {'robot_state_publisher', 'viewer', 'turtlesim_node', 'turtle_robot'}),
+    ('run_turtle', ['view:=rviz', 'rviz_config:=config/own.rviz'], {'TURTLE_BRICK_VIEW': 'web'},
+     {'robot_state_publisher', 'rviz2', 'turtlesim_node', 'turtle_robot'}),
     ('turtle_arena', [], {}, {'robot_state_publisher', 'rviz2', 'turtlesim_node', 'turtle_robot',
                               'arena', 'catcher'}),
-    ('turtle_arena', ['view:=web', 'namespace:=alice'], {},
+    ('turtle_arena', ['namespace:=alice'], {'TURTLE_BRICK_VIEW': 'web'},
      {'robot_state_publisher', 'viewer', 'turtlesim_node', 'turtle_robot', 'arena', 'catcher'})])
 def test_python_and_xml_start_the_same_programs(prefix, name, arguments, environment, expected):
     programs, messages = launched(prefix, f'{name}.launch.py', *arguments, **environment)
@@ -207,18 +205,12 @@ def test_rviz_configuration_matches_the_published_topics(name):
 
 
 def test_turtle_arena(domain_id):
-    """
-    In a namespace, the robot drives at 100 Hz and catches a brick.
-
-    Every process ends after Ctrl-C.
-    """
+    """The robot catches a brick in a namespace. Ctrl-C stops all nodes."""
     path = SHARE / 'launch' / 'turtle_arena.launch.py'
     with process([sys.executable, '-c', LAUNCH, str(path), 'view:=none', 'namespace:=bob'],
                  domain_id, stop=None) as launching:
         launching.wait_for_output('waiting for a fall', TIMEOUT)
         with graph(domain_id, namespace='bob') as live:
-            commands = live.record('turtle1/cmd_vel', Twist)
-            assert live.rates([commands], 300) == [pytest.approx(100.0, rel=0.02)]
             # A high fall gives a busy machine enough time.
             beside = Place.Request(location=Point(x=6.5, y=6.0, z=20.0))
             assert live.call('place', Place, beside).success

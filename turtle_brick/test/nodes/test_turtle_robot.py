@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""turtle_robot: rates with turtlesim, frames, goals and invalid messages."""
+"""Test the rates, frames and goals of turtle_robot, and its response to invalid messages."""
 
 from itertools import cycle
 from math import cos, dist, inf, nan, sin
@@ -33,7 +33,6 @@ from turtlesim.msg import Pose as TurtlePoseMessage
 
 
 def goal_at(x, y, frame='world'):
-    """Return a goal_pose message."""
     goal = PoseStamped()
     goal.header.frame_id = frame
     goal.pose.position.x, goal.pose.position.y = x, y
@@ -42,14 +41,13 @@ def goal_at(x, y, frame='world'):
 
 @pytest.fixture
 def live(domain_id):
-    """Create a graph."""
     with graph(domain_id, namespace='left') as live:
         yield live
 
 
 @pytest.fixture
 def robot(live):
-    """Create a robot that received the poses (3, 4) and (8, 2)."""
+    """Return a robot that has received the poses (3, 4) and (8, 2)."""
     robot = live.add_robot()
     robot.on_pose(TurtlePoseMessage(x=3.0, y=4.0, theta=1.0))
     robot.on_pose(TurtlePoseMessage(x=8.0, y=2.0, theta=-2.0))
@@ -66,7 +64,7 @@ def test_all_outputs_have_100_hz_at_rest_and_in_motion(live):
     """
     Each output has one publisher and a rate of 100 Hz within 1 %.
 
-    The odometry equals the transform with the same stamp, and its twist is the command.
+    The pose in the odometry equals the transform with the same stamp. The twist is the command.
     """
     live.add_turtlesim()
     live.add_robot()
@@ -93,7 +91,7 @@ def test_all_outputs_have_100_hz_at_rest_and_in_motion(live):
     assert joints.last.position[2] == -7.0
     transforms = {(transform.header.stamp.sec, transform.header.stamp.nanosec): transform
                   for transform in base_link.messages}
-    for message in odometry.messages[10:90]:  # The other topic may lack the first and last ones.
+    for message in odometry.messages[10:90]:  # The first and last transforms may be missing.
         transform = transforms[message.header.stamp.sec, message.header.stamp.nanosec]
         assert (message.header.frame_id, message.child_frame_id) == ('odom', 'base_link') == (
             transform.header.frame_id, transform.child_frame_id)
@@ -108,7 +106,7 @@ def test_all_outputs_have_100_hz_at_rest_and_in_motion(live):
 
 
 def test_odom_is_the_first_pose_including_its_heading(live, robot):
-    """The transform is latched and does not change. A teleport does not roll the wheel."""
+    """The transform is latched and constant. A teleport does not turn the wheel."""
     statics = live.record_transforms('odom', '/tf_static', LATCHED)
     live.wait_for(lambda: statics.messages, TIMEOUT, 'world -> odom for a late joiner')
     (transform,) = statics.messages
@@ -126,7 +124,7 @@ def test_odom_is_the_first_pose_including_its_heading(live, robot):
 
 
 def test_goals_in_known_and_later_frames(live, robot, monkeypatch):
-    """The robot subscribes to TF when a goal requires it, and waits for the frame."""
+    """If the frame of a goal is unknown, the robot subscribes to TF and waits for the frame."""
     def goes_to(x, y):
         live.wait_for(lambda: robot.driver.goal == pytest.approx((x, y)), TIMEOUT, f'{x}, {y}')
         assert robot.pending_goal is None
@@ -156,7 +154,7 @@ def test_goals_in_known_and_later_frames(live, robot, monkeypatch):
 
 
 def test_invalid_messages_are_ignored_with_a_warning(live, warned, monkeypatch):
-    """Goal, tilt and pose do not change. A goal outside the arena is moved to its edge."""
+    """Goal, tilt and pose do not change. A goal outside the arena is moved to the edge."""
     robot = live.add_robot()
     robot.on_pose(TurtlePoseMessage(x=8.0, y=2.0))
     robot.on_tilt(Tilt(angle=0.5))
@@ -169,7 +167,7 @@ def test_invalid_messages_are_ignored_with_a_warning(live, warned, monkeypatch):
                          TurtlePoseMessage(x=nan, y=5.0), TurtlePoseMessage(linear_velocity=inf)),
              ('(1e+30, 5)', '(-3, 5)', '(nan, 5)', 'speed inf'))):
         for message, word in zip(messages, words):
-            robot.get_logger().contexts.clear()  # Do not throttle the next warning.
+            robot.get_logger().contexts.clear()  # The next warning must not be throttled.
             getattr(robot, callback)(message)
             (warning,) = warned()
             assert 'Ignored' in warning and word in warning
