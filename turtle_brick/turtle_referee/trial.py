@@ -74,7 +74,7 @@ class Program(NamedTuple):
     """The number and kind of all requests."""
 
     idle: float = 3.0  # observation time (s) at rest
-    legs: int = 8  # number of drives, each in a different direction; their sum is zero
+    legs: int = 8  # number of drives in different directions; the last one ends at the start
     tilts: Sequence[float] = (0.5, -0.4, 0.25, 0.0)  # angles (rad)
     drops: Sequence[PlannedDrop] = (
         FAR_OUT, PlannedDrop('brick above the robot', 0.10, 0.0, REACTION_TIME + 0.3), IN_REACH,

@@ -150,7 +150,7 @@ def test_faults_are_found(domain_id, monkeypatch):
 
 
 def test_nodes_that_die_are_judged(domain_id):
-    """The robot stops when its drive begins, and the arena before the first place request."""
+    """The robot node exits before its drive, and the arena node before the first request."""
     ends = {'driving 0': 'robot', 'far out of reach': 'arena'}
     with Graph(domain_id, quiet=True) as graph:
         nodes = add_nodes(graph)

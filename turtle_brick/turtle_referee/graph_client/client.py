@@ -58,7 +58,7 @@ class GraphClient:
         return True
 
     def number(self, name: str) -> float:
-        """Return a physical parameter of the robot, or a typical value for an unknown one."""
+        """Return a physical parameter of the robot, or a typical value if none is known."""
         return self.record.profile.numbers.get(name, NUMBERS[name])
 
     def is_complete(self) -> bool:

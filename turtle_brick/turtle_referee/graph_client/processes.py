@@ -47,7 +47,7 @@ class Process(AbstractContextManager['Process']):
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str] = {},
                  listener: Callable[[str], object] | None = None) -> None:
-        """Start a program with more variables; a thread passes each line to the listener."""
+        """Start a program with extra environment variables; a thread calls `listener` per line."""
         self.command = list(command)
         self._listener = listener
         self._output_changed = threading.Condition()

@@ -47,7 +47,7 @@ class Spinner:
     executor: Executor
 
     def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
-        """Spin until a condition, described by `what`, holds; raise TimeoutError otherwise."""
+        """Spin until a condition holds; after the timeout (s), raise TimeoutError with `what`."""
         deadline = monotonic() + timeout
         while not condition():
             if monotonic() > deadline:

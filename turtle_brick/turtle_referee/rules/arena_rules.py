@@ -60,7 +60,7 @@ STEP = 1.0 / PHYSICS_RATE
 """Period (s) of the physics."""
 
 LAGS = range(0, round(MAX_LAG * NS_PER_SECOND) + 1, 5_000_000)
-"""Delays (ns) of a brick on the platform that the rules try."""
+"""Delays (ns) that the rules try for a brick on the platform."""
 
 BEFORE_NS = 100_000_000
 """Interval (ns) between the last measurement of the brick and the next request."""

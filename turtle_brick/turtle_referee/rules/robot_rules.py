@@ -91,7 +91,7 @@ def all_below_world(record: Record) -> Finding:
 def odom_is_fixed(record: Record) -> Finding:
     places = [sample.pose.position[:2] for sample in frame(record, 'odom', 'world').samples]
     moved = largest(dist(place, places[0]) for place in places)
-    # A turtle that has not moved may have been placed anywhere.
+    # The turtle may have been moved before odom was defined.
     starts = [CENTER, *((pose.message.x, pose.message.y) for pose in record.topics['pose'][:1])]
     offset = min(dist(places[0], start) for start in starts)
     return Finding(moved <= EXACT and offset <= NEAR, 'at ({:.3f}, {:.3f})'.format(*places[0])
