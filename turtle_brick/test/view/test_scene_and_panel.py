@@ -24,7 +24,7 @@ from turtle_brick.core.geometry import from_yaw, Pose
 from turtle_brick.view.camera import NEAR_VIEW, TOP_VIEW
 from turtle_brick.view.shapes import ORIGIN, SceneObject, Shape
 
-# If this whole module were skipped, the pytest plugin of launch_testing would skip others, too.
+# If the whole module were skipped, launch_testing's plugin would also skip other modules.
 if find_spec('viser') is not None:
     from turtle_brick.view.panel import Panel, PanelCallbacks, parse_position
     from turtle_brick.view.scene import Scene
@@ -168,7 +168,7 @@ def test_drop_first_places_the_brick_at_an_edited_position(page):
     panel, calls = page.panel, page.calls
 
     def press(name, text=None):
-        """Enter a text, if given, press a button, and return the resulting call."""
+        """Press a button after entering a text (if given), and return the resulting call."""
         panel.position.value = panel.position.value if text is None else text
         panel.press(name)
         assert text is None or panel.position.value == text

@@ -29,7 +29,7 @@ from turtle_brick.tools.graph import executable
 from turtle_brick.view import viewer
 from turtle_brick_interfaces.msg import Tilt
 
-# If this whole module were skipped, the pytest plugin of launch_testing would skip others, too.
+# If the whole module were skipped, launch_testing's plugin would also skip other modules.
 if viewer.find_spec('viser') is not None:
     from turtle_brick.view.server import check_address
 
@@ -40,7 +40,7 @@ WAITING = 'waiting for the response'
 
 
 def response_to(live, function, *arguments):
-    """Call a function as the page does, and return the response that the page shows."""
+    """Call a function in the same way as the page, and return the displayed response."""
     panel = live.viewer.panel
     panel.show_response(WAITING, True)
     live.viewer.schedule(function, *arguments)

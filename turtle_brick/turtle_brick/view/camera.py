@@ -43,8 +43,8 @@ NARROW_CORRECTION = (0.0, 0.0, -0.8)
 """Vector added to the view direction in a narrow picture so that the camera looks down steeply."""
 
 ZOOM_FRACTION = 1.0 / 60.0
-"""Fraction of the remaining distance that a camera moves closer per update. A camera moves back
-without a delay."""
+"""Fraction of the remaining distance that a camera moves closer in one update. A camera moves away
+in a single update."""
 
 
 class View(NamedTuple):

@@ -161,8 +161,7 @@ class Page:
         point = message.pose.position
         frame = self._pose(message.header.frame_id or WORLD)
         if frame is not None and is_drawable(point.x, point.y, point.z):
-            x, y, _ = frame.transform((point.x, point.y, point.z))
-            self._goal = (x, y)
+            self._goal = frame.transform((point.x, point.y, point.z))[:2]
 
     def on_tilt(self, message: Tilt) -> None:
         """Store the tilt of the platform."""
@@ -188,8 +187,7 @@ class Page:
         objects = {**robot, **self._goal_objects(), **self._frame_objects(),
                    **self._markers.objects(now, self._drawn_pose)}
         points = [link.pose.position for link in robot.values()]
-        brick = self._drawn_pose(BRICK)
-        if brick is not None:
+        if brick := self._drawn_pose(BRICK):
             x, y, z = brick.position
             points += [(x, y, z), (x, y, 0.0)]
         live = Snapshot(now, objects, points)
@@ -241,14 +239,10 @@ class Page:
         """Return height (m), distance (m) and speed (m/s). An unknown value is NaN."""
         brick, robot = self._drawn_pose(BRICK), self._drawn_pose(BASE_LINK)
         before = self._pose(BASE_LINK, max(self._drawn_time - SPEED_WINDOW_NS, 1))
-        height = distance = speed = nan
-        if brick is not None:
-            height = brick.position[2]
-        if robot is not None and brick is not None:
-            distance = dist(brick.position[:2], robot.position[:2])
-        if robot is not None and before is not None:
-            speed = dist(robot.position, before.position) * NS_PER_SECOND / SPEED_WINDOW_NS
-        return height, distance, speed
+        height = brick.position[2] if brick else nan
+        distance = dist(brick.position[:2], robot.position[:2]) if brick and robot else nan
+        length = dist(robot.position, before.position) if robot and before else nan
+        return height, distance, length * NS_PER_SECOND / SPEED_WINDOW_NS
 
     def _find_fixed_frame(self) -> str:
         """Return the world frame, or the robot's root link if it is not connected to world."""
@@ -301,26 +295,18 @@ class Page:
 def catch_status(brick_state: str, catcher_state: str, decision: str) -> str:
     """Describe the current catch in one line of text."""
     verdict, _, reason = decision.partition(': ')
-    match brick_state, verdict:
-        case 'falling', 'reachable':
-            return 'Reachable: driving under the brick'
-        case 'falling', 'unreachable':
-            return f'Unreachable: {reason}'
-        case 'falling', _:
-            return 'The brick is falling'
-        case 'grounded', 'reachable':
-            return 'Missed: the brick fell to the ground'
-        case 'grounded', 'unreachable':
-            return f'The unreachable brick fell to the ground: {reason}'
-        case 'riding', _ if catcher_state in ('carrying', 'tilting'):
-            return f'Caught: {catcher_state}'
-        case 'riding', _:
-            return 'Caught'
-    return 'Waiting for a brick to fall'
+    if brick_state == 'riding':
+        return f'Caught: {catcher_state}' if catcher_state in ('carrying', 'tilting') else 'Caught'
+    texts = {('falling', ''): 'The brick is falling',
+             ('falling', 'reachable'): 'Reachable: driving under the brick',
+             ('falling', 'unreachable'): f'Unreachable: {reason}',
+             ('grounded', 'reachable'): 'Missed: the brick fell to the ground',
+             ('grounded', 'unreachable'): f'The unreachable brick fell to the ground: {reason}'}
+    return texts.get((brick_state, verdict), 'Waiting for a brick to fall')
 
 
 def message_rate(times: list[int]) -> float | None:
-    """Return the rate (Hz) of messages from their arrival times (ns), or None without messages."""
+    """Return the rate (Hz) of messages from their arrival times (ns), or None if it is unknown."""
     if not times or times[-1] == times[0]:
         return None
     return (len(times) - 1) * NS_PER_SECOND / (times[-1] - times[0])

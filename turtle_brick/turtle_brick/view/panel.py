@@ -36,7 +36,7 @@ SLIDER_LIMIT = round(pi / 2.0, 2)
 """Largest angle (rad) of the slider, in both directions."""
 
 SLIDER_PAUSE = 1.0
-"""Time (s) for which the slider does not follow the platform after a user has moved it."""
+"""Time (s) after a user action during which the slider does not follow the platform."""
 
 CURVES = (('height (m)', '#e8590c'), ('distance (m)', '#1971c2'), ('speed (m/s)', '#2f9e44'))
 """Labels and colors of the curves."""
@@ -48,7 +48,7 @@ VIEWS = {'Near': NEAR_VIEW, 'From above': TOP_VIEW}
 """View for each camera button."""
 
 RANDOM_RANGES = ((0.5, ARENA_SIZE - 0.5), (0.5, ARENA_SIZE - 0.5), (3.0, 9.0))
-"""Ranges of the random x, y and z (m) of a brick."""
+"""Ranges of x, y and z (m) for random drops."""
 
 
 class PanelCallbacks(NamedTuple):
@@ -57,7 +57,7 @@ class PanelCallbacks(NamedTuple):
     place: Callable[[Vector], None]
     """Place the brick at a position (m) in the world frame."""
     drop: Callable[[Vector | None], None]
-    """Drop the brick, after placing it if a position (m) is given."""
+    """Place the brick if a position (m) is given, and drop the brick."""
     tilt: Callable[[float], None]
     """Tilt the platform to an angle (rad)."""
     drive: Callable[[float, float], None]
@@ -97,11 +97,10 @@ class Panel:
             with gui.add_form(None) as form:
                 # mypy regards the value of a control as read-only, so the type is Any.
                 self.position: Any = gui.add_text('x, y, z (m)', '')
-            buttons = gui.add_button_group('', ('Place', 'Drop', 'Drop at random'))
-            replays = gui.add_button_group('', tuple(REPLAY_SPEEDS))
+            buttons = gui.add_button_group(
+                '', ('Place', 'Drop', 'Drop at random', *REPLAY_SPEEDS))
         form.on_submit(self._on_submit)
         buttons.on_click(self._on_button)
-        replays.on_click(self._on_button)
 
     def _add_robot_folder(self, gui: viser.GuiApi) -> None:
         with gui.add_folder('Robot') as self.robot_folder:
@@ -121,7 +120,7 @@ class Panel:
                 padding=(8, 16, 0, 0))
 
     def suggest_position(self, position: Vector) -> None:
-        """Enter a position (m) into the input field if a user has not entered another position."""
+        """Write a position (m) into the input field unless a user has changed the field."""
         x, y, z = (round(coordinate, 3) for coordinate in position)
         if (x, y, z) != self._suggestion:
             if not self._is_edited():
@@ -155,7 +154,7 @@ class Panel:
             for name, rate in rates)
 
     def show_tilt(self, angle: float) -> None:
-        """Move the slider to the platform angle (rad) if a user has not just moved the slider."""
+        """Move the slider to the platform angle (rad), except during SLIDER_PAUSE."""
         shown = round(min(max(angle, -SLIDER_LIMIT), SLIDER_LIMIT), 2)
         if monotonic() - self._slider_time >= SLIDER_PAUSE and shown != self.tilt.value:
             self.tilt.value = shown
@@ -164,12 +163,8 @@ class Panel:
             'tilt_warning', f'The tilt is {angle:g} rad, outside the range of the slider.')
 
     def show_curves(self, points: Sequence[tuple[float, ...]]) -> None:
-        """
-        Plot the known curves, from the time when all of them were known.
-
-        :param points: a time (s) and the values of CURVES each; unknown values are NaN
-        """
-        # A chart with any NaN would remain empty.
+        """Plot points, each with a time (s) and the values of CURVES (NaN if unknown)."""
+        # A chart with a NaN would be empty, so only points with all known curves are plotted.
         values = numpy.array(points)
         known = numpy.flatnonzero(~numpy.isnan(values[-1]))
         complete = ~numpy.isnan(values[:, known]).any(axis=1)

@@ -77,7 +77,7 @@ class Replay:
 
 
 def interpolate(start: Pose, end: Pose, fraction: float) -> Pose:
-    """Return the pose at a fraction of the way from one pose to another."""
+    """Return the interpolated pose at a fraction (0 to 1) between two poses."""
     first, second = numpy.hstack(start), numpy.hstack(end)
     if first[3:] @ second[3:] < 0.0:
         second[3:] *= -1.0  # Quaternions with opposite signs are the same rotation.

@@ -33,12 +33,12 @@ SKY_COLOR = (214, 228, 242)
 """Colors (0 to 255) of the ground, its grid (one line per meter) and the sky."""
 
 POSITION_TOLERANCE = 1e-3
-"""Maximum distance (m) between a requested camera position and the reported one."""
+"""Distance (m) below which two camera positions count as equal."""
 
 LABEL_ANCHORS: dict[str, Any] = {
     'world': 'bottom-right', 'odom': 'top-right', 'base_link': 'bottom-left', 'stem': 'top-left',
     'wheel': 'top-right', 'platform': 'bottom-right', 'brick': 'top-left'}
-"""Corner of each label that touches the origin of the frame, so that labels do not overlap."""
+"""Corner of each label at the origin of its frame. Different corners keep labels apart."""
 
 
 class BrowserCamera:

@@ -66,7 +66,7 @@ class SceneObject(NamedTuple):
 
     shapes: tuple[Shape, ...]
     pose: Pose
-    """Pose of the frame of the shapes in the world frame."""
+    """Pose of the shapes' frame in the world frame."""
     label: str = ''
     """Label at the axes of the frame. The axes are hidden if the label is empty."""
 
@@ -94,7 +94,7 @@ class Markers:
         """
         Add, change or remove a marker.
 
-        :raises ValueError: the marker cannot be drawn for the stated reason
+        :raises ValueError: the marker cannot be drawn
         """
         key = (topic, message.ns, message.id)
         self._shown.pop(key, None)
@@ -124,17 +124,16 @@ def shape_of(message: Marker) -> Shape:
     """
     Return the shape of a marker.
 
-    :raises ValueError: the marker cannot be drawn for the stated reason
+    :raises ValueError: the marker cannot be drawn
     """
     if message.type not in MARKER_KINDS:
         name = MARKER_TYPES.get(message.type, 'unknown')
         raise ValueError(f'the page cannot draw the type {name}')
     position, orientation = message.pose.position, message.pose.orientation
     quaternion = (orientation.x, orientation.y, orientation.z, orientation.w)
+    # rviz2 also draws markers whose quaternion is zero.
     length = hypot(*quaternion)
-    rotation = IDENTITY  # rviz2 also accepts a quaternion of zeros.
-    if length > 0.0:
-        rotation = tuple(component / length for component in quaternion)
+    rotation = tuple(component / length for component in quaternion) if length else IDENTITY
     pose = Pose((position.x, position.y, position.z), rotation)
     size = (message.scale.x, message.scale.y, message.scale.z)
     color = (message.color.r, message.color.g, message.color.b, message.color.a)
@@ -149,7 +148,7 @@ def robot_shapes(description: str) -> RobotShapes:
     Return the shapes in a robot description.
 
     :param description: URDF from the topic robot_description
-    :raises ValueError: the URDF is invalid for the stated reason
+    :raises ValueError: the URDF is invalid
     """
     try:
         robot = ElementTree.fromstring(description)

@@ -36,7 +36,7 @@ Publishes commands from the page:
     goal_pose (geometry_msgs/PoseStamped): the clicked point on the ground
     tilt (turtle_brick_interfaces/Tilt): the angle of the slider (rad)
 
-Calls for commands from the page:
+Calls services for commands from the page:
     place (turtle_brick_interfaces/Place), drop (std_srvs/Trigger)
 
 Parameters, read-only:
@@ -164,7 +164,7 @@ class Viewer(Node):
         self._call(self._place_client, request, on_success)
 
     def drop(self, position: Vector | None = None) -> None:
-        """Drop the brick, after placing it if a position (m) is given."""
+        """Place the brick if a position (m) is given, and drop the brick."""
         if position is not None:
             self.place(position, on_success=self.drop)
         else:
