@@ -97,10 +97,11 @@ class Panel:
             with gui.add_form(None) as form:
                 # mypy regards the value of a control as read-only, so the type is Any.
                 self.position: Any = gui.add_text('x, y, z (m)', '')
-            buttons = gui.add_button_group(
-                '', ('Place', 'Drop', 'Drop at random', *REPLAY_SPEEDS))
+            buttons = gui.add_button_group('', ('Place', 'Drop', 'Drop at random'))
+            replays = gui.add_button_group('', tuple(REPLAY_SPEEDS))
         form.on_submit(self._on_submit)
         buttons.on_click(self._on_button)
+        replays.on_click(self._on_button)
 
     def _add_robot_folder(self, gui: viser.GuiApi) -> None:
         with gui.add_folder('Robot') as self.robot_folder:
