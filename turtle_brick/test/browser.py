@@ -13,9 +13,9 @@
 # limitations under the License.
 
 """
-A headless Chromium that tests control through the DevTools protocol. No ROS.
+Control a headless Chromium through the DevTools protocol.
 
-It requires the program Chromium and the Python package websockets, a dependency of viser.
+This requires Chromium and the Python package websockets, which pip installs with viser.
 """
 
 from base64 import b64decode
@@ -33,7 +33,7 @@ NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable'
 """Possible names of the executable."""
 
 TIMEOUT = 120.0
-"""Timeout (s) of each action. Without a graphics card, Chromium draws slowly."""
+"""Timeout (s) for each action. Without a graphics card, Chromium draws slowly."""
 
 OPTIONS = (
     '--headless=new', '--no-first-run', '--disable-background-networking', '--hide-scrollbars',
@@ -45,24 +45,18 @@ FEW_FRAMES = """
 window.requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 250);
 window.cancelAnimationFrame = clearTimeout;
 """
-"""Limits drawing to four frames per second, because sixty would occupy two processors."""
+"""Script that limits drawing to four frames per second. Sixty would occupy two processors."""
 
 
 def find_chromium() -> str | None:
-    """Return the path of Chromium, None if it is not installed."""
     return next(filter(None, map(shutil.which, NAMES)), None)
 
 
 class Chromium:
-    """A browser with one page. It runs while its context is active."""
+    """A context manager that runs a browser with one page."""
 
     def __init__(self, width: int = 1280, height: int = 720) -> None:
-        """
-        Store the size of the page; the context starts the browser.
-
-        :param width: width of the page (pixels)
-        :param height: height of the page (pixels)
-        """
+        """Set the width and height (pixels) of the page."""
         self._size = width, height
         self._stack = ExitStack()
         self._connection: Any = None
@@ -70,7 +64,6 @@ class Chromium:
         self._calls = 0
 
     def __enter__(self) -> 'Chromium':
-        """Start the browser and attach to its page."""
         from websockets.sync.client import connect
         program = find_chromium()
         assert program is not None
@@ -79,7 +72,7 @@ class Chromium:
             profile = stack.enter_context(TemporaryDirectory(ignore_cleanup_errors=True))
             options = [*OPTIONS, f'--window-size={width},{height}', f'--user-data-dir={profile}']
             if os.geteuid() == 0:
-                options.append('--no-sandbox')  # root cannot use the sandbox
+                options.append('--no-sandbox')  # Chromium refuses to use its sandbox as root.
             process = stack.enter_context(Process([program, *options, 'about:blank']))
             address = process.wait_for_output(r'DevTools listening on (ws://\S+)\s', TIMEOUT)[1]
             self._connection = stack.enter_context(
@@ -96,27 +89,22 @@ class Chromium:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End the browser."""
         self._stack.close()
 
     def go_to(self, url: str) -> None:
-        """Load a page."""
         answer = self._call('Page.navigate', url=url)
         assert not answer.get('errorText'), f'{url}: {answer["errorText"]}'
 
     def evaluate(self, expression: str) -> Any:
-        """Return the value of a JavaScript expression."""
         answer = self._call('Runtime.evaluate', expression=expression, returnByValue=True)
         assert 'exceptionDetails' not in answer, f'{expression}: {answer["exceptionDetails"]}'
         return answer['result'].get('value')
 
     def wait_for(self, expression: str) -> None:
-        """Wait until a JavaScript expression is true."""
         assert self.becomes_true(expression, TIMEOUT), (
             f'{expression} was not true within {TIMEOUT:g} s')
 
     def becomes_true(self, expression: str, timeout: float = 1.0) -> bool:
-        """Return whether a JavaScript expression becomes true within a timeout (s)."""
         deadline = monotonic() + timeout
         while not self.evaluate(f'Boolean({expression})'):
             if monotonic() > deadline:
@@ -125,7 +113,7 @@ class Chromium:
         return True
 
     def click_element(self, tag: str, text: str) -> None:
-        """Wait for an element with a tag and a text; click it, or the control that it labels."""
+        """Wait for an element with a tag and a text. Click the element or the labeled control."""
         element = (f'[...document.querySelectorAll({tag!r})]'
                    f'.find(candidate => candidate.innerText === {text!r})')
         self.wait_for(element)
@@ -133,7 +121,7 @@ class Chromium:
             f'document.getElementById({element}.htmlFor) || {element}'))
 
     def click(self, x: float, y: float, times: int = 1) -> None:
-        """Click a point on the page (pixels); three clicks select a text."""
+        """Click a point (pixels) on the page. Three clicks select a text."""
         self._call('Input.dispatchMouseEvent', type='mouseMoved', x=x, y=y)
         for count in range(1, times + 1):
             for kind in ('mousePressed', 'mouseReleased'):
@@ -141,35 +129,33 @@ class Chromium:
                            clickCount=count)
 
     def insert_text(self, text: str) -> None:
-        """Insert a text at the cursor, replacing the selection."""
         self._call('Input.insertText', text=text)
 
     def press_enter(self) -> None:
-        """Press Enter."""
         self._call('Input.dispatchKeyEvent', type='keyDown', key='Enter', code='Enter', text='\r',
                    windowsVirtualKeyCode=13)
         self._call('Input.dispatchKeyEvent', type='keyUp', key='Enter', code='Enter')
 
     def box_of(self, expression: str) -> list[float]:
-        """Scroll to an element and return its left, top, width and height (pixels)."""
+        """Scroll to an element, and return its left edge, top edge, width and height (pixels)."""
         return self.evaluate(
             '(element => { element.scrollIntoView({block: "nearest"});'
             ' const box = element.getBoundingClientRect();'
             f' return [box.x, box.y, box.width, box.height]; }})({expression})')
 
     def center_of(self, expression: str) -> tuple[float, float]:
-        """Scroll to an element and return its center (pixels)."""
+        """Scroll to an element, and return its center (pixels)."""
         x, y, width, height = self.box_of(expression)
         return x + width / 2.0, y + height / 2.0
 
     def screenshot(self, expression: str) -> bytes:
-        """Return a screenshot of an element as a PNG file; the expression is in JavaScript."""
+        """Return a PNG file with a screenshot of the element given by a JavaScript expression."""
         x, y, width, height = self.box_of(expression)
         return b64decode(self._call('Page.captureScreenshot', clip={
             'x': x, 'y': y, 'width': width, 'height': height, 'scale': 1})['data'])
 
     def _call(self, method: str, **parameters: Any) -> Any:
-        """Call a method of the DevTools protocol and return its result."""
+        """Call a method of the DevTools protocol, and return the result."""
         self._calls += 1
         message = {'id': self._calls, 'method': method, 'params': parameters}
         if self._session:

@@ -13,13 +13,13 @@
 # limitations under the License.
 
 """
-Test whether the graph recovers from killed and frozen nodes and from random messages.
+Test whether the graph recovers from killed nodes, frozen nodes and random messages.
 
     python3 turtle_brick/test/chaos.py kills [PATTERN]    each fault of each node in each stage
     python3 turtle_brick/test/chaos.py messages [COUNT]   messages on each topic and service
 
-After each fault, or after a thousand messages, the graph must recover without help. Then the next
-easy brick must be caught, carried to the center and tipped off. The program ends at the first
+The graph must recover by itself after each fault and after each thousand messages. The next easy
+brick must then be caught, carried to the center and tipped off. The program stops at the first
 failure.
 """
 
@@ -62,7 +62,7 @@ NODES = {
 """Package, executable and arguments of each node."""
 
 FAULTS = {'kill': None, 'freeze 0.3': 0.3, 'freeze 2': 2.0}
-"""The time (s) between SIGSTOP and SIGCONT, or None for SIGKILL and a restart."""
+"""Time (s) between SIGSTOP and SIGCONT, or None for SIGKILL and a restart."""
 
 STAGES: dict[str, Callable[[Any, DropWatch], Any]] = {
     'idle': lambda scene, watch: True,
@@ -74,29 +74,29 @@ STAGES: dict[str, Callable[[Any, DropWatch], Any]] = {
     'floating': lambda scene, watch: watch.leveled,
     'unreachable': lambda scene, watch: watch.refusals,
 }
-"""The stages of a drop, and the conditions under which they begin."""
+"""Stages of a drop, with the condition at which each stage begins."""
 
 START_TIME = 1.5 if 'FASTRTPS_DEFAULT_PROFILES_FILE' in os.environ else 5.0
-"""Time (s) until all nodes have discovered a new process. DDS announces participants every 3 s, or
-every 0.3 s with the profile of this project, and the first announcement may be lost."""
+"""Time (s) in which all nodes discover a new process. DDS may lose the first announcement. The
+second one follows after 3 s, or after 0.3 s with the profile of this project."""
 
 EASY_HEIGHT, EASY_DISTANCE, UNREACHABLE_HEIGHT = 8.0, 2.0, 12.0
-"""Height (m) of easy bricks, their largest distance (m) from the robot, and the height (m) of
-unreachable bricks, which a busy machine can still observe."""
+"""Height (m) of easy bricks, largest distance (m) of easy bricks from the robot, and height (m) of
+unreachable bricks. Even a busy machine can observe a fall from these heights."""
 
 BATCH, PERIOD = 1000, 0.005
-"""Number of random messages before each easy brick, and the time (s) between two messages."""
+"""Number of random messages before each easy brick, and time (s) between two messages."""
 
 EXCLUDED = ('/rosout', '/parameter_events', '/turtle1/cmd_vel', '/joint_states')
-"""Topics without random messages. The real turtlesim keeps a NaN from cmd_vel in its pose, and a
-stamp before 1970 ends the real robot_state_publisher."""
+"""Topics without random messages. The real turtlesim keeps a NaN from cmd_vel in its pose, and the
+real robot_state_publisher exits after a joint state with a stamp before 1970."""
 
 
 class Scene(Graph):
-    """A graph in separate processes, with a client."""
+    """A graph with nodes in separate processes and a client."""
 
     def __init__(self, domain_id: int, random: Random, names: Iterable[str] = NODES) -> None:
-        """Start nodes in a ROS domain; all random values come from `random`."""
+        """Start nodes in a ROS domain. All random values come from one generator."""
         super().__init__(domain_id)
         self.random = random
         self.parameters = (self.params_file, self.parameter_file(self.robot_parameters()))
@@ -105,7 +105,6 @@ class Scene(Graph):
             self.start(name)
 
     def start(self, name: str) -> None:
-        """Start a node."""
         package, executable, *arguments = NODES[name]
         for file in self.parameters:
             arguments += ['--params-file', str(file)]
@@ -114,7 +113,6 @@ class Scene(Graph):
         self.known_at = monotonic() + START_TIME
 
     def restart_observer(self) -> None:
-        """Replace the observer by a new one with an empty record."""
         for node in list(self.nodes):
             self.remove(node)
         self.observer = self.add(Observer, parameters=False)
@@ -124,7 +122,7 @@ class Scene(Graph):
         self.client = GraphClient(self, self.observer)
 
     def wait_until(self, condition: Callable[[], Any], what: str) -> None:
-        """Wait until a condition holds; fail if a node ends or prints a traceback."""
+        """Wait until a condition holds. Fail if a node exits or prints a traceback."""
         def check() -> Any:
             for process in self.processes.values():
                 assert process.running, process.exit_message()
@@ -135,11 +133,9 @@ class Scene(Graph):
 
     @property
     def brick_state(self) -> str:
-        """Return the latest message on brick_state, or 'unknown'."""
         return self.states[-1].message.data if self.states else 'unknown'
 
     def is_level(self, tolerance: float) -> bool:
-        """Return whether the platform is level within an angle (rad)."""
         platform = self.record.pose('platform', time_ns())
         return platform is not None and inclination(platform) < tolerance
 
@@ -153,11 +149,10 @@ class Scene(Graph):
                         'the graph is complete, the robot rests, and the brick is not on it')
 
     def place(self, position: Vector) -> None:
-        """Place the brick; repeat the request if its response is lost."""
         self.wait_until(lambda: self.client.place(position, hovering=0.3).accepted, 'place')
 
     def release(self, position: Vector) -> DropWatch:
-        """Place the brick, drop it and return a watch that follows it."""
+        """Place and drop the brick, and return a watch that follows the brick."""
         self.place(position)
         watch = DropWatch(self.record, time_ns(), position)
         watch.requested = watch.begin
@@ -166,7 +161,6 @@ class Scene(Graph):
         return watch
 
     def easy_position(self) -> Vector:
-        """Return a random position (m) from which a brick is easy to catch."""
         while True:
             x, y = (self.random.uniform(0.0, ARENA_SIZE) for _ in range(2))
             if 0.3 < self.client.distance_to((x, y)) < EASY_DISTANCE:
@@ -176,8 +170,8 @@ class Scene(Graph):
         """
         Drop an easy brick and check that it is caught, carried to the center and tipped off.
 
-        :param fault_end: the time (s) at which a fault ended. The catcher considers the delays
-            for WINDOW and may refuse the brick; then another one is dropped after that time.
+        :param fault_end: end (s) of a fault. The catcher may refuse bricks until WINDOW after the
+            fault. In this case, another brick is dropped after this time.
         """
         watch = self.release(self.easy_position())
         self.wait_until(lambda: watch.down, 'the easy brick is down')
@@ -190,7 +184,7 @@ class Scene(Graph):
         self.wait_until(lambda: watch.leveled, 'the platform is level again')
 
     def go_to(self, stage: str) -> None:
-        """Drop another brick if necessary and wait for a stage."""
+        """Place or drop another brick if the stage requires it, and wait for the stage."""
         if stage == 'hovering':
             self.place(self.easy_position())
         elif stage != 'idle':
@@ -201,7 +195,6 @@ class Scene(Graph):
             self.wait_until(lambda: STAGES[stage](self, watch), f'the stage {stage}')
 
     def inject(self, name: str, fault: float | None) -> None:
-        """Kill and restart a node, or freeze it for a duration (s)."""
         process = self.processes[name]
         if fault is None:
             process.kill()
@@ -212,14 +205,13 @@ class Scene(Graph):
             process.send(signal.SIGCONT)
 
     def check_fault(self, node: str, fault: str, stage: str) -> None:
-        """Check that the graph recovers from a fault of a node at a stage."""
+        """Check that the graph recovers from a fault in a node at a stage."""
         self.go_to(stage)
         self.inject(node, FAULTS[fault])
         self.recover()
         self.check_catch(monotonic())
 
     def check_messages(self, count: int) -> None:
-        """Check that the graph recovers from a number of random messages."""
         def follows_commands() -> bool:
             self.observer.send_tilt(0.0)
             self.observer.send_goal(*CENTER)
@@ -227,8 +219,8 @@ class Scene(Graph):
             return self.is_level(1e-3) and self.client.distance_to(CENTER) < 0.05
 
         sender = self.add(Node, parameters=False, node_name='sender')
-        # A transient local publisher reaches every subscription. Names with the part _action
-        # belong to the actions of turtlesim.
+        # A transient local publisher matches every subscription. The excluded names with a
+        # leading underscore belong to the actions of turtlesim.
         publishers = [
             sender.create_publisher(load_type(types[0]), name, subscription_qos(latched=True))
             for name, types in sender.get_topic_names_and_types()
@@ -243,7 +235,7 @@ class Scene(Graph):
             send(fill_randomly(kind(), self.random))
             self.spin_for(PERIOD)
         self.remove(sender)
-        self.spin_for(MAX_AHEAD_NS * SECONDS_PER_NS)  # Afterwards no stamp is in the future.
+        self.spin_for(MAX_AHEAD_NS * SECONDS_PER_NS)  # No stamp is in the future after this.
         self.restart_observer()
         self.wait_until(lambda: self.client.is_complete()
                         and self.observer.count_subscribers('tilt'), 'the graph is complete')
@@ -258,18 +250,17 @@ FRAMES = ['world', 'odom', 'base_link', 'post', 'platform', 'brick', 'stem', 'wh
 VALUES = {'boolean': [False, True], 'double': NUMBERS, 'float': NUMBERS,
           'string': [*FRAMES, '', '/platform', 'näme with blanks\n', '%s%n{}<robot/>',
                      'x' * 100_000]}
-"""The values of each type from which random values are chosen."""
+"""Possible random values of each type."""
 
 
 def fill_randomly(message: Any, random: Random) -> Any:
-    """Set all fields of a message to random values and return it."""
     for name, kind in message.get_fields_and_field_types().items():
         setattr(message, name, random_value(kind, random))
     return message
 
 
 def random_value(kind: str, random: Random) -> Any:
-    """Return a random value of a field type like 'double[36]' or 'sequence<std_msgs/Header>'."""
+    """Return a random value for a field type such as 'double[36]'."""
     if array := re.fullmatch(r'sequence<(.*)>|(.*)\[(\d+)\]', kind):
         count = array[3] or random.choice((0, 1, 1, 2, 4, 20))
         return [random_value(array[1] or array[2], random) for _ in range(int(count))]
@@ -282,7 +273,6 @@ def random_value(kind: str, random: Random) -> Any:
 
 
 def main(command: str = '', argument: str = '') -> None:
-    """Run the requested trials until the first one fails."""
     if command == 'kills':
         trials = [(Scene.check_fault, trial) for trial in product(NODES, FAULTS, STAGES)
                   if re.search(argument, ', '.join(trial))]
@@ -291,7 +281,7 @@ def main(command: str = '', argument: str = '') -> None:
     else:
         sys.exit(__doc__)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    handle_interrupts()  # SIGTERM must end the processes, too.
+    handle_interrupts()
     with reserved_domain() as domain_id, Scene(domain_id, Random(0)) as scene:
         scene.recover()
         for number, (check, trial) in enumerate(trials, 1):

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Test configuration: ROS domains, excluded files and test order."""
+"""Configure the ROS domains, the excluded files and the order of the tests."""
 
 from collections.abc import Iterator
 import contextlib
@@ -31,7 +31,7 @@ HERE = Path(__file__).parent
 
 
 def excluded_files() -> dict[str, list[str]]:
-    """Return the test files that cannot run in this environment, grouped by reason."""
+    """Return the test files that cannot run in this environment, by reason."""
     excluded = {'only for stand-ins': [
         f'standins/{file.name}' for file in HERE.glob('standins/test_*_standin.py')
         if not is_standin(file.stem.removeprefix('test_').removesuffix('_standin'))]}
@@ -47,7 +47,7 @@ def excluded_files() -> dict[str, list[str]]:
 
 
 def is_standin(package: str) -> bool:
-    """Return whether an installed package is a stand-in of this workspace."""
+    """Return whether an installed package is a stand-in from this workspace."""
     with contextlib.suppress(PackageNotFoundError):
         manifest = Path(get_package_share_directory(package), 'package.xml')
         return '<description>Stands in for' in manifest.read_text()
@@ -56,7 +56,7 @@ def is_standin(package: str) -> bool:
 
 LONGEST = ('test_pages', 'test_ros2cli_standin', 'test_launch_standin', 'test_viewer_browser',
            'test_chaos', 'test_referee_live')
-"""Test files with the longest duration."""
+"""Test files with the longest durations."""
 
 EXCLUDED = excluded_files()
 collect_ignore = [file for files in EXCLUDED.values() for file in files]
@@ -99,7 +99,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Run the linters first, and then the longest files, so that parallel runs end together."""
     def rank(item: pytest.Item) -> int:
         if item.get_closest_marker('linter'):
-            return 0  # flake8 forks, which is not safe when DDS threads are running.
+            return 0  # flake8 forks, which is not safe while DDS threads are running.
         return 1 if item.path.stem in LONGEST else 2
 
     items.sort(key=rank)

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Test the shell setup, the shell state and the error messages of env.bash."""
+"""Test the setup of the shell by env.bash, and the error messages of env.bash."""
 
 import os
 from pathlib import Path
@@ -34,17 +34,16 @@ without_ros = pytest.mark.skipif(
 
 
 def shell(script, *, options=(), **variables):
-    """Run a script in bash and return its exit status, standard output and standard error."""
+    """Run a script in bash, and return the exit status, standard output and standard error."""
     env = {name: value for name, value in {**os.environ, **variables}.items()
            if value is not None}
     done = subprocess.run(['bash', *options, '-c', script], env=env, cwd='/', text=True,
                           stdin=subprocess.DEVNULL, capture_output=True, timeout=60.0,
-                          start_new_session=True)  # bash must not take control of the terminal
+                          start_new_session=True)  # Otherwise, bash would control the terminal.
     return done.returncode, done.stdout, done.stderr
 
 
 def sourced(script, **arguments):
-    """Source env.bash in bash and then run a script."""
     return shell(f'source {shlex.quote(str(ENV))} || exit\n{script}', **arguments)
 
 
@@ -76,7 +75,7 @@ def test_the_pypi_home_ignores_the_environment_of_the_caller(tmp_path):
         VIRTUAL_ENV='/some/where', CONDA_PREFIX='/some/conda', RMW_IMPLEMENTATION='rmw_other',
         AMENT_PREFIX_PATH=None, ROS_DISTRO=None, PATH='/usr/local/bin:/usr/bin:/bin', CDPATH='/',
         PYTHON=None, COLCON_PYTHON_EXECUTABLE=str(python)) == (0, '', '')
-    # The first line of a script must not contain a path with a space.
+    # The first line of a script must not contain a path with spaces.
     shebangs = {path.read_bytes().split(b'\n')[0]
                 for path in Path(HOME, 'install').glob('*/lib/*/*')
                 if path.is_file() and os.access(path, os.X_OK) and '.so' not in path.name}
@@ -92,7 +91,7 @@ compgen -v | grep -v -x -E 'BASH.*|_|SECONDS|RANDOM|SRANDOM|EPOCH.*|PIPESTATUS|L
 @with_home
 def test_sourcing_keeps_shell_options_functions_and_variables():
     options = {'options': ('-efu', '-o', 'pipefail'), 'ROS_DOMAIN_ID': '77'}
-    # The shell that runs the tests has already sourced env.bash, so no new variables appear.
+    # This process has already inherited the variables from env.bash.
     before = shell(STATE, **options)
     status, output, errors = sourced(
         f'{STATE}\nfor _ in 1 2; do printf "again\\0"; env -0; '
@@ -131,7 +130,7 @@ def test_running_instead_of_sourcing_is_refused():
 
 @pytest.fixture
 def unbuilt(tmp_path):
-    """Return the paths to env.bash in a workspace without a home and to a folder for programs."""
+    """Return the paths of env.bash in a workspace without a home, and of a folder for programs."""
     shutil.copytree(SCRIPTS, tmp_path / 'workspace' / 'turtle_brick' / 'scripts')
     tools = tmp_path / 'tools'
     tools.mkdir()
@@ -141,7 +140,7 @@ def unbuilt(tmp_path):
 
 
 def refusal(env_bash, **variables):
-    """Check that sourcing env.bash fails without creating files, and return the error message."""
+    """Check that env.bash fails and creates no files, and return the error message."""
     status, output, errors = shell(
         f'source {shlex.quote(str(env_bash))}\necho "$?"\ndeclare -F', **{
             'ROS_DISTRO': None, 'TURTLE_BRICK_HOME': None, 'VIRTUAL_ENV': None, 'PYTHON': None,
@@ -171,5 +170,5 @@ exec(sys.argv[1])' "$3"
     assert '3.10 to 3.13' in sentence and 'sudo apt install' in sentence
     assert f'{old} is not' in refusal(env_bash, PATH=str(tools), PYTHON=str(old))
     (tools / 'python3.12').symlink_to(os.path.realpath(sys.executable))
-    # python3.12 is suitable, so the compiler check fails next
+    # python3.12 is suitable, so the check of the compilers fails next.
     assert 'No C compiler' in refusal(env_bash, PATH=str(tools), CC='', CXX='')

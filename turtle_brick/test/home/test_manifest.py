@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Compare all imports with the dependencies in package.xml and with the allowed layers."""
+"""Compare all imports with the dependencies in package.xml and with the permitted layers."""
 
 import ast
 from pathlib import Path
@@ -27,10 +27,10 @@ MANIFEST = (PACKAGE / 'package.xml').read_text()
 KEYS = {'PIL': 'python3-pil', 'tf2_ros': 'tf2_ros_py', **{name: f'python3-{name}' for name in (
     'hypothesis', 'joblib', 'matplotlib', 'mypy', 'numpy', 'psutil', 'pytest', 'rich', 'tqdm',
     'yaml')}}
-"""Rosdep key for each imported module whose name differs from its key."""
+"""Rosdep keys of imported modules whose names differ from their keys."""
 
 NOT_IMPORTED = {'launch_xml', 'ros2launch'}
-"""Packages required by `ros2 launch` and the XML launch files."""
+"""Packages that `ros2 launch` and the XML launch files require."""
 
 WITHOUT_KEY = {'viser', 'websockets'}
 """Modules without a usable rosdep key. A comment in package.xml explains how to install them."""
@@ -48,11 +48,11 @@ MAY_IMPORT = {
     'turtle_referee': ['turtle_referee'],
     'standins': ['turtle_brick.core.turtlesim_kinematics'],
 }
-"""Modules and packages in this workspace that each folder or file may import."""
+"""Modules and packages of this workspace that each folder or file may import."""
 
 
 def imports(*patterns):
-    """Return the full names of all modules imported by files that match a pattern."""
+    """Return the full names of all modules that are imported in files matching a pattern."""
     names = set()
     for path in [path for pattern in patterns for path in PACKAGE.glob(pattern)]:
         for node in ast.walk(ast.parse(path.read_text())):
@@ -68,7 +68,7 @@ def imports(*patterns):
 
 
 def imported_packages(*patterns):
-    """Return the rosdep keys for external modules imported by files that match a pattern."""
+    """Return the rosdep keys of external modules that are imported in files matching a pattern."""
     modules = {name.partition('.')[0] for name in imports(*patterns)}
     own = {'turtle_brick', 'turtle_referee', *(file.stem for file in PACKAGE.glob('test/**/*.py'))}
     return {KEYS.get(name, name)
@@ -76,7 +76,7 @@ def imported_packages(*patterns):
 
 
 def dependencies(kind):
-    """Return the package names in all package.xml elements of one type, such as exec_depend."""
+    """Return the package names in package.xml elements of a type such as exec_depend."""
     return {element.text for element in ElementTree.fromstring(MANIFEST).iter(kind)}
 
 

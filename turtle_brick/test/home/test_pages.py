@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Check the commands, output, parameters and links in README.md and doc/.
+Test the commands, output, parameters and links in README.md and doc/.
 
-The commands on a page are the lines in ```bash blocks and the code in `backquotes` that begins
-with one of PROGRAMS. Each command is run unless it matches a pattern in NOT_RUN.
+A command is a line in a ```bash block, or code in `backquotes` that begins with one of PROGRAMS.
+The test runs each command that does not match a pattern in NOT_RUN.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -56,7 +56,7 @@ NOT_RUN = {
     'ros2 run turtle_brick own_node': 'it requires a change of setup.py',
     r'ros2 run turtle_brick lesson \w': 'it is part of the complete lesson',
 }
-"""Patterns for commands that this test does not run, with reasons."""
+"""Patterns for commands that the test does not run, with reasons."""
 
 ARENA = 'ros2 launch turtle_brick turtle_arena.launch.py'
 
@@ -69,7 +69,7 @@ LASTING = {
     'python3 own_node.py': "'caught': 1",
     'bash turtle_brick/scripts/demo': 'http://',
 }
-"""Patterns for commands that run until Ctrl-C, with the expected output of each command."""
+"""Patterns for commands that run until Ctrl-C, with their expected output."""
 
 REQUIRES_ARENA = 'ros2 (node|param|service|topic|run tf2_ros)|python3 own_node'
 
@@ -82,13 +82,13 @@ if find_spec('viser') is None:
 
 
 def blocks(page):
-    """Return the language and text of each fenced code block on a page."""
+    """Return the language and the text of each code block on a page."""
     return [(language, re.sub(f'^{indent}', '', text, flags=re.M)) for indent, language, text
             in re.findall(r'^( *)```([^\n]*)\n(.*?)^ *```$', page.read_text(), re.M | re.S)]
 
 
 def block(page, language, word):
-    """Return the first code block on a page that has a given language and contains a word."""
+    """Return the first code block on a page with a language and a word."""
     return next(text for kind, text in blocks(PACKAGE / 'doc' / page)
                 if kind == language and word in text)
 
@@ -112,12 +112,10 @@ LESSON = [text for page in PAGES
 
 
 def matching(command, patterns):
-    """Return the first pattern that matches the beginning of a command, or None."""
     return next((pattern for pattern in patterns if re.match(pattern, command)), None)
 
 
 def run(command, domain, directory='/'):
-    """Run a command in a ROS domain until it exits, and return its exit status and output."""
     done = subprocess.run(
         ['bash', '-c', command], cwd=directory, stdin=subprocess.DEVNULL, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=TIMEOUT,
@@ -126,23 +124,21 @@ def run(command, domain, directory='/'):
 
 
 def started(command, domain, directory):
-    """Start a command in a ROS domain as a separate process."""
     return NodeProcess(['bash', '-c', f'cd {shlex.quote(str(directory))} && exec {command}'],
                        domain, {'TURTLE_BRICK_VIEW': 'none'})
 
 
 def interrupt(process):
-    """Send SIGINT to a process and its children, and return the exit status."""
+    """Send SIGINT to a process and its child processes, and return the exit status."""
     output = None
     while 'ros2 launch' in process.command[-1] and output != process.output:
-        output = process.output  # ros2 launch may fail if it is interrupted while busy
+        output = process.output  # `ros2 launch` may fail if it is interrupted while busy.
         Event().wait(0.3)
     os.killpg(process.pid, signal.SIGINT)
     return process.wait(TIMEOUT)
 
 
 def check_command(command, domain, directory):
-    """Run a command from a page and check the result."""
     for name in ('turtle_brick', 'turtle_brick_interfaces'):
         (directory / name).symlink_to(ROOT / name)
     (directory / 'own_node.py').write_text(block('changing.md', 'python', 'class OwnNode'))
@@ -150,7 +146,7 @@ def check_command(command, domain, directory):
         with started(command, domain, directory) as process:
             process.wait_for_output(LASTING[matching(command, LASTING)], TIMEOUT)
             interrupt(process)
-            # the real joint_state_publisher prints a traceback when it exits
+            # The real joint_state_publisher prints a traceback when it exits.
             assert 'Traceback' not in re.sub(r'\[joint_state.*', '', process.output)
         return
     status, output = run(command, domain, directory)
@@ -163,7 +159,7 @@ def check_command(command, domain, directory):
 
 @contextmanager
 def arena(directory):
-    """Start the arena in a separate domain, and check that SIGINT stops it without a traceback."""
+    """Start the arena in a new domain. Check that SIGINT stops the arena without a traceback."""
     with reserved_domain() as domain, started(ARENA, domain, directory) as process:
         process.wait_for_output('waiting for a fall', TIMEOUT)
         deadline, listed = monotonic() + TIMEOUT, ''
@@ -175,13 +171,13 @@ def arena(directory):
             assert interrupt(process) == 0, process.output
             assert 'Traceback' not in process.output
         finally:
-            if find_spec('ros2cli.daemon') is not None:  # only the real ros2 has a daemon
+            if find_spec('ros2cli.daemon') is not None:  # Only the real `ros2` has a daemon.
                 run('ros2 daemon stop', domain)
 
 
 @pytest.fixture(scope='module')
 def outcomes(tmp_path_factory):
-    """Run the commands on all pages in parallel, and return a future for each command."""
+    """Run the commands on all pages, several at a time, and return a future for each command."""
     futures, brick = {}, Lock()
 
     def check_alone(command):
@@ -199,7 +195,7 @@ def outcomes(tmp_path_factory):
             futures.update((command, pool.submit(check, command)) for command in commands)
 
     def check_with_arena(_):
-        # start the longest commands first
+        # The longest commands start first.
         commands = sorted(talking, key=lambda command: not re.search('own_node|/drop', command))
         with arena(tmp_path_factory.mktemp('arena')) as domain:
             check_all(commands, 6, partial(check_beside_arena, domain))
@@ -208,7 +204,7 @@ def outcomes(tmp_path_factory):
                 if not matching(command, [*NOT_RUN, *SKIPPED])]
     talking = [command for command in possible if re.match(REQUIRES_ARENA, command)]
     building = [command for command in possible if 'env.bash' in command]
-    check_all(building, 1, check_alone)  # the other commands require the complete build
+    check_all(building, 1, check_alone)  # The other commands require the complete build.
     check_all([command for command in possible
                if command not in (ARENA, *talking, *building)], 3, check_alone)
     check_all([ARENA], 1, check_with_arena)
@@ -241,7 +237,7 @@ def test_links_have_targets(page):
         assert file.exists(), target
         if anchor:
             headings = re.findall('^#+ (.*)', file.read_text().lower(), re.M)
-            # GitHub removes punctuation and replaces spaces with hyphens
+            # GitHub removes punctuation and replaces spaces by hyphens.
             assert anchor in [re.sub(r'[^\w\- ]', '', heading).replace(' ', '-')
                               for heading in headings], target
 
