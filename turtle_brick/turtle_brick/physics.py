@@ -22,8 +22,7 @@ Simulate a brick that falls onto a platform, rides on it and slides off.
 A release starts a fall. Placing the brick changes any phase to HOVERING.
 
 The height of a falling brick is z = z0 - g t^2 / 2, where t is the time since the release. This
-closed form does not accumulate errors. A brick on a tilted platform slides with the acceleration
-g sin(tilt).
+closed form does not accumulate errors. A sliding brick has the acceleration g sin(tilt).
 
 The location of the brick is its center. The bottom of the brick touches the platform or the
 ground. The brick always has the same inclination as the platform.
