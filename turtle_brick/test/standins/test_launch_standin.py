@@ -34,6 +34,7 @@ from types import SimpleNamespace
 
 from ament_index_python.packages import get_package_share_directory
 import launch
+import launch_testing
 import pytest
 from recorded import Command, PROGRAMS, records, run_here, with_paths, write_files
 import yaml
@@ -93,8 +94,6 @@ def normal(text, files, log_dir=None):
     text = re.sub(r'(?m)^(\[.*?\] )?(Traceback .*:)(\n\1?  .*)+', r'\1\2\n\1  $TRACEBACK', text)
     return re.sub(r'([=_-])\1{2,}', r'\1\1\1', re.sub(r'in \d+\.\d+s', 'in $N s', text))
 
-
-# ----------------------------------------------------------------------- tests in this process
 
 @cache
 def xacro(*arguments):
@@ -242,13 +241,39 @@ def test_common_features_without_recordings(environment, tmp_path, monkeypatch):
 @pytest.mark.parametrize('package, name', [
     ('launch', 'LaunchIntrospector'), ('launch.actions', 'ResetEnvironment'),
     ('launch.event_handlers', 'OnShutdown'), ('launch.substitutions', 'FileContent'),
-    ('launch_ros.actions', 'LifecycleNode'), ('launch_testing.asserts', 'EventuallyEqual')])
+    ('launch_ros.actions', 'LifecycleNode'), ('launch_testing.asserts', 'EventuallyEqual'),
+    ('tf2_ros', 'TransformServer')])
 def test_missing_name_is_explained(package, name):
     with pytest.raises(ImportError, match=f'^{name} is not in the stand-in for'):
         exec(f'from {package} import {name}', {})
 
 
-# -------------------------------------------------------------------------- tests with commands
+@pytest.mark.parametrize('module, name', [
+    ('launch.launch_description_sources', 'PythonLaunchDescriptionSource'),
+    ('launch_ros.actions', 'Node'), ('launch_testing.actions', 'ReadyToTest')])
+def test_module_is_an_attribute_of_its_package(module, name):
+    exec(f'import {module}; {module}.{name}', {})
+
+
+def test_argument_of_test_description_is_an_error():
+    def generate_test_description(speed=1.0):
+        return launch.LaunchDescription()
+
+    with pytest.raises(Exception, match="has unexpected extra argument 'speed'"):
+        launch_testing.run(SimpleNamespace(generate_test_description=generate_test_description))
+
+
+def test_timeouts_and_emulate_tty_are_launch_arguments(environment, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path('stubborn.launch.xml').write_text(
+        '<launch><executable cmd="bash -c \'trap : INT TERM; tty &lt;&amp;1; kill -INT $PPID; '
+        'while true; do sleep 0.02; done\'" output="screen" sigkill_timeout="0.25"/></launch>')
+    done = run_here(['ros2', 'launch', 'stubborn.launch.xml', 'sigterm_timeout:=0.25',
+                     'emulate_tty:=true'], monkeypatch)
+    assert "'0.25' seconds after receiving 'SIGINT', escalating to 'SIGTERM'" in done.text
+    assert "'0.5' seconds after receiving 'SIGTERM', escalating to 'SIGKILL'" in done.text
+    assert '[bash-1] /dev/pts/' in done.text
+
 
 def run(record, files, top, before):
     """Run a recorded command with its signals. Return the command and remaining processes."""

@@ -47,8 +47,6 @@ NS_PER_SECOND = 1_000_000_000
 LATEST = Time()
 
 
-# ---------------------------------------------------------------------------------- conversions
-
 def stamped(parent, child, time, translation=(0.0, 0.0, 0.0), rotation=(0.0, 0.0, 0.0, 1.0)):
     """Return a transform with a timestamp (ns)."""
     message = TransformStamped()
@@ -71,8 +69,6 @@ def seconds(time):
     """Convert seconds to a time."""
     return Time(nanoseconds=round(time * NS_PER_SECOND))
 
-
-# ----------------------------------------------------------------------------------- recordings
 
 @pytest.mark.parametrize('script', RECORDED + RANDOM, ids=lambda script: script['name'])
 def test_calls_return_the_recorded_results(script):
@@ -111,8 +107,6 @@ def test_calls_return_the_recorded_results(script):
                 assert found.child_frame_id == expected['child']
 
 
-# --------------------------------------------------------------------------------------- timeout
-
 def test_lookup_waits_until_timeout():
     """A lookup returns a transform that arrives in time, or raises at the timeout."""
     buffer, begin = Buffer(), monotonic()
@@ -125,13 +119,6 @@ def test_lookup_waits_until_timeout():
     assert numbers(found)[:3] == [1.0, 2.0, 3.0]
     assert monotonic() - begin < 15.0
 
-
-def test_missing_name_is_explained():
-    with pytest.raises(ImportError, match='^TransformServer is not in the stand-in for tf2_ros'):
-        from tf2_ros import TransformServer  # noqa: F401
-
-
-# -------------------------------------------------------------------------------------- live ROS
 
 class ListenerNode(Node):
     """A node with a buffer and a listener."""
@@ -184,8 +171,6 @@ def test_broadcast_transforms_can_be_looked_up(domain_id):
         listener.tf_listener.unregister()
         live.wait_for(lambda: not subscriptions(), 10.0, 'the end of the subscriptions')
 
-
-# ------------------------------------------------------------------------------------ interfaces
 
 @pytest.mark.parametrize('interface', REAL_HASHES)
 def test_type_hash_is_the_real_one(interface):

@@ -32,7 +32,8 @@ for name in ('conditions', 'logging', 'utilities'):  # separate modules in the r
     sys.modules[f'launch.{name}'] = globals()[name] = substitutions
 sys.modules['launch.event_handlers'] = event_handlers = actions
 sys.modules['launch.events'] = events = actions  # Shutdown is also used as an event.
-sys.modules['launch.launch_description_sources'] = sys.modules[__name__]
+launch_description_sources = sys.modules[__name__]
+sys.modules['launch.launch_description_sources'] = launch_description_sources
 __getattr__ = missing_name('launch')
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT, signal.SIGHUP)
 

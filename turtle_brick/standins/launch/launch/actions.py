@@ -22,7 +22,6 @@ import signal
 import subprocess
 import threading
 import traceback
-import tty
 from types import SimpleNamespace
 
 from launch.substitutions import (Deferred, get_logger, LaunchConfiguration, missing_name,
@@ -182,8 +181,9 @@ class ExecuteProcess(Action):
             raise ValueError(f'{output} is not a valid standard output config i.e. "screen", '
                              '"log" or "both"')
         self.targets = targets[output]
-        self.timeouts = text(sigterm_timeout), text(sigkill_timeout)
         self.respawn = respawn if isinstance(respawn, bool) else read_typed(text(respawn), bool)
+        if 'emulate_tty' in context.launch_configurations:
+            self.emulate_tty = read_typed(context.launch_configurations['emulate_tty'], bool)
         self.context = context
         context.handlers.insert(0, OnProcessExit(target_action=self, on_exit=on_exit))
         self.logger = get_logger(self.label)
@@ -207,8 +207,6 @@ class ExecuteProcess(Action):
     async def _run_once(self):
         pipes = [pty.openpty() if self.emulate_tty else os.pipe() for _ in range(2)]
         try:
-            for _, end in pipes if self.emulate_tty else ():
-                tty.setraw(end)
             self.popen = subprocess.Popen(
                 ' '.join(self.command) if self.shell else self.command, shell=self.shell,
                 cwd=self.directory, env=self.variables, stdin=subprocess.PIPE,
@@ -253,7 +251,8 @@ class ExecuteProcess(Action):
             self.context.create_task(self._end(number))
 
     async def _end(self, first):
-        term, kill = self.timeouts
+        term, kill = (perform(self.context, timeout)
+                      for timeout in (self.sigterm_timeout, self.sigkill_timeout))
         both = float(term) + float(kill) if first == signal.SIGINT else kill
         for number, seconds, shown, stronger in (
                 (signal.SIGINT, float(term), term, 'SIGTERM'),

@@ -26,8 +26,9 @@ from launch.substitutions import (get_logger, missing_name, perform, read_typed,
 import yaml
 
 __getattr__ = missing_name('launch_ros')
-for module in ('actions', 'descriptions', 'parameter_descriptions', 'substitutions'):
-    sys.modules[f'{__name__}.{module}'] = sys.modules[__name__]  # as in the real package
+for module in ('actions', 'descriptions', 'parameter_descriptions',
+               'substitutions'):  # separate modules in the real package
+    sys.modules[f'{__name__}.{module}'] = globals()[module] = sys.modules[__name__]
 
 
 def _find_executable(context, executable, package):
@@ -153,10 +154,6 @@ class Node(ExecuteProcess):
         self.parameters, self.remappings = parameters or [], remappings or []
 
     def execute(self, context):
-        self._expand(context)
-        return super().execute(context)
-
-    def _expand(self, context):
         logger, settings = get_logger('launch_ros.actions.node'), context.launch_configurations
         try:
             name, namespace = (each and perform(context, each) for each in self.names)
@@ -193,3 +190,4 @@ class Node(ExecuteProcess):
                 logger.warning(f'Parameter file path is not a file: {path}')
         for source, target in [*settings.get('ros_remaps', []), *self.remappings]:
             self.cmd += ['-r', f'{perform(context, source)}:={perform(context, target)}']
+        return super().execute(context)

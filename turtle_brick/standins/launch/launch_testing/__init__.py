@@ -31,8 +31,8 @@ from launch.substitutions import missing_name
 import pytest
 
 __getattr__ = missing_name('launch_testing')
-for name in ('actions', 'asserts'):
-    sys.modules[f'{__name__}.{name}'] = sys.modules[__name__]  # as in the real package
+for name in ('actions', 'asserts'):  # separate modules in the real package
+    sys.modules[f'{__name__}.{name}'] = globals()[name] = sys.modules[__name__]
 START_TIME = 15.0
 ReadyToTest = action('ReadyToTest', lambda context: context.notify('ready'))
 
@@ -130,6 +130,10 @@ def has_ready_to_test(entity):
 
 def run(module, arguments=(), debug=False):
     """Launch and test a module, and return the name and text of each failure."""
+    unexpected = list(inspect.signature(module.generate_test_description).parameters)
+    if unexpected:
+        raise Exception(
+            f"generate_test_description has unexpected extra argument '{unexpected[0]}'")
     description = module.generate_test_description()
     if not isinstance(description, tuple):
         description = description, {}

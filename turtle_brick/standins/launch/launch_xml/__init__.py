@@ -133,6 +133,7 @@ READERS = {  # functions that read attributes without substitutions
     'arguments': split, 'ros_arguments': split, 'cmd': split, 'description': unescape,
     'respawn_max_retries': int, 'respawn_delay': float,
     'on_exit': on_exit,
+    **dict.fromkeys(('sigterm_timeout', 'sigkill_timeout'), lambda text: str(float(text))),
     **dict.fromkeys(('shell', 'emulate_tty', 'scoped', 'forwarding', 'prepend'),
                     lambda text: read_typed(text, bool))}
 TYPES = {each.__name__: each for each in (str, int, float, bool)}
