@@ -71,7 +71,7 @@ class RobotTracker:
 
     @property
     def goal(self) -> tuple[float, float]:
-        """Last recorded goal (m) in the world frame."""
+        """Position (m) of the last recorded goal in the world frame."""
         return self._goals[-1][1]
 
     @property
