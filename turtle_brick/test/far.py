@@ -13,14 +13,13 @@
 # limitations under the License.
 
 """
-far: run the graph on three hosts with slow links between them, and drop bricks.
-
-The hosts are network namespaces on this machine. A switch connects them, and delays or loses
-Ethernet frames. The first host runs the robot, the second one the arena and the client, and the
-third one the catcher. The program requires user namespaces (`unshare --user`) and /dev/net/tun,
-but no root permissions.
+far: drop bricks in a graph on three hosts with slow links between them.
 
     python3 turtle_brick/test/far.py --delay 30 --jitter 5 --loss 1 --drops 40
+
+The hosts are network namespaces on this machine. They run the robot, the catcher, and the arena
+with a client. A switch between them delays and loses Ethernet frames. The program requires user
+namespaces (`unshare --user`) and /dev/net/tun, but no root permissions.
 """
 
 import argparse
@@ -56,20 +55,23 @@ CLONE_NEWNET = 0x40000000
 """Flag for a new network namespace, see unshare(2)."""
 
 TUNSETIFF, SIOCSIFFLAGS, SIOCSIFADDR, SIOCSIFNETMASK = 0x400454ca, 0x8914, 0x8916, 0x891c
-"""Requests of ioctl, see netdevice(7) and if_tun.h of Linux."""
+"""Requests for ioctl, see netdevice(7) and if_tun.h in Linux."""
 
 TAP_WITHOUT_HEADER, UP, MULTICAST = 0x1002, 0x1, 0x1000
 """Flags of a network interface."""
+
+FIRST_LATENCY = 0.5
+"""Latency (s) assumed for the first brick."""
 
 START_TIME = 60.0
 """Timeout (s) for the start of the graph."""
 
 TIMEOUT = 40.0
-"""Timeout (s) of all other waits, which include DDS heartbeats and a drive across the arena."""
+"""Timeout (s) for all other events, such as a drive across the arena."""
 
 
 def move_to_new_host(number: int) -> int:
-    """Move this process and its future children to a new host; return the tap device."""
+    """Move this process and its future child processes to a new host. Return the tap device."""
     if ctypes.CDLL(None).unshare(CLONE_NEWNET) != 0:
         raise OSError('unshare: network namespaces are not permitted')
     tap = os.open('/dev/net/tun', os.O_RDWR)
@@ -89,14 +91,13 @@ def switch(taps: list[int], delay: float, jitter: float, loss: float,
     """
     Forward Ethernet frames to their destination, or to all hosts if the destination is unknown.
 
-    :param delay: mean delay (s) of a frame
-    :param jitter: standard deviation (s) of the delay
+    :param delay: mean delay (s) of a frame, with the standard deviation `jitter` (s)
     :param loss: fraction of lost frames
-    :param is_done: function that is called ten times per second and stops the switch
+    :param is_done: function that stops the switch, called ten times per second
     """
     random = Random(1)
-    tap_of: dict[bytes, int] = {}  # by MAC address
-    queue: list[tuple[float, int, int, bytes]] = []  # due time (s), number, tap, frame
+    tap_of: dict[bytes, int] = {}  # The keys are MAC addresses.
+    queue: list[tuple[float, int, int, bytes]] = []  # Due time (s), number, tap and frame.
     count = 0
     while not is_done():
         end = monotonic() + 0.1
@@ -118,19 +119,17 @@ def switch(taps: list[int], delay: float, jitter: float, loss: float,
 
 def distance_at_latency(height: float, latency: float) -> float:
     """Return the guaranteed distance (m) for a brick at a height (m) and a latency (s)."""
-    # A command uses one link, the motion is reported over another one, and the release is
-    # detected one link later.
+    # The measured latency contains two links: one for the command and one for the motion. The
+    # transforms that show the release use a third link.
     return guaranteed_distance(height, load(), 1.5 * (latency - COMMAND_LATENCY))
 
 
-def random_place(robot: tuple[float, float], latency: float | None, random: Random
+def random_place(robot: tuple[float, float], latency: float, random: Random
                  ) -> tuple[float, float, float]:
-    """Return a random place (m) at 0.6 to 1.0 guaranteed distances, or at 0.6 m without one."""
+    """Return a random place (m) within the guaranteed distance at a latency (s)."""
     while True:
         z = resting_height(load()) + random.uniform(3.0, 7.0)
-        distance = 0.6
-        if latency is not None:
-            distance = random.uniform(0.6, 1.0) * distance_at_latency(z, latency)
+        distance = random.uniform(0.6, 1.0) * distance_at_latency(z, latency)
         angle = random.uniform(-pi, pi)
         x, y = robot[0] + distance * cos(angle), robot[1] + distance * sin(angle)
         if within_arena(x, y) == (x, y):
@@ -139,15 +138,15 @@ def random_place(robot: tuple[float, float], latency: float | None, random: Rand
 
 def drop_bricks(drops: int) -> int:
     """
-    Drop bricks, and print each outcome and a row of the table in figures.md.
+    Drop bricks, and print each result and a row of the table in figures.md.
 
-    The first brick serves only to measure the latency.
+    An additional first brick is only dropped to measure the latency.
 
-    :return: the exit status, which is 0 if all other bricks were caught or refused
+    :return: exit status, which is 0 if all other bricks were caught or refused
     """
     random = Random(1)
     outcomes: Counter[str] = Counter()
-    latencies: list[float] = []
+    latencies = [FIRST_LATENCY]
     with Graph() as graph:
         graph.add_arena()
         observer = graph.add(Observer, parameters=False)
@@ -155,7 +154,7 @@ def drop_bricks(drops: int) -> int:
         qos = subscription_qos(latched=True)
         log = observer.poller.record(Log, '/rosout', qos)
         decisions = observer.poller.record(String, 'catcher_decision', qos)
-        # If frames are lost, the catcher may receive TF later than this client.
+        # The catcher may discover the robot later than this client.
         graph.spin_until(lambda: client.is_complete() and any(
             'waiting for a fall' in line.message.msg for line in log), START_TIME,
                          'robot, arena and catcher are running')
@@ -163,7 +162,7 @@ def drop_bricks(drops: int) -> int:
             client.wait_until(client.is_at_rest, TIMEOUT)
             robot = client.robot_position()
             assert robot is not None
-            place = random_place(robot, latencies[-1] if latencies else None, random)
+            place = random_place(robot, latencies[-1], random)
             client.place(place, hovering=1.0).check()
             decisions.clear()
             watch = client.drop(place)
@@ -182,14 +181,13 @@ def drop_bricks(drops: int) -> int:
                 outcomes['inside'] += outcome == 'refused' and watch.distance <= limit
                 print(f'  {watch.distance:.2f} m, guaranteed {limit:.2f} m: {outcome}', flush=True)
     broken = drops - outcomes['caught'] - outcomes['refused']
-    print(f'| {drops} | {min(latencies[1:]):.2f}–{max(latencies[1:]):.2f} s | '
+    print(f'| {drops} | {min(latencies[2:]):.2f}–{max(latencies[2:]):.2f} s | '
           f'{outcomes["caught"]} | {outcomes["refused"]} | {outcomes["inside"]} | {broken} |',
           flush=True)
     return 1 if broken else 0
 
 
 def run_robot() -> None:
-    """Run turtlesim, robot_state_publisher and turtle_robot until SIGINT or SIGTERM."""
     with Graph() as graph:
         graph.add_turtlesim()
         graph.add_robot_state_publisher()
@@ -198,8 +196,7 @@ def run_robot() -> None:
 
 
 def run_hosts(options: argparse.Namespace) -> int:
-    """Run the graph on three hosts and drop bricks; return the exit status."""
-    # Shared memory would bypass the links.
+    # Shared memory would bypass the switch.
     environment = {'ROS_DOMAIN_ID': '0', 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET',
                    'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4'}
     taps, processes = [], []
@@ -220,15 +217,13 @@ def run_hosts(options: argparse.Namespace) -> int:
 
 
 def main() -> int:
-    """Run the program; return its exit status."""
-    parser = argparse.ArgumentParser(prog='far', description=__doc__.split('\n\n')[0].strip())
-    for name, default, unit, text in (
-            ('delay', 30.0, 'MS', 'mean one-way delay of a frame (ms)'),
-            ('jitter', 5.0, 'MS', 'standard deviation of the delay (ms)'),
-            ('loss', 0.0, 'PERCENT', 'share of lost frames (%%)'),
-            ('drops', 40, 'N', 'number of bricks')):
-        parser.add_argument(f'--{name}', type=type(default), default=default, metavar=unit,
-                            help=text)
+    parser = argparse.ArgumentParser(
+        prog='far', description='Drop bricks in a graph on three hosts with slow links.')
+    for name, default, text in (
+            ('delay', 30.0, 'mean one-way delay of a frame (ms)'),
+            ('jitter', 5.0, 'standard deviation of the delay (ms)'),
+            ('loss', 0.0, 'percentage of lost frames'), ('drops', 40, 'number of bricks')):
+        parser.add_argument(f'--{name}', type=type(default), default=default, help=text)
     for role in ('--robot', '--client'):
         parser.add_argument(role, action='store_true', help=argparse.SUPPRESS)
     options = parser.parse_args()
