@@ -14,6 +14,7 @@
 """The command `ros2`, which runs the verb on its command line."""
 
 import argparse
+from collections import defaultdict
 from contextlib import redirect_stdout
 from functools import partial
 from importlib import import_module
@@ -25,6 +26,7 @@ import signal
 import sys
 import traceback
 
+from argcomplete import CompletionFinder
 import yaml
 
 
@@ -35,17 +37,12 @@ def positive(text):
     return float(text)
 
 
-def refuse(missing):
-    """Exit with an error that names a missing verb or option."""
-    sys.exit(f'{missing} is in the real ros2cli, but not in this stand-in')
-
-
 class LeftOut(argparse.Action):
     """An option that the stand-in does not support."""
 
     def __call__(self, parser, namespace, values, option_string=None):
         """Exit with an error that names the option."""
-        refuse(f'{parser.prog} {option_string}')
+        sys.exit(f'{parser.prog} {option_string} is in the real ros2cli, but not in this stand-in')
 
 
 TYPES = {'int': int, 'float': float, 'positive': positive, 'left out': LeftOut}
@@ -94,8 +91,6 @@ def add_command(parser, command, typed, table):
             parser.set_defaults(function=getattr(import_module(f'ros2cli.{module}'),
                                                  command.replace(' ', '_').strip('_')))
             return
-    if not any(other.startswith(f'{command} ') for other in table['words']):
-        refuse(f'ros2 {command}')
     add_commands(parser, f'{command} ', typed, table)
 
 
@@ -114,10 +109,21 @@ def parse(argv):
             sys.exit(f'ros2 {name} is not in this stand-in: {instead}')
     add_commands(parser, '', words, table)
     if completing:
-        from argcomplete import autocomplete
-        autocomplete(parser, exclude=['-h', '--help'], always_complete_options=False,
-                     default_completer=partial(complete, table['completed']))
+        Finder()(parser, exclude=['-h', '--help'], always_complete_options=False,
+                 default_completer=partial(complete, table['completed']))
     return parser.parse_args(argv)
+
+
+class Finder(CompletionFinder):
+    """Completes words, and offers the values of a message as a text in quotes."""
+
+    def quote_completions(self, completions, cword_prequote, last_wordbreak_pos):
+        """Quote completions for the shell, unless they are in quotes already."""
+        if completions and completions[0].startswith('"'):
+            if not cword_prequote:
+                return completions
+            completions = [each.strip('"') for each in completions]
+        return super().quote_completions(completions, cword_prequote, last_wordbreak_pos)
 
 
 def complete(verbs, action, parsed_args, **_):
@@ -125,9 +131,11 @@ def complete(verbs, action, parsed_args, **_):
     os.environ.pop('_ARGCOMPLETE', None)
     with redirect_stdout(StringIO()) as output:
         if action.dest in verbs:
-            args = parse(verbs[action.dest].format(**vars(parsed_args)).split())
+            given = defaultdict(str, vars(parsed_args))
+            args = parse(verbs[action.dest].format_map(given).split())
             args.function(args)
-    return [line.split()[-1] for line in output.getvalue().splitlines()]
+    text = output.getvalue().strip()
+    return [text] if text.startswith('"') else [line.split()[-1] for line in text.splitlines()]
 
 
 def interrupt(number, _):

@@ -256,6 +256,18 @@ service_type = partial(print_type, GraphNode.service_types, 'service_name')
 topic_type = partial(print_type, GraphNode.topic_types, 'topic_name')
 
 
+def service_info(args):
+    """Print the type of a service, and the numbers of its clients and servers."""
+    name = args.service_name
+    with open_graph(lambda graph: name in graph.service_types()) as graph:
+        types = graph.service_types().get(name)
+        if types is None:
+            return f"Unknown service '{name}'"
+        print('Type:', types[0] if len(types) == 1 else types)
+        print('Clients count:', graph.count_clients(name))
+        print('Services count:', graph.count_services(name))
+
+
 def topic_info(args):
     """Print the type, the publishers and the subscriptions of a topic."""
     name, gap = args.topic_name, '\n\n' if args.verbose else '\n'

@@ -11,8 +11,9 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The verbs that print, publish and send messages: `topic echo`, `topic pub`, `service call`."""
+"""The verbs that print and send messages: interface proto, topic echo and pub, service call."""
 
+from argparse import Namespace
 from array import array
 from importlib import import_module
 import re
@@ -84,7 +85,7 @@ def filled(kind, values, stamps=None):
 
 
 class Fields(dict):
-    """The fields of a message, which YAML writes in this order."""
+    """The fields of a message, which YAML writes in this order and in block style."""
 
 
 yaml.add_representer(Fields, lambda dumper, fields: yaml.MappingNode(
@@ -119,6 +120,15 @@ def to_csv(value):
     if isinstance(value, (dict, list)):
         return ','.join(map(to_csv, value.values() if isinstance(value, dict) else value))
     return str(value)
+
+
+def interface_proto(args):
+    """Print the default values of a message, or of the request or goal of an interface."""
+    kind = interface(args.type, '', f"The interface '{args.type}' is invalid")
+    message = getattr(kind, 'Request', getattr(kind, 'Goal', kind))()
+    values = to_yaml(message, Namespace(full_length=True, no_arr=False))
+    text = yaml.dump(values, default_flow_style=False)
+    print(text if args.no_quotes else f'"{text}"')
 
 
 def message_filter(text):

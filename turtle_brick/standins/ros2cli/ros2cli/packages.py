@@ -65,17 +65,45 @@ def pkg_prefix(args):
         return 'Package not found'
 
 
+def requested_kinds(args):
+    """Return the requested kinds of interfaces by heading, or by default all kinds."""
+    kinds = {'Messages': 'msg', 'Services': 'srv', 'Actions': 'action'}
+    return {heading: kind for heading, kind in kinds.items()
+            if getattr(args, f'only_{kind}s')} or kinds
+
+
+def interface_names(package, kind):
+    """Return the names of the interfaces of one kind in a package, sorted."""
+    if not index.has_resource('rosidl_interfaces', package):
+        return []
+    files = index.get_resource('rosidl_interfaces', package)[0].split()
+    return [f'{package}/{name}' for name in sorted({os.path.splitext(file)[0] for file in files})
+            if name.startswith(f'{kind}/') and '_' not in name]
+
+
 def interface_list(args):
     """Print the names of all interface types."""
-    kinds = {'Messages': 'msg', 'Services': 'srv', 'Actions': 'action'}
-    only = [heading for heading in kinds if getattr(args, f'only_{kinds[heading]}s')]
-    for heading in only or kinds:
+    for heading, kind in requested_kinds(args).items():
         print(f'{heading}:')
         for package in sorted(index.get_resources('rosidl_interfaces')):
-            files = index.get_resource('rosidl_interfaces', package)[0].split()
-            for name in sorted({os.path.splitext(file)[0] for file in files}):
-                if name.startswith(f'{kinds[heading]}/') and '_' not in name:
-                    print(f'    {package}/{name}')
+            for name in interface_names(package, kind):
+                print(f'    {name}')
+
+
+def interface_package(args):
+    """Print the names of the interface types in a package."""
+    if not index.has_resource('packages', args.package_name):
+        return f"Unknown package '{args.package_name}'"
+    for kind in requested_kinds(args).values():
+        for name in interface_names(args.package_name, kind):
+            print(name)
+
+
+def interface_packages(args):
+    """Print the names of the packages with interfaces."""
+    for package in sorted(index.get_resources('rosidl_interfaces')):
+        if any(interface_names(package, kind) for kind in requested_kinds(args).values()):
+            print(package)
 
 
 def interface_show(args):

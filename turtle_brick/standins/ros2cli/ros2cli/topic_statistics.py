@@ -25,13 +25,7 @@ from ros2cli.messages import message_filter, topic_class
 
 
 def measure(sample, report, args, **options):
-    """
-    Print statistics about the latest messages of a topic, once per second.
-
-    :param sample: function that converts a message to the value stored with its reception time
-    :param report: rate_report, delay_report or bandwidth_report
-    :param options: further arguments for create_subscription()
-    """
+    """Print statistics about the latest messages of a topic, once per second."""
     passes = message_filter(getattr(args, 'filter_expr', None))
     samples, last = deque(maxlen=args.window_size + 1), None
     with open_graph(lambda graph: topic_class(graph, args.topic_name)) as graph:
