@@ -21,7 +21,7 @@ from math import pi
 import signal
 from statistics import median
 
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Twist, Vector3
 from live_graph import graph, process
 import pytest
 from rcl_interfaces.srv import SetParameters
@@ -59,13 +59,6 @@ def poses(shared):
     return poses
 
 
-def twist(x=0.0, y=0.0):
-    """Return a velocity command."""
-    message = Twist()
-    message.linear.x, message.linear.y = x, y
-    return message
-
-
 def poses_of(live, turtle):
     """Record the poses of a turtle, and wait for the first one."""
     poses = live.record(f'{turtle}/pose', Pose)
@@ -98,7 +91,7 @@ def test_command_moves_turtle_for_one_second(shared, poses):
     """The turtle moves for whole ticks, and sideways only if the node is holonomic."""
     _, live = shared
     commands = live.publisher('turtle1/cmd_vel', Twist)
-    commands.publish(twist(x=1.0, y=1.0))
+    commands.publish(Twist(linear=Vector3(x=1.0, y=1.0)))
     wait_for_pose(live, poses, lambda pose: pose.linear_velocity > 0.0, 'motion')
     end = wait_for_pose(live, poses, lambda pose: pose.linear_velocity == 0.0, 'the end')
     # A busy machine skips ticks, but this does not extend the timeout of a command.
@@ -109,7 +102,7 @@ def test_command_moves_turtle_for_one_second(shared, poses):
     answer = live.call('turtlesim/set_parameters', SetParameters, SetParameters.Request(
         parameters=[Parameter('holonomic', value=True).to_parameter_msg()]))
     assert answer.results[0].successful
-    commands.publish(twist(y=1.0))
+    commands.publish(Twist(linear=Vector3(y=1.0)))
     pose = wait_for_pose(live, poses, lambda pose: pose.y > ARENA_CENTER, 'sideways motion')
     assert pose.linear_velocity == 1.0
 
@@ -139,11 +132,9 @@ def test_turtles_are_spawned_and_killed(shared, poses):
     turtlesim, live = shared
 
     def spawn(name):
-        """Spawn a turtle, and return its name."""
         return live.call('spawn', Spawn, Spawn.Request(x=2.0, y=3.0, theta=0.5, name=name)).name
 
     def wait_for_removal(turtle):
-        """Wait until the pose of a turtle has no publisher."""
         live.wait_for(lambda: live.listener.count_publishers(f'{turtle}/pose') == 0, 10.0, turtle)
 
     assert [spawn(name) for name in ('bob', 'bob', 'no such name', '')] == [

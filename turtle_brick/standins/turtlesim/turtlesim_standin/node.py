@@ -36,9 +36,6 @@ Serves:
 
 ROS parameters:
     holonomic (bool, false): whether turtles can move sideways
-
-The topic color_sensor, the parameters background_r, background_g and background_b, and the action
-rotate_absolute are missing.
 """
 
 from collections.abc import Callable
@@ -47,7 +44,7 @@ from threading import Event
 from typing import Any
 
 from geometry_msgs.msg import Twist
-from rcl_interfaces.msg import ParameterDescriptor
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
@@ -120,7 +117,6 @@ class TurtleSimNode(Node):
             description='If true, then turtles will be holonomic'))
         self._sim = TurtleSim(self.get_parameter('holonomic').value, self._now())
         self._topics: dict[str, TurtleTopics] = {}
-        self.add_post_set_parameters_callback(self._parameters_changed)
         self.get_logger().info(
             f'Starting turtlesim with node name {self.get_fully_qualified_name()}')
         self._open('turtle1')
@@ -145,11 +141,21 @@ class TurtleSimNode(Node):
                                           '(Clamping from [x=%f, y=%f])' % clamped)
             self._topics[name].publish(pose)
 
-    def _parameters_changed(self, parameters: list[Parameter]) -> None:
-        """Apply changed parameters."""
-        for parameter in parameters:
-            if parameter.name == 'holonomic':
-                self._sim.set_holonomic(parameter.value)
+    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
+        """Set and apply parameters, and describe errors in the words of rclcpp."""
+        for parameter in parameter_list:
+            name, kind = parameter.name, parameter.type_.name.lower()
+            if not self.has_parameter(name):
+                return SetParametersResult(
+                    reason=f"parameter '{name}' cannot be set because it was not declared")
+            expected = self.get_parameter(name).type_.name.lower()
+            if kind != expected:
+                return SetParametersResult(
+                    reason=f'Wrong parameter type, parameter {{{name}}} is of type {{{expected}}},'
+                           f' setting it to {{{kind}}} is not allowed.')
+        result = super().set_parameters_atomically(parameter_list)
+        self._sim.set_holonomic(self.get_parameter('holonomic').value)
+        return result
 
     def _open(self, name: str) -> None:
         """Create the topics of a new turtle, and log its pose."""
