@@ -23,7 +23,7 @@ from live_graph import graph, LATCHED, process
 import pytest
 from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_sensor_data, QoSProfile
-from robot_state_publisher.description import DescriptionError, parse
+from robot_state_publisher.description import parse
 from robot_state_publisher.node import RobotStatePublisher
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
@@ -63,8 +63,6 @@ def assert_transforms(message, recorded, shift=0, stamps=True):
             stamp = found.header.stamp
             assert nanoseconds((stamp.sec, stamp.nanosec)) == nanoseconds(wanted['stamp']) + shift
 
-
-# ----------------------------------------------------------------------------------- recordings
 
 def shift_to_past(live, recording):
     """Return the offset (ns) that shifts the last recorded timestamp to one second ago."""
@@ -118,8 +116,6 @@ def test_all_messages_are_published_without_limit_or_stamps(domain_id):
             live.wait_for(lambda: len(tf.messages) == 3, 10.0, 'three messages')
 
 
-# ------------------------------------------------------------------------------- as a process
-
 @pytest.mark.parametrize('frequency, stop', [(1000.0, signal.SIGTERM), (2000.0, None)])
 def test_end_prints_at_most_one_line(frequency, stop, tmp_path, domain_id):
     """SIGTERM ends the node without output. An invalid parameter ends it with one line."""
@@ -138,8 +134,6 @@ def test_end_prints_at_most_one_line(frequency, stop, tmp_path, domain_id):
             assert '2000' in running.output
             assert len(running.output.strip().splitlines()) == 1
 
-
-# -------------------------------------------------------------------------------- descriptions
 
 def robot(*joints, links=('a', 'b')):
     """Return the URDF of a robot."""
@@ -167,5 +161,5 @@ def joint(inside='', kind='fixed', name='j', parent='a', child='b'):
 ])
 def test_invalid_description_is_rejected_with_reason(description, reason):
     """The reason names the invalid joint or link."""
-    with pytest.raises(DescriptionError, match=reason):
+    with pytest.raises(ValueError, match=reason):
         parse(description)

@@ -21,15 +21,8 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 _ROTATING = ('continuous', 'revolute')
-_SLIDING = ('prismatic',)
 _FIXED = ('fixed', 'planar')
 """A planar joint does not move, as in the real robot_state_publisher."""
-_FREE = ('floating',)
-"""A floating joint is never published."""
-
-
-class DescriptionError(ValueError):
-    """A robot description is invalid. The message contains the reason."""
 
 
 class Joint(NamedTuple):
@@ -48,7 +41,7 @@ class Joint(NamedTuple):
     @property
     def moves(self) -> bool:
         """Return whether the joint can move its child."""
-        return self.kind in _ROTATING or self.kind in _SLIDING
+        return self.kind in (*_ROTATING, 'prismatic')
 
     @property
     def is_fixed(self) -> bool:
@@ -62,7 +55,7 @@ class Joint(NamedTuple):
             s = sin(0.5 * position)
             turn = (s * x, s * y, s * z, cos(0.5 * position))
             return self.translation, signed(multiply(self.rotation, turn))
-        if self.kind in _SLIDING:
+        if self.kind == 'prismatic':
             x, y, z = self.translation
             dx, dy, dz = rotate(self.rotation, self.axis)
             return ((x + position * dx, y + position * dy, z + position * dz),
@@ -90,8 +83,7 @@ def signed(rotation: Quaternion) -> Quaternion:
     """
     Return the unit quaternion of a rotation, with the same sign as robot_state_publisher.
 
-    :return: The same rotation. w is positive if its magnitude exceeds 1/2, otherwise the largest
-        component of x, y and z is positive.
+    w is positive if its magnitude exceeds 1/2. Otherwise the largest of x, y and z is positive.
     """
     x, y, z, w = rotation
     sign = w if 4.0 * w * w - 1.0 > 1e-12 else max(z, y, x, key=abs)
@@ -120,7 +112,7 @@ def _joint(element: ElementTree.Element, links: list[str]) -> Joint:
     for end in ends:
         if end not in links:
             raise ValueError(f'link [{end}] does not exist')
-    if kind not in (*_ROTATING, *_SLIDING, *_FIXED, *_FREE):
+    if kind not in (*_ROTATING, 'prismatic', *_FIXED, 'floating'):
         raise ValueError(f'type [{kind}] is unknown')
     axis = numbers('axis', 'xyz', '1 0 0')
     length = sqrt(sum(value * value for value in axis))
@@ -135,18 +127,14 @@ def _joint(element: ElementTree.Element, links: list[str]) -> Joint:
 
 
 def parse(urdf: str) -> dict[str, Joint]:
-    """
-    Return the joints of a URDF by name, in alphabetical order.
-
-    :raises DescriptionError: The URDF is not XML, or its links do not form a tree.
-    """
+    """Return the joints of a URDF by name, sorted, or raise a ValueError if it is invalid."""
     try:
         # Bytes, because ElementTree rejects a str with an encoding declaration.
         robot = ElementTree.fromstring(urdf.encode())
     except ElementTree.ParseError as error:
-        raise DescriptionError(f'robot_description is not XML: {error}') from None
+        raise ValueError(f'robot_description is not XML: {error}') from None
     if robot.tag != 'robot':
-        raise DescriptionError(f'robot_description begins with <{robot.tag}>, not with <robot>')
+        raise ValueError(f'robot_description begins with <{robot.tag}>, not with <robot>')
     links = [link.get('name', '') for link in robot.findall('link')]
     joints: dict[str, Joint] = {}
     for element in robot.findall('joint'):
@@ -154,14 +142,14 @@ def parse(urdf: str) -> dict[str, Joint]:
         try:
             joint = _joint(element, links)
         except ValueError as error:
-            raise DescriptionError(f'joint [{name}]: {error}') from None
+            raise ValueError(f'joint [{name}]: {error}') from None
         joints[joint.name] = joint
     children = [joint.child for joint in joints.values()]
     for names in (links, children, [joint.get('name') for joint in robot.findall('joint')]):
         for name in names:
             if names.count(name) > 1:
-                raise DescriptionError(f'[{name}] is defined, or is a child, more than once')
+                raise ValueError(f'[{name}] is defined, or is a child, more than once')
     roots = [name for name in links if name not in children]
     if len(roots) != 1:
-        raise DescriptionError(f'the links do not form a tree: the roots are {roots}')
+        raise ValueError(f'the links do not form a tree: the roots are {roots}')
     return dict(sorted(joints.items()))

@@ -53,11 +53,7 @@ def __getattr__(name: str) -> NoReturn:
 
 
 class Buffer(BufferCore):
-    """
-    A transform buffer whose lookups can wait.
-
-    The buffer is cleared when the node's clock (by default the system clock) jumps back.
-    """
+    """A transform buffer whose lookups can wait. The buffer is cleared if the clock jumps back."""
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None) -> None:
         """Create an empty buffer that keeps transforms for a duration, by default 10 s."""
@@ -114,14 +110,12 @@ class TransformListener:
             TFMessage, '/tf_static', self.static_callback, QoSProfile(
                 depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL), callback_group=self.group)
 
-    def __del__(self) -> None:
-        """Unsubscribe."""
-        self.unregister()
-
     def unregister(self) -> None:
         """Unsubscribe."""
         self.node.destroy_subscription(self.tf_sub)
         self.node.destroy_subscription(self.tf_static_sub)
+
+    __del__ = unregister
 
     def callback(self, data: TFMessage) -> None:
         """Store transforms of moving frames."""

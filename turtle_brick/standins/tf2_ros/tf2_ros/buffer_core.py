@@ -81,8 +81,7 @@ def canonical(x: float, y: float, z: float, w: float) -> Rotation:
     """
     Return the unit quaternion of a rotation, with the same sign as tf2.
 
-    :return: The same rotation. w is positive if its magnitude exceeds 1/2, otherwise the largest
-        component of x, y and z is positive.
+    w is positive if its magnitude exceeds 1/2. Otherwise the largest of x, y and z is positive.
     """
     xx, yy, zz, ww = x * x, y * y, z * z, w * w
     square = xx + yy + zz + ww
@@ -149,11 +148,7 @@ class Cache:
         return True
 
     def get(self, time: int) -> Entry:
-        """
-        Return the transform at a time, interpolated if necessary.
-
-        :raises NoDataError: the time is outside the range of the cache
-        """
+        """Return the transform at a time, interpolated if necessary, or raise a NoDataError."""
         times = self._times
         if not times:
             raise NoDataError('')
