@@ -64,12 +64,6 @@ def assert_transforms(message, recorded, shift=0, stamps=True):
             assert nanoseconds((stamp.sec, stamp.nanosec)) == nanoseconds(wanted['stamp']) + shift
 
 
-def shift_to_past(live, recording):
-    """Return the offset (ns) that shifts the last recorded timestamp to one second ago."""
-    now = live.listener.get_clock().now().nanoseconds
-    return now - NS_PER_SECOND - nanoseconds(recording['sent'][-1]['stamp'])
-
-
 @contextlib.contextmanager
 def running(domain_id, **parameters):
     """Run the node with parameters. Yield the graph, the node and the messages on /tf."""
@@ -88,7 +82,9 @@ def test_joint_states_cause_the_recorded_transforms(recording, domain_id):
     parameters = {'robot_description': urdf, **recording['params']}
     with running(domain_id, **parameters) as (live, node, tf):
         static = live.record('/tf_static', TFMessage, LATCHED)
-        shift = shift_to_past(live, recording)
+        # The last recorded timestamp is shifted to one second ago.
+        shift = (live.listener.get_clock().now().nanoseconds - NS_PER_SECOND
+                 - nanoseconds(recording['sent'][-1]['stamp']))
         for row in recording['sent']:
             node.joint_states_callback(joint_state(row, shift))
         # When the transform for this message arrives, all earlier transforms have arrived.
