@@ -28,7 +28,7 @@ from collections.abc import Callable
 import ctypes
 from fcntl import ioctl
 import heapq
-from math import cos, inf, pi, sin
+from math import cos, dist, inf, pi, sin
 import os
 from pathlib import Path
 from random import Random
@@ -176,10 +176,11 @@ def drop_bricks(drops: int) -> int:
             else:
                 outcome = 'caught although refused' if watch.caught else 'refused'
             if number:
+                distance = dist(place[:2], robot)
                 limit = distance_at_latency(place[2], latencies[-1])
                 outcomes[outcome] += 1
-                outcomes['inside'] += outcome == 'refused' and watch.distance <= limit
-                print(f'  {watch.distance:.2f} m, guaranteed {limit:.2f} m: {outcome}', flush=True)
+                outcomes['inside'] += outcome == 'refused' and distance <= limit
+                print(f'  {distance:.2f} m, guaranteed {limit:.2f} m: {outcome}', flush=True)
     broken = drops - outcomes['caught'] - outcomes['refused']
     print(f'| {drops} | {min(latencies[2:]):.2f}–{max(latencies[2:]):.2f} s | '
           f'{outcomes["caught"]} | {outcomes["refused"]} | {outcomes["inside"]} | {broken} |',
