@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Create or update the home directory `.ros` with `make_home.py native` or `make_home.py pypi`.
+Create or update the directory `.ros` with `make_home.py native` or `make_home.py pypi`.
 
 The script env.bash runs this program and then sources the setup files in `.ros`:
 
@@ -29,6 +29,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 import fcntl
 import hashlib
+import importlib.util
 import json
 import os
 from pathlib import Path
@@ -40,7 +41,6 @@ import subprocess
 import sys
 import sysconfig
 import time
-from xml.etree import ElementTree
 
 SCRIPTS = Path(__file__).resolve().parent
 REQUIREMENTS = SCRIPTS / 'requirements.txt'
@@ -52,25 +52,25 @@ RECORD = HOME / 'made.json'
 
 VERSION = f'{sys.version_info.major}.{sys.version_info.minor}'
 BASE_PYTHON = Path(sys.base_prefix, 'bin', f'python{VERSION}')
-"""The base Python interpreter, even if this process runs in a virtual environment."""
+"""Base interpreter of this process, which may run in a virtual environment."""
 
 FOREIGN_INCLUDE = re.compile(r'/opt/python/cp\w+-cp\w+/include/python3\.\d+t?')
 FOREIGN_PACKAGES = re.compile(r'/opt/python/cp\w+-cp\w+/lib/python3\.\d+t?/site-packages')
-"""Paths in the wheels' CMake files that exist only where the wheels were built."""
+"""Paths in the CMake files of the wheels that exist only on the machine that built the wheels."""
 
 UNQUOTED_TARGET = re.compile(r'(add_custom_target\(\s*ament_cmake_python_\S+(?: ALL)?)')
 ASCII_LINES = re.compile(r'(file\(STRINGS "\$\{idl_output\}" idl_tuples)\)')
 """CMake commands that fail if the workspace path contains parentheses or non-ASCII letters."""
 
 ALLOWED = '/ ._-+~@=!%&()#'
-"""Non-alphanumeric characters that CMake, Ninja and colcon accept in a path."""
+"""Special characters that CMake, Ninja and colcon accept in a path."""
 
 NOT_BUILT = ('doc', 'media', 'scripts', 'standins', 'test')
 IGNORED = re.compile(r'/\.|/__pycache__/|\.egg-info/')
 """Folders, hidden files and generated files that do not affect package builds."""
 
 REAL_NAMES = {'tf2_ros': 'tf2_ros_py'}
-"""Name of the real package for each stand-in that has a different name."""
+"""Real package for each stand-in with a different name."""
 
 COMPILERS = (('C compiler', ('cc', 'gcc', 'clang'), 'build-essential'),
              ('C++ compiler', ('c++', 'g++', 'clang++'), 'build-essential'))
@@ -80,21 +80,19 @@ BUILD_TOOLS = (('build tool', ('colcon',), 'python3-colcon-common-extensions'),
 
 
 class HomeError(Exception):
-    """Error with a message for the user about a missing requirement or a failed step."""
+    """A requirement is missing, or a step failed. The message tells the user what to do."""
 
 
 def report(text: str, end: str = '\n') -> None:
     """Print text to standard error."""
-    print(f'{text}{end}', end='', file=sys.stderr, flush=True)  # signals cannot split one write
+    print(f'{text}{end}', end='', file=sys.stderr, flush=True)
 
 
 def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None:
     """
-    Run a command and show its latest output line if standard error is a terminal.
+    Run a command, and show the step and the latest line of output in a terminal.
 
-    :param step: description of this step for the user
-    :param failed: error message for the user if the command fails
-    :raises HomeError: if the command fails, after its output has been printed
+    :raises HomeError: the command failed and its output has been printed; the message is `failed`
     """
     start, output = time.monotonic(), ''
 
@@ -113,7 +111,7 @@ def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None
                 show(line.strip())
             process.wait()
         finally:
-            process.kill()  # in case this program is interrupted
+            process.kill()  # This program may have been interrupted.
             show('', end='\n')
     if process.returncode:
         report(output.rstrip())
@@ -121,7 +119,7 @@ def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None
 
 
 def clean_environment() -> dict[str, str]:
-    """Return the environment variables without search path entries in the home directory."""
+    """Return the environment variables, without search path entries in the directory `.ros`."""
     env = dict(os.environ)
     for name in [name for name in env if name.endswith('PATH')]:
         env[name] = os.pathsep.join(entry for entry in env[name].split(os.pathsep)
@@ -132,12 +130,12 @@ def clean_environment() -> dict[str, str]:
 
 
 def fingerprint(*parts: object) -> str:
-    """Return a hash of the string representations of the given values."""
+    """Return a hash of the string representations of values."""
     return hashlib.sha256('\0'.join(map(str, parts)).encode()).hexdigest()
 
 
 def folder_fingerprint(folder: Path) -> str:
-    """Return a hash of the names, modes and contents of a package's source files."""
+    """Return a hash of the names, modes and contents of the source files in a package."""
     found: list[object] = []
     for path in sorted(folder.rglob('*')):
         name = path.relative_to(folder)
@@ -168,7 +166,7 @@ def lock() -> None:
         report('turtle_brick: Another terminal is building this workspace. Waiting ...')
         fcntl.flock(folder, fcntl.LOCK_EX)
     except OSError:
-        pass  # some file systems, such as NFS, cannot lock a folder
+        pass  # Some file systems, such as NFS, cannot lock a folder.
 
 
 def check_path() -> None:
@@ -187,13 +185,13 @@ def check_platform() -> None:
     if machine != ('Linux', 'x86_64', 'glibc') or numbers < [2, 28]:
         raise HomeError(
             'The Python wheels for ROS 2 Jazzy require Linux on x86-64 with glibc 2.28 or newer, '
-            f'but this machine runs {platform.system()} on {platform.machine()} with '
-            f'{library or "another C library"} {version}'.rstrip()
-            + '. Install ROS 2 Jazzy or use its container, and source its setup.bash first.')
+            f'but this is {platform.system()} on {platform.machine()} with '
+            f'{f"{library} {version}" if library else "another C library"}. '
+            'Install ROS 2 Jazzy or use its container, and source its setup.bash first.')
 
 
 def check_programs(*required: tuple[str, tuple[str, ...], str]) -> None:
-    """Check that the PATH contains at least one program of each required kind."""
+    """Check that the PATH contains a program of each required kind."""
     for kind, names, package in required:
         if not any(map(shutil.which, names)):
             raise HomeError(f'No {kind} found: the PATH does not contain {" or ".join(names)}. '
@@ -202,14 +200,10 @@ def check_programs(*required: tuple[str, tuple[str, ...], str]) -> None:
 
 def check_python() -> None:
     """Check that this Python can create virtual environments and that its C headers exist."""
-    try:
-        import ensurepip  # noqa: F401
-        import venv  # noqa: F401
-    except ImportError as error:
+    if not all(map(importlib.util.find_spec, ('ensurepip', 'venv'))):
         raise HomeError(
-            f'Python {VERSION} at {sys.executable} cannot create virtual environments ({error}). '
-            'Install the missing package, for example with '
-            f'"sudo apt install python{VERSION}-venv".') from None
+            f'Python {VERSION} at {sys.executable} cannot create virtual environments. Install '
+            f'the missing package, for example with "sudo apt install python{VERSION}-venv".')
     header = Path(sysconfig.get_path('include'), 'Python.h')
     if not header.is_file():
         raise HomeError(
@@ -218,7 +212,7 @@ def check_python() -> None:
 
 
 def repair_cmake(text: str, include: str, packages: str) -> str:
-    """Replace foreign paths and unsafe commands in a CMake file from the wheels."""
+    """Replace foreign paths and unsafe commands in the text of a CMake file from the wheels."""
     text = FOREIGN_INCLUDE.sub(lambda _: include, text)
     text = FOREIGN_PACKAGES.sub(lambda _: packages, text)
     text = UNQUOTED_TARGET.sub(r'\1 VERBATIM', text)
@@ -240,13 +234,12 @@ def make_venv() -> None:
            '--use-pep517']
     setuptools = next(line.split()[0] for line in REQUIREMENTS.read_text().splitlines()
                       if line.startswith('setuptools=='))
-    # three small packages have no wheels, and pip requires setuptools to build them
+    # Three small packages have no wheels. pip requires setuptools to build them.
     for name, arguments in (('setuptools', [setuptools]),
                             ('ROS 2 Jazzy', ['-r', str(REQUIREMENTS)])):
         run([*pip, *arguments], env, f'downloading and installing {name}',
             f'pip could not install the packages in {REQUIREMENTS.name}. See its output above. '
-            'If pip cannot reach the Python package index, connect this machine to the network '
-            "or configure pip's proxy or index, and try again.")
+            'Check the network connection and the proxy and index of pip, and try again.')
 
     packages = VENV / 'lib' / f'python{VERSION}' / 'site-packages'
     for path in (VENV / 'share').rglob('*.cmake'):
@@ -258,16 +251,16 @@ def make_venv() -> None:
 
 
 def find_prefix(package: str, prefixes: Iterable[str]) -> str | None:
-    """Return the first prefix whose ament index contains a package, or None."""
+    """Return the first prefix with a package in its ament index, or None."""
     index = 'share/ament_index/resource_index/packages'
     return next((prefix for prefix in prefixes if Path(prefix, index, package).is_file()), None)
 
 
 def packages_to_build(prefixes: list[str]) -> dict[str, Path]:
-    """Return the folders of both packages and all required stand-ins by package name."""
+    """Return the folders of both packages and of all required stand-ins, by package name."""
     folders = {}
     for manifest in sorted(TOP.glob('turtle_brick/standins/*/package.xml')):
-        name = ElementTree.parse(manifest).findtext('name')
+        name = manifest.parent.name
         if not find_prefix(REAL_NAMES.get(name, name), prefixes):
             folders[name] = manifest.parent
     for name in ('turtle_brick_interfaces', 'turtle_brick'):
@@ -278,12 +271,12 @@ def packages_to_build(prefixes: list[str]) -> dict[str, Path]:
 def build(prefixes: list[str], python: str, made: dict[str, str], launcher: list[str],
           env: dict[str, str]) -> None:
     """
-    Build the changed packages and delete the builds of packages that are no longer required.
+    Build the changed packages, and delete the builds of packages that are no longer required.
 
     :param prefixes: ROS prefixes in the underlay
-    :param python: string that identifies the Python interpreter used for the build
-    :param made: recorded fingerprints, which this function updates
-    :param launcher: words that precede a command to run it in the underlay, or an empty list
+    :param python: identification of the Python interpreter for the build
+    :param made: recorded fingerprints
+    :param launcher: words before a command that run the command in the underlay
     """
     folders = packages_to_build(prefixes)
     real = [find_prefix(name, prefixes)
@@ -299,12 +292,11 @@ def build(prefixes: list[str], python: str, made: dict[str, str], launcher: list
     if any((folders[name] / 'CMakeLists.txt').is_file() for name in changed):
         check_programs(*COMPILERS)
     HOME.mkdir(exist_ok=True)
-    for name in outdated:
-        made.pop(name, None)
+    made = {name: mark for name, mark in made.items() if name not in outdated}
     if outdated:
         write_record(made)
     for name in outdated:
-        # colcon does not delete files that a package no longer installs
+        # colcon does not delete files that a package no longer installs.
         shutil.rmtree(HOME / 'build' / name, ignore_errors=True)
         shutil.rmtree(HOME / 'install' / name, ignore_errors=True)
     if not changed:
@@ -324,7 +316,7 @@ def build(prefixes: list[str], python: str, made: dict[str, str], launcher: list
 
 
 def remove_home() -> None:
-    """Delete the home directory, starting with the record file."""
+    """Delete the directory `.ros`, starting with the record file."""
     RECORD.unlink(missing_ok=True)
     shutil.rmtree(HOME, ignore_errors=True)
 
@@ -332,15 +324,15 @@ def remove_home() -> None:
 def make_native_home(made: dict[str, str]) -> None:
     """Build the packages against the sourced ROS installation."""
     env = clean_environment()
-    env['COLCON_DEFAULTS_FILE'] = os.devnull  # ignore the user's colcon defaults
+    env['COLCON_DEFAULTS_FILE'] = os.devnull
     prefixes = [prefix for prefix in env.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if prefix]
     build(prefixes, f'{sys.prefix} {VERSION}', made, [], env)
 
 
 def make_pypi_home(made: dict[str, str]) -> None:
     """Create the virtual environment if it is missing or outdated, and build the packages."""
-    mark = fingerprint(VENV, BASE_PYTHON, *(
-        path.read_bytes() for path in (REQUIREMENTS, LOCAL_SETUP, Path(__file__))))
+    sources = (REQUIREMENTS, LOCAL_SETUP, Path(__file__))
+    mark = fingerprint(VENV, BASE_PYTHON, *(path.read_bytes() for path in sources))
     if made.get('venv') != mark or not VENV.is_dir():
         check_path()
         check_platform()
@@ -358,7 +350,7 @@ def make_pypi_home(made: dict[str, str]) -> None:
             remove_home()
             raise
     env = clean_environment()
-    # otherwise CMake would also search the prefixes of another active environment
+    # With these variables, CMake would also search the prefixes of another environment.
     for name in ('CONDA_PREFIX', 'CMAKE_PREFIX_PATH'):
         env.pop(name, None)
     env.update(CMAKE_GENERATOR='Ninja', COLCON_DEFAULTS_FILE=os.devnull, PYTHONUTF8='1')
@@ -367,7 +359,7 @@ def make_pypi_home(made: dict[str, str]) -> None:
 
 
 def main() -> int:
-    """Build the home selected on the command line and return the exit status."""
+    """Make the home selected on the command line, and return the exit status."""
     make = {'native': make_native_home, 'pypi': make_pypi_home}[sys.argv[1]]
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.default_int_handler)
