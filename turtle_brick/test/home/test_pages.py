@@ -45,7 +45,7 @@ TIMEOUT = 180.0
 PROGRAMS = ('bash', 'colcon', 'export', 'pip', 'python3', 'ros2', 'rosdep', 'source', 'sudo')
 
 NOT_RUN = {
-    'rosdep install|pip install': 'it installs packages',
+    'rosdep install|pip install|npm install': 'it installs packages',
     'colcon |bash turtle_brick/scripts/test|python3 -m pytest': 'it would run this test',
     'source install/setup.bash': 'it belongs to another workspace',
     '(python3 turtle_brick/scripts/|ros2 run turtle_brick )referee': 'it has its own tests',

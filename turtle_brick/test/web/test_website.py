@@ -72,7 +72,8 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
         pytest.skip('Chromium or npm is not installed here: apt-get install chromium npm')
     folder = tmp_path_factory.mktemp('web')
     libraries = set(re.findall(r'npm/(.+?@.+?)/', (PACKAGE / 'web/index.html').read_text()))
-    install = ['npm', 'install', '--prefix', folder, '--ignore-scripts', *libraries]
+    install = ['npm', 'install', '--prefix', folder, '--ignore-scripts', '--fetch-retries=0',
+               '--fetch-timeout=20000', *libraries]
     if subprocess.run(install, capture_output=True, timeout=TIMEOUT).returncode != 0:
         pytest.skip(f'npm cannot download {" and ".join(libraries)}')
     subprocess.run([*ISOLATED, PACKAGE / 'scripts/website', '--local', folder / 'node_modules',
