@@ -11,7 +11,11 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Run the complete arena, in which the turtle robot catches dropped bricks."""
+"""
+Run the complete arena, in which the turtle robot catches dropped bricks.
+
+The arena provides the services `place` and `drop`. TF is remapped into the namespace.
+"""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription

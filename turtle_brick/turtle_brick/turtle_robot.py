@@ -19,12 +19,12 @@ Units and axes follow REP 103. The frames follow REP 105, with world instead of 
 
 Publishes at 100 Hz, even while the robot is at rest:
     cmd_vel (geometry_msgs/Twist): velocity command (m/s) in the frame base_link; zero at the goal,
-        without a goal and before the first pose of the turtle. The launch files remap this topic
+        without a goal and without a current pose of the turtle. The launch files remap this topic
         to turtle1/cmd_vel, to which turtlesim subscribes.
     odom (nav_msgs/Odometry): pose of base_link in the frame odom, and the latest command as the
         twist; published after the first pose of the turtle
     joint_states (sensor_msgs/JointState): positions (rad) and velocities (rad/s) of these joints:
-        stem_joint: direction of motion; while the robot is at rest, direction of the command
+        stem_joint: direction of motion or, while the robot is at rest, of the last command to move
         wheel_joint: angle of the wheel, which rolls without slipping
         platform_joint: angle received on the topic tilt
 
@@ -33,10 +33,10 @@ Broadcasts:
     world -> odom, static: first pose of the turtle, including its heading
 
 Subscribes:
-    turtle1/pose (turtlesim/Pose): current pose of the turtle
+    turtle1/pose (turtlesim/Pose): current pose (m, rad) of the turtle, at 62.5 Hz
     goal_pose (geometry_msgs/PoseStamped): goal of the robot, in any frame connected to world; the
         orientation is ignored because the robot is omnidirectional
-    tilt (turtle_brick_interfaces/Tilt): angle (rad) of the platform
+    tilt (turtle_brick_interfaces/Tilt): angle (rad) of the platform about its y axis
     /tf, /tf_static: subscribed when a goal arrives in a frame other than world, odom or base_link
 
 Parameters, read-only:

@@ -15,8 +15,8 @@
 """
 Decide whether the robot can be under a falling brick in time.
 
-A brick is reachable if its landing point is inside the arena and the needed time is at most the
-time until the landing. The needed time is
+A brick is reachable if a robot is available, the landing point is inside the arena, and the needed
+time is at most the time until the landing. For a level platform, the needed time is
 
     0                                                          if distance <= platform_radius
     latency + (distance - platform_radius) / max_velocity      otherwise
@@ -29,10 +29,11 @@ time until the landing. The needed time is
   executes the commands already sent, so the largest distance that can result from them counts.
 - The latency is COMMAND_LATENCY plus the excess latency. COMMAND_LATENCY applies to nodes on one
   machine. `latency` estimates the excess latency due to slow links and busy machines.
-- No brick lands on a tilted platform. Leveling it takes LEVEL_LATENCY plus the excess latency.
+- No brick lands on a tilted platform. Leveling takes LEVEL_LATENCY plus the excess latency, so the
+  needed time is at least this sum if the platform is not level.
+- If transforms are late, the landing may be in the past. The time until the landing is then 0.
 
-`robot_tracking` computes the motion of the robot. All timestamps come from one clock and are in
-nanoseconds.
+`robot_tracking` computes the motion of the robot. All timestamps (ns) come from one clock.
 """
 
 from math import hypot, inf, isnan, sqrt
@@ -44,21 +45,21 @@ from turtle_brick.core.parameters import CatcherParameters
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK, within_arena
 
-QUEUE_LATENCY = QUEUE_DEPTH * COMMAND_PERIOD + TICK - COMMAND_PERIOD + TRANSPORT_DELAY
-"""Longest time (0.0764 s) from a command to the first pose that shows its effect. The effect
+QUEUE_LATENCY = (QUEUE_DEPTH - 1) * COMMAND_PERIOD + TICK + TRANSPORT_DELAY
+"""Maximum time (0.0764 s) from a command to the first pose that shows its effect. The effect
 begins at the first turtlesim tick after the arrival of six newer commands."""
 
 COMMAND_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + QUEUE_LATENCY + COMMAND_PERIOD + 0.010
-"""Longest time (0.108 s) from a decision until the arena receives the first motion of the robot.
-It includes three messages, a robot cycle for the goal, turtlesim's queue, a robot cycle for the
-pose, and 10 ms for the next physics step and the operating system."""
+"""Maximum time (0.108 s) from a decision until the arena receives the first motion of the robot.
+It includes the messages for the goal, the pose and the transform, a robot cycle each for the goal
+and the pose, turtlesim's queue, and 10 ms for the next physics step and the operating system."""
 
 GUARANTEED_LATENCY = 0.13
 """Guaranteed upper limit (s) for the time from the release of a brick to the robot's first motion.
 The limit covers COMMAND_LATENCY and the detection of the fall from three positions."""
 
 LEVEL_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + 0.015
-"""Longest time (s) from a tilt command of 0 until the arena receives a level platform."""
+"""Maximum time (s) from a tilt command of 0 until the arena receives a level platform."""
 
 
 class Decision(NamedTuple):
@@ -75,7 +76,7 @@ class Decision(NamedTuple):
     latency: float
     """Assumed latency (s) of the command path."""
     distance: float
-    """Horizontal distance (m) from the robot to the brick."""
+    """Current horizontal distance (m) from the robot to the brick."""
     reason: str
     """Reason why the brick is unreachable, or an empty string."""
 
@@ -167,10 +168,11 @@ def decide_reachability(fall: Fall, now: int, robot: RobotMotion | None,
         distance = robot.distance_to(fall.position)
         needed = time_needed(fall, robot, parameters, excess)
         reason = _landing_problem(fall, time, parameters)
-        if not reason and needed > max(available, 0.0):
+        remaining = max(available, 0.0)
+        if not reason and needed > remaining:
             reason = (f'the robot, {distance:.2f} m away, needs {needed:.3f} s, but the brick '
-                      f'lands in {max(available, 0.0):.3f} s, {needed - available:.3f} s too '
-                      f'early (command latency {latency:.2f} s)')
+                      f'lands in {remaining:.3f} s, {needed - remaining:.3f} s too early '
+                      f'(command latency {latency:.2f} s)')
     return Decision(not reason, fall, contact, available, needed, latency, distance, reason)
 
 
@@ -180,7 +182,7 @@ def time_needed(fall: Fall, robot: RobotMotion, parameters: CatcherParameters,
     distance = robot.longest_distance_to(fall.position)
     time = 0.0
     if distance > parameters.platform_radius:
-        # travel_time exceeds the quotient in the formula only for tiny platforms.
+        # For tiny platforms, travel_time is larger than the quotient in the formula.
         time = COMMAND_LATENCY + excess + travel_time(
             distance, parameters.platform_radius, parameters.max_velocity)
     return time if robot.level else max(time, LEVEL_LATENCY + excess)
