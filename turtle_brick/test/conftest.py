@@ -19,6 +19,7 @@ from importlib.util import find_spec
 import os
 from pathlib import Path
 import re
+import signal
 import tempfile
 
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
@@ -54,8 +55,8 @@ def is_standin(package: str) -> bool:
     return False
 
 
-LONGEST = ('test_pages', 'test_ros2cli_standin', 'test_launch_standin', 'test_viewer_browser',
-           'test_chaos', 'test_referee_live')
+LONGEST = ('test_pages', 'test_website', 'test_ros2cli_standin', 'test_launch_standin',
+           'test_viewer_browser', 'test_chaos', 'test_referee_live')
 """Test files with the longest durations."""
 
 EXCLUDED = excluded_files()
@@ -64,6 +65,8 @@ collect_ignore = [file for files in EXCLUDED.values() for file in files]
 
 def pytest_configure(config: pytest.Config) -> None:
     """Set the environment variables of ROS for this process and its child processes."""
+    # Background jobs of a shell script ignore SIGINT, as would all processes of the tests.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ.pop('ROS_LOCALHOST_ONLY', None)
     os.environ.pop('ROS_STATIC_PEERS', None)
