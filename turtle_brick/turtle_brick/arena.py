@@ -27,7 +27,7 @@ Publishes, latched:
         the start and when the state changes
 
 Services:
-    place (turtle_brick_interfaces/Place): move the brick to a point in the world frame (m)
+    place (turtle_brick_interfaces/Place): move the brick to a point (m) in the world frame
     drop (std_srvs/Trigger): release a hovering or floating brick
 
 Subscribes:
@@ -95,7 +95,7 @@ class Arena(Node):
         self.last_run = monotonic()
         """Time (s) of the latest call of on_timer, independent of the system clock."""
         self.is_answering = False
-        """Whether the response of the service drop may still be unsent."""
+        """Whether the response from the service drop may still be unsent."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self)
@@ -153,7 +153,7 @@ class Arena(Node):
         self.warn_of_clock_jump()
         if not times:
             return
-        # The response of the service drop has been sent by now. If several steps have become due
+        # The response from the service drop has been sent by now. If several steps have become due
         # in the meantime, the brick does not move before the last one.
         first_moving = times[-1] if self.is_answering else times[0]
         self.is_answering = False
@@ -202,12 +202,12 @@ class Arena(Node):
         self.marker_publisher.publish(brick_marker(self.phase, self.world.size))
         if self.count_publishers('brick_marker') > 1:
             self.get_logger().warning(
-                'Another arena uses the same topics. Set ROS_DOMAIN_ID to a number that nobody '
+                'Another arena uses the same topics. Set ROS_DOMAIN_ID to a number that no one '
                 'else uses, or start one arena with namespace:=NAME.', once=True)
 
 
 def brick_marker(phase: Phase, size: Vector) -> Marker:
-    """Return the marker of a brick with a phase and a size (m)."""
+    """Return the marker of the brick for a phase and a size (m)."""
     marker = box_marker(BRICK, 'brick', 0, (0.0, 0.0, 0.0), size, BRICK_COLORS[phase])
     marker.frame_locked = True
     return marker
@@ -223,7 +223,7 @@ def shell_commands(place: str, drop: str, location: Vector) -> tuple[str, str]:
 
 def box_marker(frame: str, namespace: str, number: int, center: Vector, size: Vector,
                color: Color) -> Marker:
-    """Return the marker of a box (m). With its zero stamp, the marker is valid at any time."""
+    """Return the marker of a box (m). A zero timestamp makes the marker valid at any time."""
     marker = Marker(ns=namespace, id=number, type=Marker.CUBE, action=Marker.ADD)
     marker.header.frame_id = frame
     position = marker.pose.position

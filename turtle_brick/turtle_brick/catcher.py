@@ -67,7 +67,7 @@ MOVING_FRAMES = (BRICK, PLATFORM, BASE_LINK)
 """Frames with moving transforms. The ages of these transforms show the latency of messages."""
 
 MAX_TIMER_DELAY = 0.005
-"""Delay (s) beyond which a timer callback is late."""
+"""Delay (s) beyond which a timer callback counts as late."""
 
 TEXT_HEIGHT = 0.6
 """Height (m) of the letters in the marker."""
@@ -123,7 +123,7 @@ class CatcherNode(Node):
     def on_timer(self) -> None:
         """Record the ages of the transforms, and update the catcher."""
         now = self.get_clock().now().nanoseconds
-        # Simulated time advances in steps, so it cannot measure ages.
+        # Simulated time advances in steps, so it cannot be used to measure ages.
         if not self.get_parameter('use_sim_time').value:
             late = (now - due_time(self.timer, now)) * SECONDS_PER_NS > MAX_TIMER_DELAY
             self.catcher.latency.record_ages(now, self.ages.values(), late)

@@ -45,10 +45,10 @@ STEP_NS = 4_000_000
 """Duration (ns) of one physics step in the arena. The step rate is 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
-"""Largest distance (m) of a brick below its resting height at which the brick can still land."""
+"""Maximum distance (m) of a brick below its resting height at which the brick can still land."""
 
 MIN_NORMAL_Z = 1e-9
-"""Smallest vertical component of the unit normal at which the platform supports the brick."""
+"""Minimum vertical component of the unit normal at which the platform supports the brick."""
 
 
 class Phase(Enum):
@@ -175,7 +175,7 @@ class World:
 
     @property
     def orientation(self) -> Quaternion:
-        """Get the brick's orientation in the world frame, with the platform's inclination."""
+        """Get the brick's orientation in the world frame, including the platform's inclination."""
         platform = self._last_platform
         if platform is None:
             return from_yaw(self._yaw)

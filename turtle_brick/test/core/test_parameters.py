@@ -118,10 +118,10 @@ def test_error_in_a_file_is_reported_with_its_path(
 
 def test_file_that_is_not_yaml_or_cannot_be_read_is_reported(tmp_path):
     path = written(tmp_path, '/**:\n  ros__parameters:\n    brick_size: [0.4, 0.2\n    wheel: 1\n')
-    with pytest.raises(ParameterError, match=r'(?s)this is not YAML: .*\n +in line 3, column 17:'):
+    with pytest.raises(ParameterError, match=r'(?s)invalid YAML: .*\n +in line 3, column 17:'):
         load(path)
     path.write_bytes(b'\xff\xfe\xfa')
-    for path, words in ((path, 'this is not YAML'), (tmp_path / 'absent.yaml', 'No such file'),
+    for path, words in ((path, 'invalid YAML'), (tmp_path / 'absent.yaml', 'No such file'),
                         (tmp_path, 'Is a directory')):
         with pytest.raises(ParameterError, match=f'^{path}: {words}'):
             load(path)

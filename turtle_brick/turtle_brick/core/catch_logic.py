@@ -48,17 +48,17 @@ TILTING_TIMEOUT = 10.0
 """Timeout (s) for the brick to leave the tilted platform."""
 
 SETTLING_TIME = 0.05
-"""Time (s) without motion after which a brick beside the platform is considered at rest."""
+"""Time (s) without motion after which a brick beside the platform is considered to be at rest."""
 
 BRICK_LAG = 0.5
-"""Longest pause (s) in the motion of a brick on a moving or tilted platform. The brick pauses if
+"""Maximum pause (s) in the motion of a brick on a moving or tilted platform. The brick pauses if
 the arena receives the transforms of the platform late."""
 
 LYING_TIME = 1.0
 """Time (s) for which a brick must rest on a level, stationary platform before it is carried."""
 
 CLOCK_DIFFERENCE = 0.5
-"""Largest age (s) of a brick position that is used for a decision. After a clock change, positions
+"""Maximum age (s) of a brick position that is used for a decision. After a clock change, positions
 can appear older until both nodes have detected the change."""
 
 DECISION_DEADLINE = 0.1
@@ -68,13 +68,13 @@ ROBOT_TIMEOUT = 1.0
 """Time (s) without a platform transform after which the catcher abandons the brick."""
 
 GOAL_TOLERANCE = 0.02
-"""Largest distance (m) from the goal at which a stationary robot has arrived."""
+"""Maximum distance (m) between the goal and a stationary robot that has arrived."""
 
 HEIGHT_TOLERANCE = 0.01
-"""Largest difference (m) between the height of a brick on the platform and its resting height."""
+"""Maximum difference (m) between the height of a brick on the platform and its resting height."""
 
 TRANSFORM_SKEW = 0.1
-"""Largest difference (s) between the timestamps of the latest brick and robot transforms."""
+"""Maximum difference (s) between the timestamps of the latest brick and robot transforms."""
 
 
 class State(Enum):
@@ -114,7 +114,7 @@ class Brick(NamedTuple):
 
 
 class Observation(NamedTuple):
-    """Brick and robot at the time of an update."""
+    """The brick and the robot at the time of an update."""
 
     parameters: CatcherParameters
     now: int
@@ -124,7 +124,7 @@ class Observation(NamedTuple):
     brick: Brick
     is_in_free_fall: bool
     has_reachable_fall: bool
-    """Whether a new fall was found reachable in this update."""
+    """Whether a new fall was found to be reachable in this update."""
     robot: RobotMotion | None
     """Motion of the robot, or None if the robot is unavailable."""
     platform: Platform | None
@@ -291,7 +291,7 @@ class Catcher:
         self._brick = Brick()
         self._detector = FallDetector(self.parameters.gravity_accel)
         self._is_refused = False
-        """Whether the brick was found unreachable and has since moved only straight down."""
+        """Whether the brick was found to be unreachable and has since moved only straight down."""
         self._finished_fall: Fall | None = None
         """Fall that ended below the platform before a decision was made."""
         self._tracker = RobotTracker(self.parameters.max_velocity, self.latency)

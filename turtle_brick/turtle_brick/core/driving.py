@@ -36,7 +36,7 @@ TRANSPORT_DELAY = 0.0004
 """Delay (s) of a message between two nodes on one machine. Measurements gave 0.2 to 0.6 ms."""
 
 POSE_TIMEOUT = 0.25
-"""Largest age (s) of a pose that is used for driving."""
+"""Maximum age (s) of a pose that is used for driving."""
 
 APPROACH_FRACTION = 0.5
 """Fraction of the remaining distance that the turtle covers per tick near its goal. A fraction of
@@ -71,7 +71,7 @@ class TickClock:
         self._late = 0
 
     def observe(self, now: float) -> float:
-        """Record a pose that arrives now (s), and return the estimated time (s) of its tick."""
+        """Record a pose that arrives at `now` (s), and return the estimated tick time (s)."""
         self.last += TICK
         deviation = now - self.last
         self._late = self._late + 1 if deviation > TICK / 2.0 else 0
@@ -109,14 +109,14 @@ class CommandQueue:
         """Index of the last nonzero command."""
 
     def publish(self, now: float, linear_x: float, linear_y: float) -> None:
-        """Record a command (m/s) in the turtle's frame that is published now (s)."""
+        """Record a command (m/s) in the turtle's frame that is published at `now` (s)."""
         self._sent.append((now, linear_x, linear_y))
         if linear_x or linear_y:
             self._moving = self._count
         self._count += 1
 
     def observe(self, now: float, pose: TurtlePose) -> None:
-        """Record a pose that arrives now (s). Ignore poses with NaN or infinity."""
+        """Record a pose that arrives at `now` (s). Ignore poses with NaN or infinity."""
         if not all(map(isfinite, pose)):
             return
         if self.is_stale(now):
@@ -135,7 +135,7 @@ class CommandQueue:
         return self.pose is None or now - self.pose_time > POSE_TIMEOUT
 
     def predict(self, now: float) -> tuple[float, float]:
-        """Predict the position (m) at which a command published now (s) takes effect."""
+        """Predict the position (m) at which a command published at `now` (s) takes effect."""
         pose = self.pose
         if pose is None:
             raise ValueError('no pose has been received')
@@ -183,7 +183,7 @@ class CommandQueue:
         return index
 
     def _recognize(self, expected: int, speed: float) -> int:
-        """Return the index of the command with a speed (m/s) nearest to an index."""
+        """Return the index nearest to `expected` of a command with the given speed (m/s)."""
         first = self._count - len(self._sent)
         lowest, highest = max(self._taken, first), self._count - 1
         for offset in (0, 1, -1, 2, -2, 3, -3):
@@ -224,15 +224,15 @@ class Driver:
             self.arrived = False
 
     def observe(self, now: float, pose: TurtlePose) -> None:
-        """Record a pose of the turtle that arrives now (s)."""
+        """Record a pose of the turtle that arrives at `now` (s)."""
         self._queue.observe(now, pose)
 
     def command(self, now: float) -> tuple[float, float]:
         """
-        Record and return the velocity (m/s) in the turtle's frame to publish now (s).
+        Record and return the velocity (m/s) in the turtle's frame to publish at `now` (s).
 
-        Call this method at 100 Hz. The velocity is zero at the goal, without a goal, and without a
-        recent pose.
+        Call this method at 100 Hz. The velocity is zero at the goal, and also if there is no
+        goal or no recent pose.
         """
         velocity = self._steer(now)
         self._queue.publish(now, *velocity)

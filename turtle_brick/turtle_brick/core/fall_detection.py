@@ -69,17 +69,17 @@ class FallDetector:
     """
 
     ACCELERATION_TOLERANCE = 0.1
-    """Largest relative deviation from the gravitational acceleration."""
+    """Maximum relative deviation from the gravitational acceleration."""
 
     SIDEWAYS_FRACTION = 0.01
-    """Largest ratio of sideways motion to vertical motion. This limit excludes slides on slopes
+    """Maximum ratio of sideways motion to vertical motion. This limit excludes slides on slopes
     steeper than 72 degrees, which ACCELERATION_TOLERANCE does not exclude."""
 
     SIDEWAYS_TOLERANCE = 1e-4
-    """Largest sideways motion (m) between two positions in a fall."""
+    """Maximum sideways motion (m) between two positions in a fall."""
 
     HEIGHT_TOLERANCE = 0.01
-    """Largest deviation (m) from the predicted height during a fall."""
+    """Maximum deviation (m) from the predicted height during a fall."""
 
     def __init__(self, gravity: float) -> None:
         """Create a detector for a gravitational acceleration (m/s^2)."""

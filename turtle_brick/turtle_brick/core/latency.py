@@ -35,7 +35,7 @@ OUTLIER_FRACTION = 0.01
 """Fraction of transforms that are ignored as outliers, for example after a single stall."""
 
 OVERLOAD_FRACTION = 0.2
-"""Fraction of late timer callbacks above which the machine is overloaded."""
+"""Fraction of late timer callbacks above which the machine is considered overloaded."""
 
 AVERAGED_CALLBACKS = 50
 """Number of timer callbacks over which the fraction of late callbacks is averaged."""
@@ -44,18 +44,18 @@ USUAL_AGE = 0.006
 """Usual age (s) of transforms on arrival. The latencies in `reachability` include this age."""
 
 CLOCK_TOLERANCE = 0.006
-"""Largest time (s) by which timestamps can be in the future even if the clocks agree. For example,
+"""Maximum time (s) by which timestamps can be in the future even if the clocks agree. For example,
 the arena simulates a riding brick one step (0.004 s) ahead."""
 
 MIN_GAPS = 3
-"""Smallest number of gaps in the brick's timestamps within WINDOW that indicates lost messages."""
+"""Minimum number of gaps in the brick's timestamps within WINDOW that indicates lost messages."""
 
 LOSS_RESERVE = 0.06
 """Excess latency (s) due to lost messages. The reserve covers two catcher updates (0.02 s each)
 and two robot poses (0.01 s each)."""
 
 MAX_DELAY = 1.0
-"""Largest valid delay (s). Longer delays are due to ignored goals or invalid timestamps."""
+"""Maximum valid delay (s). Longer delays are due to ignored goals or invalid timestamps."""
 
 
 class RecentValues:
@@ -76,7 +76,7 @@ class RecentValues:
         return values[round(fraction * (len(values) - 1))] if values else 0.0
 
     def largest(self, now: int, rank: int) -> float:
-        """Return the value with a rank (1 for the largest), or 0 if there are fewer values."""
+        """Return the value with a given rank (1 for the largest), or 0 if it does not exist."""
         values = self.recent(now)
         return values[-rank] if len(values) >= rank else 0.0
 
@@ -178,9 +178,9 @@ class LatencyMonitor:
         Return the excess latency (s) at a time (ns).
 
         The goal and the resulting pose cross one link each, so the delay of the slowest link
-        counts twice. A single late response can be due to a briefly stopped node, so it counts
-        only if messages are late or lost. If the clocks disagree, the ages are unreliable. The
-        clock error and the response delay are then added.
+        counts twice. A single late response can be caused by a node that stopped briefly, so it
+        counts only if messages are late or lost. If the clocks disagree, the ages are unreliable.
+        The clock error and the response delay are then added.
         """
         clock_error = self.clock_error(now)
         link = max(

@@ -26,7 +26,7 @@ from turtle_brick.core.geometry import Pose2D
 from turtle_brick.core.turtlesim_kinematics import TICK, TurtlePose
 
 MIN_MOTION = 1e-5
-"""Smallest motion (m) with a direction that can be computed from float32 coordinates."""
+"""Minimum motion (m) whose direction can be computed from float32 coordinates."""
 
 
 class Odometer:
@@ -50,7 +50,7 @@ class Odometer:
         self._world_to_odom = Pose2D(0.0, 0.0, 0.0)
 
     def observe(self, now: float, pose: TurtlePose) -> None:
-        """Update the odometry with a pose received now (s)."""
+        """Update the odometry with a pose received at `now` (s)."""
         world_pose = Pose2D(pose.x, pose.y, pose.theta)
         if self._last is None:
             self.origin = world_pose

@@ -51,7 +51,7 @@ class ParameterRule(NamedTuple):
     unit: str
     """Unit, or an empty string for a ratio."""
     lower: float
-    """Smallest valid value of the number or of each vector component."""
+    """Minimum valid value of the number or of each vector component."""
     upper: float
     length: int = 1
     """Number of components, which is 3 for a vector."""
@@ -184,7 +184,7 @@ class Parameters(RobotParameters, ArenaParameters, CatcherParameters):
 
 def least_height(platform_radius: float, platform_thickness: float, wheel_radius: float) -> float:
     """
-    Return the smallest platform_height (m) with which the platform can turn over.
+    Return the minimum platform_height (m) with which the platform can turn over.
 
     The platform turns about a hinge in the center of its base, so it stays inside a sphere around
     the hinge. The wheel, a neck and the cube of base_link must fit below this sphere. The neck and
@@ -220,7 +220,7 @@ def load(path: str | Path | None = None) -> Parameters:
         raise ParameterError(f'{path}: {error.strerror}') from error
     except (UnicodeDecodeError, yaml.YAMLError) as error:
         reason = str(error).replace('in "<unicode string>", ', 'in ')
-        raise ParameterError(f'{path}: this is not YAML: {reason}') from error
+        raise ParameterError(f'{path}: invalid YAML: {reason}') from error
     for key in ('/**', 'ros__parameters'):
         section = section.get(key) if isinstance(section, dict) else None
     if not isinstance(section, dict):

@@ -31,18 +31,18 @@ from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import TICK
 
 COMMITTED_TIME = QUEUE_LATENCY + 2 * COMMAND_PERIOD + TICK
-"""Longest time (s) for which a moving robot may continue from its last observed position. The
+"""Maximum time (s) for which a moving robot may continue from its last observed position. The
 position is up to one tick and one robot cycle old, and the queued commands are still executed."""
 
 REST_TIME = 0.07
-"""Time (s) without motion after which the robot is considered at rest. It exceeds four ticks of
-turtlesim."""
+"""Time (s) without motion after which the robot is considered to be at rest. It exceeds four
+turtlesim ticks."""
 
 MIN_GOAL_DISTANCE = 0.05
 """Distance (m) beyond which a new goal certainly moves a robot at rest."""
 
 POSITION_TOLERANCE = 1e-9
-"""Largest difference (m) between two positions at rest, due to interpolation in tf2."""
+"""Maximum difference (m) between two positions at rest, due to interpolation in tf2."""
 
 
 class RobotTracker:
@@ -76,7 +76,7 @@ class RobotTracker:
 
     @property
     def _committed_distance(self) -> float:
-        """Largest distance (m) that the robot can cover with the commands already sent."""
+        """Maximum distance (m) that the robot can cover with the commands already sent."""
         return self._max_velocity * (COMMITTED_TIME + self.excess)
 
     def record_goal(self, now: int, goal: tuple[float, float]) -> None:

@@ -21,7 +21,7 @@ from math import atan2
 from turtle_brick.core.geometry import axes, Pose, Vector
 
 LEVEL_TOLERANCE = 1e-3
-"""Largest inclination (rad) of a level platform."""
+"""Maximum inclination (rad) of a level platform."""
 
 
 @dataclass(frozen=True)

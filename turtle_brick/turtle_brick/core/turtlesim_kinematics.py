@@ -113,7 +113,7 @@ class Turtle:
         """Pose after the last tick."""
 
     def command(self, linear_x: float, linear_y: float, angular_z: float) -> None:
-        """Append velocities (m/s, rad/s) to the queue. A full queue drops its oldest command."""
+        """Append a command (m/s, rad/s) to the queue. A full queue discards its oldest command."""
         self._queue.append((linear_x, linear_y, angular_z))
 
     def teleport_absolute(self, x: float, y: float, theta: float) -> None:
@@ -226,7 +226,7 @@ class TurtleSim:
         """
         Execute one 16 ms tick, and return the poses of the turtles by name.
 
-        The first tick only takes commands, starts turtlesim's clock and returns no poses.
+        The first tick takes commands and starts turtlesim's clock, but does not return any poses.
         """
         if not self._started:
             self._started = True

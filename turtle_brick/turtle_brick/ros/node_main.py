@@ -80,7 +80,7 @@ def make_executor(context: Context | None = None) -> Executor:
     """
     Return an EventsExecutor, or a SingleThreadedExecutor if rclpy is older than 7.1.4.
 
-    The experimental EventsExecutor uses a third of the processor time.
+    The experimental EventsExecutor uses a third of the processor time of a SingleThreadedExecutor.
     """
     try:
         from rclpy.experimental import EventsExecutor

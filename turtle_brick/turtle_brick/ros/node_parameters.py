@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Declare the parameters of a node, which are defined in config/turtle.yaml."""
+"""Declare the node parameters defined in config/turtle.yaml."""
 
 from array import array
 from dataclasses import fields

@@ -44,20 +44,20 @@ MAX_AGE_NS = 500_000_000
 """Age (ns) beyond which the transform of a moving frame is ignored."""
 
 MAX_AHEAD_NS = NS_PER_SECOND
-"""Largest valid offset (ns) of a stamp in the future. tf2 discards transforms that are 10 s older
-than the latest one, so a stamp far ahead would block all later transforms."""
+"""Maximum valid offset (ns) of a timestamp in the future. tf2 discards transforms that are 10 s
+older than the latest one, so a timestamp far ahead would block all later transforms."""
 
 BUFFER_DURATION_NS = 10_000_000_000
 """Age (ns) beyond which tf2 discards a transform and logs a message."""
 
 LENGTH_TOLERANCE = 0.01
-"""Largest valid deviation of the squared length of a quaternion from 1."""
+"""Maximum valid deviation of the squared length of a quaternion from 1."""
 
 LATEST_TIME = Time()
 """Time that requests the latest transform from tf2."""
 
 WARNING_PERIOD = 10.0
-"""Shortest time (s) between two warnings of the same kind."""
+"""Minimum time (s) between two warnings of the same kind."""
 
 
 def transform_message(parent: str, child: str, pose: Pose = Pose((0.0, 0.0, 0.0), IDENTITY),
@@ -150,7 +150,7 @@ class GuardedListener(TransformListener):
         """Whether the first transform of each frame was static."""
         self._last = 0
         self._next_warning = 0
-        """Earliest time of the next warning (ns)."""
+        """Earliest time (ns) of the next warning."""
         super().__init__(buffer, node, qos=BEST_EFFORT)
 
     def callback(self, data: TFMessage) -> None:
@@ -182,7 +182,7 @@ class GuardedListener(TransformListener):
                 store(transform, 'default_authority')
                 stored.append(transform)
             elif now >= self._next_warning:
-                # throttle_duration_sec takes 0.2 ms per call, which is too slow for a flood.
+                # throttle_duration_sec adds 0.2 ms per call, which is too slow for many messages.
                 self._next_warning = now + round(WARNING_PERIOD * NS_PER_SECOND)
                 self.node.get_logger().warning(
                     f'Ignored the transform from "{transform.header.frame_id[:40]}" to '
