@@ -71,15 +71,15 @@ START_TIMEOUT = 60.0
 """Timeout (s) for starting and discovering the graph."""
 
 LEAD_TIME_NS = 100_000_000
-"""Time (ns) before each drop request from which brick positions are examined."""
+"""Time (ns) before each drop request at which the examined brick positions begin."""
 
 MOTION_THRESHOLD = 1e-6
-"""Largest change (m) in position that does not count as motion."""
+"""Maximum change (m) in position that does not count as motion."""
 
 
 def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | None:
     """
-    Return the delays in a record from a brick's release to the robot's motion.
+    Return the delays between a brick's release and the robot's motion in a record.
 
     :param begin: a time (ns) shortly before the release
     :param end: a time (ns) after the first motion
@@ -91,7 +91,7 @@ def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | N
     falls = np.flatnonzero(np.diff(heights) < 0.0)
     if not falls.size or falls[0] + 2 >= len(bricks):
         return None
-    # A fall starts at a physics step. Its start is the last position before a lower position.
+    # The fall starts at the physics step of the last sample before the height decreases.
     release = bricks[falls[0]][1].stamp
     goals = (goal.published for goal in record.messages('goal_pose', release, end))
     moving = (command.published for command in record.messages('cmd_vel', release, end)

@@ -63,7 +63,7 @@ DISCOVERY_TIME = 5.0
 lost announcement is repeated only after 3 s."""
 
 FIRST_PORT = 8080
-"""Port of the first arena's page. The port number increases by one for each further arena."""
+"""Port of the first arena's page. The port number increases by one for each additional arena."""
 
 KEEPS_RUNNING = 'The graph keeps running until you press Ctrl-C.'
 
@@ -151,7 +151,7 @@ def bricks(options: argparse.Namespace, client: GraphClient,
 
 
 def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Parameters) -> bool:
-    """Start all nodes in an empty graph, drop bricks, and return whether no fault was found."""
+    """Start all nodes in an empty graph, drop bricks, and return whether there were no faults."""
     graph.add_turtlesim()
     graph.add_robot_state_publisher()
     graph.add_robot()

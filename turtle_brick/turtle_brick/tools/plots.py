@@ -97,7 +97,7 @@ def distance_without_latency(height: float, parameters: Parameters) -> float:
 
 
 def reachability_map(drops: Sequence[SimulatedDrop], parameters: Parameters, path: Path) -> None:
-    """Draw the outcomes and the theoretical limits in the arena from above."""
+    """Draw the outcomes and the theoretical limits on a top view of the arena."""
     heights = sorted({min(drop.result.brick[2] for drop in drops),
                       max(drop.result.brick[2] for drop in drops)})
     margins = [drop.margin for drop in drops if drop.margin is not None]
@@ -125,7 +125,7 @@ def reachability_map(drops: Sequence[SimulatedDrop], parameters: Parameters, pat
 
 def _draw_outcomes(axes: Axes, drops: Sequence[SimulatedDrop], norm: TwoSlopeNorm,
                    lowest: float) -> None:
-    """Draw the walls, each drop in the color for its margin, and a cross for each missed brick."""
+    """Draw the walls, the drops colored by their margins, and a cross for each missed brick."""
     walls = axes.add_patch(Rectangle((0.0, 0.0), ARENA_SIZE, ARENA_SIZE, fill=False,
                                      edgecolor=INK, linewidth=2.5, zorder=5))
     x, y, _ = zip(*(drop.result.brick for drop in drops))

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Simulate brick, robot, turtlesim and catcher at their real rates without ROS.
+Simulate the brick, robot, turtlesim and catcher at their real rates without ROS.
 
 The simulation uses the same modules as the nodes: `physics.World` at 250 Hz, `driving.Driver` at
 100 Hz, `turtlesim_kinematics.Turtle` with its command queue every 16 ms, and `catch_logic.Catcher`
@@ -51,10 +51,10 @@ CATCHER_PERIOD_NS = round(catch_logic.UPDATE_PERIOD / SECONDS_PER_NS)
 
 @dataclass(frozen=True)
 class Delays:
-    """Delays of the live graph (s)."""
+    """Delays (s) in the live graph."""
 
-    transport: float = driving.TRANSPORT_DELAY  # From publishing a message to receiving it.
-    transforms: float = 0.0010  # From the robot's cycle to robot_state_publisher's transform.
+    transport: float = driving.TRANSPORT_DELAY  # Time from publishing a message to receiving it.
+    transforms: float = 0.0010  # Time from the robot's cycle to robot_state_publisher's transform.
     tick_jitter: float = 0.0  # Standard deviation of turtlesim's tick times.
     robot_jitter: float = 0.0  # Standard deviation of the robot's cycle times.
 
@@ -70,10 +70,10 @@ class DropResult(NamedTuple):
     robot: tuple[float, float]  # Position at the release.
     decision: Decision | None
     caught: bool
-    fall_time: float  # From the release to contact with the platform or the ground.
-    decision_time: float  # From the release to the decision.
-    carried_to: tuple[float, float] | None  # Robot position when it tilted.
-    slide_time: float  # From the start of tilting until the brick floats.
+    fall_time: float  # Time from the release to contact with the platform or the ground.
+    decision_time: float  # Time from the release to the decision.
+    carried_to: tuple[float, float] | None  # Robot position at the start of tilting.
+    slide_time: float  # Time from the start of tilting until the brick floats in place.
     finished: bool  # Whether the catcher returned to waiting.
 
 
@@ -249,11 +249,11 @@ class SimulatedDrop(NamedTuple):
     number: int  # Index of the drop in the sweep, starting at 0.
     seed: int  # Seed for the simulation.
     result: DropResult
-    guaranteed: float  # Largest distance at which a catch is guaranteed, or < 0.
+    guaranteed: float  # Maximum distance of a guaranteed catch; negative if there is none.
 
     @property
     def distance(self) -> float:
-        """Return the horizontal distance between brick and robot at the release."""
+        """Return the horizontal distance between the brick and the robot at the release."""
         return dist(self.result.brick[:2], self.result.robot)
 
     @property
@@ -317,7 +317,7 @@ def guaranteed_distance_to(brick: Vector, parameters: Parameters, excess: float 
 def start_simulation(parameters: Parameters, seed: int) -> Simulation:
     """Return a running simulation that includes jitter, with the robot at rest in the center."""
     simulation = Simulation(parameters, seed, JITTER)
-    simulation.rest(0.3)  # Robot, arena and catcher exchange their first data.
+    simulation.rest(0.3)  # The robot, the arena and the catcher exchange their first messages.
     return simulation
 
 

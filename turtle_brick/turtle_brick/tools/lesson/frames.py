@@ -32,7 +32,7 @@ START = (3.0, 2.0, radians(30.0))
 """Start pose of the robot (m, rad) in the world frame, and pose of the frame odom."""
 
 CORNERS = ((9.0, 3.0), (7.0, 8.5), (2.5, 6.0))
-"""Goals of the robot in the world frame (m), in order."""
+"""Goals (m) of the robot in the world frame, in order."""
 
 WALLS = ((0.0, 0.0), (ARENA_SIZE, 0.0), (ARENA_SIZE, ARENA_SIZE), (0.0, ARENA_SIZE))
 
@@ -40,7 +40,7 @@ WORLD = Pose2D(0.0, 0.0, 0.0)
 
 
 def drive(parameters: Parameters) -> tuple[list[Pose2D], list[tuple[Pose2D, Pose2D]]]:
-    """Drive from START to each corner; return the path in world and each stop in both frames."""
+    """Drive to each corner; return the path in the world frame, and the stops in both frames."""
     simulation = Simulation(parameters, start=START)
     odometer = Odometer(parameters.wheel_radius)
     path: list[Pose2D] = []
@@ -63,7 +63,7 @@ def drive(parameters: Parameters) -> tuple[list[Pose2D], list[tuple[Pose2D, Pose
 def report(parameters: Parameters) -> Iterator[str]:
     """Yield the numbers of this lesson, line by line."""
     _, stops = drive(parameters)
-    yield ' ' * 9 + 'in world: x       y   theta    in odom: x       y   theta    distance'
+    yield ' ' * 9 + '   world: x       y   theta       odom: x       y   theta    distance'
     for name, stop, before in zip('SABC', stops, (None, *stops)):
         line = f'  at {name}  ' + '       '.join(map(_format, stop))
         if before:
@@ -79,13 +79,13 @@ def _format(pose: Pose2D) -> str:
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Draw the path of the robot in world and in odom."""
+    """Draw the path of the robot in the world frame and in the odom frame."""
     way, stops = drive(parameters)
     start, _ = stops[0]
     with new_figure(path, 7.6, 4.1) as figure:
         for axes, frame, view, title in zip(
                 figure.subplots(1, 2), ('world', 'odom'), (WORLD, start.inverse()),
-                ('The path in world', 'The same path in odom')):
+                ('The path in the world frame', 'The same path in the odom frame')):
             axes.add_patch(Polygon(
                 [view.compose(Pose2D(x, y, 0.0))[:2] for x, y in WALLS], fill=False,
                 edgecolor=INK, linewidth=2.0))
@@ -101,8 +101,8 @@ def draw(parameters: Parameters, path: Path) -> None:
             _draw_frame(axes, view.compose(start), 2.0, 'odom',
                         (0, -17) if frame == 'world' else (8, 9))
             axes.margins(0.12, 0.09)
-            axes.set(aspect='equal', xlabel=f'x in {frame} / m', ylabel=f'y in {frame} / m',
-                     title=title)
+            axes.set(aspect='equal', title=title,
+                     xlabel=f'x in the {frame} frame / m', ylabel=f'y in the {frame} frame / m')
 
 
 def _draw_frame(axes: Axes, pose: Pose2D, size: float, name: str,

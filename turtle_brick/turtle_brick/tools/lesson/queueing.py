@@ -37,7 +37,7 @@ class SentCommand(NamedTuple):
 
 
 def commands(phase: float) -> list[SentCommand]:
-    """Return the commands sent at 100 Hz to a full queue if the first tick is at `phase` (s)."""
+    """Return the commands sent at 100 Hz to a full queue, with the first tick at `phase` (s)."""
     turtle = Turtle(holonomic=True)
     first, count = 32, round(0.5 / COMMAND_PERIOD)
     arrivals: list[tuple[int, float]] = []
@@ -73,7 +73,7 @@ class NaiveDriver(Driver):
         self.law = law
 
     def command(self, now: float) -> tuple[float, float]:
-        """Return the velocity (m/s) along x from the latest pose towards the goal."""
+        """Return the velocity (m/s) along x toward the goal, computed from the latest pose."""
         if self.goal is None or self.pose is None:
             return (0.0, 0.0)
         distance = self.goal[0] - self.pose.x

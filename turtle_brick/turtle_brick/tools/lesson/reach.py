@@ -43,7 +43,7 @@ WORST_DELAYS = (
     ('next physics step, reserve', COMMAND_LATENCY - 3 * TRANSPORT_DELAY - 2 * COMMAND_PERIOD
      - QUEUE_LATENCY),
 )
-"""Longest delays (s) between a release and the platform's first motion, in order."""
+"""Maximum delays (s) between a release and the platform's first motion, in order."""
 
 
 @cache
@@ -53,12 +53,12 @@ def all_drops(parameters: Parameters) -> list[SimulatedDrop]:
 
 
 def drop_at(distance: float, height: float, parameters: Parameters) -> SimulatedDrop:
-    """Simulate a drop at a distance (m) from the robot and from a height (m)."""
+    """Simulate a drop from a height (m) at a distance (m) from the robot."""
     return simulate_drop(parameters, 0, 1, (ARENA_CENTER + distance, ARENA_CENTER, height))
 
 
 def largest_caught_distance(height: float, parameters: Parameters) -> float:
-    """Return the largest distance (m) at which a brick is caught, found by bisection."""
+    """Return the maximum distance (m) at which a brick is caught, found by bisection."""
     millimeters = range(round(1e3 * (ARENA_SIZE - ARENA_CENTER)))
     return 1e-3 * bisect(millimeters, False, key=lambda distance: drop_at(
         1e-3 * distance, height, parameters).outcome != 'caught')

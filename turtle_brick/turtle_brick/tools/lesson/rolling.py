@@ -40,7 +40,7 @@ TELEPORT = 2.0
 
 
 def roll(parameters: Parameters) -> list[RollSample]:
-    """Drive for 1 s, rest, teleport, and drive for 1.5 s towards a wall at a distance of 1 s."""
+    """Drive for 1 s, stop, teleport, and drive for 1.5 s toward a wall that is 1 s away."""
     turtle = Turtle(1.0, ARENA_CENTER, holonomic=True)
     odometer = Odometer(parameters.wheel_radius)
     speed = parameters.max_velocity
@@ -71,7 +71,7 @@ def report(parameters: Parameters) -> Iterator[str]:
            f'turns per second, {degrees(speed / radius * TICK):.1f}° per tick of turtlesim')
     yield '                                     commanded   between poses   wheel'
     for label, time in (('after 1 s of driving', 1.2), ('after the teleport', 2.3),
-                        ('after 1.5 s towards a wall 1 s away', 4.4)):
+                        ('after 1.5 s toward a wall 1 s away', 4.4)):
         then = next(one for one in rolls if one.time >= time)
         yield (f'  {label:35}{then.commanded:9.3f} m{then.pose_distance:13.3f} m'
                f'{then.rolled:9.3f} m = {then.rolled / radius:.2f} rad')
