@@ -16,7 +16,7 @@
 The content of the page, which consists of data from messages.
 
     messages ─→ on_…() ─→ stored data ─→ draw() ─┬─→ scene: the objects, by name
-                                                 └─→ panel: texts and curves
+                                                 └─→ panel: text and curves
 
 This module does not depend on a node or a server. Times are in nanoseconds. Timestamps and the
 drawn time are ROS time; all other times are from a monotonic clock.
@@ -54,24 +54,24 @@ FRAMES = (WORLD, ODOM, BASE_LINK, 'stem', 'wheel', PLATFORM, BRICK)
 """Frames with axes and a label."""
 
 SECTION_TOPICS = ('brick_marker', 'odom', 'catcher_marker')
-"""Topics from arena, robot and catcher. A section of the panel is visible if its topic has a
+"""Topics from the arena, robot and catcher. A section of the panel is visible if its topic has a
 publisher."""
 
 GOAL = Shape('cylinder', (0.24, 0.24, 0.01), (0.10, 0.75, 0.25, 1.0))
 """Mark on the ground at the goal of the robot."""
 
 GOAL_TOLERANCE = 0.05
-"""Distance (m) between robot and goal below which the mark is hidden."""
+"""Distance (m) between the robot and its goal below which the mark is hidden."""
 
 WALL_OPACITY = 0.3
-"""Largest opacity of the walls, so that no wall hides the robot or the brick."""
+"""Maximum opacity of the walls, so that no wall hides the robot or the brick."""
 
 PANEL_PERIOD_NS = NS_PER_SECOND // 10
 """Update period of the panel (ns)."""
 
 SPEED_WINDOW_NS = 400_000_000
-"""Time (ns) over which the robot's speed is averaged. This time contains 25 ticks of turtlesim and
-40 cycles of turtle_robot, so the curve is smooth."""
+"""Time (ns) over which the robot's speed is averaged. This period spans 25 turtlesim ticks and
+40 turtle_robot cycles, so the curve is smooth."""
 
 RATE_WINDOW_NS = 2 * NS_PER_SECOND
 """Time (ns) over which message rates are averaged."""
@@ -143,8 +143,8 @@ class Page:
     def on_brick_state(self, message: String) -> None:
         """Store the state of the brick."""
         self._brick_state = message.data
-        # Messages on different topics arrive in any order, so a decision can arrive before the
-        # state `falling`. A decision is valid until a brick hovers or rides.
+        # Messages on different topics can arrive in any order, so a decision can arrive before
+        # the state `falling`. A decision is valid until a brick hovers or rides.
         if message.data in ('hovering', 'riding'):
             self._decision = ''
 
@@ -253,7 +253,7 @@ class Page:
 
     def _find_drawn_time(self) -> int:
         """
-        Return the latest time (ns) at which the poses of robot and brick are known, or 0.
+        Return the latest time (ns) at which the poses of the robot and the brick are known, or 0.
 
         If each object were drawn at its own latest time, objects that move together would appear
         separated. An object without new transforms does not delay the others.

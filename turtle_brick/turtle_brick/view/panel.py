@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The panel with texts, curves, buttons and a slider beside the scene."""
+"""The panel with text, curves, buttons and a slider beside the scene."""
 
 from collections.abc import Callable, Sequence
 from html import escape
@@ -33,7 +33,7 @@ GREEN = (46, 125, 70)
 """Color (0 to 255) of the controls."""
 
 SLIDER_LIMIT = round(pi / 2.0, 2)
-"""Largest angle (rad) of the slider, in both directions."""
+"""Maximum angle (rad) of the slider, in both directions."""
 
 SLIDER_PAUSE = 1.0
 """Time (s) after a user action during which the slider does not follow the platform."""
@@ -229,9 +229,9 @@ class Panel:
 
 def parse_position(text: str) -> Vector:
     """
-    Return the position (m) in a text with three numbers, separated by commas or spaces.
+    Return the position (m) in a string with three numbers, separated by commas or spaces.
 
-    :raises ValueError: the text is not a position
+    :raises ValueError: the string is not a position
     """
     try:
         x, y, z = map(float, text.strip(' ()').replace(',', ' ').split())
@@ -252,7 +252,7 @@ def _legend() -> str:
 
 
 def _html(name: str, text: str, is_alarm: bool = False) -> str:
-    """Return a text as an HTML element with a name for tests. An alarm is red."""
+    """Return text as an HTML element with a name for tests. An alarm is red."""
     color = 'color:#c92a2a;font-weight:600;' if is_alarm else ''
     return (f'<div data-turtle-brick="{name}" style="{color}padding:0.2em 1em;font-size:0.9em">'
             f'{escape(text)}</div>')

@@ -128,7 +128,7 @@ class Scene:
 
     def _add(self, scene_object: SceneObject) -> Any:
         """Add an object, and return its node in the tree of viser."""
-        # In browsers, a node with the name of a removed node can keep the old orientation.
+        # In a browser, a new node with a removed node's name can keep the old orientation.
         path = f'/objects/{next(self._numbers)}'
         pose, label = scene_object.pose, scene_object.label
         node = self._scene.add_frame(

@@ -29,10 +29,10 @@ GRAY: Color = (0.7, 0.7, 0.7, 1.0)
 """Color of a visual without a material."""
 
 ORIGIN = Pose((0.0, 0.0, 0.0), IDENTITY)
-"""Pose at the origin of a frame."""
+"""Identity pose, at the origin of a frame and without rotation."""
 
 MAX_NUMBER = 1e6
-"""Largest absolute value of a drawable number."""
+"""Maximum absolute value of a drawable number."""
 
 SOLIDS = ('box', 'cylinder', 'sphere')
 """Drawable kinds of URDF geometry."""
@@ -52,7 +52,7 @@ class Shape(NamedTuple):
     kind: str
     """'box', 'cylinder' (about z), 'sphere', 'line' or 'text' (facing the camera)."""
     size: Vector
-    """Size (m) along x, y and z; the width of a line is x, and the height of a text is z."""
+    """Size (m) along x, y and z; the width of a line is x, and the height of text is z."""
     color: Color
     pose: Pose = ORIGIN
     """Pose of the center of the shape."""

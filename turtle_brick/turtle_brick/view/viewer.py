@@ -73,7 +73,7 @@ from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
 VISER = 'viser==1.1.1'
-"""Required version of viser, as in scripts/requirements.txt."""
+"""Required version of viser, which must match scripts/requirements.txt."""
 
 DRAW_PERIOD = 1.0 / 30.0
 """Time (s) between updates of the scene."""
