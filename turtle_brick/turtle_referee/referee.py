@@ -14,10 +14,10 @@
 """
 referee: judge an implementation of the assignment by its topics, services and TF.
 
-The referee sends the same commands as a user (goal_pose, tilt, place, drop) and reports the
-measured and the expected result for each requirement of the assignment. A requirement is met,
-broken or open. It is open if it cannot be judged. The command after "--" starts the graph, which
-ends together with the referee:
+The referee sends the same commands as a user (goal_pose, tilt, place, drop). It reports the
+measured and expected results for each requirement of the assignment. A requirement is met, broken
+or open. It is open if it cannot be judged. The command after "--" starts the graph, which ends
+together with the referee:
 
     ros2 run turtle_brick referee -- ros2 launch turtle_brick turtle_arena.launch.py view:=none
 
@@ -47,7 +47,7 @@ from turtle_referee.graph_client.profiles import Profile
 from turtle_referee.graph_client.record import Record
 from turtle_referee.graph_client.spinning import NodeSpinner
 from turtle_referee.rules import arena_rules, catcher_rules, robot_rules
-from turtle_referee.rules.rule import BROKEN, Judgement, Rules
+from turtle_referee.rules.rule import BROKEN, Judgment, Rules
 from turtle_referee.trial import DISCOVERY_TIME, Trial
 
 RULES = Rules((*robot_rules.RULES, *arena_rules.RULES, *catcher_rules.RULES))
@@ -127,7 +127,7 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
 
 
 def judge(profile: Profile, options: argparse.Namespace, command: Sequence[str]
-          ) -> list[Judgement]:
+          ) -> list[Judgment]:
     """Observe and judge a graph, and write all reports; raise RuntimeError without a graph."""
     begin = monotonic()
 
@@ -144,15 +144,15 @@ def judge(profile: Profile, options: argparse.Namespace, command: Sequence[str]
         'versions': versions(), 'numbers': profile.numbers,
         'seconds': round(monotonic() - begin, 1), 'crashes': record.crashes, 'notes': record.notes}
     problems = [*record.crashes, *record.notes]
-    judgements = [] if record.is_empty() else rules_in_hour(RULES, options.hour).judge(record)
+    judgments = [] if record.is_empty() else rules_in_hour(RULES, options.hour).judge(record)
     if options.json is not None:
-        options.json.write_text(report.as_json(judgements, about), encoding='utf-8')
-    if not judgements:
+        options.json.write_text(report.as_json(judgments, about), encoding='utf-8')
+    if not judgments:
         raise RuntimeError('; '.join(problems))
     if options.page is not None:
-        options.page.write_text(report.page(judgements, about), encoding='utf-8')
-    report.print_judgements(judgements, problems)
-    return judgements
+        options.page.write_text(report.page(judgments, about), encoding='utf-8')
+    report.print_judgments(judgments, problems)
+    return judgments
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -168,14 +168,14 @@ def main(args: Sequence[str] | None = None) -> int:
         if options.summary is not None:
             return report.summarize(
                 options.summary, [rule.name for rule in rules], options.csv, options.page)
-        judgements = judge(profile, options, command)
+        judgments = judge(profile, options, command)
     except KeyboardInterrupt:
         print('referee: interrupted', file=sys.stderr)
         return 2
     except (OSError, RuntimeError, ValueError) as error:
         print(f'referee: {error}', file=sys.stderr)
         return 2
-    return 1 if any(judgement.mark == BROKEN for judgement in judgements) else 0
+    return 1 if any(judgment.mark == BROKEN for judgment in judgments) else 0
 
 
 if __name__ == '__main__':

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Report the judgements of one graph or of a class in the terminal, as HTML, JSON and CSV."""
+"""Report the judgments of one graph or of a class in the terminal, as HTML, JSON and CSV."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -31,7 +31,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 from turtle_referee.graph_client.record import OVERLOADED
-from turtle_referee.rules.rule import BROKEN, Judgement, MET, OPEN, Plot
+from turtle_referee.rules.rule import BROKEN, Judgment, MET, OPEN, Plot
 
 COLORS = {MET: 'green', BROKEN: 'red', OPEN: 'yellow'}
 
@@ -69,10 +69,10 @@ def tally(marks: Iterable[str]) -> str:
     return f'{count[MET]} {MET} met, {count[BROKEN]} {BROKEN} broken, {count[OPEN]} {OPEN} open'
 
 
-def result(judgement: Judgement) -> str:
+def result(judgment: Judgment) -> str:
     """Return the measured result and the broken requirements from which it may follow."""
-    causes = f'; may follow from: {", ".join(judgement.follows)}' if judgement.follows else ''
-    return judgement.measured + causes
+    causes = f'; may follow from: {", ".join(judgment.follows)}' if judgment.follows else ''
+    return judgment.measured + causes
 
 
 def print_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
@@ -110,16 +110,16 @@ def html_page(title: str, body: str) -> str:
             f'<body><main><h1>{title}</h1>{body}</main></body></html>\n')
 
 
-def print_judgements(judgements: Sequence[Judgement], notes: Sequence[str]) -> None:
+def print_judgments(judgments: Sequence[Judgment], notes: Sequence[str]) -> None:
     """Print a table of all requirements, then repeat those that are broken or open."""
     print_table(('', 'requirement', 'measured', 'expected'), (
-        (one.mark, one.name, result(one), one.expected) for one in judgements))
-    print('', *(f'{one.mark} {one.name}: {result(one)}' for one in judgements if one.mark != MET),
-          *(f'note: {note}' for note in notes), tally(one.mark for one in judgements), sep='\n')
+        (one.mark, one.name, result(one), one.expected) for one in judgments))
+    print('', *(f'{one.mark} {one.name}: {result(one)}' for one in judgments if one.mark != MET),
+          *(f'note: {note}' for note in notes), tally(one.mark for one in judgments), sep='\n')
 
 
-def as_json(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
-    """Return all judgements with their plots, and facts about the run, as JSON."""
+def as_json(judgments: Sequence[Judgment], about: dict[str, Any]) -> str:
+    """Return all judgments with their plots, and information about the run, as JSON."""
     def plain(value: Any) -> Any:
         if isinstance(value, float):
             return float(f'{value:.7g}') if isfinite(value) else None
@@ -129,7 +129,7 @@ def as_json(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
             return plain(value._asdict())
         return [plain(one) for one in value] if isinstance(value, (list, tuple, range)) else value
 
-    return json.dumps(plain({**about, 'requirements': judgements}), indent=1,
+    return json.dumps(plain({**about, 'requirements': judgments}), indent=1,
                       ensure_ascii=False) + '\n'
 
 
@@ -159,17 +159,17 @@ def as_text(value: Any) -> str:
     return '; '.join(value) if isinstance(value, list) else str(value)
 
 
-def page(judgements: Sequence[Judgement], about: dict[str, Any]) -> str:
-    """Return an HTML page with all judgements and plots."""
+def page(judgments: Sequence[Judgment], about: dict[str, Any]) -> str:
+    """Return an HTML page with all judgments and plots."""
     facts = ''.join(f'<p>{escape(key)}: {escape(as_text(value))}</p>'
                     for key, value in about.items() if value)
     table = html_table(('', 'requirement', 'assignment', 'measured', 'expected'), (
         (one.mark, Html(f'<span id="{escape(one.name)}">{escape(one.name)}</span>'),
-         one.sentence, result(one), one.expected) for one in judgements))
+         one.sentence, result(one), one.expected) for one in judgments))
     return html_page(
         f'{escape(about.get("student") or "turtle_brick")}: requirements and measurements',
-        f'<p>{tally(one.mark for one in judgements)}</p>{facts}{table}'
-        + ''.join(draw(one.plot) for one in judgements if one.plot is not None))
+        f'<p>{tally(one.mark for one in judgments)}</p>{facts}{table}'
+        + ''.join(draw(one.plot) for one in judgments if one.plot is not None))
 
 
 TITLES = ('student', MET, BROKEN, OPEN, 'broken', 'open', 'date')
@@ -203,7 +203,7 @@ def read(path: Path, name: str) -> dict[str, Any]:
                 'broken': '; '.join([*faults, *causes]), 'open': '; '.join(reasons), **marks,
                 'faults': faults, 'causes': causes}
     except (LookupError, OSError, TypeError, ValueError) as error:
-        raise ValueError(f'{path} is not a JSON file of the referee: {error!r}') from None
+        raise ValueError(f'{path} is not a JSON file from the referee: {error!r}') from None
 
 
 def class_cells(row: dict[str, Any], address: str) -> list[object]:
@@ -220,7 +220,7 @@ def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | Non
     Summarize the JSON files below a directory in a table with one row per student.
 
     :param students: names of the files without ".json" (default: all files)
-    :return: the exit status, which is 1 if some files are invalid, and 2 if all files are
+    :return: the exit status, which is 1 if some files are invalid, and 2 if all files are invalid
     """
     rows, faults, links = [], [], {}
     paths = (sorted(directory.rglob('*.json')) if students is None

@@ -14,7 +14,7 @@
 """
 The sequence of requests that the referee sends to a graph.
 
-The robot rests, drives in eight directions and tilts its platform. Bricks are placed, then dropped
+The robot waits, drives in eight directions and tilts its platform. Bricks are placed, then dropped
 out of reach and within reach. Every wait has a timeout, so a missing response costs some seconds.
 """
 
@@ -37,7 +37,7 @@ from turtle_referee.rules.robot_model import model
 from turtle_referee.rules.rule import Broken
 
 REACTION_TIME = 0.3
-"""Longest permitted time (s) between the release of a brick and the reaction of the robot."""
+"""Maximum permitted time (s) between the release of a brick and the reaction of the robot."""
 
 DISCOVERY_TIME = 10.0
 """Timeout (s) for discovering a running graph."""
@@ -187,7 +187,7 @@ class Trial(GraphClient):
         return *offset_by(CENTER, drop.direction, distance), height
 
     def drop_all(self, drops: Sequence[PlannedDrop]) -> None:
-        """Drop the bricks one after the other, each with the robot in the center."""
+        """Drop the bricks one after the other, each while the robot is in the center."""
         for drop in drops:
             if monotonic() > self.end:
                 self.record.notes.append(f'not dropped for lack of time: {drop.description}')

@@ -23,14 +23,14 @@ from browser import Chromium, find_chromium
 import pytest
 from turtle_referee import referee, report
 from turtle_referee.graph_client.profiles import Profile, ProfileError
-from turtle_referee.rules.rule import BROKEN, Judgement, MET, OPEN, Plot, Series
+from turtle_referee.rules.rule import BROKEN, Judgment, MET, OPEN, Plot, Series
 
-JUDGEMENTS = [
-    Judgement('b', 'ж', 'ö', BROKEN, '-' * 300, Plot('Empty', '', '', [], Series('x', [], []))),
-    Judgement('d', '', '', BROKEN, 'wrong', follows=['b']),
-    Judgement('c', '', '', OPEN, '50 Hz; not judged: the machine was overloaded in 1 of 9 trials'),
-    Judgement('e', '', '', OPEN, 'no data'),
-    Judgement('a', 'words <b> & "more"', 'x [red]', MET, '1 < 2 & [bold]3[/bold]', Plot(
+JUDGMENTS = [
+    Judgment('b', 'ж', 'ö', BROKEN, '-' * 300, Plot('Empty', '', '', [], Series('x', [], []))),
+    Judgment('d', '', '', BROKEN, 'wrong', follows=['b']),
+    Judgment('c', '', '', OPEN, '50 Hz; not judged: the machine was overloaded in 1 of 9 trials'),
+    Judgment('e', '', '', OPEN, 'no data'),
+    Judgment('a', 'words <b> & "more"', 'x [red]', MET, '1 < 2 & [bold]3[/bold]', Plot(
         'Title <&>', 'x (m)', 'y & z', [Series('<points>', [0.0, 1.0, nan], [1.0, inf, 2.0])],
         Series('line', [0.0, 1.0], [0.0, 1.0])))]
 
@@ -45,10 +45,10 @@ def parse(page):
 
 
 def test_the_page_contains_facts_table_and_plots():
-    root = parse(report.page(JUDGEMENTS, ABOUT))
+    root = parse(report.page(JUDGMENTS, ABOUT))
     for text in ('date: 2026-11-23', 'command: ros2 <tag>', 'versions: rclpy 7.1', 'notes: ö'):
         assert text in [paragraph.text for paragraph in root.iter('p')]
-    assert len(root.findall('.//table/tr')) == 1 + len(JUDGEMENTS)
+    assert len(root.findall('.//table/tr')) == 1 + len(JUDGMENTS)
     assert [element.tag for element in root.find('body/main')][-3:] == [
         'table', *['{http://www.w3.org/2000/svg}svg'] * 2]
 
@@ -56,7 +56,7 @@ def test_the_page_contains_facts_table_and_plots():
 @pytest.mark.skipif(find_chromium() is None, reason='Chromium is not installed')
 def test_the_pages_do_not_overflow(tmp_path, judged):
     """Long words, wide plots and many columns fit into the window of a phone."""
-    (tmp_path / 'page.html').write_text(report.page(JUDGEMENTS, ABOUT))
+    (tmp_path / 'page.html').write_text(report.page(JUDGMENTS, ABOUT))
     report.summarize(judged, ['b', 'a'], None, tmp_path / 'class.html')
     with Chromium(400) as browser:
         for name in ('page', 'class'):
@@ -67,7 +67,7 @@ def test_the_pages_do_not_overflow(tmp_path, judged):
 
 
 def test_the_json_contains_all_data():
-    data = json.loads(report.as_json(JUDGEMENTS, ABOUT), parse_constant=pytest.fail)
+    data = json.loads(report.as_json(JUDGMENTS, ABOUT), parse_constant=pytest.fail)
     assert [one['mark'] for one in data['requirements']] == [BROKEN, BROKEN, OPEN, OPEN, MET]
     assert data['requirements'][4]['plot']['points'][0]['y'] == [1.0, None, 2.0]
     assert data['requirements'][1]['follows'] == ['b']
@@ -75,12 +75,12 @@ def test_the_json_contains_all_data():
 
 
 def test_the_terminal_repeats_what_is_not_met(capsys):
-    report.print_judgements(JUDGEMENTS, ['ö'])
+    report.print_judgments(JUDGMENTS, ['ö'])
     table, _, repeated = capsys.readouterr().out.partition('\n\n')
     assert '[bold]3[/bold]' in table and 'x [red]' in table
     assert repeated.splitlines() == [
         f'{BROKEN} b: {"-" * 300}', f'{BROKEN} d: wrong; may follow from: b',
-        f'{OPEN} c: {JUDGEMENTS[2].measured}', f'{OPEN} e: no data', 'note: ö',
+        f'{OPEN} c: {JUDGMENTS[2].measured}', f'{OPEN} e: no data', 'note: ö',
         '1 ✔ met, 2 ✗ broken, 2 – open']
 
 
@@ -89,8 +89,8 @@ def judged(tmp_path):
     """Return a directory with the JSON files of three workspaces and an empty page."""
     directory = tmp_path / 'judged'
     (directory / 'dora').mkdir(parents=True)
-    for name, judgements in (('ann', JUDGEMENTS), ('bob', JUDGEMENTS[4:]), ('dora/late', [])):
-        (directory / f'{name}.json').write_text(report.as_json(judgements, ABOUT))
+    for name, judgments in (('ann', JUDGMENTS), ('bob', JUDGMENTS[4:]), ('dora/late', [])):
+        (directory / f'{name}.json').write_text(report.as_json(judgments, ABOUT))
     (directory / 'bob.html').touch()
     return directory
 

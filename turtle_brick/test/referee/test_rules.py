@@ -242,7 +242,7 @@ ROBOT_RULES = {rule.name for rule in robot_rules.RULES} - {'frames: brick', 'rat
 
 
 def judge(record, *names):
-    """Return the judgements of some rules."""
+    """Return the judgments of some rules."""
     return Rules(rule for rule in referee.RULES if rule.name in names).judge(record)
 
 

@@ -33,7 +33,7 @@ MAX_TIMEOUT = 60.0
 """Upper limit (s) for timeouts that are computed from parameters of the robot."""
 
 REST_TIME = 0.3
-"""Duration (s) without motion after which the robot is at rest."""
+"""Duration (s) without motion after which the robot is considered to be at rest."""
 
 HOVERING_TIME = 0.5
 """Time (s) between placing and dropping a brick."""
@@ -79,12 +79,12 @@ class GraphClient:
             return False
 
     def robot_position(self) -> tuple[float, float] | None:
-        """Return the robot's position (m) in world, or None if no pose was received."""
+        """Return the robot's position (m) in the world frame, or None if no pose was received."""
         poses = self.record.topics['pose']
         return (poses[-1].message.x, poses[-1].message.y) if poses else None
 
     def distance_to(self, point: tuple[float, float]) -> float:
-        """Return the distance (m) from the robot to a point in world, or NaN without a pose."""
+        """Return the robot's distance (m) to a point in the world frame, or NaN if unknown."""
         return dist(point, self.robot_position() or (float('nan'), float('nan')))
 
     def is_at_rest(self) -> bool:

@@ -29,4 +29,4 @@ UNREACHABLE = 'Unreachable'
 """Marker text for a brick that cannot be caught."""
 
 STILL = 1e-3
-"""Largest displacement (m) of a brick at rest."""
+"""Maximum displacement (m) of a brick at rest."""

@@ -47,7 +47,7 @@ def restrict_to_localhost() -> None:
 
 def is_empty(domain: int) -> bool:
     """Return whether no node on this machine uses a domain."""
-    # DDS participant i on a machine uses the UDP port 7400 + 250 domain + 10 + 2 i.
+    # DDS participant i on a machine uses UDP port 7400 + 250 * domain + 10 + 2 * i.
     first = 7410 + 250 * domain
     for port in range(first, first + 2 * PARTICIPANTS, 2):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:

@@ -23,22 +23,22 @@ from turtle_referee.graph_client.profiles import NUMBERS
 from turtle_referee.graph_client.record import Record, Request, rest_start
 
 MIN_FALL = 1e-5
-"""Smallest distance (m) of a falling brick from its starting position."""
+"""Minimum distance (m) of a falling brick from its starting position."""
 
 LANDING_NS = 40_000_000
-"""Duration (ns) at a constant height after which a brick has landed."""
+"""Duration (ns) at a constant height after which a brick is considered to have landed."""
 
 FLOATING_NS = 150_000_000
-"""Duration (ns) without motion after which a brick that slid is floating."""
+"""Time (ns) without motion after which a brick that has slid is considered to be floating."""
 
 MIN_SLIDE = 0.02
-"""Smallest sliding distance (m) of a brick that floats."""
+"""Minimum sliding distance (m) of a brick that floats."""
 
 TILTED, LEVEL = 0.05, 0.02
-"""Smallest inclination (rad) of a tilted platform, and largest inclination of a level platform."""
+"""Minimum inclination (rad) of a tilted platform, and maximum inclination of a level platform."""
 
 MARGIN = 0.15
-"""Largest distance (m) between the platform's edge and the center of a brick on the platform."""
+"""Maximum distance (m) between the platform's edge and the center of a brick on the platform."""
 
 HISTORY = 400
 """Number of stored brick positions."""

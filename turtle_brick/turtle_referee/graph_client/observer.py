@@ -43,7 +43,7 @@ DISCOVERY_PERIOD = 0.5
 """Period (s) at which new topics are discovered and the processor load is measured."""
 
 MAX_LOAD = 95.0
-"""Smallest processor load (%) that may delay a graph."""
+"""Minimum processor load (%) that may delay a graph."""
 
 MARKER_TYPES = {'visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray'}
 
@@ -229,7 +229,7 @@ class Observer(Node):
         return self._clients_by_service[service]
 
     def send_goal(self, x: float, y: float) -> None:
-        """Send the robot to a point (m) in world."""
+        """Send the robot to a point (m) in the world frame."""
         goal = PoseStamped()
         goal.header.frame_id = 'world'
         goal.header.stamp = self.get_clock().now().to_msg()

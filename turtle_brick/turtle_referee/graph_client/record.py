@@ -25,22 +25,22 @@ from turtle_referee.graph_client.geometry import Array, Pose, pose
 from turtle_referee.graph_client.profiles import Profile
 
 MAX_GAP_NS = 120_000_000
-"""Longest interval (ns) between two transforms for interpolation."""
+"""Maximum interval (ns) between two transforms for interpolation."""
 
 EXTRAPOLATION_NS = 50_000_000
-"""Longest interval (ns) before the first and after the last transform of a known frame."""
+"""Maximum interval (ns) before the first and after the last transform of a known frame."""
 
 MAX_LATENESS_NS = 15_000_000
-"""Largest delay (ns) of the observer that is not a stall."""
+"""Maximum delay (ns) of the observer that does not count as a stall."""
 
 STALL_AFTERMATH_NS = NS_PER_SECOND
 """Duration (ns) for which a stall has effects after its end."""
 
 MAX_AHEAD_NS = 5_000_000_000
-"""Largest difference (ns) between a timestamp in the future and the publication time."""
+"""Maximum difference (ns) between a timestamp in the future and the publication time."""
 
 MAX_DEPTH = 30
-"""Largest number of frames between a frame and world."""
+"""Maximum number of frames between a frame and the world frame."""
 
 OVERLOADED = 'the machine was overloaded'
 """First words of the reason for a requirement that is open because of stalls."""
@@ -178,7 +178,7 @@ class Record:
         self.crashes: list[str] = []
 
     def is_empty(self) -> bool:
-        """Return whether the record is empty apart from TF, which namespaces may share."""
+        """Return whether the record is empty, except for TF, which namespaces may share."""
         return not (self.places or any(self.topics.values()))
 
     def add_transform(self, published: int, number: int, transform: Any, static: bool) -> None:
@@ -200,7 +200,7 @@ class Record:
         return chain
 
     def pose(self, frame: str, stamp: int, depth: int = MAX_DEPTH) -> Pose | None:
-        """Return the pose of a frame in world at a time (ns), or None if it is unknown."""
+        """Return the pose of a frame in the world frame at a time (ns), or None if unknown."""
         if frame == 'world':
             return pose((0.0, 0.0, 0.0))
         sample = self.frames[frame].at(stamp) if frame in self.frames and depth else None
@@ -213,7 +213,7 @@ class Record:
         return platform.locate(brick.position) if brick and platform else None
 
     def brick_track(self, begin: int, end: int) -> Iterator[tuple[int, Pose]]:
-        """Yield the timestamps (ns) and poses of the brick in world between two times (ns)."""
+        """Yield the timestamps (ns) and world poses of the brick between two times (ns)."""
         for sample in self.frames['brick'].between(begin, end) if 'brick' in self.frames else ():
             brick = self.pose('brick', sample.stamp)
             if brick is not None:
@@ -272,8 +272,8 @@ def stamp_of(received: Received) -> int:
 
 def message_rate(times: Sequence[float]) -> float:
     """Return the rate (Hz) of periodic messages, or 0 for fewer than six timestamps (s)."""
-    # On a busy machine, messages may be late but never early. The rate is therefore measured
-    # between the least delayed message in the first third and that in the last third.
+    # On a busy machine, messages may be late but never early. The rate is therefore measured from
+    # the least delayed message in the first third to the least delayed message in the last third.
     count = len(times)
     if count < 6 or times[-1] <= times[0]:
         return 0.0
@@ -292,8 +292,8 @@ def rest_start(track: Sequence[tuple[int, Any]], tolerance: float, duration: int
     Return the time (ns) since which a position is constant, or None if the position changes.
 
     :param track: times (ns) and positions (m)
-    :param tolerance: largest distance (m) from the last position
-    :param duration: shortest time (ns) with a constant position
+    :param tolerance: maximum distance (m) from the last position
+    :param duration: minimum time (ns) with a constant position
     """
     since = None
     for stamp, position in reversed(track):

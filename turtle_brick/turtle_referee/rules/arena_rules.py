@@ -36,25 +36,25 @@ RULES = Rules()
 rule = RULES.rule
 
 WALL_TOLERANCE = 0.3
-"""Largest distance (m) between a wall's center and the arena's edge."""
+"""Maximum distance (m) between a wall's center and the arena's edge."""
 MARKER_PERIOD = 2.0
-"""Longest period (s) of a repeated marker that is not latched."""
+"""Maximum period (s) of a repeated marker that is not latched."""
 FALL_DELAY = 0.5
-"""Longest delay (s) between the response of the drop service and the fall."""
+"""Maximum delay (s) between the response from the drop service and the start of the fall."""
 FALL_DEVIATION = 0.02
-"""Largest distance (m) between a falling brick and its parabola."""
+"""Maximum distance (m) between a falling brick and its parabola."""
 MAX_LAG = 0.05
-"""Largest delay (s) between the transforms of the platform and a brick on the platform."""
+"""Maximum delay (s) between the transforms of the platform and a brick on the platform."""
 SLIDE_DEVIATION = 0.04
-"""Largest distance (m) between a sliding brick and its computed position."""
+"""Maximum distance (m) between a sliding brick and its computed position."""
 EARLY_END, LATE_END = 0.02, 0.08
-"""Largest overlap and gap (m) between the brick and the platform at the end of a slide."""
+"""Maximum overlap and gap (m) between the brick and the platform at the end of a slide."""
 
 CUBE, TEXT, ADD = 1, 9, 0
 """Two types and one action of visualization_msgs/Marker."""
 
 MIN_WALL_LENGTH = 5.0
-"""Smallest length (m) of a box that counts as a wall."""
+"""Minimum length (m) of a box that counts as a wall."""
 
 STEP = 1.0 / PHYSICS_RATE
 """Period (s) of the physics."""
@@ -67,13 +67,13 @@ BEFORE_NS = 100_000_000
 
 
 def max_motion(positions: Iterable[Any]) -> float:
-    """Return the largest distance (m) from the first position, or 0 without positions."""
+    """Return the maximum distance (m) from the first position, or 0 if there are no positions."""
     positions = list(positions)
     return largest(dist(position, positions[0]) for position in positions)
 
 
 def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
-    """Return the pose of a marker in world at a time (ns), or raise Broken if it is unknown."""
+    """Return the pose of a marker in the world frame at a time (ns); raise Broken if unknown."""
     name = received.marker.header.frame_id.lstrip('/')
     parent = require(record.pose(name, time), f'the frame {name!r} of a marker is unknown')
     p, q = received.marker.pose.position, received.marker.pose.orientation
@@ -174,7 +174,7 @@ def markers_can_be_drawn(record: Record) -> Finding:
 
 
 @rule('place', 'a service called place … that moves the brick to a specified location',
-      f'the service responds, and the brick rests within {NEAR} m of the place')
+      f'the service responds, and the brick is at rest within {NEAR} m of the place')
 def bricks_are_placed(record: Record) -> Finding:
     off, drift = [], []
     for request in require_data(record.places, 'nothing was placed'):
@@ -206,7 +206,7 @@ def bricks_are_dropped(record: Record) -> Finding:
 
 
 @rule('drop: answer first', 'After the service responds, the brick starts falling in gravity',
-      'the brick moves after the response and rests until one step before it',
+      'the brick moves after the response and is at rest until one step before it',
       ['drop', 'brick: hovers', 'fall: course'])
 def response_comes_first(record: Record) -> Finding:
     moving, begins = [], []
@@ -222,7 +222,7 @@ def response_comes_first(record: Record) -> Finding:
 
 
 @rule('brick: hovers', 'a service called drop that causes the brick to fall',
-      'the brick rests until it is dropped', ['place'])
+      'the brick is at rest until it is dropped', ['place'])
 def brick_hovers(record: Record) -> Finding:
     track = [brick.position for begin, end in record.idle
              for _, brick in record.brick_track(begin, end - BEFORE_NS)]
@@ -239,12 +239,12 @@ class MeasuredFall(NamedTuple):
     times: Array  # (s) since the start
     depths: Array  # (m) below the starting position
     acceleration: float
-    off: float  # largest deviation (m) from the fitted fall
+    off: float  # maximum deviation (m) from the fitted fall
     aside: Array  # horizontal distances (m) from the starting position
 
 
 def fit_fall(times: Array, depths: Array) -> tuple[float, float, float]:
-    """Fit a fall from rest; return its start (s), acceleration and largest deviation (m)."""
+    """Fit a fall from rest; return its start (s), acceleration and maximum deviation (m)."""
     # In a fall from rest, the square root of the depth is a linear function of time.
     slope, offset = numpy.polyfit(times, numpy.sqrt(2.0 * depths), 1)
     begin, acceleration = -float(offset / slope), float(slope) ** 2
@@ -380,7 +380,7 @@ def brick_has_the_angle(record: Record) -> Finding:
             off.append(min(angle_between(brick.upright, before.upright) for lag in LAGS
                            if (before := record.pose('platform', stamp - lag)) is not None))
     if not off and not level:
-        raise Open('the poses of brick and platform were never known at the same time')
+        raise Open('the poses of the brick and the platform were never known at the same time')
     usual = largest(sorted(off)[:len(off) - len(off) // 100])
     return Finding(usual <= SAME_ANGLE, f'at most {usual:.4f} rad apart in {len(off)} inclined '
                    f'poses, and {level} level poses')
@@ -445,11 +445,11 @@ def slides_end_at_the_edge(record: Record) -> Finding:
     return Finding(min(clearances) >= -EARLY_END and largest(clearances) <= LATE_END
                    and largest(heights) <= SLIDE_DEVIATION,
                    ', '.join(f'{one:+.3f}' for one in clearances)
-                   + f' m between platform and brick, {largest(heights):.3f} m off the plane')
+                   + f' m from the platform to the brick, {largest(heights):.3f} m off the plane')
 
 
 @rule('brick: floats', 'it magically floats in place',
-      'the brick stays fixed in world while the robot drives', ['slide: end'])
+      'the brick stays fixed in the world frame while the robot drives', ['slide: end'])
 def brick_floats(record: Record) -> Finding:
     motions = [max_motion(brick.position for _, brick in record.brick_track(
                    drop.floated, drop.end - BEFORE_NS))

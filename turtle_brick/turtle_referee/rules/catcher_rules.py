@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Rules for the catcher's verdict, text and drive to the center."""
+"""Rules for the catcher's verdicts, the text "Unreachable" and the drive to the center."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -30,14 +30,14 @@ RULES = Rules()
 rule = RULES.rule
 
 LIFETIME = 3.0
-"""Lifetime (s) of the "Unreachable" text."""
+"""Lifetime (s) of the text "Unreachable"."""
 LIFETIME_TOLERANCE = 0.3
 """Tolerance (s) for LIFETIME."""
 CENTER_DISTANCE = 0.1
-"""Largest distance (m) from the arena center at which a brick is tipped off."""
+"""Maximum distance (m) from the arena center at which a brick is tipped off."""
 
 DELETE_ACTIONS = (2, 3)
-"""Marker actions that delete one marker and all markers."""
+"""Marker actions that delete one marker or all markers, respectively."""
 
 
 def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda drop: True
@@ -54,7 +54,7 @@ def name_of(drop: DropWatch) -> str:
 
 
 @rule('verdict: in time', 'it first computes … whether it can reach the brick on-time',
-      'a goal or a text is published before the brick lands', ['fall: acceleration'])
+      'a goal or "Unreachable" is published before the brick lands', ['fall: acceleration'])
 def verdicts_come_in_time(record: Record) -> Finding:
     # A brick that lands on a platform at rest requires no verdict.
     drops = completed(record, lambda drop: drop.decided is not None or not drop.caught)
@@ -88,7 +88,7 @@ def reach_plot(record: Record) -> Plot:
 def verdicts_come_true(record: Record) -> Finding:
     drops = completed(record)
     return from_faults([
-        f'{name_of(drop)} was {"refused but caught" if drop.caught else "missed without a text"}'
+        f'{name_of(drop)} was {"refused but caught" if drop.caught else "missed but not refused"}'
         for drop in drops if bool(drop.refusals) is drop.caught], len(drops), 'bricks',
         reach_plot(record))
 
@@ -112,7 +112,7 @@ def text_is_a_text(record: Record) -> Finding:
 
 
 def visible_time(record: Record, published: list[ReceivedMarker]) -> float:
-    """Return the duration (s) for which a repeated or deleted text is visible."""
+    """Return the duration (s) for which the repeated or deleted text is visible."""
     first, last = published[0], published[-1]
     deleted = [received.published for received in record.markers if received.topic == last.topic
                and received.marker.action in DELETE_ACTIONS

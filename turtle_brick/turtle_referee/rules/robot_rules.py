@@ -39,20 +39,20 @@ EXACT = 1e-3
 PRECISION = 0.05
 """Tolerance (m) for the distance to a goal, the deviation from a line and the overshoot."""
 MAX_SLIP = 0.02
-"""Largest relative difference between the rolled distance and the driven distance."""
+"""Maximum relative difference between the rolled distance and the driven distance."""
 VELOCITY_TOLERANCE = 0.1
-"""Largest relative difference between the wheel's integrated velocity and its rotation."""
+"""Maximum relative difference between the wheel's rotation and its integrated velocity."""
 MAX_MISALIGNMENT = 5.0
-"""Largest angle (degrees) between the robot's motion and the wheel's rolling direction."""
+"""Maximum angle (degrees) between the robot's motion and the wheel's rolling direction."""
 
 START_DISTANCE = 0.02
-"""Driven distance (m) from which the direction of a drive is computed."""
+"""Minimum driven distance (m) for computing the direction of a drive."""
 
 STRIDE = 5
 """Number of transforms between two positions that define a direction of motion."""
 
 COMMAND_AGE_NS = 50_000_000
-"""Largest interval (ns) between an odometry message and its command."""
+"""Maximum interval (ns) between an odometry message and its command."""
 
 GLOBAL_TOPICS = ('/tf', '/tf_static', '/rosout', '/parameter_events', '/clock')
 """Topics that ROS itself publishes outside all namespaces."""
@@ -99,7 +99,7 @@ def odom_is_fixed(record: Record) -> Finding:
 
 
 @rule('frames: base_link', "The turtle's location relative to odom is … its wheel odometry",
-      f'base_link is a child of odom and at rest within {NEAR} m of the turtle in turtlesim',
+      f'base_link is a child of odom and, at rest, within {NEAR} m of the turtle in turtlesim',
       ['frames: odom'])
 def base_link_is_the_turtle(record: Record) -> Finding:
     frame(record, 'base_link', 'odom')
@@ -187,18 +187,18 @@ def velocity(message: Any) -> tuple[float, float, float]:
 
 
 @rule('cmd_vel: at rest', 'If the turtle is not moving … a cmd_vel of 0',
-      'every command at rest is 0')
+      'every command is 0 while the robot is at rest')
 def commands_at_rest(record: Record) -> Finding:
     require_data(record.idle, 'the graph was not observed')
     speeds = [hypot(*velocity(command.message)) for begin, end in record.idle
               for command in record.messages('cmd_vel', begin, end)]
-    require(speeds or None, 'no commands at rest')
+    require(speeds or None, 'no commands while the robot was at rest')
     return Finding(largest(speeds) <= 1e-9,
                    f'{len(speeds)} commands, at most {largest(speeds):.3f}')
 
 
 @rule('odom: pose', 'Publishing nav_msgs/Odometry message on the odom topic',
-      'the pose of base_link in odom equals the one in TF, except for one tick of turtlesim')
+      'the pose on odom equals the pose of base_link in TF, except for one tick of turtlesim')
 def odometry_equals_tf(record: Record) -> Finding:
     off, turned = [], []
     for odometry in messages(record, 'odom'):

@@ -15,7 +15,7 @@
 Rules that use a record to judge the requirements of the assignment, without ROS.
 
 A rule is a function that returns a `Finding`. The function raises `Broken` if required data is
-absent, and `Open` if the record is insufficient for a judgement.
+absent, and `Open` if the record is insufficient for a judgment.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -40,11 +40,11 @@ BROKEN, OPEN, MET = MARKS = '✗', '–', '✔'
 """The marks in the order of a report."""
 
 ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
-"""A plural noun after the number 1, such as '1 rides'."""
+"""Pattern for a plural noun after the number 1, such as '1 rides'."""
 
 
 class Broken(Exception):
-    """The fault that breaks a requirement."""
+    """The reason why a requirement is broken."""
 
 
 class Open(Exception):
@@ -77,7 +77,7 @@ class Finding(NamedTuple):
     plot: Plot | None = None
 
 
-class Judgement(NamedTuple):
+class Judgment(NamedTuple):
     """A requirement with its mark, expected result and measured result."""
 
     name: str
@@ -103,7 +103,7 @@ class Rule(NamedTuple):
     depends_on: Sequence[str]
     """Requirements that must be met before this requirement can be met."""
 
-    def __call__(self, record: Record) -> Judgement:
+    def __call__(self, record: Record) -> Judgment:
         """Judge a record regardless of the machine's load."""
         plot = None
         try:
@@ -118,7 +118,7 @@ class Rule(NamedTuple):
             # Unexpected data must not stop the referee.
             mark = BROKEN
             measured = f'the received data is inconsistent ({type(error).__name__}: {error})'
-        return Judgement(self.name, self.sentence, self.expected, mark, measured, plot)
+        return Judgment(self.name, self.sentence, self.expected, mark, measured, plot)
 
 
 class Rules(list[Rule]):
@@ -132,20 +132,20 @@ class Rules(list[Rule]):
             return judge
         return add
 
-    def judge(self, record: Record) -> list[Judgement]:
-        """Return broken judgements first, and causes before their consequences."""
-        judgements, overload = [rule(record) for rule in self], record.stall_summary()
+    def judge(self, record: Record) -> list[Judgment]:
+        """Return broken judgments first, and causes before their consequences."""
+        judgments, overload = [rule(record) for rule in self], record.stall_summary()
         if overload:
             # A requirement is open if it is broken only in the part of the record with stalls.
             calm = record.without_stalls()
-            judgements = [
+            judgments = [
                 one._replace(mark=OPEN, measured=f'{one.measured}; not judged: {overload}')
                 if one.mark == BROKEN and rule(calm).mark != BROKEN else one
-                for rule, one in zip(self, judgements)]
-        causes = self.causes({one.name: one.measured for one in judgements if one.mark == BROKEN})
-        judgements = [one._replace(measured=ONE.sub(r'1 \1', one.measured),
-                                   follows=causes.get(one.name, ())) for one in judgements]
-        return sorted(judgements, key=lambda one: (MARKS.index(one.mark), bool(one.follows)))
+                for rule, one in zip(self, judgments)]
+        causes = self.causes({one.name: one.measured for one in judgments if one.mark == BROKEN})
+        judgments = [one._replace(measured=ONE.sub(r'1 \1', one.measured),
+                                  follows=causes.get(one.name, ())) for one in judgments]
+        return sorted(judgments, key=lambda one: (MARKS.index(one.mark), bool(one.follows)))
 
     def causes(self, broken: Mapping[str, str]) -> dict[str, list[str]]:
         """Return the possible causes of broken requirements, given their measured results."""
@@ -198,13 +198,13 @@ def largest(values: Iterable[float]) -> float:
 
 def within(limit: float, values: list[float], reason: str,
            text: str = 'at most {:.3f} m off in {} measurements') -> Finding:
-    """Return a finding that is met by values within a limit, or raise Open without values."""
+    """Return a finding that requires all values to be within a limit; raise Open for no values."""
     value = largest(require_data(values, reason))
     return Finding(value <= limit, text.format(value, len(values)))
 
 
 def from_faults(faults: Sequence[str], count: int, items: str,
                 plot: Plot | None = None) -> Finding:
-    """Return a finding that is met if there are no faults in a number of items."""
+    """Return a finding for a number of checked items; the requirement is met without faults."""
     text = f'{count - len(faults)} of {count} {items}'
     return Finding(not faults, f'{text}: {"; ".join(faults[:5])}' if faults else text, plot)
