@@ -276,7 +276,7 @@ def build(prefixes: list[str], python: str, made: dict[str, str], launcher: list
     :param prefixes: ROS prefixes in the underlay
     :param python: identification of the Python interpreter for the build
     :param made: recorded fingerprints
-    :param launcher: words before a command that run the command in the underlay
+    :param launcher: command prefix that runs a command in the underlay
     """
     folders = packages_to_build(prefixes)
     real = [find_prefix(name, prefixes)

@@ -106,7 +106,7 @@ class Gui(JointStatePublisher):
     """Publishes joint positions from sliders on a page in the browser."""
 
     def __init__(self) -> None:
-        """Start the server of the page."""
+        """Start the web server for the page."""
         import rich  # These modules are slow to import and are only used here.
         import viser
         rich.get_console().quiet = True  # suppresses the messages of viser
@@ -147,7 +147,7 @@ class Gui(JointStatePublisher):
             self.sliders[name].value = self.positions[name] = position
 
     def destroy_node(self) -> None:
-        """Stop the server of the page, and destroy the node."""
+        """Stop the web server for the page, and destroy the node."""
         self.server.stop()
         super().destroy_node()
 

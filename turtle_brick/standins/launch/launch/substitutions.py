@@ -106,13 +106,13 @@ class Deferred:
 
 
 def normalize_to_list_of_substitutions(value):
-    """Convert a text, a substitution or a list of both to a list of substitutions."""
+    """Convert a string, a substitution, or a list of these to a list of substitutions."""
     return [part if isinstance(part, Substitution) else TextSubstitution(text=part)
             for part in (value if isinstance(value, (list, tuple)) else [value])]
 
 
 def perform_substitutions(context, value):
-    """Return the value of a text, a substitution or a list of both."""
+    """Return the value of a string, a substitution, or a list of strings and substitutions."""
     return ''.join(part.perform(context) for part in normalize_to_list_of_substitutions(value))
 
 
@@ -120,7 +120,7 @@ perform = perform_substitutions
 
 
 def read_typed(text, kind=None):
-    """Convert a text to a type such as bool or list[int], or by default to its YAML type."""
+    """Convert a string to a type such as bool or list[int], or to its YAML type by default."""
     if kind in (str, int, float):
         return kind(text)
     if kind is bool and text in ('0', '1'):
@@ -141,7 +141,7 @@ class SubstitutionFailure(RuntimeError):
 
 
 class Substitution(Deferred):
-    """A substitution with a method `do` that returns its text."""
+    """A substitution with a method `do` that returns its value as a string."""
 
     perform = Deferred.call
 
@@ -264,7 +264,7 @@ PythonExpression = substitution(
 
 
 def _to_text(context, side):
-    """Convert one side of a comparison to a text."""
+    """Convert one side of a comparison to a string."""
     if isinstance(side, Substitution) or isinstance(side, (list, tuple)) and any(
             isinstance(part, Substitution) for part in side):
         return perform(context, side)

@@ -52,7 +52,7 @@ ExecutableInPackage = substitution(
 
 
 class ParameterValue:
-    """A parameter value. A type can be given if the value is a text."""
+    """A parameter value. A type can be given if the value is a string."""
 
     def __init__(self, value, *, value_type=None):
         self.value = [value] if isinstance(value, Substitution) else value

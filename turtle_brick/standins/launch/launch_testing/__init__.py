@@ -38,7 +38,7 @@ ReadyToTest = action('ReadyToTest', lambda context: context.notify('ready'))
 
 
 def post_shutdown_test():
-    """Mark a test class that runs after all processes have exited."""
+    """Mark a test class to run after all processes have exited."""
     def mark(test_class):
         test_class.after_shutdown = True
         return test_class
@@ -74,7 +74,7 @@ class Processes:
             isinstance(process, str) and process in each.process_name)]
 
     def wrote(self, expected, process, stream):
-        """Return whether the output of a process contains a text or matches a pattern."""
+        """Return whether the output of a process contains a string or matches a pattern."""
         pattern = expected if isinstance(expected, re.Pattern) else re.compile(re.escape(expected))
         return any(pattern.search(b''.join(each.output[stream != 'stdout']).decode(
             errors='replace')) for each in self.select(process))
@@ -111,7 +111,7 @@ assertInStderr = functools.partial(assertInStdout, stream='stderr')
 
 
 def tests_of(module, given):
-    """Return two suites with the tests before and after the shutdown."""
+    """Return two suites: the tests before the shutdown and the tests after the shutdown."""
     suites = unittest.TestSuite(), unittest.TestSuite()
     for suite in unittest.defaultTestLoader.loadTestsFromModule(module):
         for test in suite:

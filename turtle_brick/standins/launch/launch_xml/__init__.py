@@ -75,7 +75,7 @@ def unescape(text):
 
 
 class ToSubstitutions(Transformer):
-    """Converts a syntax tree to substitutions."""
+    """Converter from syntax trees to substitutions."""
 
     def template(self, parts):
         return [part if isinstance(part, Substitution) else TextSubstitution(text=unescape(part))
@@ -99,7 +99,7 @@ class ToSubstitutions(Transformer):
 
 
 def substitute(text):
-    """Return a text as a list of substitutions."""
+    """Convert a string to a list of substitutions."""
     if '$(' not in text:
         return [TextSubstitution(text=unescape(text))]
     return ToSubstitutions().transform(PARSER.parse(text))

@@ -40,16 +40,16 @@ class Joint(NamedTuple):
 
     @property
     def moves(self) -> bool:
-        """Return whether the joint can move its child."""
+        """Return whether the joint can move its child link."""
         return self.kind in (*_ROTATING, 'prismatic')
 
     @property
     def is_fixed(self) -> bool:
-        """Return whether the joint is fixed. A floating joint is neither fixed nor moving."""
+        """Return whether the joint is fixed. `moves` is also False for a floating joint."""
         return self.kind in _FIXED
 
     def pose(self, position: float) -> tuple[Vector, Quaternion]:
-        """Return the origin (m) and rotation of the child for a joint position (rad or m)."""
+        """Return the origin (m) and rotation of the child link for a joint position (rad or m)."""
         if self.kind in _ROTATING:
             x, y, z = self.axis
             s = sin(0.5 * position)

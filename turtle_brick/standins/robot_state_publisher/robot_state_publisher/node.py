@@ -63,7 +63,7 @@ class Source(NamedTuple):
 
 def fill(stamped: TransformStamped, joint: Joint, position: float, stamp: Time
          ) -> TransformStamped:
-    """Set the transform of a joint to a position (rad or m), and return the transform."""
+    """Set the transform of a joint for a joint position (rad or m), and return the transform."""
     stamped.header.stamp = stamp
     translation, rotation = stamped.transform.translation, stamped.transform.rotation
     ((translation.x, translation.y, translation.z),

@@ -115,7 +115,7 @@ def parse(argv):
 
 
 class Finder(CompletionFinder):
-    """Completes words, and offers the values of a message as a text in quotes."""
+    """Completes words, and offers the values of a message as a quoted string."""
 
     def quote_completions(self, completions, cword_prequote, last_wordbreak_pos):
         """Quote completions for the shell, unless they are in quotes already."""

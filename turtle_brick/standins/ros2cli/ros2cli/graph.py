@@ -32,14 +32,14 @@ from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 import yaml
 
 SPIN_TIME = 0.02
-"""Longest duration of a spin (s). Signals and conditions are checked after each spin."""
+"""Maximum duration (s) of a spin. Signals and conditions are checked after each spin."""
 
 KNOWN, FOUND, MISSING, LIMIT = 40, 25, 100, 400
 """
-Numbers of spins. On a busy machine, each spin takes longer, which increases the timeouts.
+Numbers of spins. On a busy machine, each spin takes longer, so the timeouts also become longer.
 
 Participants announce themselves every 0.3 s (fastdds.xml) and when a new participant appears. The
-graph is known when it is complete and has not changed for KNOWN spins. FOUND spins are sufficient
+graph is known if it is complete and has not changed for KNOWN spins. FOUND spins are sufficient
 if the graph contains the requested entity. The entity counts as absent after MISSING spins.
 """
 
@@ -50,7 +50,7 @@ SERVICE_TIMEOUT = 5.0
 """Timeout (s) for the appearance of a parameter service, and for its response."""
 
 END_TIMEOUT = 4
-"""Timeout (s) for the shutdown, because Fast DDS blocked the shutdown of 1 in 700 processes."""
+"""Shutdown timeout (s), necessary because Fast DDS blocked the shutdown of 1 in 700 processes."""
 
 TYPES = ('not set', 'boolean', 'integer', 'double', 'string', 'byte array', 'boolean array',
          'integer array', 'double array', 'string array')
@@ -93,7 +93,7 @@ class GraphNode(Node):
             raise KeyboardInterrupt(_signals[0])
 
     def discover(self, found=None):
-        """Spin until the graph is known. Fewer spins are sufficient if found(self) is true."""
+        """Discover the graph. Fewer spins are sufficient if found(self) is true."""
         state, unchanged = None, 0
         for spins in range(LIMIT):
             previous, state = state, (

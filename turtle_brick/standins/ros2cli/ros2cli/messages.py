@@ -116,7 +116,7 @@ def to_yaml(value, args, kind=None):
 
 
 def to_csv(value):
-    """Convert the result of to_yaml() to a text with all values, separated by commas."""
+    """Convert the result of to_yaml() to a string with all values, separated by commas."""
     if isinstance(value, (dict, list)):
         return ','.join(map(to_csv, value.values() if isinstance(value, dict) else value))
     return str(value)

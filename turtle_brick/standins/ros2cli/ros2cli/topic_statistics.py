@@ -61,7 +61,7 @@ def spread(durations):
 
 
 def rate_report(samples, window, now, is_new):
-    """Return the average message rate, or an empty text if there are no new messages."""
+    """Return the average message rate, or an empty string if there are no new messages."""
     if not is_new:
         return ''
     periods = [end - start for (start, _), (end, _) in pairwise(samples)]

@@ -74,7 +74,7 @@ class Buffer(BufferCore):
         Return the pose of the source frame in the target frame.
 
         :param time: time of the transform, or zero for the latest common time
-        :param timeout: longest time to wait for the transform
+        :param timeout: maximum time to wait for the transform
         :raises TransformException: the transform is not available
         """
         if timeout.nanoseconds:

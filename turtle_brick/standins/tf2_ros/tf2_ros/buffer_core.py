@@ -120,7 +120,7 @@ class Cache:
         self._entries: list[Entry] = []
 
     def latest(self) -> tuple[int, str | None]:
-        """Return the latest time and its parent, or (0, None) if the cache is empty."""
+        """Return the latest time and the parent frame at that time, or (0, None) if empty."""
         return (self._times[-1], self._entries[-1][0]) if self._times else (0, None)
 
     def clear(self) -> None:
@@ -306,7 +306,7 @@ class BufferCore:
     # ------------------------------------------------------------------------------------ output
 
     def _problem(self, name: str) -> str:
-        """Return the reason why a frame cannot be used, or an empty text if the frame exists."""
+        """Return the reason why a frame cannot be used, or an empty string if the frame exists."""
         if name in self._frames:
             return ''
         if not name:
@@ -315,7 +315,7 @@ class BufferCore:
             'frame does not exist')
 
     def _missing(self, **frames: str) -> str:
-        """Return the error text of canTransform for the first frame that cannot be used."""
+        """Return the error message of canTransform for the first frame that cannot be used."""
         for argument, name in frames.items():
             if problem := self._problem(name):
                 return (f'Invalid frame ID "{name}" passed to canTransform argument {argument} - '

@@ -125,7 +125,7 @@ class TurtleSimNode(Node):
             lambda _: self.get_logger().warning('turtlesim draws nothing here')))
         self.create_service(Spawn, 'spawn', self._spawn)
         self.create_service(Kill, 'kill', service_callback(self._kill))
-        # The clock is steady because the Qt timer in the real turtlesim ignores simulated time.
+        # A steady clock is used because the Qt timer in the real turtlesim ignores simulated time.
         self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _now(self) -> float:
@@ -142,7 +142,7 @@ class TurtleSimNode(Node):
             self._topics[name].publish(pose)
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
-        """Set and apply parameters, and describe errors in the words of rclcpp."""
+        """Set and apply parameters, and report errors with the same wording as rclcpp."""
         for parameter in parameter_list:
             name, kind = parameter.name, parameter.type_.name.lower()
             if not self.has_parameter(name):
