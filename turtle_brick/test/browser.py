@@ -113,7 +113,7 @@ class Chromium:
         return True
 
     def click_element(self, tag: str, text: str) -> None:
-        """Wait for an element with a tag and a text. Click the element or the labeled control."""
+        """Wait for an element with a tag and text. Click the element or the labeled control."""
         element = (f'[...document.querySelectorAll({tag!r})]'
                    f'.find(candidate => candidate.innerText === {text!r})')
         self.wait_for(element)
@@ -121,7 +121,7 @@ class Chromium:
             f'document.getElementById({element}.htmlFor) || {element}'))
 
     def click(self, x: float, y: float, times: int = 1) -> None:
-        """Click a point (pixels) on the page. Three clicks select a text."""
+        """Click a point (pixels) on the page. Three clicks select the text."""
         self._call('Input.dispatchMouseEvent', type='mouseMoved', x=x, y=y)
         for count in range(1, times + 1):
             for kind in ('mousePressed', 'mouseReleased'):

@@ -78,10 +78,10 @@ STAGES: dict[str, Callable[[Any, DropWatch], Any]] = {
 
 START_TIME = 1.5 if 'FASTRTPS_DEFAULT_PROFILES_FILE' in os.environ else 5.0
 """Time (s) in which all nodes discover a new process. DDS may lose the first announcement. The
-second one follows after 3 s, or after 0.3 s with the profile of this project."""
+second announcement follows after 3 s, or after 0.3 s with the DDS profile of this project."""
 
 EASY_HEIGHT, EASY_DISTANCE, UNREACHABLE_HEIGHT = 8.0, 2.0, 12.0
-"""Height (m) of easy bricks, largest distance (m) of easy bricks from the robot, and height (m) of
+"""Height (m) of easy bricks, maximum distance (m) of easy bricks from the robot, and height (m) of
 unreachable bricks. Even a busy machine can observe a fall from these heights."""
 
 BATCH, PERIOD = 1000, 0.005
@@ -140,13 +140,13 @@ class Scene(Graph):
         return platform is not None and inclination(platform) < tolerance
 
     def recover(self) -> None:
-        """Wait until the graph is complete, the robot rests and the brick is not on it."""
+        """Wait until the graph is complete, the robot is at rest, and no brick is on the robot."""
         self.spin_for(self.known_at - monotonic())
         self.restart_observer()
         self.wait_until(lambda: self.client.is_complete() and self.client.is_at_rest()
                         and 'waiting for a fall' in self.processes['catcher'].output
                         and self.brick_state in ('hovering', 'floating', 'grounded'),
-                        'the graph is complete, the robot rests, and the brick is not on it')
+                        'the graph is complete, the robot is at rest, and it carries no brick')
 
     def place(self, position: Vector) -> None:
         self.wait_until(lambda: self.client.place(position, hovering=0.3).accepted, 'place')
@@ -170,8 +170,8 @@ class Scene(Graph):
         """
         Drop an easy brick and check that it is caught, carried to the center and tipped off.
 
-        :param fault_end: end (s) of a fault. The catcher may refuse bricks until WINDOW after the
-            fault. In this case, another brick is dropped after this time.
+        :param fault_end: end time (s) of a fault. The catcher may refuse bricks until WINDOW after
+            the fault. In this case, another brick is dropped after this time.
         """
         watch = self.release(self.easy_position())
         self.wait_until(lambda: watch.down, 'the easy brick is down')

@@ -46,7 +46,7 @@ PUNCTUAL_TIMER = SimpleNamespace(timer_period_ns=STEP_NS, time_until_next_call=l
 
 
 def record_published(publisher: Any) -> list[Any]:
-    """Return a list to which all messages are added that are published from now on."""
+    """Return a list that collects all messages published from now on."""
     messages: list[Any] = []
     publish = publisher.publish
 
@@ -66,7 +66,7 @@ class SteppedGraph:
         self.live = live
         self.now = 50 * NS_PER_SECOND
         self.platform: tuple[float, ...] | None = (5.0, 5.0, 0.0, 0.0)
-        """x and y (m), yaw and tilt (rad) of the platform, or None without a platform."""
+        """x and y (m), yaw and tilt (rad) of the platform, or None if there is no platform."""
         self.bricks: list[Any] = []
         """All transforms of the brick."""
         self.nodes: list[Any] = [

@@ -52,10 +52,10 @@ from turtle_referee.graph_client.spinning import handle_interrupts, INTERRUPTED
 HERE = Path(__file__).resolve()
 
 CLONE_NEWNET = 0x40000000
-"""Flag for a new network namespace, see unshare(2)."""
+"""Flag for a new network namespace. See unshare(2)."""
 
 TUNSETIFF, SIOCSIFFLAGS, SIOCSIFADDR, SIOCSIFNETMASK = 0x400454ca, 0x8914, 0x8916, 0x891c
-"""Requests for ioctl, see netdevice(7) and if_tun.h in Linux."""
+"""Requests for ioctl. See netdevice(7) and if_tun.h in Linux."""
 
 TAP_WITHOUT_HEADER, UP, MULTICAST = 0x1002, 0x1, 0x1000
 """Flags of a network interface."""
@@ -118,7 +118,7 @@ def switch(taps: list[int], delay: float, jitter: float, loss: float,
 
 
 def distance_at_latency(height: float, latency: float) -> float:
-    """Return the guaranteed distance (m) for a brick at a height (m) and a latency (s)."""
+    """Return the maximum distance (m) of a guaranteed catch for a height (m) and a latency (s)."""
     # The measured latency contains two links: one for the command and one for the motion. The
     # transforms that show the release use a third link.
     return guaranteed_distance(height, load(), 1.5 * (latency - COMMAND_LATENCY))
@@ -126,7 +126,7 @@ def distance_at_latency(height: float, latency: float) -> float:
 
 def random_place(robot: tuple[float, float], latency: float, random: Random
                  ) -> tuple[float, float, float]:
-    """Return a random place (m) within the guaranteed distance at a latency (s)."""
+    """Return a random position (m) within the guaranteed distance for a latency (s)."""
     while True:
         z = resting_height(load()) + random.uniform(3.0, 7.0)
         distance = random.uniform(0.6, 1.0) * distance_at_latency(z, latency)
@@ -140,7 +140,7 @@ def drop_bricks(drops: int) -> int:
     """
     Drop bricks, and print each result and a row of the table in figures.md.
 
-    An additional first brick is only dropped to measure the latency.
+    An additional first brick is dropped only to measure the latency.
 
     :return: exit status, which is 0 if all other bricks were caught or refused
     """

@@ -179,7 +179,7 @@ def process(command: Sequence[str], domain_id: int, *, stop: int | None = signal
             try:
                 status = running.stop(stop, timeout)
             except TimeoutError:
-                # Fast DDS rarely blocks a shutdown, see node_main. SIGTERM must then suffice.
+                # Fast DDS rarely blocks a shutdown (see node_main). SIGTERM must then suffice.
                 running.stop(signal.SIGTERM, timeout)
                 status = 0
             assert status == 0, (

@@ -38,7 +38,7 @@ POLL_TIME = 0.02
 """Time (s) between two checks of a condition."""
 
 PROGRAMS = {'ros2': 'ros2cli.cli', 'launch_test': 'launch_testing'}
-"""Module of each program that can run in a fork."""
+"""Module of each program that can run in a forked process."""
 
 FORKS = get_context('forkserver')
 """Context for forks of a process that has imported these modules. A fork takes 0.2 s per command
@@ -71,7 +71,7 @@ def with_paths(words, files):
 
 
 def run_in_fork(words, environment, directory, *pipes):
-    """Run a program in this fork, with pipes for stdin, stdout and stderr."""
+    """Run a program in this forked process, with pipes for stdin, stdout and stderr."""
     os.setsid()
     for number, pipe in enumerate(pipes):
         os.dup2(pipe.fileno(), number)
@@ -88,7 +88,7 @@ def run_in_fork(words, environment, directory, *pipes):
     except BaseException:  # noqa: B902 -- Python prints any exception at its end
         sys.excepthook(*sys.exc_info())
         status = 1
-    gc.collect()  # This destroys the nodes, because a fork exits without cleanup.
+    gc.collect()  # This destroys the nodes, because a forked process exits without cleanup.
     sys.exit(status)
 
 
@@ -96,7 +96,7 @@ class Command:
     """A running command in its own process group, as if started by a shell."""
 
     def __init__(self, words, environment, stdin=None, directory='/', forked=False):
-        """Start the command with a text as standard input, in a fork if requested."""
+        """Start the command, in a forked process if requested, with a string as standard input."""
         self.text, self.error = '', ''
         self.changed = threading.Condition()
         stdin_pipe, stdout_pipe, stderr_pipe = (FORKS.Pipe(duplex=False) for _ in range(3))
@@ -143,7 +143,7 @@ class Command:
             return condition()
 
     def has_printed(self, expected):
-        """Return whether the printed lines match a pattern, or [pattern, minimum number]."""
+        """Return whether the printed lines match a pattern, or match it n times for [pattern, n]."""
         pattern, count = expected if isinstance(expected, list) else (expected, 1)
         return len(re.findall(pattern, self.text[:self.text.rfind('\n') + 1], re.M)) >= count
 

@@ -29,12 +29,12 @@ def test_xmllint():
     main = pytest.importorskip(
         'ament_xmllint.main', reason='ament_xmllint is not installed').main
     if not shutil.which('xmllint'):
-        pytest.skip('xmllint is not installed (libxml2-utils)')
+        pytest.skip('xmllint is not installed. Install libxml2-utils.')
     schema = 'http://download.ros.org/schema/package_format3.xsd'
     probe = subprocess.run(
         ['xmllint', '--noout', '--schema', schema, str(PACKAGE / 'package.xml')],
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     if 'failed to load' in probe.stdout:
-        pytest.skip(f'the schema of package.xml is not available: {schema}')
+        pytest.skip(f'the schema for package.xml is not available: {schema}')
     assert main(argv=['--extensions', 'xml', 'xacro', '--', str(PACKAGE), str(INTERFACES)]) == 0, \
         'invalid XML'

@@ -123,7 +123,7 @@ class CatchBench:
         return [action for _, action in self.actions if isinstance(action, kind)]
 
     def assert_tipped_off(self):
-        """Run until the catcher is waiting again, and check that the brick was tipped off."""
+        """Run until the catcher is waiting again, and check that the brick has left the platform."""
         self.reach_state(State.WAITING)
         assert self.states in (COURSE, COURSE[1:])
         assert (self.world.phase, self.angle) == (Phase.FLOATING, 0.0)
@@ -232,7 +232,7 @@ def test_brick_placed_above_an_idle_robot_is_not_carried(brick, time, above):
 
 
 def test_brick_at_rest_on_the_tilted_platform_has_not_left_it():
-    """The brick rests for 0.2 s. Then no more brick transforms arrive."""
+    """The brick is at rest for 0.2 s. Then no more brick transforms arrive."""
     bench = bench_in(State.TILTING, 0.2)
     for step in range(round(0.9 * TILTING_TIMEOUT / STEP_NS / 1e-9)):
         bench.now += STEP_NS

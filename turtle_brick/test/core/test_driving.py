@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Examples of the Driver, and laws for the closed loop with turtlesim's kinematics."""
+"""Examples of the Driver, and properties of the closed loop with turtlesim's kinematics."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -116,7 +116,7 @@ seeds = st.integers(0, 2 ** 32)
 
 @st.composite
 def drives(draw, longest=1.5, jitter=True):
-    """Return a robot at rest and a goal within a travel time (s)."""
+    """Return a robot at rest, and a goal within a given travel time (s)."""
     speed, (x, y), angle = draw(speeds), draw(places), draw(headings)
     way = speed * draw(st.one_of(st.floats(0.0, longest), st.floats(0.0, 0.05)))
     goal = within_arena(x + way * cos(angle), y + way * sin(angle))
@@ -222,7 +222,7 @@ def test_travel_time_is_an_upper_bound(speed, radius, part, angle, seed):
     bench.rest(distance / speed + 0.6)
     first = next((time for time, pose in bench.poses if pose[:2] != start[:2]), 0.0)
     reached = next(time for time, pose in bench.poses if dist(pose[:2], goal) <= radius)
-    # The final approach can start during a tick, which adds up to 0.09 ticks.
+    # The final approach can start during a tick, which adds at most 0.09 ticks.
     assert reached - first <= travel_time(distance, radius, speed) + 0.09 * TICK
 
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples of fall detection, and laws for falls and other motions."""
+"""Examples of fall detection, and properties of falls and other motions."""
 
 from collections import deque
 from math import cos, isnan, pi, sin, sqrt
@@ -129,7 +129,7 @@ other_falls = st.tuples(st.just(pi / 2.0), st.floats(0.1, 10.0),
 @law(40)
 @given(motion=slides | other_falls, spacing=intervals)
 def test_slides_and_other_accelerations_are_not_falls(motion, spacing):
-    """The slide most similar to a fall is at the largest tilt_angle (1.5 rad)."""
+    """The slide most similar to a fall is at the maximum tilt_angle (1.5 rad)."""
     slope, speed, factor = motion
     bench = DetectorBench(spacing)
     start = bench.now

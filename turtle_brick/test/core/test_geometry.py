@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples and laws for rotations and poses."""
+"""Examples and properties of rotations and poses."""
 
 from math import cos, hypot, pi, sin
 

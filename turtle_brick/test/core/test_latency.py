@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples and laws for the excess latency, and catches over slow links."""
+"""Examples and properties of the excess latency, and catches over slow links."""
 
 from heapq import heappop, heappush
 from math import cos, pi, sin
@@ -134,7 +134,7 @@ def test_clock_error_is_added_to_the_excess_latency(ahead, link, motion):
 
 
 class NetworkBench(CatchBench):
-    """A CatchBench with the catcher, the arena and the robot on three machines."""
+    """A CatchBench whose catcher, arena and robot are on three machines."""
 
     def __init__(self, mean, deviation, loss, seed):
         self.mean, self.deviation, self.loss = mean, deviation, loss

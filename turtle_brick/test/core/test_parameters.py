@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples and laws for parameter files and their error messages."""
+"""Examples and properties of parameter files and their error messages."""
 
 from dataclasses import asdict, fields, replace
 import math

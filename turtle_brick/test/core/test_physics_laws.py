@@ -63,7 +63,7 @@ def on_platform(place, *where):
 
 
 def turning_gap(quaternion, yaw, tilt, right):
-    """Return the error of the orientation of a brick turned clockwise relative to a platform."""
+    """Return the orientation error of a brick turned clockwise relative to a platform."""
     expected = frame_at(0.0, 0.0, yaw, tilt).axes @ turn((0.0, 0.0, 1.0), -right)
     return gap(frame((0.0, 0.0, 0.0), quaternion).axes, expected)
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples and laws for reachability and robot tracking."""
+"""Examples and properties of reachability and robot tracking."""
 
 from dataclasses import replace
 from math import hypot, inf, sqrt
@@ -130,7 +130,7 @@ any_excess = pytest.mark.parametrize('excess', (0.0, 0.2))
 
 
 def make_tracker(excess=0.0):
-    """Return a tracker with an excess latency (s), its committed distance (m) and latency (s)."""
+    """Return (tracker, committed distance (m), latency (s)) for a given excess latency (s)."""
     latency = LatencyMonitor()
     for _ in range(2):
         latency.record_response_delay(NS_PER_SECOND, excess)
@@ -157,7 +157,7 @@ def test_moving_robot_may_continue_at_full_speed_until_it_is_at_rest(excess):
 
 @any_excess
 def test_robot_may_drive_straight_ahead_or_to_its_last_goals(excess):
-    """The last goal takes effect after the latency. Until then, the previous goal counts too."""
+    """The last goal takes effect after the latency. Until then, the previous goal is also valid."""
     tracker, way, latency = make_tracker(excess)
     observe(tracker, 1.0, 5.0)
     tracker.record_goal(seconds(1.3 - latency), (9.0, 5.0))

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples and laws for the step clock, with late calls and clock jumps."""
+"""Examples and properties of the step clock, with late calls and clock jumps."""
 
 from random import Random
 from types import SimpleNamespace

@@ -36,7 +36,7 @@ RECORDINGS = sorted((Path(__file__).parents[1] / 'data' / 'turtlesim').glob('*.j
 assert len(RECORDINGS) == 38, '19 scenarios, each with the turtle holonomic and not'
 
 ARRIVAL_JITTER = 0.004
-"""Longest delay (s) between a tick and the recorded arrival of the pose."""
+"""Maximum delay (s) between a tick and the recorded arrival of the pose."""
 
 
 def test_turtle_at_a_wall_reports_the_unclamped_position() -> None:
@@ -109,7 +109,7 @@ def perform(call: Call, sim: TurtleSim, now: float) -> bool:
 
 @pytest.mark.parametrize('path', RECORDINGS, ids=lambda path: path.stem)
 def test_every_recorded_tick_is_reproduced(path: Path) -> None:
-    """At least one order of arrivals reproduces each pose bit by bit."""
+    """For each pose, at least one arrival order reproduces the pose bit for bit."""
     recording = json.loads(path.read_text())
     commands = recording['commands']['rows']
     published = [command[0] for command in commands]

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Examples and laws for the links, joints and dimensions in the robot description."""
+"""Examples and properties of the links, joints and dimensions in the robot description."""
 
 from math import atan2, hypot, pi, sin
 
@@ -32,7 +32,7 @@ UP, DOWN = (0, 0, 1), (0, 0, -1)
 class Robot(RobotModel):
 
     def extent(self, link, direction, **positions):
-        """Return the largest coordinate (m) of a link in a direction given in base_link."""
+        """Return the maximum coordinate (m) of a link in a direction given in base_link."""
         reaches = []
         for solid in self.links[link]:
             pose = self.pose(link, positions).compose(solid.pose)

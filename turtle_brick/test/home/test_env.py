@@ -130,7 +130,7 @@ def test_running_instead_of_sourcing_is_refused():
 
 @pytest.fixture
 def unbuilt(tmp_path):
-    """Return the paths of env.bash in a workspace without a home, and of a folder for programs."""
+    """Return two paths: env.bash in a workspace without a home, and a folder for programs."""
     shutil.copytree(SCRIPTS, tmp_path / 'workspace' / 'turtle_brick' / 'scripts')
     tools = tmp_path / 'tools'
     tools.mkdir()
@@ -170,5 +170,5 @@ exec(sys.argv[1])' "$3"
     assert '3.10 to 3.13' in sentence and 'sudo apt install' in sentence
     assert f'{old} is not' in refusal(env_bash, PATH=str(tools), PYTHON=str(old))
     (tools / 'python3.12').symlink_to(os.path.realpath(sys.executable))
-    # python3.12 is suitable, so the check of the compilers fails next.
+    # python3.12 is suitable, so the compiler check fails next.
     assert 'No C compiler' in refusal(env_bash, PATH=str(tools), CC='', CXX='')

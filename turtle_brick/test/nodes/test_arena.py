@@ -41,7 +41,7 @@ def bench(domain_id):
 
 
 def stamps_of_each_step(transforms):
-    """Return the stamps of transforms (ns), and check that no physics step is missing."""
+    """Return the timestamps (ns) of transforms, and check that no physics step is missing."""
     stamps = [nanoseconds_of(transform.header.stamp) for transform in transforms]
     assert stamps == [stamps[0] + number * STEP_NS for number in range(len(stamps))]
     return stamps
@@ -59,7 +59,7 @@ def test_250_transforms_per_second(domain_id):
 
 
 def test_fall_by_its_stamps(bench):
-    """Each transform follows the closed form for its stamp. Delays of the node skip no step."""
+    """Each transform follows the closed form for its stamp. A delayed node never skips a step."""
     assert bench.place(3.0, 4.0, 9.0).success
     bench.bricks.clear()
     bench.run(0.1)

@@ -33,7 +33,7 @@ def missing_permission() -> str:
         subprocess.run(['unshare', '--user', '--map-root-user', '--net', 'true'], check=True,
                        capture_output=True)
     except (OSError, subprocess.CalledProcessError) as error:
-        return f'no network namespaces here: {error}'
+        return f'network namespaces are not available: {error}'
     return ''
 
 
@@ -51,7 +51,7 @@ def test_the_next_brick_is_caught_after_kills_freezes_and_random_messages(domain
 
 @pytest.mark.skipif(bool(missing_permission()), reason=missing_permission())
 def test_bricks_are_caught_over_slow_links_that_lose_messages(domain_id):
-    """Every brick that the catcher calls reachable is caught."""
+    """Every brick that the catcher reports as reachable is caught."""
     options = ['--delay', '30', '--jitter', '5', '--loss', '1', '--drops', '1']
     with NodeProcess([sys.executable, str(FAR), *options], domain_id) as far:
         assert far.wait(120.0) == 0, far.output

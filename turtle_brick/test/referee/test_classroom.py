@@ -58,7 +58,7 @@ def test_each_requirement_belongs_to_the_hour_on_the_page():
 
 @pytest.fixture
 def students(tmp_path, monkeypatch):
-    """Return a class with a built workspace, which sets STUDENT, and an unbuilt workspace."""
+    """Return a class directory with two workspaces: a built one that sets STUDENT, and another."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'class/ann/install/share/turtle_brick').mkdir(parents=True)
     (tmp_path / 'class/ann/install/local_setup.bash').write_text('export STUDENT=ann')

@@ -124,7 +124,7 @@ FAULTS = (
     ('brick: angle', 'tf', level_on_the_ground),
     ('text: time', 'catcher_marker', alter('lifetime.sec', lambda _: 5)),
     ('verdict: in reach', 'goal_pose', stay_at_center))
-"""A requirement, a topic, and a function that changes a message or returns False to drop it."""
+"""A requirement, a topic, and a function that changes a message or returns False to skip it."""
 
 
 def test_faults_are_found(domain_id, monkeypatch):

@@ -55,7 +55,7 @@ DIRECTION = numpy.array((0.8, 0.6))
 """Unit vector of the first drive."""
 
 LEG = 0.7
-"""Duration (s) of a drive of 1.5 m and the rest after it."""
+"""Duration (s) of a 1.5 m drive, including the stop after it."""
 
 URDF = xacro.process_file(str(Path(__file__).parents[2] / 'urdf/turtle.urdf.xacro'),
                           mappings={'params_file': str(default_path())}).toxml()
@@ -76,14 +76,14 @@ def at(seconds):
 
 
 def add_transforms(record, child, parent, track, static=False):
-    """Add transforms for a track of times (s) and poses."""
+    """Add a transform for each time (s) and pose in a track."""
     frame = record.frames.setdefault(child, Frame(static))
     for number, (seconds, there) in enumerate(track, len(frame.samples)):
         frame.add(at(seconds), number, Sample(at(seconds), parent, there))
 
 
 def add_message(record, topic, message, seconds, late=0.0):
-    """Add a message with a stamp (s) that is published later by a delay (s)."""
+    """Add a message that has a timestamp (s) and is published after a delay (s)."""
     if hasattr(message, 'header'):
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(at(seconds), NS_PER_SECOND)
     record.topics[topic].append(Received(at(seconds + late), message))
@@ -113,7 +113,7 @@ def add_walls(record, times):
 
 
 def drive(record, off):
-    """Add a robot that rests until 0 s, then drives a leg forward and back."""
+    """Add a robot that is at rest until 0 s, and then drives a leg forward and back."""
     base = numpy.array((0.0, 0.0, HINGE - model(record).pose('platform').position[2]))
     stem = model(record).joint('stem')
     for joint in model(record).joints:
@@ -153,7 +153,7 @@ def drive(record, off):
 
 
 def drop(record, requested, place, track):
-    """Add a dropped brick with a track of times (s) and poses, and its DropWatch."""
+    """Add a dropped brick and its DropWatch. `track` lists times (s) and poses of the brick."""
     watch = DropWatch(record, at(requested - 0.1), place)
     watch.requested = at(requested)
     watch.request = Request(at(requested), at(requested + 0.01), None)
@@ -289,7 +289,7 @@ def tilt_in_tf(record, angle):
 
 
 def move_response(record, seconds, missing=0, accepted=True):
-    """Move the response of a drop to a time (s) after the fall; delete its first transforms."""
+    """Move a drop response to a time (s) after the release; delete the first fall transforms."""
     record.drops[0].request = Request(at(2.45), at(2.5 + seconds), None, accepted)
     samples = record.frames['brick'].samples
     first = next(n for n, sample in enumerate(samples) if sample.stamp > at(2.5))
@@ -311,7 +311,7 @@ def publish_walls(record, times):
 
 
 def change_text(record, seconds, text='Unreachable', kind=Marker.TEXT_VIEW_FACING, again=()):
-    """Change a text and its lifetime (s); repeat it after some times (s)."""
+    """Change the text and its lifetime (s), and repeat the text after some times (s)."""
     first = next(received for received in record.markers if received.topic == '/text')
     marker = first.marker
     marker.text, marker.type = text, kind
@@ -321,7 +321,7 @@ def change_text(record, seconds, text='Unreachable', kind=Marker.TEXT_VIEW_FACIN
 
 
 def remove_text(record, seconds, action):
-    """Make the text permanent and delete it after a time (s)."""
+    """Make the text permanent, but delete it after a given time (s)."""
     change_text(record, 0.0)
     add_marker(record, Marker(action=action), 2.65 + seconds, '/text')
 
@@ -333,7 +333,7 @@ def change_request(record, name, **changes):
 
 
 def remove_verdict(record, _):
-    """Remove the text about a brick out of reach."""
+    """Remove the text about the brick that is out of reach."""
     record.drops[0].refusals.clear()
     record.markers = [received for received in record.markers if received.topic != '/text']
 
@@ -442,7 +442,7 @@ FAULTS = (
     ('text: time', change_text, (2.71, 3.29), (2.69, 3.31)),
     ('text: time', partial(remove_text, action=Marker.DELETE), (2.71,), (3.31,)),
     ('text: time', partial(remove_text, action=Marker.DELETEALL), (3.29,), (2.69,)),
-    # A repeated text is visible from the first message until the last message expires.
+    # Repeated text is visible from the first message until the last message expires.
     ('text: time', partial(change_text, again=(1.0, 2.0)), (1.0,), (3.0,)),
     ('text: kind', lambda record, text: change_text(record, 3.0, text), (),
      ('unreachable!', 'UNREACHABLE')),

@@ -47,7 +47,7 @@ def stamped(sec, nanosec):
 
 
 def listener(*on_transform):
-    """Return a listener with a new buffer, and the logger of its node."""
+    """Return a listener that fills a new buffer, and return the logger of its node."""
     node = Mock()
     node.get_clock().now().nanoseconds = NOW
     return GuardedListener(Buffer(), node, *on_transform), node.get_logger()
@@ -98,7 +98,7 @@ anything = st.builds(
 @law(30)
 @given(st.lists(st.tuples(anything, st.booleans()), max_size=15))
 def test_any_messages_leave_the_buffer_usable(messages):
-    """The listener stores valid transforms after random messages about known frames."""
+    """The listener still stores valid transforms after random messages about known frames."""
     guarded, _ = listener()
 
     def send_valid_transforms(age):

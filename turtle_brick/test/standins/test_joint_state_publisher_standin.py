@@ -31,7 +31,7 @@ ROBOT = """
 
 
 @pytest.mark.skipif(find_chromium() is None,
-                    reason='Chromium is not installed here: apt-get install chromium')
+                    reason='Chromium is not installed. Run: apt-get install chromium')
 def test_buttons_on_the_page_move_the_joints(domain_id):
     """The button Randomize moves all joints, and Center moves them back to zero."""
     command = [executable('joint_state_publisher_gui', 'joint_state_publisher_gui')]

@@ -77,12 +77,12 @@ def environment(files, runs, monkeypatch):
     monkeypatch.delenv('QT_QPA_PLATFORM', raising=False)
     before = dict(os.environ)
     yield
-    os.environ.clear()  # Launch actions may have changed variables.
+    os.environ.clear()  # Launch actions may have changed environment variables.
     os.environ.update(before)
 
 
 def normal(text, files, log_dir=None):
-    """Replace the variable parts of a text with the placeholders in the recordings."""
+    """Replace the variable parts of a string with the placeholders in the recordings."""
     text = text.replace('\r\n', '\n')
     if log_dir:
         text = text.replace(str(log_dir), '$LOGDIR')
@@ -276,7 +276,7 @@ def test_timeouts_and_emulate_tty_are_launch_arguments(environment, tmp_path, mo
 
 
 def run(record, files, top, before):
-    """Run a recorded command with its signals. Return the command and remaining processes."""
+    """Run a recorded command, send its signals, and return it and its remaining processes."""
     environment = {
         **before, 'ROS_LOG_DIR': str(top / 'log'), 'HOME': str(top / 'home'),
         'COLUMNS': '100', 'PYTHON_COLORS': '0',  # tracebacks as before Python 3.13
@@ -334,7 +334,7 @@ def by_source(text):
     for line in filter(None, text.replace('\r', '').split('\n')):  # print() writes twice
         match = re.match(r'(\[(?:INFO|ERROR|WARNING)\] \[.*?\]:|\[[\w]+-\d+\]) ?', line)
         source = match.group(1) if match else source
-        if "sending signal 'SIGINT'" not in line:  # not if it had already ended
+        if "sending signal 'SIGINT'" not in line:  # A process that has ended receives no signal.
             lines = lines_by_source.setdefault(re.sub('INFO|ERROR|WARNING', '', source), [])
             if 'ignored SIGINT' not in line or line not in lines:  # Two signals may become one.
                 lines.append(line)

@@ -51,7 +51,7 @@ def joint_state(row, shift):
 
 
 def assert_transforms(message, recorded, shift=0, stamps=True):
-    """Compare a message with a recording, whose timestamps are shifted by a duration (ns)."""
+    """Compare a message with a recording whose timestamps are shifted by a duration (ns)."""
     assert len(message.transforms) == len(recorded)
     for found, wanted in zip(message.transforms, recorded):
         t, r = found.transform.translation, found.transform.rotation
@@ -77,12 +77,12 @@ def running(domain_id, **parameters):
 
 @pytest.mark.parametrize('recording', RECORDINGS, ids=lambda recording: recording['name'])
 def test_joint_states_cause_the_recorded_transforms(recording, domain_id):
-    """The node drops the same messages and publishes the same transforms as the real one."""
+    """The node ignores the same messages and publishes the same transforms as the real node."""
     urdf = (DATA / recording.get('urdf', 'r2.urdf')).read_text()
     parameters = {'robot_description': urdf, **recording['params']}
     with running(domain_id, **parameters) as (live, node, tf):
         static = live.record('/tf_static', TFMessage, LATCHED)
-        # The last recorded timestamp is shifted to one second ago.
+        # The timestamps are shifted so that the last one is one second old.
         shift = (live.listener.get_clock().now().nanoseconds - NS_PER_SECOND
                  - nanoseconds(recording['sent'][-1]['stamp']))
         for row in recording['sent']:

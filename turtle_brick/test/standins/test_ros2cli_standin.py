@@ -57,7 +57,7 @@ def signals_of(record):
 
 # These commands run in separate processes because they are interrupted, start processes, require
 # an empty graph or fail with a traceback. They include each kind of graph access. All other
-# commands run in this process and do not wait until the graph is known.
+# commands run in this process and do not wait until discovery is complete.
 PROCESSES = [name for name, record in RECORDS.items() if signals_of(record) or re.match(
     'run_(?!help|unk)|ros2_run|empty|node_list$|node_info_catcher|echo_once$|pub_times|'
     'pub_bad_topic|param_list_all', name)]
@@ -163,7 +163,7 @@ def open_graph_here(arena):
     """Join the domain of the arena. Yield a replacement for open_graph() in this process."""
     with pytest.MonkeyPatch.context() as environment, restored_signal_handlers():
         environment.setenv('ROS_DOMAIN_ID', str(arena.context.get_domain_id()))
-        with cli_graph.open_graph():  # waits until the graph is known
+        with cli_graph.open_graph():  # waits until the graph has been discovered
 
             @contextlib.contextmanager
             def open_graph(found=None, name=None):
@@ -313,7 +313,7 @@ def matches(name, recorded, printed, files):
 
 
 def assert_same(name, done, files):
-    """Compare the status and the output of a command with the recording."""
+    """Compare the exit status and output of a command with the recording."""
     record = RECORDS[name]
     assert done.status == record['returncode'], done
     for recorded, printed in ((record['stdout'], done.text), (record['stderr'], done.error)):

@@ -88,7 +88,7 @@ def test_poses_are_published_at_62_5_hz(shared, poses):
 
 
 def test_command_moves_turtle_for_one_second(shared, poses):
-    """The turtle moves for whole ticks, and sideways only if the node is holonomic."""
+    """The motion lasts a whole number of ticks, and is sideways only if the node is holonomic."""
     _, live = shared
     commands = live.publisher('turtle1/cmd_vel', Twist)
     commands.publish(Twist(linear=Vector3(x=1.0, y=1.0)))

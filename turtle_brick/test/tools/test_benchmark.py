@@ -33,7 +33,7 @@ from turtle_referee.graph_client.processes import Process
 RELEASE = 1_700_000_000_000_000_000
 LEAD, END = RELEASE - 100_000_000, RELEASE + 1_000_000_000
 DECIDED, COMMANDED, MOVED = 9_000_000, 15_000_000, 81_000_000
-"""Times of the events after a release (ns)."""
+"""Times (ns) of the events after a release."""
 
 
 class Recorded:

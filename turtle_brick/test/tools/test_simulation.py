@@ -166,7 +166,7 @@ def test_reachable_bricks_are_caught_by_a_robot_that_turns_back():
 
 @pytest.mark.parametrize('delays', DELAYS)
 def test_command_latency_is_neither_too_short_nor_too_long(delays):
-    """The longest latency is between COMMAND_LATENCY - 25 ms and COMMAND_LATENCY."""
+    """The maximum latency is between COMMAND_LATENCY - 25 ms and COMMAND_LATENCY."""
     random = Random(f'{delays}')
     latencies = []
     for seed in range(50):

@@ -37,7 +37,7 @@ RED = (1.0, 0.0, 0.0, 1.0)
 
 @pytest.fixture(scope='module')
 def page():
-    """Return a server, a panel, and a list of the panel's callback calls."""
+    """Return a server, a panel, and a list that records the calls of the panel's callbacks."""
     server = PageServer('127.0.0.1', 0, 'test')
     calls = []
     panel = Panel(server.viser, Scene(server.viser), PanelCallbacks(*(
@@ -99,7 +99,7 @@ def test_camera_follows_robot_and_brick_until_somebody_turns_it(page, monkeypatc
     scene = Scene(page.viser)
 
     def request(x):
-        """Return the requested position for a brick at x, or None without a request."""
+        """Return the requested position for a brick at x, or None if there is no request."""
         browser.position = None
         scene.keep_in_view([(0.0, 0.0, 0.0), (x, 0.0, 0.0)] if x else [])
         return browser.position
@@ -168,7 +168,7 @@ def test_drop_first_places_the_brick_at_an_edited_position(page):
     panel, calls = page.panel, page.calls
 
     def press(name, text=None):
-        """Press a button after entering a text (if given), and return the resulting call."""
+        """Press a button after entering text (if given), and return the resulting call."""
         panel.position.value = panel.position.value if text is None else text
         panel.press(name)
         assert text is None or panel.position.value == text

@@ -33,7 +33,7 @@ from turtle_brick.view.camera import MARGIN
 
 pytestmark = [
     pytest.mark.skipif(find_chromium() is None,
-                       reason='Chromium is not installed here: apt-get install chromium'),
+                       reason='Chromium is not installed. Run: apt-get install chromium'),
     pytest.mark.skipif(find_spec('viser') is None, reason='viser is not installed')]
 
 CANVAS = 'document.querySelector("canvas[data-engine]")'
@@ -54,12 +54,12 @@ class Page(Chromium):
         self.wait_for(f'{CANVAS}.getBoundingClientRect().width < innerWidth')
 
     def has_text(self, name, text):
-        """Return the JavaScript condition that a panel element contains a text."""
+        """Return JavaScript code that checks whether a panel element contains a string."""
         return (f'(document.querySelector(\'[data-turtle-brick="{name}"]\') || '
                 f'{{textContent: ""}}).textContent.includes({text!r})')
 
     def wait_for_text(self, name, text):
-        """Wait until a panel element contains a text."""
+        """Wait until a panel element contains a string."""
         self.wait_for(self.has_text(name, text))
 
     def enter_position(self, text, response, button=None):
