@@ -143,7 +143,7 @@ class Command:
             return condition()
 
     def has_printed(self, expected):
-        """Return whether the printed lines match a pattern, or match it n times for [pattern, n]."""
+        """Return whether the printed lines match a pattern, at least n times for [pattern, n]."""
         pattern, count = expected if isinstance(expected, list) else (expected, 1)
         return len(re.findall(pattern, self.text[:self.text.rfind('\n') + 1], re.M)) >= count
 

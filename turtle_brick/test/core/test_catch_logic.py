@@ -123,7 +123,7 @@ class CatchBench:
         return [action for _, action in self.actions if isinstance(action, kind)]
 
     def assert_tipped_off(self):
-        """Run until the catcher is waiting again, and check that the brick has left the platform."""
+        """Run until the catcher waits again, and check that the brick slid off the platform."""
         self.reach_state(State.WAITING)
         assert self.states in (COURSE, COURSE[1:])
         assert (self.world.phase, self.angle) == (Phase.FLOATING, 0.0)

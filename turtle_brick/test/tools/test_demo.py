@@ -34,7 +34,7 @@ WAIT = 60.0
 @pytest.mark.parametrize('domain, args, words', [
     ('abc', '', "ROS_DOMAIN_ID is 'abc', but must be a whole number from 0 to 232"),
     ('233', '', "ROS_DOMAIN_ID is '233'"),
-    ('', '', 'the package no_package is not installed here'),
+    ('', '', 'the package no_package is not installed'),
     ('', '--place 1 2 3 --place 1 2 -3', 'z is -3 m, but must be at least 0.06 m so that the')])
 def test_invalid_input_gives_one_sentence(domain, args, words, monkeypatch, capsys):
     monkeypatch.setattr(demo, 'Graph', lambda **_: executable('no_package', 'no_program'))

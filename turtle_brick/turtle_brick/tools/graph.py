@@ -52,7 +52,7 @@ def executable(package: str, name: str) -> str:
     try:
         return str(Path(get_package_prefix(package), 'lib', package, name))
     except PackageNotFoundError:
-        raise PackageNotFoundError(f'the package {package} is not installed here') from None
+        raise PackageNotFoundError(f'the package {package} is not installed') from None
 
 
 class Graph(Spinner, AbstractContextManager['Graph']):
