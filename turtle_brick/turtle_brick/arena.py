@@ -67,7 +67,7 @@ MARKER_PERIOD = 1.0
 """Time (s) between two brick markers. rviz2 discards markers in an unknown frame."""
 
 WALL_THICKNESS = 0.1
-"""Thickness of the walls (m)."""
+"""Thickness (m) of the walls."""
 
 WALL_COLOR: Color = (0.55, 0.62, 0.72, 1.0)
 
@@ -234,7 +234,7 @@ def box_marker(frame: str, namespace: str, number: int, center: Vector, size: Ve
 
 
 def wall_markers(size: float, height: float) -> MarkerArray:
-    """Return walls of a height (m) around the square from (0, 0) to (size, size) (m)."""
+    """Return walls with a height (m) around the square from (0, 0) to (size, size) (m)."""
     middle, outside = size / 2.0, WALL_THICKNESS / 2.0
     along_x = (size + 2.0 * WALL_THICKNESS, WALL_THICKNESS, height)
     along_y = (WALL_THICKNESS, size, height)

@@ -174,7 +174,7 @@ class CommandQueue:
         return max(latest - QUEUE_DEPTH + 1, taken + 1)
 
     def _published_by(self, time: float) -> int:
-        """Return the index of the last command published by a time (s)."""
+        """Return the index of the last command published no later than a time (s)."""
         index = self._count - 1
         for published, _, _ in reversed(self._sent):
             if published <= time:

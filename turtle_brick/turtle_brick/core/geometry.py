@@ -32,7 +32,7 @@ Color = tuple[float, float, float, float]
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 MAX_COORDINATE = 1e9
-"""Largest valid coordinate (m). Products of valid coordinates are finite."""
+"""Maximum valid coordinate (m). Products of valid coordinates are finite."""
 
 
 class Pose(NamedTuple):

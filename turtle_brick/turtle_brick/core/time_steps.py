@@ -37,7 +37,7 @@ class StepClock:
         self.last: int | None = None
         """Time (ns) of the last step."""
         self.jump = 0
-        """Time (ns) skipped by a restart in the latest call of `due`, or 0 without a restart."""
+        """Time (ns) skipped by a restart in the latest call of `due`, or 0 for no restart."""
 
     def due(self, now: int, start: int | None = None) -> list[int]:
         """

@@ -70,9 +70,9 @@ class TurtlePose(NamedTuple):
     """A pose published by turtlesim. Every number is a float32."""
 
     x: float
-    """Distance from the left wall (m)."""
+    """Distance (m) from the left wall."""
     y: float
-    """Distance from the lower wall (m)."""
+    """Distance (m) from the lower wall."""
     theta: float
     """Heading (rad) in [-pi, pi), counter-clockwise from +x."""
     linear_velocity: float

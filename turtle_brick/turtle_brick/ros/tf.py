@@ -128,7 +128,7 @@ def rejection_reason(transform: TransformStamped, static: bool, now: int) -> str
         return f'has the invalid stamp {stamp.sec} s {stamp.nanosec} ns'
     age = now - nanoseconds_of(stamp)
     if not static and not -MAX_AHEAD_NS <= age <= BUFFER_DURATION_NS:
-        return f'has a stamp that is {abs(age) * 1e-9:g} s {"old" if age > 0 else "ahead"}'
+        return f'has a timestamp that is {abs(age) * 1e-9:g} s {"old" if age > 0 else "ahead"}'
     if transform.child_frame_id.removeprefix('/') == WORLD:
         return f'has the child "{WORLD}", which must not have a parent'
     return ''

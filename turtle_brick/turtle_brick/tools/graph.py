@@ -86,7 +86,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
     def add(self, node_type: type[AnyNode], *ros_arguments: str, parameters: bool = True,
             **options: Any) -> AnyNode:
         """
-        Add a node; `options` are further arguments for its constructor.
+        Add a node; `options` are additional arguments for its constructor.
 
         :param ros_arguments: arguments after --ros-args, such as '-r', 'cmd_vel:=turtle1/cmd_vel'
         :param parameters: whether the node receives the parameter file

@@ -100,7 +100,7 @@ class Simulation:
         self.commanded = (0.0, 0.0)  # Latest velocity command (m/s) in the turtle's frame.
         self.decisions: list[tuple[int, Decision]] = []  # Decisions and their times (ns).
         self._hinge = parameters.platform_height - parameters.platform_thickness
-        self.tilt_angle = 0.0  # Angle of the platform (rad).
+        self.tilt_angle = 0.0  # Angle (rad) of the platform.
         self._last_state: tuple[TurtlePose | None, float] = (None, 0.0)
         # Messages in transit as tuples (arrival time in ns, content), sorted by arrival time.
         self._to_turtle: deque[tuple[int, float, float]] = deque()
@@ -337,12 +337,12 @@ def outcome_counts(drops: Sequence[SimulatedDrop]) -> str:
 class TraceSample(NamedTuple):
     """The state of a simulation after one physics step."""
 
-    time: float  # Time since the release (s).
+    time: float  # Time (s) since the release.
     brick: Vector
     robot: tuple[float, float]
     tilt: float  # Platform angle (rad).
-    commanded: float  # Speed commanded by the robot (m/s).
-    speed: float  # Speed of the turtle in turtlesim (m/s).
+    commanded: float  # Speed (m/s) commanded by the robot.
+    speed: float  # Speed (m/s) of the turtle in turtlesim.
     phase: Phase
     state: State
 

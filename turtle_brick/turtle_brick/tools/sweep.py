@@ -52,7 +52,7 @@ class Plan:
 
     grid: bool  # Whether the bricks are on a grid.
     count: int  # Number of drops, or of grid cells per arena side.
-    heights: tuple[float, float]  # Lowest and highest release height (m).
+    heights: tuple[float, float]  # Minimum and maximum release height (m).
     seed: int
 
     @property
@@ -181,8 +181,8 @@ def parse(args: Sequence[str] | None) -> argparse.Namespace:
     kind.add_argument('--grid', type=positive_int, metavar='N',
                       help='drop one brick in each cell of an N x N grid')
     parser.add_argument('--height', type=float, nargs='+', metavar='Z',
-                        help="height of the brick's center at the release (m), or the lowest and "
-                        'the highest of random heights (default: height of brick_start)')
+                        help="height (m) of the brick's center at the release, or the minimum "
+                        'and the maximum of random heights (default: height of brick_start)')
     parser.add_argument('--seed', type=int, default=1, metavar='N',
                         help='seed for all random numbers (default: 1)')
     parser.add_argument('--workers', type=positive_int, default=cpu_count(), metavar='N',

@@ -67,7 +67,7 @@ WALL_OPACITY = 0.3
 """Maximum opacity of the walls, so that no wall hides the robot or the brick."""
 
 PANEL_PERIOD_NS = NS_PER_SECOND // 10
-"""Update period of the panel (ns)."""
+"""Update period (ns) of the panel."""
 
 SPEED_WINDOW_NS = 400_000_000
 """Time (ns) over which the robot's speed is averaged. This period spans 25 turtlesim ticks and

@@ -31,7 +31,7 @@ from turtle_brick.physics import Phase, STEP_NS, World
 from turtle_brick.tools.plots import CAUGHT, FAINT, INK, MISSED, new_figure, REFUSED
 
 DT = STEP_NS * SECONDS_PER_NS
-"""Duration of a physics step (s)."""
+"""Duration (s) of a physics step."""
 
 
 def fall(parameters: Parameters, world: World | None = None) -> np.ndarray:
@@ -91,7 +91,7 @@ def report(parameters: Parameters) -> Iterator[str]:
     euler_error = euler_fall(time, parameters)[-1] - heights[-1]
     yield (f'  fall from {heights[0]:g} m to {landed:g} m: {exact:.4f} s, final speed '
            f'{speed:.2f} m/s; landed at step {len(heights)}, {DT * len(heights):.3f} s')
-    yield (f'  largest error: {1e3 * error:.3f} mm; with the Euler method: '
+    yield (f'  maximum error: {1e3 * error:.3f} mm; with the Euler method: '
            f'{1e3 * euler_error:.1f} mm')
     yield f'  a timestamp error of 1 ms causes a height error of {speed:.1f} mm'
     _, distances = slide(parameters)
@@ -104,7 +104,7 @@ def report(parameters: Parameters) -> Iterator[str]:
     yield (f'  slide at {degrees(parameters.tilt_angle):.1f}°: {rim:g} m (center at the rim) in '
            f'{rim_time:.4f} s, {clear:g} m (brick clear) in {clear_time:.4f} s;')
     yield f'  clear at step {len(distances)}, {time[-1]:.3f} s, {distances[-1]:.3f} m'
-    yield f'  largest error: {1e3 * error:.3f} mm'
+    yield f'  maximum error: {1e3 * error:.3f} mm'
 
 
 def draw(parameters: Parameters, path: Path) -> None:

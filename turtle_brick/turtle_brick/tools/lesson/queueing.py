@@ -99,7 +99,7 @@ def controllers(parameters: Parameters) -> dict[str, Driver]:
 
 
 def approach(driver: Driver, parameters: Parameters) -> list[tuple[float, float]]:
-    """Drive to a goal at DISTANCE; return times (s) and distances beyond the goal (m)."""
+    """Drive to a goal at DISTANCE; return times (s) and distances (m) beyond the goal."""
     simulation = Simulation(parameters, seed=2)
     simulation.driver = driver
     simulation.rest(0.3)

@@ -38,7 +38,7 @@ WORST_DELAYS = (
     ('third sample of the fall', 3 * DT),
     ('message transport', 3 * TRANSPORT_DELAY),
     ('next command of the robot', COMMAND_PERIOD),
-    ('queue of turtlesim', QUEUE_LATENCY),
+    ('turtlesim queue', QUEUE_LATENCY),
     ('next transform of the robot', COMMAND_PERIOD),
     ('next physics step, reserve', COMMAND_LATENCY - 3 * TRANSPORT_DELAY - 2 * COMMAND_PERIOD
      - QUEUE_LATENCY),
@@ -73,7 +73,7 @@ def report(parameters: Parameters) -> Iterator[str]:
         fall = fall_time(height, parameters)
         yield (f'  {height:4g} m{fall:8.3f} s{guaranteed_distance(height, parameters):20.2f} m'
                f'{largest_caught_distance(height, parameters):20.2f} m')
-    yield '  longest delays from the release to the first motion:'
+    yield '  maximum delays from the release to the first motion:'
     for label, time in WORST_DELAYS:
         yield f'    {label:32}{1e3 * time:6.1f} ms'
     yield f'    {"total":32}{1e3 * sum(time for _, time in WORST_DELAYS):6.1f} ms'
@@ -109,4 +109,4 @@ def draw(parameters: Parameters, path: Path) -> None:
         waterfall(chain, [(f'{label}, {1e3 * time:.0f} ms', 1e3 * time, color, ())
                           for (label, time), color in zip(WORST_DELAYS, colors)])
         chain.set(xlim=(0.0, 1e3 * GUARANTEED_LATENCY), xlabel='time since the release / ms',
-                  title='Longest delays from the release to the first motion')
+                  title='Maximum delays from the release to the first motion')

@@ -27,7 +27,7 @@ from turtle_brick.tools.plots import INK, new_figure
 
 
 class RollSample(NamedTuple):
-    """Three candidates (m) for the distance rolled by the wheel, at a time (s)."""
+    """A time (s), and three candidates (m) for the distance rolled by the wheel."""
 
     time: float
     commanded: float  # Integral of the commanded speed.
@@ -36,7 +36,7 @@ class RollSample(NamedTuple):
 
 
 TELEPORT = 2.0
-"""Time of the teleport (s)."""
+"""Time (s) of the teleport."""
 
 
 def roll(parameters: Parameters) -> list[RollSample]:
@@ -68,7 +68,7 @@ def report(parameters: Parameters) -> Iterator[str]:
     radius, speed = parameters.wheel_radius, parameters.max_velocity
     yield f'  wheel_radius {radius:g} m: one turn is {2.0 * pi * radius:.3f} m'
     yield (f'  at {speed:g} m/s: {speed / radius:.2f} rad/s, {speed / (2.0 * pi * radius):.2f} '
-           f'turns per second, {degrees(speed / radius * TICK):.1f}° per tick of turtlesim')
+           f'turns per second, {degrees(speed / radius * TICK):.1f}° per turtlesim tick')
     yield '                                     commanded   between poses   wheel'
     for label, time in (('after 1 s of driving', 1.2), ('after the teleport', 2.3),
                         ('after 1.5 s toward a wall 1 s away', 4.4)):
