@@ -128,7 +128,7 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
 
 def judge(profile: Profile, options: argparse.Namespace, command: Sequence[str]
           ) -> list[Judgment]:
-    """Observe and judge a graph, and write all reports; raise RuntimeError without a graph."""
+    """Observe and judge a graph, and write all reports; raise RuntimeError if no graph exists."""
     begin = monotonic()
 
     def log(text: str) -> None:

@@ -43,7 +43,7 @@ DISCOVERY_TIME = 10.0
 """Timeout (s) for discovering a running graph."""
 
 TIME_LIMIT = 150.0
-"""Time (s) after which no further brick is dropped."""
+"""Time (s) after which no more bricks are dropped."""
 
 LEG, MIN_LEG = 1.5, 0.3
 """Length (m) of each leg, and minimum length for slow robots."""
@@ -56,8 +56,8 @@ class PlannedDrop(NamedTuple):
     """The starting position of a brick, defined by the time available to the robot."""
 
     description: str
-    direction: float  # from the center, in turns
-    driving_time: float  # time (s) to the brick at full speed
+    direction: float  # direction from the center, in turns
+    driving_time: float  # driving time (s) to the brick at full speed
     spare_time: float  # fall time minus driving time (s)
 
     @property

@@ -97,7 +97,7 @@ class GraphClient:
         return since is not None and since == track[0][0]
 
     def drive_to(self, goal: tuple[float, float]) -> Drive | None:
-        """Send the robot to a goal (m) and wait until it stops; return None without a robot."""
+        """Send the robot to a goal (m) and wait until it stops; return None if no robot exists."""
         if not self.wait_until(self.observer.has_goal_subscriber, self.timeout):
             return None
         # On a busy machine, the previous drive may not be over yet.
@@ -117,7 +117,7 @@ class GraphClient:
         return drive
 
     def call(self, service: str, position: Vector | None = None) -> Request:
-        """Call 'place' with a position (m), or 'drop' without one; return the result."""
+        """Call 'place' with a position (m), or 'drop' without a position; return the result."""
         begin = time_ns()
         try:
             self.wait_until(lambda: self.has_service(service), self.timeout)

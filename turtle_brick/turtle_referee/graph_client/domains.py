@@ -23,7 +23,7 @@ DOMAINS = range(101)
 """Domains whose ports are below the range of ports that Linux assigns automatically."""
 
 LAST_DOMAIN = 232
-"""Highest domain number that DDS supports."""
+"""Maximum domain number that DDS supports."""
 
 PARTICIPANTS = 32
 """Number of ports to check per domain. The first ports may be free in a domain that is in use."""

@@ -242,7 +242,7 @@ class Record:
                        for first, last in self.stalls)
 
     def stall_summary(self) -> str:
-        """Return a phrase with the number of trials affected by stalls, or '' without stalls."""
+        """Return a phrase with the number of trials affected by stalls, or '' for none."""
         spans = self.trial_spans()
         stalled = [span for span in spans if not self.is_calm(*span)]
         return f'{OVERLOADED} in {len(stalled)} of {len(spans)} trials' if stalled else ''

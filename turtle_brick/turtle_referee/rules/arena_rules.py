@@ -236,8 +236,8 @@ class MeasuredFall(NamedTuple):
 
     drop: DropWatch
     begin: float  # start (s) of the fitted fall, measured from the last transform at rest
-    times: Array  # (s) since the start
-    depths: Array  # (m) below the starting position
+    times: Array  # times (s) since the start
+    depths: Array  # distances (m) below the starting position
     acceleration: float
     off: float  # maximum deviation (m) from the fitted fall
     aside: Array  # horizontal distances (m) from the starting position
@@ -274,7 +274,7 @@ def falls(record: Record) -> list[MeasuredFall]:
 
 
 @rule('fall: acceleration', 'falling in gravity (using the specified gravity acceleration)',
-      f'gravity_accel ± {RATE_TOLERANCE:.0%}, by stamps', ['fall: course'])
+      f'gravity_accel ± {RATE_TOLERANCE:.0%}, by timestamps', ['fall: course'])
 def falls_have_the_acceleration(record: Record) -> Finding:
     gravity, found = number(record, 'gravity_accel'), falls(record)
     values = [fall.acceleration for fall in found]
@@ -289,7 +289,7 @@ def falls_have_the_acceleration(record: Record) -> Finding:
 
 
 @rule('fall: course', 'the brick starts falling in gravity',
-      f'within {FALL_DEVIATION} m of a fall from rest at each stamp, straight down')
+      f'within {FALL_DEVIATION} m of a fall from rest at each timestamp, straight down')
 def falls_are_parabolas(record: Record) -> Finding:
     found = falls(record)
     off = largest(fall.off for fall in found)

@@ -56,7 +56,7 @@ def name_of(drop: DropWatch) -> str:
 @rule('verdict: in time', 'it first computes … whether it can reach the brick on-time',
       'a goal or "Unreachable" is published before the brick lands', ['fall: acceleration'])
 def verdicts_come_in_time(record: Record) -> Finding:
-    # A brick that lands on a platform at rest requires no verdict.
+    # A brick that lands on a platform at rest does not require a verdict.
     drops = completed(record, lambda drop: drop.decided is not None or not drop.caught)
     faults = []
     for drop in drops:

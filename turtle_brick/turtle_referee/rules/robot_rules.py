@@ -198,13 +198,13 @@ def commands_at_rest(record: Record) -> Finding:
 
 
 @rule('odom: pose', 'Publishing nav_msgs/Odometry message on the odom topic',
-      'the pose on odom equals the pose of base_link in TF, except for one tick of turtlesim')
+      'the pose on odom equals the pose of base_link in TF, except for one turtlesim tick')
 def odometry_equals_tf(record: Record) -> Finding:
     off, turned = [], []
     for odometry in messages(record, 'odom'):
         frames = (odometry.message.header.frame_id, odometry.message.child_frame_id)
         if frames != ('odom', 'base_link'):
-            raise Broken(f'the odometry is that of {frames[1]!r} in {frames[0]!r}')
+            raise Broken(f'the odometry is the pose of {frames[1]!r} in {frames[0]!r}')
         sample = frame(record, 'base_link').at(stamp_of(odometry))
         if sample is not None:
             p, q = odometry.message.pose.pose.position, odometry.message.pose.pose.orientation
@@ -212,7 +212,7 @@ def odometry_equals_tf(record: Record) -> Finding:
             off.append(dist(there.position[:2], sample.pose.position[:2]))
             turned.append(angle_between(there.axes[:, 0], sample.pose.axes[:, 0]))
     require(off or None, 'no transform at the time of any odometry message')
-    # The position between two transforms is uncertain by one tick of turtlesim.
+    # The position between two transforms is uncertain by one turtlesim tick.
     allowed = number(record, 'max_velocity') * 0.016 + EXACT
     text = f'at most {largest(off):.3f} m and {largest(turned):.3f} rad off in {len(off)} messages'
     return Finding(largest(off) <= allowed and largest(turned) <= SAME_ANGLE, text)

@@ -46,7 +46,7 @@ class Action(Deferred):
 
 
 def action(name, function):
-    """Create an action class from a function that may return further entities to execute."""
+    """Create an action class from a function that may return additional entities to execute."""
     return type(name, (Action,), {'do': staticmethod(function)})
 
 

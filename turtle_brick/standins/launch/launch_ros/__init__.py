@@ -27,7 +27,7 @@ import yaml
 
 __getattr__ = missing_name('launch_ros')
 for module in ('actions', 'descriptions', 'parameter_descriptions',
-               'substitutions'):  # separate modules in the real package
+               'substitutions'):  # The real package has these modules.
     sys.modules[f'{__name__}.{module}'] = globals()[module] = sys.modules[__name__]
 
 

@@ -212,7 +212,7 @@ def node_info(args):
 
 
 def print_names(get_types, args):
-    """Print the names of all topics or services, or of those with a given type."""
+    """Print the names of all topics or services, or only the names with a given type."""
     with open_graph() as graph:
         found = {name: types for name, types in get_types(graph, args.hidden).items()
                  if getattr(args, 'type', None) in (None, *types)}

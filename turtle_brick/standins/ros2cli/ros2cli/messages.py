@@ -233,7 +233,7 @@ def topic_pub(args):
         timer = graph.create_timer(1 / args.rate, publish)
         graph.spin_until(lambda: count == times)
         timer.cancel()
-        publisher.wait_for_all_acked(Duration(seconds=1))  # for slow subscribers
+        publisher.wait_for_all_acked(Duration(seconds=1))  # Subscribers may be slow.
         graph.spin_until(lambda: False, args.keep_alive)
 
 

@@ -41,7 +41,7 @@ __all__ = [
 ]
 
 for name in ('buffer', 'static_transform_broadcaster', 'transform_broadcaster',
-             'transform_listener'):  # separate modules in the real package
+             'transform_listener'):  # The real package has these modules.
     sys.modules[f'{__name__}.{name}'] = globals()[name] = sys.modules[__name__]
 
 
