@@ -89,7 +89,7 @@ BATCH, PERIOD = 1000, 0.005
 
 EXCLUDED = ('/rosout', '/parameter_events', '/turtle1/cmd_vel', '/joint_states')
 """Topics without random messages. The real turtlesim keeps a NaN from cmd_vel in its pose, and the
-real robot_state_publisher exits after a joint state with a stamp before 1970."""
+real robot_state_publisher exits after a joint state with a timestamp before 1970."""
 
 
 class Scene(Graph):
@@ -235,7 +235,7 @@ class Scene(Graph):
             send(fill_randomly(kind(), self.random))
             self.spin_for(PERIOD)
         self.remove(sender)
-        self.spin_for(MAX_AHEAD_NS * SECONDS_PER_NS)  # No stamp is in the future after this.
+        self.spin_for(MAX_AHEAD_NS * SECONDS_PER_NS)  # Afterward, no timestamp is in the future.
         self.restart_observer()
         self.wait_until(lambda: self.client.is_complete()
                         and self.observer.count_subscribers('tilt'), 'the graph is complete')

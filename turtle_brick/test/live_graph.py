@@ -42,7 +42,7 @@ from turtle_referee.graph_client.processes import Process
 from turtle_referee.graph_client.record import message_rate
 
 FETCH_PERIOD = 0.005
-"""Shortest time (s) between two fetches of received messages."""
+"""Minimum time (s) between two fetches of received messages."""
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """QoS of a latched topic with up to ten messages."""

@@ -145,7 +145,7 @@ any_state = pytest.mark.parametrize('state', COURSE[:4])
 
 @pytest.mark.parametrize('every', (1, 5), ids=('250 Hz', '50 Hz'))
 def test_bricks_are_caught_carried_to_the_center_and_tipped_off(every):
-    """The catcher publishes nothing before the first fall."""
+    """The catcher does not publish anything before the first fall."""
     bench = CatchBench(every=every)
     assert (bench.catcher.state, bench.actions) == (State.WAITING, [])
     for x, y in ((7.0, 7.0), (4.0, 5.5), (5.5, 5.5), (9.0, 2.0)):

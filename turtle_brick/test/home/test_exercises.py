@@ -77,7 +77,7 @@ def run(copy, *arguments):
     """Run Python in the copy and return the output."""
     env = {**os.environ, 'PYTHONPATH': f'{copy}:{os.environ.get("PYTHONPATH", "")}',
            'PYTEST_DISABLE_PLUGIN_AUTOLOAD': '1'}
-    env.pop('AMENT_PREFIX_PATH', None)  # so that the copy does not read the installed turtle.yaml
+    env.pop('AMENT_PREFIX_PATH', None)  # Otherwise, the copy would read the installed file.
     env.pop('PYTEST_ADDOPTS', None)
     return subprocess.run([sys.executable, *arguments], cwd=copy, env=env, text=True, check=True,
                           stdout=subprocess.PIPE, timeout=60.0).stdout

@@ -99,7 +99,7 @@ def test_brick_rides_with_a_moving_platform(bench):
     A riding brick is broadcast in the platform frame, once per physics step.
 
     The location of the brick follows the latest pose of the platform. The platform is absent 0.5 s
-    after the stamp of its last transform.
+    after the timestamp of its last transform.
     """
     bench.platform = (1.0, 5.0, 0.0, 0.0)
     assert bench.place(1.2, 5.1, 3.0).success and bench.drop().success
@@ -126,7 +126,7 @@ def test_brick_rides_with_a_moving_platform(bench):
 
 
 def test_markers_and_inclination(bench):
-    """Late joiners receive walls, brick and state. The brick is inclined like the platform."""
+    """Late joiners receive all markers and the state. The brick is inclined like the platform."""
     bench.platform = (5.0, 5.0, 2.0, 0.5)
     bench.tick()
     turn = bench.bricks[-1].transform.rotation

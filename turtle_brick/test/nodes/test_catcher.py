@@ -103,7 +103,7 @@ def test_unreachable_and_reachable_brick(domain_id, capfd):
     assert {goal.header.frame_id for goal in bench.goals} == {'world'}
     angles = [tilt.angle for tilt in bench.tilts]
     assert max(angles) == PARAMETERS.tilt_angle and angles[-1] == 0.0
-    assert len(set(angles)) > 20  # smoothly
+    assert len(set(angles)) > 20  # The angle changes smoothly.
     (waiting,) = [line for line in lines if 'Waiting for' in line]
     assert 'a subscriber of goal_pose and tilt' in waiting
     assert sum('Found the robot and the brick' in line for line in lines) == 1

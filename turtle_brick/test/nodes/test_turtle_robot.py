@@ -154,7 +154,7 @@ def test_goals_in_known_and_later_frames(live, robot, monkeypatch):
 
 
 def test_invalid_messages_are_ignored_with_a_warning(live, warned, monkeypatch):
-    """Goal, tilt and pose do not change. A goal outside the arena is moved to the edge."""
+    """The goal, tilt and pose do not change. A goal outside the arena is moved to the edge."""
     robot = live.add_robot()
     robot.on_pose(TurtlePoseMessage(x=8.0, y=2.0))
     robot.on_tilt(Tilt(angle=0.5))

@@ -38,7 +38,7 @@ IMPORT_ERROR = """[catcher-3] Traceback (most recent call last):
 @pytest.mark.parametrize('output, expected', (
     (IMPORT_ERROR + DIED.format('catcher-3', 1),
      ["catcher crashed: ModuleNotFoundError: No module named 'nonsuch'"]),
-    (IMPORT_ERROR, []),  # caught and logged
+    (IMPORT_ERROR, []),  # The node catches and logs this error.
     (DIED.format('arena-2', -11), ['arena crashed: exit status -11']),
     ('[INFO] [arena-2]: process has finished cleanly [pid 7]\n', [])))
 def test_crashes_have_the_name_and_the_error_of_the_process(output, expected):

@@ -103,7 +103,7 @@ def level_on_the_ground(message):
 
 
 def stay_at_center(message):
-    """Replace a distant goal, which is always that of a falling brick, by the center."""
+    """Replace a distant goal, which always belongs to a falling brick, with the center."""
     position = message.pose.position
     if dist((position.x, position.y), CENTER) > 1.6:
         position.x, position.y = CENTER

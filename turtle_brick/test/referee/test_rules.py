@@ -238,7 +238,7 @@ def make_record(parts=PARTS, **off):
 
 NAMES = {rule.name for rule in referee.RULES}
 ROBOT_RULES = {rule.name for rule in robot_rules.RULES} - {'frames: brick', 'rate: brick', 'tilt'}
-"""All requirements, and those that a robot without a brick can meet."""
+"""Names of all requirements, and of the requirements that a robot without a brick can meet."""
 
 
 def judge(record, *names):
@@ -479,7 +479,7 @@ def test_allowed_values_meet_the_rule_and_faults_break_it(rule, off, allowed, br
 @pytest.mark.parametrize('rate, met', (
     (97.7, False), (98.3, True), (101.7, True), (102.3, False)))
 def test_rates_are_measured_by_stamps(rate, met):
-    """A message with an old stamp does not change the rate."""
+    """A message with an old timestamp does not change the rate."""
     names = {f'rate: {name}' for name in ('cmd_vel', 'odom', 'joint_states', 'base_link')}
     found = judge(make_record((drive,), rate=rate), *names)
     assert {one.name for one in found if one.mark == BROKEN} == (set() if met else names)

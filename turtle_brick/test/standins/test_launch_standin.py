@@ -140,7 +140,7 @@ def process_record(command, options, temporary, files, inherited):
             argv[index] = f'$TMP{len(temporary)}'
     argv = [re.sub(r'^.*(?=/lib/(turtle|joint|robot|rviz))', '$PREFIX', normal(part, files))
             for part in argv]
-    for new in ('__ns:=/', '/tf:=tf', '/tf_static:=tf_static'):  # added after the recordings
+    for new in ('__ns:=/', '/tf:=tf', '/tf_static:=tf_static'):  # They are not in the recordings.
         if new in argv:
             del argv[argv.index(new) - 1:argv.index(new) + 1]
     env = options['env']
@@ -279,7 +279,7 @@ def run(record, files, top, before):
     """Run a recorded command, send its signals, and return it and its remaining processes."""
     environment = {
         **before, 'ROS_LOG_DIR': str(top / 'log'), 'HOME': str(top / 'home'),
-        'COLUMNS': '100', 'PYTHON_COLORS': '0',  # tracebacks as before Python 3.13
+        'COLUMNS': '100', 'PYTHON_COLORS': '0',  # Python 3.13 colors tracebacks.
         'PYTHONPATH': os.pathsep.join(
             [str(Path(__file__).parents[1]), before.get('PYTHONPATH', '')]),
         'AMENT_PREFIX_PATH': f'{files}/probe:{before["AMENT_PREFIX_PATH"]}'}
@@ -293,7 +293,7 @@ def run(record, files, top, before):
     try:
         for (kind, condition), number, target in record.get('signals', ()):
             if kind == 'after':
-                threading.Event().wait(condition)  # the recorded time (s)
+                threading.Event().wait(condition)  # The condition is a time (s).
             else:
                 assert command.wait_for(lambda: command.has_printed(condition)), (
                     f'no {condition!r} in:\n{command.text}{command.error}')
@@ -380,7 +380,7 @@ def test_run_matches_recording(record, runs, files):
 @pytest.mark.parametrize('record', recorded('testing'))
 def test_test_run_matches_recording(record, runs, files):
     if record['name'].startswith('pytest_'):
-        done, _ = runs['pytest'].result()  # a single run for all files
+        done, _ = runs['pytest'].result()  # One run executes all files.
         output = normal(done.text, files).replace('NO TESTS RAN', 'OK')
         outcome = {0: 'PASSED', 1: 'FAILED', 5: r'SKIPPED \[1\]'}[record['returncode']]
         assert re.search(rf'\n{outcome} \S*{Path(record["command"][-1]).name}', output)

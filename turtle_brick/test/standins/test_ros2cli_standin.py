@@ -256,7 +256,7 @@ def test_closed_pipe_ends_command_without_error(outcomes, arena):
 
 MAY_DIFFER = (
     (r' *qos_overrides:\n( {6}.*\n)+', ''),
-    # interfaces added or removed after the recordings
+    # These interfaces were added or removed after the recordings.
     (r'.*(/brick_state|/catcher_decision|/catcher_state|/tf2_frames)\b.*\n', ''),
     (r'.*(/parameter_events|qos_overrides)\b.*\n', ''),
     (r'.*RTPS_TRANSPORT_SHM.*\n', ''),  # DDS on a busy machine
@@ -272,7 +272,7 @@ MAY_DIFFER = (
     (r'(-\w) [A-Z_]+, (?=--)', r'\1, '),
     (r'(required: .*), (argv|launch_arguments)\n', r'\1\n'),
     (r'searching: .*', ''),
-    # spelling at the time of the recordings
+    # The recordings contain British spelling.
     ('centre', 'center'),
     ('metres', 'meters'),
 )

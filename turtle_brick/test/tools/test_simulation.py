@@ -146,7 +146,7 @@ def test_reachable_bricks_are_caught_in_every_state_of_the_catcher():
 
 
 def test_reachable_bricks_are_caught_by_a_robot_that_turns_back():
-    """The queue of turtlesim still contains commands in the opposite direction."""
+    """The turtlesim queue still contains commands in the opposite direction."""
     random = Random(1)
     for seed in range(24):
         speed = random.uniform(1.0, 6.0)
