@@ -113,7 +113,7 @@ class Turtle:
         """Pose after the last tick."""
 
     def command(self, linear_x: float, linear_y: float, angular_z: float) -> None:
-        """Append a command (m/s, rad/s) to the queue. A full queue discards its oldest command."""
+        """Append velocities (m/s, rad/s) to the queue. A full queue discards its oldest entry."""
         self._queue.append((linear_x, linear_y, angular_z))
 
     def teleport_absolute(self, x: float, y: float, theta: float) -> None:
