@@ -36,7 +36,7 @@ HOURS = {
     3: ('walls', 'brick', 'markers', 'place', 'drop', 'fall', 'slide'),
     4: ('cmd_vel', 'drive: goal', 'drive: overshoot', 'drive: speed', 'drive: straight'),
     5: ('verdict', 'text', 'carry', 'tip off', 'again')}
-"""Prefixes of the names of the requirements in each hour of class."""
+"""Name prefixes of the requirements for each hour of class."""
 
 RESULTS = Path('judged')
 """Directory for the JSON file and the page of each student."""

@@ -207,7 +207,7 @@ def read(path: Path, name: str) -> dict[str, Any]:
 
 
 def class_cells(row: dict[str, Any], address: str) -> list[object]:
-    """Return the cells of a student with links to the page of the student, if there is one."""
+    """Return the table cells for a student, with links to the student's page if it exists."""
     causes = [link(f'{BROKEN} {name}', address and f'{address}#{quote(name)}')
               for name in row['causes']]
     return [link(row['student'], address), row[MET], link(str(row[BROKEN]), address), row[OPEN],

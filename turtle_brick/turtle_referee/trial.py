@@ -71,7 +71,7 @@ IN_REACH = PlannedDrop('brick in reach', 0.10, 0.4, REACTION_TIME + 0.15)
 
 
 class Program(NamedTuple):
-    """The number and kind of all requests."""
+    """The numbers and kinds of all requests."""
 
     idle: float = 3.0  # observation time (s) at rest
     legs: int = 8  # number of drives in different directions; the last one ends at the start
@@ -125,7 +125,7 @@ class Trial(GraphClient):
         return True
 
     def read_numbers(self) -> None:
-        """Read the unknown numbers of the robot from all nodes and from the URDF."""
+        """Read the unknown parameters of the robot from all nodes and from the URDF."""
         numbers, clients = self.record.profile.numbers, self.observer.parameter_clients()
         # Some nodes may have no parameter service, or may not respond.
         self.wait_until(lambda: all(one.service_is_ready() for one in clients), self.timeout)

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Start and shut down the process of a node.
+Start and shut down a node process.
 
     with init(args):
         spin(Arena())

@@ -328,7 +328,7 @@ def simulate_drop(parameters: Parameters, number: int, seed: int, brick: Vector)
 
 
 def outcome_counts(drops: Sequence[SimulatedDrop]) -> str:
-    """Return the total number of drops and the number of each outcome as a line of text."""
+    """Return one line with the total number of drops and the number of each outcome."""
     count = Counter(drop.outcome for drop in drops)
     return f'{len(drops):,} drops: ' + ', '.join(
         f'{count[outcome]:,} {outcome}' for outcome in ('caught', 'refused', 'missed'))

@@ -193,7 +193,7 @@ def parse(args: Sequence[str] | None) -> argparse.Namespace:
                         help='parameter file (default: config/turtle.yaml of the package)')
     parser.add_argument('--output', type=Path, metavar='DIR',
                         default=Path('sweeps', strftime('%Y%m%d-%H%M%S')),
-                        help='directory for table and figures (default: sweeps/<date>-<time>)')
+                        help='directory for the table and figures (default: sweeps/<date>-<time>)')
     parser.add_argument('--no-figures', dest='figures', action='store_false',
                         help='write only the table')
     return parser.parse_args(args)

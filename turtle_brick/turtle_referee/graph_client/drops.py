@@ -48,7 +48,7 @@ class DropWatch:
     """The timestamps (ns) of all events in one drop."""
 
     def __init__(self, record: Record, begin: int, place: Vector) -> None:
-        """Observe a brick that hovers at a position (m), from a begin time (ns)."""
+        """Observe a brick that hovers at a position (m), starting at a time (ns)."""
         platform = record.pose('platform', begin)
         self._record = record
         self._track: deque[tuple[int, Array]] = deque(maxlen=HISTORY)

@@ -70,7 +70,7 @@ class Sample(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """A drive from a start to a goal (m) with begin and end times (ns)."""
+    """A drive from a start (m) to a goal (m), with its begin and end times (ns)."""
 
     begin: int
     end: int
@@ -84,7 +84,7 @@ class Drive(NamedTuple):
 
 
 class Request(NamedTuple):
-    """A service call or a tilt command with begin and end times (ns), value and result."""
+    """A service call or a tilt command, with its begin and end times (ns), value and result."""
 
     begin: int
     end: int

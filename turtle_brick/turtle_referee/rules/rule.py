@@ -37,7 +37,7 @@ SAME_ANGLE = 0.02
 """Tolerance (rad) for equal angles."""
 
 BROKEN, OPEN, MET = MARKS = '✗', '–', '✔'
-"""The marks in the order of a report."""
+"""The marks in the order in which a report lists them."""
 
 ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
 """Pattern for a plural noun after the number 1, such as '1 rides'."""

@@ -51,7 +51,7 @@ from tf2_msgs.msg import TFMessage
 
 
 class Source(NamedTuple):
-    """The transform of a joint, and the index of the position that determines it in a message."""
+    """The transform of a joint, and the message index of the position that determines it."""
 
     index: int
     multiplier: float
