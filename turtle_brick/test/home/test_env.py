@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Test the setup of the shell by env.bash, and the error messages of env.bash."""
+"""Test the shell setup and the error messages of env.bash."""
 
 import os
 from pathlib import Path

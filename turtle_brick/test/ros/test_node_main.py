@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the startup and the shutdown of the process of a node."""
+"""Test the startup and shutdown of a node process."""
 
 import re
 import signal

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the declaration of the parameters of each node."""
+"""Test the parameter declarations of each node."""
 
 from dataclasses import asdict, fields, replace
 

@@ -47,7 +47,7 @@ SHARE = get_package_share_directory('turtle_brick')
 
 
 def recorded(*names):
-    """Return the records in files as parameters of tests."""
+    """Return the records in files as test parameters."""
     return [pytest.param(record, id=name)
             for name, record in records(*(f'launch_{name}' for name in names)).items()
             if names[0] != 'errors' or record['stdout'].startswith('[')]

@@ -285,7 +285,7 @@ ANSWERS = {
     'param_list_all': r'(/(?:arena|catcher|turtle_robot):\n)(?:  .*\n)+()',
     'param_dump': r'(background_b:).*()',  # other tests set it
 }
-"""Parts of responses that depend on the version of a node, by the name of the recording."""
+"""Parts of responses that depend on a node's version, keyed by the name of the recording."""
 
 TOKENS = {
     'SHARE': re.escape(get_package_share_directory('turtle_brick')),
@@ -339,7 +339,7 @@ def test_verb(name, open_graph_here, files, monkeypatch):
 
 
 MESSAGES = ((0.2, 120), (0.5, 80), (0.6, 400), (1.4, 100), (1.9, 300))
-"""Reception time (s) and number n of messages with a size of 100 n bytes and a delay of n ms."""
+"""Reception time (s) and number n of each message, which has 100 n bytes and a delay of n ms."""
 
 REPORTS = {
     topic_statistics.bandwidth_report: """
