@@ -44,7 +44,7 @@ class Odometer:
         self.wheel_velocity = 0.0
         """Angular velocity (rad/s) of the wheel."""
         self.stem_angle = 0.0
-        """Angle (rad) of the stem in base_link."""
+        """Angle (rad) of the stem in the base_link frame."""
         self._last: TurtlePose | None = None
         self._last_time = 0.0
         self._world_to_odom = Pose2D(0.0, 0.0, 0.0)
@@ -61,7 +61,7 @@ class Odometer:
         self._last, self._last_time = pose, now
 
     def steer(self, velocity: tuple[float, float]) -> None:
-        """Point the stem along a commanded velocity (m/s) in base_link if the robot is at rest."""
+        """Point the stem along a command (m/s) in the base_link frame if the robot is at rest."""
         if self.wheel_velocity == 0.0 and velocity != (0.0, 0.0):
             self.stem_angle = wrapped(atan2(velocity[1], velocity[0]))
 
