@@ -47,6 +47,7 @@ from turtle_brick.tools.graph import Graph
 from turtle_referee.graph_client.client import GraphClient
 from turtle_referee.graph_client.observer import Observer, subscription_qos
 from turtle_referee.graph_client.processes import close_all, Process
+from turtle_referee.graph_client.record import Received
 from turtle_referee.graph_client.spinning import handle_interrupts, INTERRUPTED
 
 HERE = Path(__file__).resolve()
@@ -136,6 +137,11 @@ def random_place(robot: tuple[float, float], latency: float, random: Random
             return x, y, z
 
 
+def latest(messages: list[Received]) -> str:
+    """Return the text of the last String, or an empty string if there are no messages."""
+    return messages[-1].message.data if messages else ''
+
+
 def drop_bricks(drops: int) -> int:
     """
     Drop bricks, and print each result and a row of the table in figures.md.
@@ -153,28 +159,35 @@ def drop_bricks(drops: int) -> int:
         client = GraphClient(graph, observer, TIMEOUT)
         qos = subscription_qos(latched=True)
         log = observer.poller.record(Log, '/rosout', qos)
-        decisions = observer.poller.record(String, 'catcher_decision', qos)
+        decisions, catcher_states, brick_states = (
+            observer.poller.record(String, topic, qos)
+            for topic in ('catcher_decision', 'catcher_state', 'brick_state'))
         # The catcher may discover the robot later than this client.
         graph.spin_until(lambda: client.is_complete() and any(
             'waiting for a fall' in line.message.msg for line in log), START_TIME,
                          'robot, arena and catcher are running')
         for number in range(drops + 1):
+            graph.spin_until(lambda: latest(catcher_states) == 'waiting', TIMEOUT,
+                             'the catcher is waiting')
             client.wait_until(client.is_at_rest, TIMEOUT)
             robot = client.robot_position()
             assert robot is not None
             place = random_place(robot, latencies[-1], random)
             client.place(place, hovering=1.0).check()
             decisions.clear()
-            watch = client.drop(place)
-            assert watch.down, 'the brick does not land'
-            graph.spin_until(lambda: decisions, TIMEOUT, 'a decision of the catcher')
-            decision = decisions[-1].message.data
+            brick_states.clear()
+            client.call('drop').check()
+            graph.spin_until(
+                lambda: latest(decisions) and latest(brick_states) in ('floating', 'grounded'),
+                TIMEOUT, 'the catcher has decided and the brick has come to rest')
+            caught = 'riding' in [state.message.data for state in brick_states]
+            decision = latest(decisions)
             print(f'  {decision}', flush=True)
             latencies.append(float(decision.split('command latency ')[1].split()[0]))
             if decision.startswith('reachable'):
-                outcome = 'caught' if watch.caught else 'missed'
+                outcome = 'caught' if caught else 'missed'
             else:
-                outcome = 'caught although refused' if watch.caught else 'refused'
+                outcome = 'caught although refused' if caught else 'refused'
             if number:
                 distance = dist(place[:2], robot)
                 limit = distance_at_latency(place[2], latencies[-1])
