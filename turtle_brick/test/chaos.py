@@ -82,7 +82,7 @@ second announcement follows after 3 s, or after 0.3 s with the DDS profile of th
 
 EASY_HEIGHT, EASY_DISTANCE, UNREACHABLE_HEIGHT = 8.0, 2.0, 12.0
 """Height (m) of easy bricks, maximum distance (m) of easy bricks from the robot, and height (m) of
-unreachable bricks. Even a busy machine can observe a fall from these heights."""
+unreachable bricks. Even on a busy machine, falls from these heights are detected."""
 
 BATCH, PERIOD = 1000, 0.005
 """Number of random messages before each easy brick, and time (s) between two messages."""
@@ -205,7 +205,7 @@ class Scene(Graph):
             process.send(signal.SIGCONT)
 
     def check_fault(self, node: str, fault: str, stage: str) -> None:
-        """Check that the graph recovers from a fault in a node at a stage."""
+        """Check that the graph recovers from a fault in a node at a given stage of a catch."""
         self.go_to(stage)
         self.inject(node, FAULTS[fault])
         self.recover()
@@ -250,7 +250,7 @@ FRAMES = ['world', 'odom', 'base_link', 'post', 'platform', 'brick', 'stem', 'wh
 VALUES = {'boolean': [False, True], 'double': NUMBERS, 'float': NUMBERS,
           'string': [*FRAMES, '', '/platform', 'näme with blanks\n', '%s%n{}<robot/>',
                      'x' * 100_000]}
-"""Possible random values of each type."""
+"""Possible random values for each type."""
 
 
 def fill_randomly(message: Any, random: Random) -> Any:

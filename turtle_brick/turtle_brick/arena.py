@@ -153,8 +153,8 @@ class Arena(Node):
         self.warn_of_clock_jump()
         if not times:
             return
-        # The response from the service drop has been sent by now. If several steps have become due
-        # in the meantime, the brick does not move before the last one.
+        # The response from the service drop has already been sent. If several steps have become
+        # due in the meantime, the brick does not move before the last one.
         first_moving = times[-1] if self.is_answering else times[0]
         self.is_answering = False
         self.tf_broadcaster.sendTransform(

@@ -191,7 +191,7 @@ class World:
 
     def release(self) -> None:
         """
-        Release the brick. The fall starts with the next step, which does not move the brick yet.
+        Release the brick. The fall starts with the next step, which does not yet move the brick.
 
         :raises ValueError: the brick is neither hovering nor floating
         """

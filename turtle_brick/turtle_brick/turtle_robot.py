@@ -138,7 +138,7 @@ class TurtleRobot(Node):
         point = (position.x, position.y, position.z)
         if not all(isfinite(value) for value in point):
             self.get_logger().warning(
-                'Ignored the goal ({:g}, {:g}, {:g}), because it is not finite'.format(*point),
+                'Ignored the goal ({:g}, {:g}, {:g}) because it is not finite'.format(*point),
                 throttle_duration_sec=WARNING_PERIOD)
             return
         frame = message.header.frame_id
@@ -175,7 +175,7 @@ class TurtleRobot(Node):
         goal = frame.transform(point)[:2]
         if not all(map(isfinite, goal)):
             self.get_logger().warning(
-                'Ignored the goal ({:g}, {:g}, {:g}), because it is too far away'.format(*point),
+                'Ignored the goal ({:g}, {:g}, {:g}) because it is too far away'.format(*point),
                 throttle_duration_sec=WARNING_PERIOD)
             return
         x, y = within_arena(*goal)
@@ -189,7 +189,7 @@ class TurtleRobot(Node):
         """Set the angle of the platform."""
         if not isfinite(message.angle):
             self.get_logger().warning(
-                f'Ignored the tilt {message.angle} rad, because it is not finite',
+                f'Ignored the tilt {message.angle} rad because it is not finite',
                 throttle_duration_sec=WARNING_PERIOD)
             return
         self.tilt_angle = message.angle

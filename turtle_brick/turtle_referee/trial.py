@@ -85,7 +85,7 @@ class Program(NamedTuple):
 
 
 class Trial(GraphClient):
-    """A client that runs a program of requests."""
+    """A client that runs a sequence of requests."""
 
     def __init__(self, graph: Spinner, observer: Observer, log: Callable[[str], None],
                  discovery_time: float = DISCOVERY_TIME,

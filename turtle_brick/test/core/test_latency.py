@@ -102,7 +102,7 @@ def test_excess_latency_covers_99_percent_of_the_recent_transforms(ages):
 @given(pause=st.floats(0.03, 0.5), way=st.floats(0.05, 1.0), time=st.floats(0.3, 2.0),
        overloaded=st.booleans())
 def test_pauses_of_the_robot_count_on_an_overloaded_machine(pause, way, time, overloaded):
-    """The expected standstill is the duration times the fraction of pauses, plus one pause."""
+    """The expected pause time is the duration times the fraction of pauses, plus one pause."""
     latency, stamp, count = LatencyMonitor(), NS_PER_SECOND, round(way / COMMAND_PERIOD)
     for _ in range(50):
         latency.record_ages(NS_PER_SECOND, [], overloaded)

@@ -59,7 +59,7 @@ def test_odometry_of_a_robot_that_drives_north():
 
 
 def test_lost_poses_do_not_change_the_wheel_velocity():
-    """The wheel angle includes the motion during the lost poses."""
+    """The wheel angle includes the motion between the received poses."""
     ride = Ride()
     ride.drive((2.0, 0.0), 5)
     assert ride.drive((2.0, 0.0), 5, lost=4) == pytest.approx(5 * TICK * 2.0, rel=0.01)

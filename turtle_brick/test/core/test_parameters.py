@@ -129,7 +129,7 @@ def test_file_that_is_not_yaml_or_cannot_be_read_is_reported(tmp_path):
 
 @pytest.mark.parametrize('module', ('physics', 'core.catch_logic', 'core.odometry'))
 def test_pure_modules_import_neither_ros_nor_yaml(module):
-    """The web page runs the pure modules without ROS and PyYAML."""
+    """The web page runs the pure modules without ROS or PyYAML."""
     code = "import sys; sys.modules['rclpy'] = sys.modules['yaml'] = None; import turtle_brick."
     subprocess.run([sys.executable, '-c', code + module], check=True)
 

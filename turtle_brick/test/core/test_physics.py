@@ -94,7 +94,7 @@ def test_invalid_location_is_refused(location, reason):
     with pytest.raises(ValueError, match=reason):
         world.brick = location
     assert (world.brick, world.phase) == ((1.0, 1.0, 3.0), Phase.HOVERING)
-    world.brick = (1.0, 1.0, 0.1)  # The ground is a valid place.
+    world.brick = (1.0, 1.0, 0.1)  # The ground is a valid place for the brick.
 
 
 def test_release_starts_the_fall_with_the_next_step():

@@ -253,7 +253,7 @@ def shift(record, frame, seconds, way, axis=0):
 
 
 def change(record, topic, seconds, field, way):
-    """Change a field in the first message on a topic after a time (s)."""
+    """Change a field in the first message on a topic after the given time (s)."""
     message = record.messages(topic, at(seconds))[0].message
     *parts, last = field.split('.')
     for part in parts:

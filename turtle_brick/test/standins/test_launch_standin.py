@@ -47,7 +47,7 @@ SHARE = get_package_share_directory('turtle_brick')
 
 
 def recorded(*names):
-    """Return the records in files as test parameters."""
+    """Return the recordings in the given files as test parameters."""
     return [pytest.param(record, id=name)
             for name, record in records(*(f'launch_{name}' for name in names)).items()
             if names[0] != 'errors' or record['stdout'].startswith('[')]
@@ -394,7 +394,7 @@ def test_test_run_matches_recording(record, runs, files):
                                   normal(text, files)))
         for text in (done.text, done.error, record['stdout'], record['stderr']))
     output, expected = (sorted(sum(by_source(text).values(), [])) for text in (output, expected))
-    if 'exit code -2' in record['stdout']:  # A starting Python may print a traceback.
+    if 'exit code -2' in record['stdout']:  # Python may print a traceback at its start.
         output = [line for line in output if not line.startswith('[wait-1] ')]
     assert output == expected
     # Since Python 3.12, unittest reports that there are no tests.

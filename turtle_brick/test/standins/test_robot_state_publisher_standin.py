@@ -102,7 +102,7 @@ def test_joint_states_cause_the_recorded_transforms(recording, domain_id):
 
 
 def test_all_messages_are_published_without_limit_or_stamps(domain_id):
-    """Frequency 0 allows equal timestamps, and ignore_timestamp allows decreasing timestamps."""
+    """A frequency of 0 allows equal timestamps; ignore_timestamp allows decreasing timestamps."""
     for parameter, stamps in (({'publish_frequency': 0.0}, (5, 5, 6)),
                               ({'ignore_timestamp': True}, (5, 0, 4))):
         with running(domain_id, robot_description=URDF, **parameter) as (live, node, tf):

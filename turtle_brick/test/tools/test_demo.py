@@ -110,7 +110,7 @@ def test_publishers_of_a_robot_are_rejected_but_subscribers_are_not(domain_id, m
 
 
 def test_two_arenas_are_separate_and_end_with_the_demo(domain_id):
-    """All topics are in the namespaces, and no arena receives markers from the other arena."""
+    """All topics are in the namespaces, and neither arena receives markers from the other."""
     places = '--place 10.6 10.6 8 --place 5.5 5.5 8'.split() * 9
     with (process([*DEMO, '--arenas', '2', *places], domain_id, timeout=WAIT) as both,
           Graph(domain_id) as live):

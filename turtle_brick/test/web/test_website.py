@@ -67,7 +67,7 @@ def test_the_site_is_built_and_catches_a_brick_without_any_packages(tmp_path):
 
 @pytest.fixture(scope='module')
 def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
-    """Open the page in the size of a phone screen, with libraries from the npm registry."""
+    """Open the page at the size of a phone screen, with libraries from the npm registry."""
     if find_chromium() is None or shutil.which('npm') is None:
         pytest.skip('Chromium or npm is not installed. Run: apt-get install chromium npm')
     folder = tmp_path_factory.mktemp('web')
@@ -121,7 +121,7 @@ def test_an_impossible_parameter_is_refused_in_the_words_of_the_nodes(page):
 
 def test_the_robot_overshoots_if_it_steers_by_the_last_pose(page):
     def farthest(goal: float) -> float:
-        """Return the maximum x (m) during a drive to a goal at x (m)."""
+        """Return the maximum x coordinate (m) of the robot during a drive to a goal."""
         return max(page.evaluate(
             f'arena.simulation.drive_to({goal}, 5); Array.from({{length: 200}}, () => '
             'JSON.parse(arena.advance(0.02)).robot[0])'))

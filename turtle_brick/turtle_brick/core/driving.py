@@ -109,7 +109,7 @@ class CommandQueue:
         """Index of the last nonzero command."""
 
     def publish(self, now: float, linear_x: float, linear_y: float) -> None:
-        """Record a command (m/s) in the turtle's frame that is published at `now` (s)."""
+        """Record a command (m/s, in the turtle's frame) that is published at `now` (s)."""
         self._sent.append((now, linear_x, linear_y))
         if linear_x or linear_y:
             self._moving = self._count
@@ -183,7 +183,7 @@ class CommandQueue:
         return index
 
     def _recognize(self, expected: int, speed: float) -> int:
-        """Return the index nearest to `expected` of a command with the given speed (m/s)."""
+        """Return the index of a sent command at a speed (m/s), nearest to the index `expected`."""
         first = self._count - len(self._sent)
         lowest, highest = max(self._taken, first), self._count - 1
         for offset in (0, 1, -1, 2, -2, 3, -3):
@@ -229,7 +229,7 @@ class Driver:
 
     def command(self, now: float) -> tuple[float, float]:
         """
-        Record and return the velocity (m/s) in the turtle's frame to publish at `now` (s).
+        Return the velocity (m/s, in the turtle's frame) to publish at `now` (s), and record it.
 
         Call this method at 100 Hz. The velocity is zero at the goal, and also if there is no
         goal or no recent pose.

@@ -122,7 +122,7 @@ class RobotTracker:
         return RobotMotion(x, y, tuple(destinations), level, uncertainty)
 
     def _measure_response(self, now: int, x: float, y: float) -> None:
-        """Record the response delay of a robot at rest if it exceeds COMMAND_LATENCY."""
+        """Record the response delay of a robot at rest if the delay exceeds COMMAND_LATENCY."""
         if self._departure is None:
             return
         sent, x_before, y_before = self._departure

@@ -34,7 +34,7 @@ PLATFORM = 'platform'
 BRICK = 'brick'
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""QoS for topics that change rarely and that late joiners require."""
+"""QoS for topics that change rarely and that late-joining subscribers require."""
 
 BEST_EFFORT = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 """QoS for state subscriptions. A lost message does not delay the following ones. The queue holds
@@ -111,7 +111,7 @@ def rejection_reason(transform: TransformStamped, static: bool, now: int) -> str
     """
     Return the reason why a transform must not be stored in a buffer, or an empty string.
 
-    Only transforms that would do lasting damage are rejected.
+    Only transforms that would permanently corrupt the buffer are rejected.
 
     :param static: whether the transform was received on /tf_static
     :param now: current time (ns)

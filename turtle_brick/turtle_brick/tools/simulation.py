@@ -18,8 +18,8 @@ Simulate the brick, robot, turtlesim and catcher at their real rates without ROS
 The simulation uses the same modules as the nodes: `physics.World` at 250 Hz, `driving.Driver` at
 100 Hz, `turtlesim_kinematics.Turtle` with its command queue every 16 ms, and `catch_logic.Catcher`
 at 50 Hz and on every new brick position. The delays between them are the same as in the live
-graph. The simulated time advances from event to event, so one hour is simulated in seconds. All
-random numbers are generated from one seed, so every run is reproducible.
+graph. The simulated time advances from event to event, so an hour is simulated within a few
+seconds. All random numbers are generated from one seed, so every run is reproducible.
 
 `simulate_drop` simulates one drop for a table or map. `trace` repeats a drop for a figure.
 """

@@ -129,7 +129,7 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list
     started = takewhile(lambda _: not stopped.is_set(), plan.simulations())
 
     def stop(*_: object) -> None:
-        """Stop the sweep after the running drops. A second Ctrl-C stops the program at once."""
+        """Finish the current drops only. A second Ctrl-C stops the program at once."""
         stopped.set()
         signal.signal(signal.SIGINT, original_handler)
 

@@ -293,7 +293,7 @@ class Page:
 
 
 def catch_status(brick_state: str, catcher_state: str, decision: str) -> str:
-    """Describe the current catch in one line of text."""
+    """Return a one-line description of the current catch."""
     verdict, _, reason = decision.partition(': ')
     if brick_state == 'riding':
         return f'Caught: {catcher_state}' if catcher_state in ('carrying', 'tilting') else 'Caught'

@@ -165,7 +165,7 @@ class Panel:
 
     def show_curves(self, points: Sequence[tuple[float, ...]]) -> None:
         """Plot points, each with a time (s) and the values of CURVES (NaN if unknown)."""
-        # A chart with a NaN would be empty, so only points with all known curves are plotted.
+        # A chart with a NaN would be empty. Only curves with a known latest value are plotted.
         values = numpy.array(points)
         known = numpy.flatnonzero(~numpy.isnan(values[-1]))
         complete = ~numpy.isnan(values[:, known]).any(axis=1)

@@ -80,6 +80,6 @@ def interpolate(start: Pose, end: Pose, fraction: float) -> Pose:
     """Return the interpolated pose at a fraction (0 to 1) between two poses."""
     first, second = numpy.hstack(start), numpy.hstack(end)
     if first[3:] @ second[3:] < 0.0:
-        second[3:] *= -1.0  # Quaternions with opposite signs are the same rotation.
+        second[3:] *= -1.0  # Quaternions with opposite signs represent the same rotation.
     mean = (1.0 - fraction) * first + fraction * second
     return Pose(tuple(mean[:3]), tuple(mean[3:] / numpy.linalg.norm(mean[3:])))

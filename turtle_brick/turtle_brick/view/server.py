@@ -53,7 +53,7 @@ class PageServer:
         """
         Call a function that changes the page, and send all changes to the browsers at once.
 
-        The function runs in the thread of viser. A change in any other thread can raise "deque
+        The function runs in viser's thread. A change in any other thread can raise "deque
         mutated during iteration" while a browser connects.
         """
         async def run() -> Result:

@@ -184,7 +184,7 @@ class Viewer(Node):
         self._goal_publisher.publish(goal)
 
     def schedule(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function in the next timer callback. Any thread can use this method."""
+        """Call a function in the next timer callback. Any thread can call this method."""
         self._scheduled.append(partial(function, *arguments))
 
     def _on_timer(self) -> None:

@@ -138,7 +138,7 @@ class PollingNode(Node):
 
 
 class Observer(Node):
-    """A node that records a graph and sends requests; it reads all types from the graph."""
+    """A node that records a graph and sends requests, with all types read from the graph."""
 
     def __init__(self, profile: Profile | None = None, name: str = 'referee',
                  **node_options: Any) -> None:
@@ -156,7 +156,7 @@ class Observer(Node):
         self._tilt_publisher: Publisher | None = None
         self._clients_by_service: dict[str, Client] = {}
         psutil.cpu_percent(percpu=True)  # The first measurement starts here.
-        # All namespaces may share TF, or the namespace of the graph may contain its own TF.
+        # All namespaces may share the TF topics, or the namespace may contain its own.
         for topic, static in (('tf', False), ('tf_static', True)):
             for name in {self.resolve_topic_name(f'/{topic}'), self.resolve_topic_name(topic)}:
                 self.poller.subscribe(TFMessage, name, partial(self._on_transforms, static),
@@ -169,7 +169,7 @@ class Observer(Node):
         super().destroy_node()
 
     def update(self) -> None:
-        """Fetch messages; every DISCOVERY_PERIOD, subscribe to new topics and check the load."""
+        """Fetch messages and, every DISCOVERY_PERIOD, discover topics and check the load."""
         last, self._fetched_at = self._fetched_at, time_ns()
         if (self._fetched_at - last) > FETCH_PERIOD * NS_PER_SECOND + MAX_LATENESS_NS:
             self.record.stalls.append((last, self._fetched_at))

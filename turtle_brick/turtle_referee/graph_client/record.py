@@ -43,7 +43,7 @@ MAX_DEPTH = 30
 """Maximum number of frames between a frame and the world frame."""
 
 OVERLOADED = 'the machine was overloaded'
-"""First words of the reason for a requirement that is open because of stalls."""
+"""Start of the reason for leaving a requirement open after stalls."""
 
 
 class Received(NamedTuple):

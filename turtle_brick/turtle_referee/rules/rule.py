@@ -198,7 +198,7 @@ def largest(values: Iterable[float]) -> float:
 
 def within(limit: float, values: list[float], reason: str,
            text: str = 'at most {:.3f} m off in {} measurements') -> Finding:
-    """Return a finding that requires all values to be within a limit; raise Open for no values."""
+    """Return a finding that requires all values within a limit. Raise Open without values."""
     value = largest(require_data(values, reason))
     return Finding(value <= limit, text.format(value, len(values)))
 

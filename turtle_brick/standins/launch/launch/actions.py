@@ -159,7 +159,7 @@ class ExecuteProcess(Action):
            respawn_delay=None, respawn_max_retries=-1,
            sigterm_timeout=LaunchConfiguration('sigterm_timeout', default=5),
            sigkill_timeout=LaunchConfiguration('sigkill_timeout', default=5)):
-        """Expand the arguments, and start the process when the event loop continues."""
+        """Expand the arguments, and start the process when the event loop resumes."""
         def text(value):
             return None if value is None else perform(context, value)
 

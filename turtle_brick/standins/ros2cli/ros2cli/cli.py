@@ -156,7 +156,7 @@ def main():
         sys.stdout.flush()
     except KeyboardInterrupt as error:
         status = error.args[0]
-    except BrokenPipeError:  # The reader has closed the pipe, for example `head`.
+    except BrokenPipeError:  # The reader, such as `head`, has closed the pipe.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         status = 1
     except RuntimeError as error:

@@ -137,7 +137,7 @@ class TransformBroadcaster:
     """A publisher of transforms on /tf."""
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
-        """Create the publisher, by default reliable with depth 100."""
+        """Create the publisher. By default, it is reliable and has a depth of 100."""
         self.pub_tf = node.create_publisher(TFMessage, '/tf', qos or QoSProfile(depth=100))
 
     def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:

@@ -280,7 +280,7 @@ class BufferCore:
         x, y, z = translation.x, translation.y, translation.z
         qx, qy, qz, qw = rotation.x, rotation.y, rotation.z, rotation.w
         square = qx * qx + qy * qy + qz * qz + qw * qw
-        # Other lengths are normalized later, as in tf2. NaN does not fulfill these conditions.
+        # Other quaternions are normalized later, as in tf2. NaN does not fulfill these conditions.
         if not (0.0 < square < inf and parent_name and child_name and parent_name != child_name
                 and x == x and y == y and z == z):
             get_logger('tf2').error(
