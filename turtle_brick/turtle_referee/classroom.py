@@ -85,7 +85,7 @@ def clean_environment() -> dict[str, str]:
 
 
 def find_install(workspace: Path) -> tuple[Path, Path] | None:
-    """Return the setup file and the package's share directory, or None if it is not built."""
+    """Return the setup file and the package's share directory, or None without a build."""
     for install, share in product(INSTALL_DIRECTORIES, SHARE_DIRECTORIES):
         setup = workspace / install / 'local_setup.bash'
         if setup.is_file() and (workspace / install / share).is_dir():

@@ -224,7 +224,7 @@ PARTS = (drive, fall, tip)
 
 
 def make_record(parts=PARTS, **off):
-    """Return a correct record, except for the given values."""
+    """Return a record that is correct except for the given values."""
     record = Record(Profile(numbers=dict(NUMBERS)))
     record.namespace, record.publishers = '/judged', {'/judged/odom': {'/judged/turtle_robot'}}
     record.latched = {'/brick_marker': True, '/walls': True}
@@ -497,7 +497,7 @@ def test_times_of_a_drop_equal_the_closed_form():
 def test_a_fault_outside_a_stall_is_broken():
     record = make_record((drive,))
     change_request(record, 'drives', goal=CENTER, start=(0.0, 0.0))
-    # A stall has effects for one more second. The second drive has no fault.
+    # The effects of a stall last one second longer than the stall. The second drive has no fault.
     for begin, expected in ((-3.0, BROKEN), (-0.9, OPEN), (0.2, OPEN), (1.5, BROKEN)):
         record.stalls = [(at(begin), at(begin + 0.1))]
         found, = judge(record, 'drive: goal')

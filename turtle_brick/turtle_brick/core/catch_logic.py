@@ -259,7 +259,7 @@ class TiltRamp:
         self._start_angle, self._start_time = self.angle, now
 
     def advance(self, now: int, goal: float) -> bool:
-        """Advance toward a goal angle (rad) at a time (ns). Return whether the angle changed."""
+        """Advance toward a goal angle (rad) to a time (ns). Return whether the angle changed."""
         if self.angle == goal:
             return False
         fraction = min((now - self._start_time) * SECONDS_PER_NS / RAMP_TIME, 1.0)

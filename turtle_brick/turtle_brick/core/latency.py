@@ -95,7 +95,7 @@ class LatencyMonitor:
         self._ages = RecentValues()
         """Ages (s) of transforms on arrival."""
         self._response_delays = RecentValues()
-        """Excess delays (s) from a goal to the first motion of the robot."""
+        """Delays (s) from a goal to the robot's first motion, minus the usual delay."""
         self._pauses = RecentValues()
         """Excess intervals (s) between two poses of the robot."""
         self._late_fraction = 0.0

@@ -149,7 +149,7 @@ class Panel:
         self.response.content = _html('response', text, not is_success)
 
     def show_rates(self, rates: Sequence[tuple[str, float | None]]) -> None:
-        """Show names with message rates (Hz). A rate is None if no messages arrive."""
+        """Show topic names and message rates (Hz). A rate is None if no messages arrive."""
         self.rates.content = ''.join(
             _html('rate', f'{name}: no messages' if rate is None else f'{name}: {rate:.1f} Hz')
             for name, rate in rates)

@@ -205,6 +205,6 @@ def within(limit: float, values: list[float], reason: str,
 
 def from_faults(faults: Sequence[str], count: int, items: str,
                 plot: Plot | None = None) -> Finding:
-    """Return a finding for a number of checked items; the requirement is met without faults."""
+    """Return a finding for checked items. Without faults, the requirement is met."""
     text = f'{count - len(faults)} of {count} {items}'
     return Finding(not faults, f'{text}: {"; ".join(faults[:5])}' if faults else text, plot)

@@ -141,7 +141,7 @@ TYPES.update({f'list_of_{name}': list[each] for name, each in TYPES.items()})
 
 
 def attributes(element, known, needed=()):
-    """Return the attributes of an element by Python name."""
+    """Return a dictionary from Python names to an element's attributes."""
     found = {PYTHON.get(name, name): text for name, text in element.attrib.items()}
     for name in needed:
         if name not in found:
