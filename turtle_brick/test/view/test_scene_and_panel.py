@@ -89,6 +89,12 @@ def test_line_is_drawn_between_its_points(page):
         scene.show({})
 
 
+def test_unknown_kind_of_shape_is_an_error(page):
+    cone = Shape('cone', (1.0, 2.0, 3.0), RED)
+    with pytest.raises(ValueError, match="cannot draw a shape of the kind 'cone'"):
+        Scene(page.viser).show({'cone': SceneObject((cone,), ORIGIN)})
+
+
 def test_camera_follows_robot_and_brick_until_somebody_turns_it(page, monkeypatch):
     """A stub replaces viser's client and its camera, and reports positions late."""
     browser = SimpleNamespace(client_id=1, image_width=800, image_height=600)

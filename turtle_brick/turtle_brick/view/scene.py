@@ -163,6 +163,8 @@ class Scene:
                 segments = numpy.array(list(zip(shape.points, shape.points[1:])))
                 self._scene.add_line_segments(
                     path, segments.reshape(-1, 2, 3), color, thickness=shape.size[0], **pose)
+            case _:
+                raise ValueError(f'The page cannot draw a shape of the kind {shape.kind!r}')
 
 
 def _wxyz(pose: Pose) -> tuple[float, float, float, float]:
