@@ -13,8 +13,7 @@
 # limitations under the License.
 """Rules for the arena: walls, markers, services and the physics of the brick."""
 
-from collections.abc import Callable, Iterable
-from functools import partial
+from collections.abc import Iterable
 from itertools import pairwise
 from math import atan2, dist, hypot, sqrt
 from operator import itemgetter
@@ -120,9 +119,9 @@ def brick_markers(record: Record) -> list[ReceivedMarker]:
     ] or None, 'there is no marker of the brick')
 
 
-def judge_visibility(record: Record, find: Callable[[Record], list[ReceivedMarker]]) -> Finding:
+def judge_visibility(record: Record, markers: list[ReceivedMarker]) -> Finding:
     """Judge whether rviz2 can show the markers even if rviz2 starts late."""
-    topics, faults = {received.topic for received in find(record)}, []
+    topics, faults = {received.topic for received in markers}, []
     observed = [time for span in record.trial_spans() for time in span]
     for topic in sorted(topics):
         published = sorted([min(observed), max(observed), *(
@@ -133,10 +132,15 @@ def judge_visibility(record: Record, find: Callable[[Record], list[ReceivedMarke
     return from_faults(faults, len(topics), 'topics')
 
 
-for name, sentence, find in (
-        ('walls', 'depicted in rviz2, with rectangular walls (drawn as markers)', walls),
-        ('brick marker', "a marker to show it's location in rviz", brick_markers)):
-    rule(f'{name}: visible', sentence, 'latched or repeated')(partial(judge_visibility, find=find))
+@rule('walls: visible', 'depicted in rviz2, with rectangular walls (drawn as markers)',
+      'latched or repeated')
+def walls_are_visible(record: Record) -> Finding:
+    return judge_visibility(record, walls(record))
+
+
+@rule('brick marker: visible', "a marker to show it's location in rviz", 'latched or repeated')
+def brick_is_visible(record: Record) -> Finding:
+    return judge_visibility(record, brick_markers(record))
 
 
 @rule('brick marker: place', "a marker to show it's location in rviz",
@@ -253,7 +257,7 @@ def fit_fall(times: Array, depths: Array) -> tuple[float, float, float]:
 
 
 def falls(record: Record) -> list[MeasuredFall]:
-    """Return the falls with at least ten timestamps, or raise Open if there are none."""
+    """Return the falls with at least ten transforms, or raise Open if there are none."""
     found = []
     for drop in dropped(record):
         if drop.released is None or drop.down is None:
@@ -264,7 +268,7 @@ def falls(record: Record) -> list[MeasuredFall]:
         track = [(stamp, position) for stamp, position in track
                  if drop.place[2] - position[2] > NEAR]
         depths = numpy.array([drop.place[2] - position[2] for _, position in track])
-        if len(dict(track)) < 10 or depths[-1] == depths[0]:
+        if len(track) < 10 or depths[-1] == depths[0]:
             continue
         times = numpy.array([(stamp - drop.released) * SECONDS_PER_NS for stamp, _ in track])
         aside = numpy.array([dist(position[:2], hover) for _, position in track])
@@ -327,12 +331,17 @@ def judge_landing(record: Record, caught: bool) -> Finding:
                    f'in {len(heights)} drops')
 
 
-rule('fall: ground', 'If the brick hits … the ground it stops falling',
-     'the bottom of the brick stops on the ground', ['fall: acceleration'])(
-         partial(judge_landing, caught=False))
-rule('fall: platform', 'If the brick hits the platform … it stops falling',
-     'the bottom of the brick stops on the top of the platform',
-     ['fall: acceleration', 'URDF: numbers'])(partial(judge_landing, caught=True))
+@rule('fall: ground', 'If the brick hits … the ground it stops falling',
+      'the bottom of the brick stops on the ground', ['fall: acceleration'])
+def bricks_land_on_the_ground(record: Record) -> Finding:
+    return judge_landing(record, False)
+
+
+@rule('fall: platform', 'If the brick hits the platform … it stops falling',
+      'the bottom of the brick stops on the top of the platform',
+      ['fall: acceleration', 'URDF: numbers'])
+def bricks_land_on_the_platform(record: Record) -> Finding:
+    return judge_landing(record, True)
 
 
 def catches(record: Record) -> list[DropWatch]:

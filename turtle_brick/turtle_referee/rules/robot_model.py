@@ -60,8 +60,9 @@ class RobotModel:
         """Parse a URDF, or raise Broken if it is invalid."""
         try:
             robot = ElementTree.fromstring(description)
-            self.links = {link.get('name', ''): [_solid(one, robot) for one in link.iter('visual')]
-                          for link in robot.findall('link')}
+            self.links = {
+                link.get('name', ''): [_solid(visual, robot) for visual in link.findall('visual')]
+                for link in robot.findall('link')}
             self.joints = [_joint(element) for element in robot.findall('joint')]
         except (ElementTree.ParseError, ValueError) as error:
             raise Broken(f'the robot_description is invalid: {error}') from None
