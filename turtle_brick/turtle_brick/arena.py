@@ -106,7 +106,7 @@ class Arena(Node):
         self.state_publisher = self.create_publisher(String, 'brick_state', LATCHED)
         self.walls_publisher.publish(wall_markers(ARENA_SIZE, parameters.wall_height))
         self.publish_marker()
-        self.state_publisher.publish(String(data=self.phase.value))
+        self.publish_state()
 
         place = self.create_service(Place, 'place', self.on_place)
         drop = self.create_service(Trigger, 'drop', self.on_drop)
@@ -164,7 +164,7 @@ class Arena(Node):
             self.get_logger().info('The brick is {} at ({:.2f}, {:.2f}, {:.2f})'.format(
                 self.phase.value, *self.world.brick))
             self.publish_marker()
-            self.state_publisher.publish(String(data=self.phase.value))
+            self.publish_state()
 
     def warn_of_clock_jump(self) -> None:
         """Log the cause if the step clock has just restarted."""
@@ -204,6 +204,10 @@ class Arena(Node):
             self.get_logger().warning(
                 'Another arena uses the same topics. Set ROS_DOMAIN_ID to a number that no one '
                 'else uses, or start one arena with namespace:=NAME.', once=True)
+
+    def publish_state(self) -> None:
+        """Publish the state of the brick."""
+        self.state_publisher.publish(String(data=self.phase.value))
 
 
 def brick_marker(phase: Phase, size: Vector) -> Marker:

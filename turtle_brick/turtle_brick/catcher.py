@@ -98,7 +98,7 @@ class CatcherNode(Node):
         self.marker_publisher = self.create_publisher(Marker, 'catcher_marker', 10)
         self.state_publisher = self.create_publisher(String, 'catcher_state', LATCHED)
         self.decision_publisher = self.create_publisher(String, 'catcher_decision', LATCHED)
-        self.state_publisher.publish(String(data=self.catcher.state.value))
+        self.publish_state()
         self.timer = self.create_timer(UPDATE_PERIOD, self.on_timer)
 
     def on_transform(self, transform: TransformStamped, now: int) -> None:
@@ -143,7 +143,7 @@ class CatcherNode(Node):
         pose = recent_pose(self.tf_buffer, PLATFORM, now) if self.has_subscribers() else None
         actions = self.catcher.update(now, Platform(pose) if pose else None)
         if self.catcher.state is not state:
-            self.state_publisher.publish(String(data=self.catcher.state.value))
+            self.publish_state()
             self.get_logger().info(f'The state is now {self.catcher.state.value}')
         for action in actions:
             self.publish_action(action)
@@ -171,6 +171,10 @@ class CatcherNode(Node):
         goal.header.stamp = self.get_clock().now().to_msg()
         goal.pose.position.x, goal.pose.position.y = x, y
         self.goal_publisher.publish(goal)
+
+    def publish_state(self) -> None:
+        """Publish the current state."""
+        self.state_publisher.publish(String(data=self.catcher.state.value))
 
     def publish_decision(self, decision: Decision) -> None:
         """Publish and log a decision, and show "Unreachable" if the brick is unreachable."""

@@ -21,7 +21,7 @@ from operator import attrgetter, itemgetter
 from typing import Any, NamedTuple
 
 from turtle_referee.graph_client.constants import NS_PER_SECOND
-from turtle_referee.graph_client.geometry import Array, Pose, pose
+from turtle_referee.graph_client.geometry import Array, interpolate, Pose, pose
 from turtle_referee.graph_client.profiles import Profile
 
 MAX_GAP_NS = 120_000_000
@@ -105,6 +105,9 @@ def in_time_span(items: list[Any], begin: int, end: int | None,
     return items[bisect_left(items, begin, key=time_of):last]
 
 
+stamp_of_sample = attrgetter('stamp')
+
+
 class Frame:
     """All transforms of a frame."""
 
@@ -120,7 +123,7 @@ class Frame:
         """Store a transform with its publication time (ns) and sequence number."""
         self.published.append((published, sample))
         self.sequence_numbers.append(number)
-        insort(self.samples, sample, key=attrgetter('stamp'))
+        insort(self.samples, sample, key=stamp_of_sample)
 
     def published_between(self, begin: int, end: int | None = None) -> list[tuple[int, Sample]]:
         """Return publication times (ns) and transforms from `begin` to `end` (ns)."""
@@ -128,13 +131,13 @@ class Frame:
 
     def between(self, begin: int, end: int) -> list[Sample]:
         """Return the transforms with timestamps (ns) between two times (ns)."""
-        return in_time_span(self.samples, begin, end, attrgetter('stamp'))
+        return in_time_span(self.samples, begin, end, stamp_of_sample)
 
     def at(self, stamp: int) -> Sample | None:
         """Return the interpolated transform at a time (ns), or None if it is unknown."""
         if self.static:
             return self.published[0][1]
-        index = bisect_left(self.samples, stamp, key=attrgetter('stamp'))
+        index = bisect_left(self.samples, stamp, key=stamp_of_sample)
         before, after = self.samples[max(index - 1, 0)], self.samples[index:index + 1]
         if not after or stamp < before.stamp:
             return before if abs(stamp - before.stamp) <= EXTRAPOLATION_NS else None
@@ -145,9 +148,8 @@ class Frame:
             return None
         if before.parent != after[0].parent:
             return before
-        fraction = (stamp - before.stamp) / interval
-        return Sample(stamp, before.parent, Pose(*(
-            a + fraction * (b - a) for a, b in zip(before.pose, after[0].pose))))
+        return Sample(stamp, before.parent, interpolate(
+            before.pose, after[0].pose, (stamp - before.stamp) / interval))
 
 
 class Record:

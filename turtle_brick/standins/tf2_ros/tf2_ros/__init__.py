@@ -110,12 +110,13 @@ class TransformListener:
             TFMessage, '/tf_static', self.static_callback, QoSProfile(
                 depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL), callback_group=self.group)
 
+    def __del__(self) -> None:
+        self.unregister()
+
     def unregister(self) -> None:
         """Unsubscribe."""
         self.node.destroy_subscription(self.tf_sub)
         self.node.destroy_subscription(self.tf_static_sub)
-
-    __del__ = unregister
 
     def callback(self, data: TFMessage) -> None:
         """Store transforms of moving frames."""
@@ -154,7 +155,7 @@ class StaticTransformBroadcaster:
     """
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
-        """Create the publisher, by default reliable and transient local with depth 1."""
+        """Create the publisher. By default, it is reliable and latched with a depth of 1."""
         self.pub_tf = node.create_publisher(TFMessage, '/tf_static', qos or QoSProfile(
             depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         self.net_message = TFMessage()
