@@ -70,6 +70,9 @@ NODES = (*OURS, 'turtlesim_node', 'robot_state_publisher')
 START_TIMEOUT = 60.0
 """Timeout (s) for starting and discovering the graph."""
 
+WARM_UP_TIME = 3.0
+"""Duration (s) for which the graph runs before the first measurement."""
+
 LEAD_TIME_NS = 100_000_000
 """Time (ns) before each drop request at which the examined brick positions begin."""
 

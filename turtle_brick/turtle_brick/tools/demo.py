@@ -58,6 +58,9 @@ START_TIMEOUT = 30.0
 BROWSER_TIMEOUT = 8.0
 """Time (s) to wait for a browser to open the page before the first drop."""
 
+HOVERING_TIME = 1.0
+"""Duration (s) for which each brick hovers before the drop, so that users can see it."""
+
 DISCOVERY_TIME = 5.0
 """Time (s) for discovering other nodes in a domain. Discovery usually takes less than 1 s, but a
 lost announcement is repeated only after 3 s."""
@@ -166,7 +169,7 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
     prefix = f'{options.namespace}: ' if options.namespace else ''
     watches, faulty = [], 0
     for brick in bricks(options, client, parameters):
-        client.place(brick, 1.0).check()  # The brick hovers for 1 s so that users see it.
+        client.place(brick, HOVERING_TIME).check()
         watch = client.drop(brick)
         watches.append(watch)
         # The guaranteed distance is shorter if commands are slower than on an idle machine.

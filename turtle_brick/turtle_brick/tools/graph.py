@@ -44,6 +44,9 @@ from turtle_referee.graph_client.spinning import Spinner
 import xacro
 import yaml
 
+REMOVE_TIMEOUT = 15.0
+"""Timeout (s) for removing a node from the executor."""
+
 AnyNode = TypeVar('AnyNode', bound=Node)
 
 
@@ -105,7 +108,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         self.nodes.remove(node)
         self.executor.remove_node(node)
         # The executor removes the node in its next cycle.
-        self.spin_until(self.executor.create_task(lambda: None).done, 15.0,
+        self.spin_until(self.executor.create_task(lambda: None).done, REMOVE_TIMEOUT,
                         'the executor has removed the node')
         node.destroy_node()
 
