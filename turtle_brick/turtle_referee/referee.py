@@ -95,12 +95,13 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
              'numbers that are not parameters of a node'),
             ('json', 'FILE', 'write all results as JSON'),
             ('page', 'FILE', 'write an HTML page with plots'),
-            ('class', 'DIR', 'judge all workspaces in a directory, one per student; write '
-             'judged/*, class.csv and class.html'),
             ('summary', 'DIR', 'summarize all JSON files below a directory instead of judging'),
             ('csv', 'FILE', 'write the summary or the table of the class as CSV')):
-        parser.add_argument(f'--{name}', type=Path, metavar=kind, help=text,
-                            dest='classroom' if name == 'class' else name)
+        parser.add_argument(f'--{name}', type=Path, metavar=kind, help=text)
+    parser.add_argument(
+        '--class', type=Path, metavar='DIR', dest='classroom',
+        help='judge all workspaces in a directory, one per student; write judged/*, class.csv '
+             'and class.html')
     parser.add_argument('--hour', type=int, choices=HOURS,
                         help='judge only the requirements of one hour of class')
     parser.add_argument('--student', metavar='NAME', help='name of the student on the page')
@@ -126,7 +127,7 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
     return options, command
 
 
-def judge(profile: Profile, options: argparse.Namespace, command: Sequence[str]
+def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: Sequence[str]
           ) -> list[Judgment]:
     """Observe and judge a graph, and write all reports; raise RuntimeError if no graph exists."""
     begin = monotonic()
@@ -144,7 +145,7 @@ def judge(profile: Profile, options: argparse.Namespace, command: Sequence[str]
         'versions': versions(), 'numbers': profile.numbers,
         'seconds': round(monotonic() - begin, 1), 'crashes': record.crashes, 'notes': record.notes}
     problems = [*record.crashes, *record.notes]
-    judgments = [] if record.is_empty() else rules_in_hour(RULES, options.hour).judge(record)
+    judgments = [] if record.is_empty() else rules.judge(record)
     if options.json is not None:
         options.json.write_text(report.as_json(judgments, about), encoding='utf-8')
     if not judgments:
@@ -168,7 +169,7 @@ def main(args: Sequence[str] | None = None) -> int:
         if options.summary is not None:
             return report.summarize(
                 options.summary, [rule.name for rule in rules], options.csv, options.page)
-        judgments = judge(profile, options, command)
+        judgments = judge(rules, profile, options, command)
     except KeyboardInterrupt:
         print('referee: interrupted', file=sys.stderr)
         return 2
