@@ -177,12 +177,11 @@ def process(command: Sequence[str], domain_id: int, *, stop: int | None = signal
         yield running
         if stop is not None:
             try:
-                status = running.stop(stop, timeout)
+                status, expected = running.stop(stop, timeout), 0
             except TimeoutError:
                 # Fast DDS rarely blocks a shutdown (see node_main). SIGTERM must then suffice.
-                running.stop(signal.SIGTERM, timeout)
-                status = 0
-            assert status == 0, (
+                status, expected = running.stop(signal.SIGTERM, timeout), -signal.SIGTERM
+            assert status == expected, (
                 f'{running.command} ended with status {status}; it printed:\n{running.output}')
     finally:
         running.kill()

@@ -29,7 +29,7 @@ from turtle_referee.graph_client.domains import reserved_domain
 
 DOMAIN = reserved_domain()
 
-WARM_UP, COUNT = 50, 300
+WARM_UP, COUNT = 50, 400
 """Number of ignored commands after the start, and number of measured commands."""
 
 

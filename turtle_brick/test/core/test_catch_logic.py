@@ -147,6 +147,7 @@ any_state = pytest.mark.parametrize('state', COURSE[:4])
 def test_bricks_are_caught_carried_to_the_center_and_tipped_off(every):
     """The catcher does not publish anything before the first fall."""
     bench = CatchBench(every=every)
+    bench.run(3.0)
     assert (bench.catcher.state, bench.actions) == (State.WAITING, [])
     for x, y in ((7.0, 7.0), (4.0, 5.5), (5.5, 5.5), (9.0, 2.0)):
         bench.drop(x, y, 16.0)
