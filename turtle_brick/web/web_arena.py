@@ -18,6 +18,7 @@ Run the exercise in a web page.
 The page loads this module with Pyodide. Python and JavaScript exchange structured data as JSON.
 """
 
+from dataclasses import asdict
 import json
 from math import hypot, inf
 from pkgutil import get_data
@@ -59,8 +60,7 @@ class WebArena:
     def start(self, parameters: Parameters, turtle: tuple[float, float, float]) -> None:
         """Start a simulation with the turtle at x, y (m) and theta (rad)."""
         self.parameters = parameters
-        values = {name: getattr(parameters, name) for name in PARAMETER_RULES}
-        self.urdf = expand(self.xacro, values)
+        self.urdf = expand(self.xacro, asdict(parameters))
         self.simulation = Simulation(parameters, self.random.randrange(10 ** 6), JITTER, turtle)
         self.simulation.after_step = self._after_step
         self.odometer = Odometer(parameters.wheel_radius)

@@ -158,7 +158,7 @@ def test_drawing_services_only_log_a_warning(shared):
     turtlesim, live = shared
     live.call('clear', Empty)
     live.call('turtle1/set_pen', SetPen)
-    turtlesim.wait_for_output(r'\[WARN\].*turtlesim draws nothing here\n', 10.0)
+    turtlesim.wait_for_output(r'\[WARN\].*this stand-in for turtlesim does not draw\n', 10.0)
 
 
 def test_invalid_parameter_ends_node_with_one_line(domain_id):

@@ -84,7 +84,7 @@ class GraphClient:
         return (poses[-1].message.x, poses[-1].message.y) if poses else None
 
     def distance_to(self, point: tuple[float, float]) -> float:
-        """Return the robot's distance (m) to a point in the world frame, or NaN if unknown."""
+        """Return the robot's distance (m) to a point, or NaN if its position is unknown."""
         return dist(point, self.robot_position() or (float('nan'), float('nan')))
 
     def is_at_rest(self) -> bool:

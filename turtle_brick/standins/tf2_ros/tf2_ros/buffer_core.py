@@ -334,7 +334,7 @@ class BufferCore:
                 f'{problem}')
 
     def _lookup(self, target: str, source: str, time: int) -> tuple[int, Transform]:
-        """Return the effective time (ns) and the pose of the source in the target frame."""
+        """Return the time (ns) of a lookup and the pose of the source in the target frame."""
         if target == source:
             # Like tf2, do not check whether the frame exists.
             cache = self._frames.get(target)
