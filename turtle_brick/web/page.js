@@ -53,7 +53,6 @@ async function start() {
   if (!window.WebAssembly) throw new Error('this browser has no WebAssembly');
   if (!document.createElement('canvas').getContext('webgl2')) throw new Error('this browser has no WebGL 2');
   THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
-  THREE.ColorManagement.enabled = false;
   const python = window.python = await loadPython();
   const arena = window.arena = python.runPython('from web_arena import WebArena\nWebArena()');
   const constants = JSON.parse(arena.constants());
@@ -61,7 +60,6 @@ async function start() {
   const view = $('view');
   const renderer = new THREE.WebGLRenderer({ canvas: view, antialias: true, alpha: true });
   renderer.localClippingEnabled = true;
-  renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
   renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
   const camera = new THREE.PerspectiveCamera(45, 1, 0.1, 200);
   const middle = constants.size / 2, away = Math.max(1, 1.15 * view.clientHeight / view.clientWidth);
@@ -79,7 +77,6 @@ async function start() {
   $('sliders').innerHTML = constants.sliders.map(([name, label, lower, upper, value]) => `<label>${label}<br>
     <input type="range" name="${name}" min="${lower}" max="${upper}" step="any" value="${value}">
     <output></output></label>`).join('');
-  [form.x.value, form.y.value] = constants.start;
   for (const [name, value] of new URLSearchParams(location.hash.slice(1))) {
     const field = form.elements[name];
     if (field?.type === 'checkbox') field.checked = true;
@@ -116,7 +113,7 @@ async function start() {
                                         1 - 2 * offsetY / view.clientHeight), camera);
     for (const { point } of ray.intersectObject(ground)) {
       if (form.mode.value === 'drive') return arena.simulation.drive_to(point.x, point.y);
-      [form.x.value, form.y.value] = [point.x.toFixed(2), point.y.toFixed(2)];
+      [form.x.value, form.y.value] = [point.x, point.y];
       update();
     }
   });

@@ -12,19 +12,19 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-Run the exercise in a web page.
+"""Run the exercise in the web page, which loads this module with Pyodide."""
 
-The page loads this module with Pyodide. Python and JavaScript exchange structured data as JSON.
-"""
-
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 import json
-from math import hypot, inf
+import math
 from pkgutil import get_data
 from random import Random
+import re
+from types import SimpleNamespace
+from typing import Any
+from xml.etree.ElementTree import Element, fromstring, tostring
 
-from small_xacro import expand
 from turtle_brick.core.catch_logic import State
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.parameters import PARAMETER_RULES, Parameters
@@ -43,6 +43,9 @@ MAX_HEIGHT = 10.0
 PLOT_TIME = 6.0
 """Duration (s) of the plots."""
 
+XACRO = '{http://www.ros.org/wiki/xacro}'
+"""Namespace of the xacro tags."""
+
 
 class WebArena:
     """One arena with a robot and a brick."""
@@ -60,20 +63,15 @@ class WebArena:
     def start(self, parameters: Parameters, turtle: tuple[float, float, float]) -> None:
         """Start a simulation with the turtle at x, y (m) and theta (rad)."""
         self.parameters = parameters
-        self.urdf = expand(self.xacro, asdict(parameters))
+        self.urdf = expand_xacro(self.xacro, asdict(parameters))
         self.simulation = Simulation(parameters, self.random.randrange(10 ** 6), JITTER, turtle)
         self.simulation.after_step = self._after_step
         self.odometer = Odometer(parameters.wheel_radius)
         self._last_pose: TurtlePose | None = None
         self._samples: list[tuple[float, float, float, float]] = []
         self._released_at = -PLOT_TIME
-        self._target = 0.0
+        self.time = self._target = 0.0
         self.place(*self.placed)
-
-    @property
-    def time(self) -> float:
-        """Get the simulated time in seconds."""
-        return self.simulation.now * SECONDS_PER_NS
 
     def call(self, name: str, *arguments: str) -> str:
         """Call a method, and return the message of its ValueError or an empty string."""
@@ -87,15 +85,16 @@ class WebArena:
         """Return the sliders (name, label, limits, value) and the dimensions (m) of the scene."""
         x, y, z = self.placed
         lowest, tilt = resting_height(self.parameters), PARAMETER_RULES['tilt_angle'].upper
-        sliders = [('z', 'Height of the brick (m)', lowest, MAX_HEIGHT, z),
+        sliders = [('x', 'x of the brick (m)', 0.0, ARENA_SIZE, x),
+                   ('y', 'y of the brick (m)', 0.0, ARENA_SIZE, y),
+                   ('z', 'Height of the brick (m)', lowest, MAX_HEIGHT, z),
                    ('tilt', 'Angle of the platform (rad)', -tilt, tilt, 0.0)]
         for name in ADJUSTABLE:
             rule = PARAMETER_RULES[name]
             sliders.append((name, f'{rule.description} ({rule.unit})', rule.lower, rule.upper,
                             self.defaults[name]))
-        return json.dumps({'sliders': sliders, 'start': (x, y), 'size': ARENA_SIZE,
-                           'brick': self.parameters.brick_size,
-                           'wall': self.parameters.wall_height})
+        brick, wall = self.parameters.brick_size, self.parameters.wall_height
+        return json.dumps({'sliders': sliders, 'size': ARENA_SIZE, 'brick': brick, 'wall': wall})
 
     def update(self, form: str) -> None:
         """Apply the changed values in the form (JSON)."""
@@ -107,7 +106,7 @@ class WebArena:
             self.start(Parameters.from_mapping({**self.defaults, **values}),
                        self.simulation.turtle.pose[:3])
         if changed & {'x', 'y', 'z'}:
-            self.place(*(float(self.form[name] or 'nan') for name in 'xyz'))
+            self.place(*(float(self.form[name]) for name in 'xyz'))
         if 'tilt' in changed:
             self.simulation.tilt(float(self.form['tilt']))
 
@@ -115,7 +114,7 @@ class WebArena:
         """Place the brick at a point (m) in the world frame."""
         self.simulation.world.brick = self.placed = (x, y, z)
         self.simulation.decisions.clear()
-        self._release_at = inf
+        self._release_at = math.inf
         self._is_undecided = False
 
     def drop(self, delay: float = 0.1) -> None:
@@ -134,7 +133,7 @@ class WebArena:
             self.simulation.run(lambda: self.time >= self._target)
         simulation, world = self.simulation, self.simulation.world
         decision = simulation.decisions[-1][1] if simulation.decisions else None
-        is_refused = decision is not None and not decision.reachable
+        warning = 'Unreachable' if decision and not decision.reachable else ''
         counts = ', '.join(f'{count} {outcome}' for outcome, count in self.counts.items())
         return json.dumps({
             'robot': simulation.turtle.pose[:3],
@@ -146,49 +145,88 @@ class WebArena:
             'texts': {'drops': counts, 'brick_state': world.phase.value,
                       'catcher_state': simulation.catcher.state.value,
                       'catcher_decision': decision.summary if decision else 'none yet',
-                      'unreachable': 'Unreachable' if is_refused else ''}})
+                      'unreachable': warning}})
 
     def plots(self) -> str:
         """Return an SVG image of the brick's height and the robot's speeds in the last drop."""
-        times, *curves = zip(*self._samples or [(0.0, self.placed[2], 0.0, 0.0)])
-        tops = (MAX_HEIGHT, self.parameters.max_velocity, self.parameters.max_velocity)
+        fastest = self.parameters.max_velocity
         lines = ''
-        for values, top, base, color in zip(curves, tops, (110, 230, 230),
-                                            ('red', 'gray', 'blue')):
-            points = ' '.join(f'{400.0 * time / PLOT_TIME:.0f},{base - 90.0 * value / top:.1f}'
-                              for time, value in zip(times, values))
+        for column, top, base, color in ((1, MAX_HEIGHT, 110, 'red'), (2, fastest, 230, 'gray'),
+                                         (3, fastest, 230, 'blue')):
+            points = ' '.join(
+                f'{400.0 * sample[0] / PLOT_TIME:.0f},{base - 90.0 * sample[column] / top:.1f}'
+                for sample in self._samples)
             lines += f'<polyline points="{points}" fill="none" stroke="{color}"/>'
-        for y, text in ((14, f'height of the brick (red), 0 to {MAX_HEIGHT:g} m'),
-                        (134, f'commanded (gray) and real (blue) speed, 0 to {tops[1]:g} m/s'),
-                        (246, f'time since the release, 0 to {PLOT_TIME:g} s')):
-            lines += f'<text x="4" y="{y}" font-size="12">{text}</text>'
-        return f'<svg viewBox="0 0 400 250">{lines}</svg>'
+        return f"""<svg viewBox="0 0 400 250" font-size="12">{lines}
+            <text y="12">height of the brick (red), 0 to {MAX_HEIGHT:g} m</text>
+            <text y="132">commanded (gray) and real (blue) speed, 0 to {fastest:g} m/s</text>
+            <text y="246">time since the release, 0 to {PLOT_TIME:g} s</text></svg>"""
 
     def _after_step(self) -> None:
         """Continue the drop, and update the odometry, the samples and the counts."""
         simulation, world, driver = self.simulation, self.simulation.world, self.simulation.driver
         driver.predicts = 'last_pose' not in self.form
+        self.time = simulation.now * SECONDS_PER_NS
         self.odometer.steer(simulation.commanded)
         if driver.pose is not None and driver.pose is not self._last_pose:
             self._last_pose = driver.pose
             self.odometer.observe(self.time, driver.pose)
-            time = self.time - self._released_at
-            if time < PLOT_TIME:
-                self._samples.append((time, world.brick[2], hypot(*simulation.commanded),
+            if (time := self.time - self._released_at) < PLOT_TIME:
+                self._samples.append((time, world.brick[2], math.hypot(*simulation.commanded),
                                       driver.pose.linear_velocity))
         if self.time >= self._release_at:
             world.release()
-            self._release_at, self._released_at = inf, self.time
+            self._release_at, self._released_at = math.inf, self.time
             self._is_undecided, self._samples = True, []
         elif self._is_undecided and world.phase is not Phase.FALLING:
             self._is_undecided = False
             accepted = any(decision.reachable for _, decision in simulation.decisions)
             refused = 'missed' if accepted else 'refused'
             self.counts['caught' if world.phase is Phase.RIDING else refused] += 1
-        elif ('random' in self.form and self._release_at == inf
+        elif ('random' in self.form and self._release_at == math.inf
               and world.phase not in (Phase.FALLING, Phase.RIDING)
               and simulation.catcher.state is State.WAITING):
             low = resting_height(self.parameters) + 1.0
-            x, y, z = (self.random.random() for _ in range(3))
-            self.place(x * ARENA_SIZE, y * ARENA_SIZE, low + z * (MAX_HEIGHT - low))
+            x, y = self.random.uniform(0.0, ARENA_SIZE), self.random.uniform(0.0, ARENA_SIZE)
+            self.place(x, y, self.random.uniform(low, MAX_HEIGHT))
             self.drop(0.7)
+
+
+def expand_xacro(text: str, parameters: Mapping[str, Any]) -> str:
+    """Expand the properties, macros, blocks and expressions of turtle.urdf.xacro to a URDF."""
+    xacro = SimpleNamespace(
+        arg=str, load_yaml=lambda path: {'/**': {'ros__parameters': parameters}})
+    robot = fromstring(text)
+    robot[:] = list(_expand_children(robot, {'math': math, 'xacro': xacro}))
+    return tostring(robot, encoding='unicode')
+
+
+def _expand_children(parent: Element, scope: dict[str, Any]) -> Iterator[Element]:
+    """Yield the expanded children of an element, and add its properties to the scope."""
+    for child in parent:
+        attributes = {key: _evaluate(value, scope) for key, value in child.items()}
+        name = attributes.get('name', '')
+        if not child.tag.startswith(XACRO):
+            element = Element(child.tag, {key: str(value) for key, value in attributes.items()})
+            element.extend(list(_expand_children(child, scope)))
+            yield element
+        elif child.tag == f'{XACRO}property':
+            scope[name] = attributes['value']
+        elif child.tag == f'{XACRO}macro':
+            scope[f'{XACRO}{name}'] = child
+        elif child.tag == f'{XACRO}insert_block':
+            yield from scope[f'*{name}']
+        elif child.tag in scope:
+            macro, arguments = scope[child.tag], {}
+            for key, default in re.findall(r"(\*?\w+)(?::='(.*?)')?", macro.attrib['params']):
+                arguments[key] = (list(_expand_children(child, scope)) if key[0] == '*'
+                                  else attributes.get(key, default))
+            yield from _expand_children(macro, {**scope, **arguments})
+
+
+def _evaluate(text: str, scope: dict[str, Any]) -> Any:
+    """Evaluate the expressions in a text, and return a number if possible."""
+    if whole := re.fullmatch(r'\${([^{}]*)}', text):
+        return eval(whole[1], scope)
+    value = re.sub(r'\${(.*?)}', lambda match: str(eval(match[1], scope)), text)
+    return json.loads(value) if re.fullmatch(r'-?\d+(\.\d+)?', value) else value
