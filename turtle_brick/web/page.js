@@ -53,6 +53,7 @@ async function start() {
   if (!window.WebAssembly) throw new Error('this browser has no WebAssembly');
   if (!document.createElement('canvas').getContext('webgl2')) throw new Error('this browser has no WebGL 2');
   THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
+  THREE.ColorManagement.enabled = false;
   const python = window.python = await loadPython();
   const arena = window.arena = python.runPython('from web_arena import WebArena\nWebArena()');
   const constants = JSON.parse(arena.constants());
@@ -60,6 +61,7 @@ async function start() {
   const view = $('view');
   const renderer = new THREE.WebGLRenderer({ canvas: view, antialias: true, alpha: true });
   renderer.localClippingEnabled = true;
+  renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
   renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
   const camera = new THREE.PerspectiveCamera(45, 1, 0.1, 200);
   const middle = constants.size / 2, away = Math.max(1, 1.15 * view.clientHeight / view.clientWidth);
