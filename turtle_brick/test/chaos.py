@@ -42,13 +42,12 @@ from turtle_brick.core.latency import WINDOW
 from turtle_brick.ros.tf import MAX_AHEAD_NS
 from turtle_brick.tools.graph import Graph
 from turtle_referee.graph_client.client import GraphClient
-from turtle_referee.graph_client.constants import (ARENA_SIZE, CENTER, NS_PER_SECOND,
-                                                   SECONDS_PER_NS)
 from turtle_referee.graph_client.domains import reserved_domain
 from turtle_referee.graph_client.drops import DropWatch
-from turtle_referee.graph_client.geometry import inclination, Vector
+from turtle_referee.graph_client.geometry import ARENA_SIZE, CENTER, inclination, Vector
 from turtle_referee.graph_client.observer import load_type, Observer, subscription_qos
 from turtle_referee.graph_client.processes import Process
+from turtle_referee.graph_client.record import NS_PER_SECOND, SECONDS_PER_NS
 from turtle_referee.graph_client.spinning import handle_interrupts
 
 NODES = {

@@ -27,8 +27,7 @@ from typing import NamedTuple
 from rcl_interfaces.srv import GetParameters
 from rclpy.parameter import parameter_value_to_python
 from turtle_referee.graph_client.client import GraphClient, TIMEOUT
-from turtle_referee.graph_client.constants import ARENA_SIZE, CENTER
-from turtle_referee.graph_client.geometry import Vector
+from turtle_referee.graph_client.geometry import ARENA_SIZE, CENTER, Vector
 from turtle_referee.graph_client.observer import Observer
 from turtle_referee.graph_client.profiles import NUMBERS
 from turtle_referee.graph_client.record import Request

@@ -30,8 +30,8 @@ from turtle_brick.core.parameters import load
 from turtle_brick.tools.graph import Graph
 from turtle_referee import referee
 from turtle_referee.graph_client.client import GraphClient
-from turtle_referee.graph_client.constants import CENTER
 from turtle_referee.graph_client.domains import DomainError, is_empty, reserved_domain
+from turtle_referee.graph_client.geometry import CENTER
 from turtle_referee.graph_client.observer import fill_position, Observer
 from turtle_referee.graph_client.profiles import Profile
 from turtle_referee.rules.rule import BROKEN, MET, OPEN

@@ -26,12 +26,12 @@ import pytest
 from sensor_msgs.msg import JointState
 from turtle_brick.core.parameters import default_path, load
 from turtle_referee import referee
-from turtle_referee.graph_client.constants import CENTER, NS_PER_SECOND, SECONDS_PER_NS
 from turtle_referee.graph_client.drops import DropWatch
-from turtle_referee.graph_client.geometry import Pose, pose, turn, UPRIGHT
+from turtle_referee.graph_client.geometry import CENTER, Pose, pose, turn, UPRIGHT
 from turtle_referee.graph_client.profiles import Profile
-from turtle_referee.graph_client.record import (Drive, Frame, Received, ReceivedMarker, Record,
-                                                Request, Sample)
+from turtle_referee.graph_client.record import (Drive, Frame, NS_PER_SECOND, Received,
+                                                ReceivedMarker, Record, Request, Sample,
+                                                SECONDS_PER_NS)
 from turtle_referee.rules import robot_rules
 from turtle_referee.rules.robot_model import model
 from turtle_referee.rules.rule import BROKEN, MET, OPEN, Rules

@@ -18,12 +18,11 @@ from math import dist, sqrt
 from time import time_ns
 from typing import Any
 
-from turtle_referee.graph_client.constants import ARENA_SIZE, NS_PER_SECOND
 from turtle_referee.graph_client.drops import DropWatch
-from turtle_referee.graph_client.geometry import Vector
+from turtle_referee.graph_client.geometry import ARENA_SIZE, Vector
 from turtle_referee.graph_client.observer import fill_position, Observer
 from turtle_referee.graph_client.profiles import NUMBERS
-from turtle_referee.graph_client.record import Drive, Request, rest_start
+from turtle_referee.graph_client.record import Drive, NS_PER_SECOND, Request, rest_start
 from turtle_referee.graph_client.spinning import Spinner
 
 TIMEOUT = 3.0

@@ -17,10 +17,15 @@ from collections import deque
 from math import dist, nan
 
 import numpy
-from turtle_referee.graph_client.constants import STILL, UNREACHABLE
 from turtle_referee.graph_client.geometry import Array, inclination, Pose, Vector
 from turtle_referee.graph_client.profiles import NUMBERS
 from turtle_referee.graph_client.record import Record, Request, rest_start
+
+UNREACHABLE = 'Unreachable'
+"""Marker text for a brick that cannot be caught."""
+
+STILL = 1e-3
+"""Maximum displacement (m) of a brick at rest."""
 
 MIN_FALL = 1e-5
 """Minimum distance (m) of a falling brick from its starting position."""

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Compute poses (m) and angles (rad) with numpy."""
+"""The size of the arena, and poses (m) and angles (rad) in numpy."""
 
 from collections.abc import Iterable, Sequence
 from math import atan2, cos, hypot, sin
@@ -22,6 +22,12 @@ from numpy.typing import NDArray
 
 Vector = tuple[float, float, float]
 Array = NDArray[numpy.float64]
+
+ARENA_SIZE = 499.0 / 45.0
+"""Side length (m) of the arena. The turtlesim window has 500 pixels, with 45 pixels per meter."""
+
+CENTER = (ARENA_SIZE / 2.0, ARENA_SIZE / 2.0)
+"""Initial position (m) of the first turtle in turtlesim."""
 
 UPRIGHT: Array = numpy.eye(3)
 """Rotation matrix of an upright frame."""

@@ -29,9 +29,9 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
-from turtle_referee.graph_client.constants import NS_PER_SECOND
 from turtle_referee.graph_client.profiles import Profile
-from turtle_referee.graph_client.record import MAX_LATENESS_NS, Received, ReceivedMarker, Record
+from turtle_referee.graph_client.record import (MAX_LATENESS_NS, NS_PER_SECOND, Received,
+                                                ReceivedMarker, Record)
 
 DEPTH = 2000
 """Queue size of each subscription. A queue holds the messages of several seconds."""

@@ -20,9 +20,11 @@ from math import dist
 from operator import attrgetter, itemgetter
 from typing import Any, NamedTuple
 
-from turtle_referee.graph_client.constants import NS_PER_SECOND
 from turtle_referee.graph_client.geometry import Array, interpolate, Pose, pose
 from turtle_referee.graph_client.profiles import Profile
+
+NS_PER_SECOND = 1_000_000_000
+SECONDS_PER_NS = 1e-9
 
 MAX_GAP_NS = 120_000_000
 """Maximum interval (ns) between two transforms for interpolation."""

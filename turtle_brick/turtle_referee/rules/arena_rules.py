@@ -20,12 +20,11 @@ from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy
-from turtle_referee.graph_client.constants import (ARENA_SIZE, NS_PER_SECOND, SECONDS_PER_NS,
-                                                   STILL)
-from turtle_referee.graph_client.drops import DropWatch
-from turtle_referee.graph_client.geometry import (angle_between, Array, distance_to_rectangle,
-                                                  inclination, Pose, pose)
-from turtle_referee.graph_client.record import ReceivedMarker, Record
+from turtle_referee.graph_client.drops import DropWatch, STILL
+from turtle_referee.graph_client.geometry import (angle_between, ARENA_SIZE, Array,
+                                                  distance_to_rectangle, inclination, Pose, pose)
+from turtle_referee.graph_client.record import (NS_PER_SECOND, ReceivedMarker, Record,
+                                                SECONDS_PER_NS)
 from turtle_referee.rules.rule import (Broken, Finding, from_faults, largest, NEAR, number, Open,
                                        PHYSICS_RATE, Plot, RATE_TOLERANCE, require,
                                        require_accepted, require_data, Rules, SAME_ANGLE, Series,

@@ -18,10 +18,11 @@ from itertools import pairwise
 from math import dist, inf, isnan, sqrt
 from typing import Any
 
-from turtle_referee.graph_client.constants import CENTER, SECONDS_PER_NS, UNREACHABLE
-from turtle_referee.graph_client.drops import DropWatch
+from turtle_referee.graph_client.drops import DropWatch, UNREACHABLE
+from turtle_referee.graph_client.geometry import CENTER
 from turtle_referee.graph_client.profiles import NUMBERS
-from turtle_referee.graph_client.record import nanoseconds_of, ReceivedMarker, Record
+from turtle_referee.graph_client.record import (nanoseconds_of, ReceivedMarker, Record,
+                                                SECONDS_PER_NS)
 from turtle_referee.rules.arena_rules import ADD, catches, dropped, TEXT
 from turtle_referee.rules.rule import (Broken, Finding, from_faults, Plot, require_data, Rules,
                                        Series, within)
