@@ -70,13 +70,7 @@ class Buffer(BufferCore):
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: AnyTime,
                          timeout: Duration = Duration()) -> TransformStamped:
-        """
-        Return the pose of the source frame in the target frame.
-
-        :param time: time of the transform, or zero for the latest common time
-        :param timeout: maximum time to wait for the transform
-        :raises TransformException: the transform is not available
-        """
+        """Return the pose of the source in the target frame, or raise a TransformException."""
         if timeout.nanoseconds:
             self.can_transform(target_frame, source_frame, time, timeout)
         return self.lookup_transform_core(target_frame, source_frame, time)
@@ -96,8 +90,7 @@ class Buffer(BufferCore):
 class TransformListener:
     """Subscriptions to /tf and /tf_static that fill a buffer."""
 
-    def __init__(self, buffer: Buffer, node: Node, *, qos: QoSProfile | int | None = None
-                 ) -> None:
+    def __init__(self, buffer: Buffer, node: Node, *, qos: QoSProfile | int | None = None) -> None:
         """Create reliable subscriptions with depth 100, or with another QoS for /tf."""
         self.buffer = buffer
         self.node = node

@@ -244,9 +244,10 @@ class BufferCore:
         with self._changed:
             if target_frame == source_frame:
                 return True, ''
-            reason = self._missing(target_frame=target_frame, source_frame=source_frame)
-            if reason:
-                return False, reason
+            for argument, name in (('target_frame', target_frame), ('source_frame', source_frame)):
+                if problem := self._problem(name):
+                    return False, (f'Invalid frame ID "{name}" passed to canTransform argument '
+                                   f'{argument} - {problem}')
             try:
                 self._between(target_frame, source_frame, nanoseconds)
             except TransformException as error:
@@ -258,18 +259,22 @@ class BufferCore:
         """Return the pose of the source frame in the target frame, or raise an exception."""
         nanoseconds = nanoseconds_of(time)
         with self._changed:
-            found = self._lookup(target_frame, source_frame, nanoseconds)
-        return stamped(target_frame, source_frame, *found)
+            if target_frame == source_frame:
+                # Like tf2, do not check whether the frame exists.
+                cache = self._frames.get(target_frame)
+                if nanoseconds == 0 and cache is not None:
+                    nanoseconds, _ = cache.latest()
+                return stamped(target_frame, source_frame, nanoseconds, _IDENTITY)
+            self._check('target_frame', target_frame)
+            self._check('source_frame', source_frame)
+            return stamped(target_frame, source_frame,
+                           *self._between(target_frame, source_frame, nanoseconds))
 
     def all_frames_as_string(self) -> str:
         """Return a line for each frame that has a parent."""
-        text = ''
         with self._changed:
-            for name, cache in self._frames.items():
-                if cache is not None:
-                    _, parent = cache.latest()
-                    text += f'Frame {name} exists with parent {parent or "NO_PARENT"}.\n'
-        return text
+            return ''.join(f'Frame {name} exists with parent {cache.latest()[1] or "NO_PARENT"}.\n'
+                           for name, cache in self._frames.items() if cache is not None)
 
     # ------------------------------------------------------------------------------------- input
 
@@ -314,14 +319,6 @@ class BufferCore:
         return "in tf2 frame_ids cannot start with a '/'" if name[0] == '/' else (
             'frame does not exist')
 
-    def _missing(self, **frames: str) -> str:
-        """Return the error message of canTransform for the first frame that cannot be used."""
-        for argument, name in frames.items():
-            if problem := self._problem(name):
-                return (f'Invalid frame ID "{name}" passed to canTransform argument {argument} - '
-                        f'{problem}')
-        return ''
-
     def _check(self, argument: str, name: str) -> None:
         """Raise the exception of lookupTransform if a frame cannot be used."""
         problem = self._problem(name)
@@ -332,18 +329,6 @@ class BufferCore:
             raise InvalidArgumentException(
                 f'Invalid argument "{name}" passed to lookupTransform argument {argument} - '
                 f'{problem}')
-
-    def _lookup(self, target: str, source: str, time: int) -> tuple[int, Transform]:
-        """Return the time (ns) of a lookup and the pose of the source in the target frame."""
-        if target == source:
-            # Like tf2, do not check whether the frame exists.
-            cache = self._frames.get(target)
-            if time == 0 and cache is not None:
-                time, _ = cache.latest()
-            return time, _IDENTITY
-        self._check('target_frame', target)
-        self._check('source_frame', source)
-        return self._between(target, source, time)
 
     def _between(self, target: str, source: str, time: int) -> tuple[int, Transform]:
         """Return the effective time (ns) and the pose of the source in another frame."""
