@@ -223,8 +223,7 @@ class Page:
         if brick is not None and state == 'hovering':
             self._panel.suggest_position(brick.position)
         height = 'height unknown' if brick is None else f'height {brick.position[2]:.2f} m'
-        self._panel.show_brick(
-            f'{state}, {height}' if is_live else 'Replay of the last drop')
+        self._panel.show_brick(f'{state}, {height}' if is_live else 'Replay of the last drop')
         self._panel.show_status(
             catch_status(self._brick_state, self._catcher_state, self._decision),
             self._decision.startswith('unreachable') and state in ('falling', 'grounded'))
@@ -280,8 +279,7 @@ class Page:
 
     def _lookup(self, frame: str, stamp: int) -> TransformStamped | None:
         try:
-            return self._buffer.lookup_transform(
-                self._fixed_frame, frame, Time(nanoseconds=stamp))
+            return self._buffer.lookup_transform(self._fixed_frame, frame, Time(nanoseconds=stamp))
         except TransformException:
             return None
 

@@ -228,11 +228,7 @@ class Panel:
 
 
 def parse_position(text: str) -> Vector:
-    """
-    Return the position (m) in a string with three numbers, separated by commas or spaces.
-
-    :raises ValueError: the string is not a position
-    """
+    """Return the position (m) in a string such as '1, 2, 3', or raise ValueError."""
     try:
         x, y, z = map(float, text.strip(' ()').replace(',', ' ').split())
     except ValueError:

@@ -151,8 +151,7 @@ class Scene:
             case 'box':
                 self._scene.add_box(path, **solid)
             case 'cylinder':
-                self._scene.add_cylinder(
-                    path, radius=0.5, height=1.0, radial_segments=48, **solid)
+                self._scene.add_cylinder(path, radius=0.5, height=1.0, radial_segments=48, **solid)
             case 'sphere':
                 self._scene.add_icosphere(path, radius=0.5, **solid)
             case 'text':

@@ -91,11 +91,7 @@ class Markers:
         """Frame, shape and expiration time by topic, namespace and ID."""
 
     def update(self, topic: str, message: Marker, now: int) -> None:
-        """
-        Add, change or remove a marker.
-
-        :raises ValueError: the marker cannot be drawn
-        """
+        """Add, change or remove a marker, or raise ValueError if the marker cannot be drawn."""
         key = (topic, message.ns, message.id)
         self._shown.pop(key, None)
         if message.action == Marker.ADD:
@@ -121,11 +117,7 @@ def is_drawable(*numbers: float) -> bool:
 
 
 def shape_of(message: Marker) -> Shape:
-    """
-    Return the shape of a marker.
-
-    :raises ValueError: the marker cannot be drawn
-    """
+    """Return the shape of a marker, or raise ValueError if the marker cannot be drawn."""
     if message.type not in MARKER_KINDS:
         name = MARKER_TYPES.get(message.type, 'unknown')
         raise ValueError(f'the page cannot draw the type {name}')
@@ -144,12 +136,7 @@ def shape_of(message: Marker) -> Shape:
 
 
 def robot_shapes(description: str) -> RobotShapes:
-    """
-    Return the shapes in a robot description.
-
-    :param description: URDF from the topic robot_description
-    :raises ValueError: the URDF is invalid
-    """
+    """Return the shapes in a robot description, or raise ValueError if the URDF is invalid."""
     try:
         robot = ElementTree.fromstring(description)
     except ElementTree.ParseError as error:
@@ -172,8 +159,7 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
     return multiply(from_yaw(yaw), multiply(from_pitch(pitch), about_x))
 
 
-def _link_shapes(link: ElementTree.Element, colors: dict[str | None, Color]
-                 ) -> tuple[Shape, ...]:
+def _link_shapes(link: ElementTree.Element, colors: dict[str | None, Color]) -> tuple[Shape, ...]:
     return tuple(Shape(solid.tag, _size(solid), _color(visual, colors), _origin(visual))
                  for visual in link.findall('visual') for solid in visual.findall('geometry/*')
                  if solid.tag in SOLIDS)
