@@ -172,7 +172,7 @@ def measure(seconds: float, drop_count: int) -> dict[str, Any]:
     with Process(LAUNCH) as launch:
         with NodeSpinner(make_observer) as spinner:
             connect(spinner)
-            spinner.spin_for(3.0)  # Starting the graph takes additional processor time.
+            spinner.spin_for(WARM_UP_TIME)  # Starting the graph takes additional processor time.
         nodes = graph_processes(psutil.Process(launch.pid))
         print('Measuring the idle graph', file=sys.stderr, flush=True)
         found: dict[str, Any] = {'idle': processor_usage(nodes, lambda: sleep(seconds))}

@@ -92,8 +92,7 @@ def new_figure(path: Path, width: float, height: float) -> Iterator[Figure]:
 
 def distance_without_latency(height: float, parameters: Parameters) -> float:
     """Return the reach (m) of a robot without latency during a fall from a height (m)."""
-    return (parameters.max_velocity * fall_time(height, parameters)
-            + parameters.platform_radius)
+    return parameters.max_velocity * fall_time(height, parameters) + parameters.platform_radius
 
 
 def reachability_map(drops: Sequence[SimulatedDrop], parameters: Parameters, path: Path) -> None:

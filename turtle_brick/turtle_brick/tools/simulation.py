@@ -125,15 +125,10 @@ class Simulation:
         self._to_robot.append((self.now + self._transport, TiltCommand(angle)))
 
     def run(self, until: Callable[[], bool], limit: float = inf) -> bool:
-        """
-        Simulate until a condition is true after a physics step, or until a time limit (s).
-
-        :return: whether the condition is true
-        """
+        """Simulate until a condition is true; return False if a time limit (s) expires first."""
         end = self.now + limit / SECONDS_PER_NS
         while True:
-            self.now = now = min(
-                self._tick_at, self._robot_at, self._physics_at, self._catcher_at)
+            self.now = now = min(self._tick_at, self._robot_at, self._physics_at, self._catcher_at)
             if now > end:
                 return False
             # Simultaneous events are handled in the order of these branches.

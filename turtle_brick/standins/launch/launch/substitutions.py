@@ -252,8 +252,7 @@ def _evaluate(context, expression, python_modules=('math',)):
 def _anonymous_name(context, name):
     name = perform(context, name)
     unique = f'{name}_{socket.gethostname()}_{os.getpid()}_{random.randint(0, sys.maxsize)}'
-    return context.launch_configurations.setdefault(
-        f'anon{name}', re.sub('[-.:]', '_', unique))
+    return context.launch_configurations.setdefault(f'anon{name}', re.sub('[-.:]', '_', unique))
 
 
 AnonName = substitution('AnonName', 'AnonName({name})', _anonymous_name)

@@ -125,8 +125,7 @@ class RobotStatePublisher(Node):
         now = self.get_clock().now().nanoseconds
         published = self._published
         if now < self._last_call:
-            self.get_logger().warning(
-                'Moved backwards in time, re-publishing joint transforms!')
+            self.get_logger().warning('Moved backwards in time, re-publishing joint transforms!')
             published.clear()
         self._last_call = now
         stamp = state.header.stamp.sec * 1_000_000_000 + state.header.stamp.nanosec

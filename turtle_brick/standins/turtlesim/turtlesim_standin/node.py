@@ -184,8 +184,7 @@ class TurtleSimNode(Node):
         if self._sim.kill(request.name):
             self._topics.pop(request.name).close()
         else:
-            self.get_logger().error(
-                f'Tried to kill turtle [{request.name}], which does not exist')
+            self.get_logger().error(f'Tried to kill turtle [{request.name}], which does not exist')
 
     def _reset(self, _: Empty.Request) -> None:
         """Restart with turtle1 in the center."""

@@ -135,8 +135,7 @@ def draw_fall(height: Axes, error: Axes, parameters: Parameters) -> None:
                 label='z₀ − g t² / 2')
     height.plot(time[:-1:15], heights[:-1:15], 'o', color=INK, markersize=4.0,
                 label='every 15th step')
-    height.plot(time[-1], heights[-1], 's', color=CAUGHT, markersize=6.0,
-                label='on the platform')
+    height.plot(time[-1], heights[-1], 's', color=CAUGHT, markersize=6.0, label='on the platform')
     height.set(xlim=(0.0, None), ylim=(0.0, 1.05 * heights[0]), ylabel='brick height / m',
                title='The fall')
     height.legend(loc='lower left')

@@ -105,8 +105,7 @@ def draw(parameters: Parameters, path: Path) -> None:
                      xlabel=f'x in the {frame} frame / m', ylabel=f'y in the {frame} frame / m')
 
 
-def _draw_frame(axes: Axes, pose: Pose2D, size: float, name: str,
-                offset: tuple[int, int]) -> None:
+def _draw_frame(axes: Axes, pose: Pose2D, size: float, name: str, offset: tuple[int, int]) -> None:
     """Draw the axes of a frame (x red, y green, as in rviz2) and its name."""
     for turn, color in ((0.0, '#d62728'), (pi / 2.0, '#2ca02c')):
         end = pose.x + size * cos(pose.yaw + turn), pose.y + size * sin(pose.yaw + turn)
