@@ -232,11 +232,3 @@ def test_travel_time_is_one_tick_per_half_of_the_final_approach(speed, part, tic
     distance = part * 2.0 * speed * TICK
     time = travel_time(distance, distance * 0.5 ** ticks, speed)
     assert time == pytest.approx(ticks * TICK)
-
-
-@law(30)
-@given(x=st.floats(-30.0, 30.0), y=st.floats(-30.0, 30.0), place=places)
-def test_within_arena_returns_the_nearest_point(x, y, place):
-    nearest = within_arena(x, y)
-    assert all(0.0 <= value <= ARENA_SIZE for value in nearest)
-    assert dist(nearest, (x, y)) <= dist(place, (x, y))

@@ -485,15 +485,6 @@ def test_rates_are_measured_by_stamps(rate, met):
     assert {one.name for one in found if one.mark == BROKEN} == (set() if met else names)
 
 
-def test_times_of_a_drop_equal_the_closed_form():
-    fall, slide = make_record().drops
-    acceleration = NUMBERS['gravity_accel']
-    assert (fall.down - fall.released) * SECONDS_PER_NS == pytest.approx(
-        sqrt(2.0 * (FAR[2] - HEIGHT / 2.0) / acceleration), abs=0.01)
-    assert (slide.floated - slide.tilted) * SECONDS_PER_NS == pytest.approx(
-        sqrt(2.0 * (CORRECT['stop'] - OFFSET) / (acceleration * sin(ANGLE))), abs=0.05)
-
-
 def test_a_fault_outside_a_stall_is_broken():
     record = make_record((drive,))
     change_request(record, 'drives', goal=CENTER, start=(0.0, 0.0))
