@@ -32,6 +32,7 @@ from math import cos, dist, inf, pi, sin
 import os
 from pathlib import Path
 from random import Random
+import re
 import select
 import socket
 import struct
@@ -183,7 +184,9 @@ def drop_bricks(drops: int) -> int:
             caught = 'riding' in [state.message.data for state in brick_states]
             decision = latest(decisions)
             print(f'  {decision}', flush=True)
-            latencies.append(float(decision.split('command latency ')[1].split()[0]))
+            # The decision contains no latency if no robot is available.
+            if latency := re.search(r'command latency ([\d.]+)', decision):
+                latencies.append(float(latency[1]))
             if decision.startswith('reachable'):
                 outcome = 'caught' if caught else 'missed'
             else:
