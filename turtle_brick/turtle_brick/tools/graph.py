@@ -50,6 +50,14 @@ REMOVE_TIMEOUT = 15.0
 AnyNode = TypeVar('AnyNode', bound=Node)
 
 
+def executable(package: str, name: str) -> str:
+    """Return the path of an executable, or raise PackageNotFoundError."""
+    try:
+        return str(Path(get_package_prefix(package), 'lib', package, name))
+    except PackageNotFoundError:
+        raise PackageNotFoundError(f'the package {package} is not installed') from None
+
+
 class Graph(Spinner, AbstractContextManager['Graph']):
     """Nodes in one process that communicate with all nodes in their ROS domain."""
 
@@ -80,12 +88,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
 
     def add(self, node_type: type[AnyNode], *ros_arguments: str, parameters: bool = True,
             **options: Any) -> AnyNode:
-        """
-        Add a node; `options` are additional arguments for its constructor.
-
-        :param ros_arguments: arguments after --ros-args, such as '-r', 'cmd_vel:=turtle1/cmd_vel'
-        :param parameters: whether the node receives the parameter file
-        """
+        """Add a node with arguments after --ros-args, and with the parameter file by default."""
         arguments = ['--ros-args', *self._remaps, *ros_arguments]
         if parameters:
             arguments += ['--params-file', str(self.params_file)]
@@ -136,10 +139,6 @@ class Graph(Spinner, AbstractContextManager['Graph']):
     def add_process(self, package: str, name: str, *arguments: str,
                     listener: Callable[[str], object] = sys.stderr.write) -> Process:
         """Start an installed executable, and pass each printed line to a listener."""
-        try:
-            path = Path(get_package_prefix(package), 'lib', package, name)
-        except PackageNotFoundError:
-            raise PackageNotFoundError(f'the package {package} is not installed') from None
         ros_arguments = [*self._log_level, *self._remaps]
         if self.namespace:
             # rclcpp nodes require the leading slash.
@@ -147,7 +146,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         if ros_arguments:
             arguments = (*arguments, '--ros-args', *ros_arguments)
         domain = {} if self.domain_id is None else {'ROS_DOMAIN_ID': str(self.domain_id)}
-        process = Process([str(path), *arguments], domain, listener)
+        process = Process([executable(package, name), *arguments], domain, listener)
         self._processes.append(process)
         return process
 
