@@ -19,17 +19,18 @@ from threading import Timer
 from time import monotonic
 
 from ament_index_python.packages import get_package_share_path
-from geometry_msgs.msg import TransformStamped
-from live_graph import graph, LATCHED
+from live_graph import LATCHED
 import pytest
 from rclpy.duration import Duration
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rclpy.time import Time
 from tf2_msgs.msg import TFMessage
 import tf2_ros
 from tf2_ros import (Buffer, LookupException, StaticTransformBroadcaster, TransformBroadcaster,
                      TransformListener)
+from turtle_brick.core.geometry import IDENTITY, Pose
+from turtle_brick.core.time_steps import NS_PER_SECOND
+from turtle_brick.ros.tf import transform_message
 
 DATA = Path(__file__).parents[1] / 'data' / 'tf2'
 RECORDED = json.loads((DATA / 'tf2_recorded.json').read_text())
@@ -43,30 +44,21 @@ CACHE_TIME = {'single_and_cache_expiry': 2.0,
               **{script['name']: script['cache_time'] for script in RANDOM}}
 """Cache times (s) of the recorded buffers if they differ from 10 s."""
 
-NS_PER_SECOND = 1_000_000_000
 LATEST = Time()
 
 
-def stamped(parent, child, time, translation=(0.0, 0.0, 0.0), rotation=(0.0, 0.0, 0.0, 1.0)):
+def stamped(parent, child, time, translation=(0.0, 0.0, 0.0), rotation=IDENTITY):
     """Return a transform with a timestamp (ns)."""
-    message = TransformStamped()
-    message.header.stamp.sec, message.header.stamp.nanosec = divmod(time, NS_PER_SECOND)
-    message.header.frame_id = parent
-    message.child_frame_id = child
-    t, r = message.transform.translation, message.transform.rotation
-    t.x, t.y, t.z = map(float, translation)
-    r.x, r.y, r.z, r.w = map(float, rotation)
-    return message
+    return transform_message(
+        parent, child, Pose(translation, rotation), Time(nanoseconds=time).to_msg())
 
 
 def numbers(message):
-    """Return the translation and the quaternion of a transform as one list."""
     t, r = message.transform.translation, message.transform.rotation
     return [t.x, t.y, t.z, r.x, r.y, r.z, r.w]
 
 
 def seconds(time):
-    """Convert seconds to a time."""
     return Time(nanoseconds=round(time * NS_PER_SECOND))
 
 
@@ -120,56 +112,42 @@ def test_lookup_waits_until_timeout():
     assert monotonic() - begin < 15.0
 
 
-class ListenerNode(Node):
-    """A node with a buffer and a listener."""
+def test_broadcast_transforms_can_be_looked_up(live):
+    """One latched message contains the first static transform of each child frame."""
+    moving = TransformBroadcaster(live.listener)
+    static = StaticTransformBroadcaster(live.listener)
+    static.sendTransform(stamped('a', 'tip', 0, (0.0, 0.0, 7.0)))
+    static.sendTransform((stamped('b', 'end', 0, (2.0, 0.0, 0.0)),))
+    static.sendTransform(stamped('a', 'tip', 0, (9.0, 0.0, 0.0)))
+    buffer = Buffer(node=live.listener)
+    listener = TransformListener(buffer, live.listener)
+    late = live.record('/tf_static', TFMessage, LATCHED)
+    live.wait_for(lambda: moving.pub_tf.get_subscription_count() == 1, 10.0, 'a listener')
+    moving.sendTransform(stamped('world', 'a', NS_PER_SECOND, (1.0, 0.0, 0.0)))
+    moving.sendTransform([stamped('world', 'a', 2 * NS_PER_SECOND, (3.0, 0.0, 0.0)),
+                          stamped('world', 'b', 2 * NS_PER_SECOND, (0.0, 1.0, 0.0))])
+    live.wait_for(lambda: buffer.can_transform('end', 'tip', LATEST), 10.0, 'TF')
+    assert numbers(buffer.lookup_transform('world', 'tip', seconds(1.5)))[:3] == [
+        2.0, 0.0, 7.0]
+    live.wait_for(lambda: late.messages, 10.0, 'the static transforms')
+    assert [(t.child_frame_id, numbers(t)[:3]) for t in late.last.transforms] == [
+        ('tip', [0.0, 0.0, 7.0]), ('end', [2.0, 0.0, 0.0])]
+    assert len(late.messages) == 1
 
-    def __init__(self, **options):
-        """Create the buffer and the listener."""
-        super().__init__('listener_node', **options)
-        self.buffer = Buffer(node=self)
-        self.tf_listener = TransformListener(self.buffer, self)
+    def subscriptions():
+        return [end for topic in ('/tf', '/tf_static')
+                for end in live.listener.get_subscriptions_info_by_topic(topic)
+                if end.node_name == 'listener']
 
-
-def test_broadcast_transforms_can_be_looked_up(domain_id):
-    """
-    Moving and static transforms arrive reliably over DDS until the listener unsubscribes.
-
-    One latched message contains all static transforms. A child frame keeps its first transform.
-    """
-    with graph(domain_id) as live:
-        moving = TransformBroadcaster(live.listener)
-        static = StaticTransformBroadcaster(live.listener)
-        static.sendTransform(stamped('a', 'tip', 0, (0.0, 0.0, 7.0)))
-        static.sendTransform((stamped('b', 'end', 0, (2.0, 0.0, 0.0)),))
-        static.sendTransform(stamped('a', 'tip', 0, (9.0, 0.0, 0.0)))
-        listener = live.add(ListenerNode, parameters=False)
-        late = live.record('/tf_static', TFMessage, LATCHED)
-        live.wait_for(lambda: moving.pub_tf.get_subscription_count() == 1, 10.0, 'a listener')
-        moving.sendTransform(stamped('world', 'a', NS_PER_SECOND, (1.0, 0.0, 0.0)))
-        moving.sendTransform([stamped('world', 'a', 2 * NS_PER_SECOND, (3.0, 0.0, 0.0)),
-                              stamped('world', 'b', 2 * NS_PER_SECOND, (0.0, 1.0, 0.0))])
-        live.wait_for(lambda: listener.buffer.can_transform('end', 'tip', LATEST), 10.0, 'TF')
-        assert numbers(listener.buffer.lookup_transform('world', 'tip', seconds(1.5)))[:3] == [
-            2.0, 0.0, 7.0]
-        live.wait_for(lambda: late.messages, 10.0, 'the static transforms')
-        assert [(t.child_frame_id, numbers(t)[:3]) for t in late.last.transforms] == [
-            ('tip', [0.0, 0.0, 7.0]), ('end', [2.0, 0.0, 0.0])]
-        assert len(late.messages) == 1
-
-        def subscriptions():
-            return [end for topic in ('/tf', '/tf_static')
-                    for end in live.listener.get_subscriptions_info_by_topic(topic)
-                    if end.node_name == 'listener_node']
-
-        for durability, broadcaster, end in zip(
-                (DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL), (moving, static),
-                live.wait_for(lambda: len(subscriptions()) == 2 and subscriptions(), 10.0,
-                              'the subscriptions')):
-            for qos in (broadcaster.pub_tf.qos_profile, end.qos_profile):
-                assert qos.reliability == ReliabilityPolicy.RELIABLE
-                assert qos.durability == durability
-        listener.tf_listener.unregister()
-        live.wait_for(lambda: not subscriptions(), 10.0, 'the end of the subscriptions')
+    for durability, broadcaster, end in zip(
+            (DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL), (moving, static),
+            live.wait_for(lambda: len(subscriptions()) == 2 and subscriptions(), 10.0,
+                          'the subscriptions')):
+        for qos in (broadcaster.pub_tf.qos_profile, end.qos_profile):
+            assert qos.reliability == ReliabilityPolicy.RELIABLE
+            assert qos.durability == durability
+    listener.unregister()
+    live.wait_for(lambda: not subscriptions(), 10.0, 'the end of the subscriptions')
 
 
 @pytest.mark.parametrize('interface', REAL_HASHES)
