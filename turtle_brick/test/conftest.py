@@ -21,6 +21,7 @@ from pathlib import Path
 import re
 import signal
 import tempfile
+from typing import Any
 
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
 import pytest
@@ -96,6 +97,14 @@ def domain_id(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
     with reserved_domain() as domain:
         monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
         yield domain
+
+
+@pytest.fixture
+def live(domain_id: int) -> Iterator[Any]:
+    """Run nodes in a ROS domain that only this test uses."""
+    from live_graph import graph
+    with graph(domain_id) as live:
+        yield live
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -18,7 +18,7 @@ from itertools import groupby
 from math import nan, sqrt
 
 from driven import PARAMETERS, SteppedGraph
-from live_graph import graph, LATCHED, TIMEOUT
+from live_graph import LATCHED, TIMEOUT
 import pytest
 from std_msgs.msg import String
 from turtle_brick import arena
@@ -34,10 +34,9 @@ HALF_HEIGHT = PARAMETERS.brick_size[2] / 2.0
 
 
 @pytest.fixture
-def bench(domain_id):
+def bench(live):
     """Return a stepped graph with an arena and a level platform."""
-    with graph(domain_id) as live:
-        yield SteppedGraph(live)
+    return SteppedGraph(live)
 
 
 def stamps_of_each_step(transforms):
@@ -47,15 +46,14 @@ def stamps_of_each_step(transforms):
     return stamps
 
 
-def test_250_transforms_per_second(domain_id):
+def test_250_transforms_per_second(live):
     """The brick is broadcast at 250 Hz. Its marker is published at 1 Hz."""
-    with graph(domain_id) as live:
-        markers = live.record('brick_marker', Marker)
-        live.add_arena()
-        bricks = live.record_transforms('brick')
-        assert live.rates([bricks], 250) == [pytest.approx(250.0, abs=2.0)]
-        live.wait_for(lambda: len(markers.times) > 2, TIMEOUT, 'three markers')
-        assert markers.times[2] - markers.times[1] == pytest.approx(MARKER_PERIOD, abs=0.4)
+    markers = live.record('brick_marker', Marker)
+    live.add_arena()
+    bricks = live.record_transforms('brick')
+    assert live.rates([bricks], 250) == [pytest.approx(250.0, abs=2.0)]
+    live.wait_for(lambda: len(markers.times) > 2, TIMEOUT, 'three markers')
+    assert markers.times[2] - markers.times[1] == pytest.approx(MARKER_PERIOD, abs=0.4)
 
 
 def test_fall_by_its_stamps(bench):
@@ -176,11 +174,10 @@ def test_clock_jump_is_reported(bench, capfd, monkeypatch, jump, machine, words)
     assert float(warning.split(words)[1].split()[0]) == pytest.approx(abs(jump), abs=0.05)
 
 
-def test_each_of_two_arenas_reports_the_other_once(domain_id, capfd):
-    with graph(domain_id) as live:
-        nodes = [live.add_arena(), live.add_arena()]
-        live.wait_for(lambda: all(node.count_publishers('brick_marker') == 2 for node in nodes),
-                      TIMEOUT, 'the arenas discover each other')
-        for node in 3 * nodes:
-            node.publish_marker()
+def test_each_of_two_arenas_reports_the_other_once(live, capfd):
+    nodes = [live.add_arena(), live.add_arena()]
+    live.wait_for(lambda: all(node.count_publishers('brick_marker') == 2 for node in nodes),
+                  TIMEOUT, 'the arenas discover each other')
+    for node in 3 * nodes:
+        node.publish_marker()
     assert capfd.readouterr().err.count('Another arena') == 2

@@ -19,7 +19,7 @@ from math import dist
 from driven import PARAMETERS, record_published, SteppedGraph
 from geometry_msgs.msg import PoseStamped
 from laws import REST_Z
-from live_graph import graph, LATCHED, TIMEOUT
+from live_graph import LATCHED, TIMEOUT
 import pytest
 from rclpy.duration import Duration
 from rclpy.qos import ReliabilityPolicy
@@ -60,30 +60,26 @@ class Bench(SteppedGraph):
         assert self.drop().success
 
 
-def test_unreachable_and_reachable_brick(domain_id, capfd):
-    """The first brick falls without a robot. The second one is caught. All names are relative."""
-    with graph(domain_id, namespace='left') as live:
-        bench = Bench(live)
-        markers = live.record('catcher_marker', Marker)
-        states = live.record('catcher_state', String, LATCHED)
-        decisions = live.record('catcher_decision', String, LATCHED)
-        live.wait_for(lambda: states.messages, TIMEOUT, 'the first state')
-        bench.release(0.5, 1.0, 6.0)
-        bench.until(Phase.GROUNDED)
-        goals, tilts = live.record('goal_pose', PoseStamped), live.record('tilt', Tilt)
-        live.wait_for(bench.catcher.has_subscribers, TIMEOUT, 'the catcher finds the robot')
-        bench.release(6.0, 4.5, 8.0)
-        bench.until(Phase.RIDING)
-        bench.until(Phase.FLOATING)
-        assert dist(bench.platform[:2], CENTER) < 0.05
-        bench.until(lambda: bench.platform[3] == 0.0, 'the platform is level')
-        live.wait_for(lambda: len(states.messages) == 6, TIMEOUT, 'the last state')
-        late = live.record('catcher_state', String, LATCHED)
-        live.wait_for(lambda: late.messages and goals.last == bench.goals[-1]
-                      and tilts.last == bench.tilts[-1], TIMEOUT, 'state and commands')
-        topics = {name for name, _ in live.listener.get_topic_names_and_types()}
-        assert {name for name in topics if not name.startswith('/left/')} <= {
-            '/clock', '/parameter_events', '/rosout', '/tf', '/tf_static'}
+def test_unreachable_and_reachable_brick(live, capfd):
+    """The first brick falls without a robot. The second one is caught."""
+    bench = Bench(live)
+    markers = live.record('catcher_marker', Marker)
+    states = live.record('catcher_state', String, LATCHED)
+    decisions = live.record('catcher_decision', String, LATCHED)
+    live.wait_for(lambda: states.messages, TIMEOUT, 'the first state')
+    bench.release(0.5, 1.0, 6.0)
+    bench.until(Phase.GROUNDED)
+    goals, tilts = live.record('goal_pose', PoseStamped), live.record('tilt', Tilt)
+    live.wait_for(bench.catcher.has_subscribers, TIMEOUT, 'the catcher finds the robot')
+    bench.release(6.0, 4.5, 8.0)
+    bench.until(Phase.RIDING)
+    bench.until(Phase.FLOATING)
+    assert dist(bench.platform[:2], CENTER) < 0.05
+    bench.until(lambda: bench.platform[3] == 0.0, 'the platform is level')
+    live.wait_for(lambda: len(states.messages) == 6, TIMEOUT, 'the last state')
+    late = live.record('catcher_state', String, LATCHED)
+    live.wait_for(lambda: late.messages and goals.last == bench.goals[-1]
+                  and tilts.last == bench.tilts[-1], TIMEOUT, 'state and commands')
     lines = capfd.readouterr().err.splitlines()
     assert [state.data for state in states.messages] == [
         'waiting', 'approaching', 'carrying', 'tilting', 'leveling', 'waiting']
@@ -110,54 +106,51 @@ def test_unreachable_and_reachable_brick(domain_id, capfd):
     assert not [line for line in lines if 'WARN' in line or 'ERROR' in line]
 
 
-def test_brick_attached_to_the_platform_is_carried(domain_id):
+def test_brick_attached_to_the_platform_is_carried(live):
     """The catcher does not observe a fall, because the brick is released on the platform."""
-    with graph(domain_id) as live:
-        bench = Bench(live)
-        live.record('goal_pose', PoseStamped)
-        live.record('tilt', Tilt)
-        live.wait_for(bench.catcher.has_subscribers, TIMEOUT, 'the catcher finds the robot')
-        bench.place(5.0, 5.0, REST_Z)
-        bench.run(3.0)
-        assert bench.goals == [] and bench.world.phase is Phase.HOVERING
-        bench.drop()
-        bench.until(Phase.FLOATING)
+    bench = Bench(live)
+    live.record('goal_pose', PoseStamped)
+    live.record('tilt', Tilt)
+    live.wait_for(bench.catcher.has_subscribers, TIMEOUT, 'the catcher finds the robot')
+    bench.place(5.0, 5.0, REST_Z)
+    bench.run(3.0)
+    assert bench.goals == [] and bench.world.phase is Phase.HOVERING
+    bench.drop()
+    bench.until(Phase.FLOATING)
 
 
-def test_latency_and_clock_errors_are_measured(domain_id, capfd, monkeypatch):
-    with graph(domain_id) as live:
-        node = live.add(CatcherNode)
-        latency, clock = node.catcher.latency, node.get_clock()
-        robot_stamps = []
-        monkeypatch.setattr(latency, 'record_robot_stamp', robot_stamps.append)
-        publisher = live.publisher('/tf', TFMessage)
-        (subscription,) = node.get_subscriptions_info_by_topic('/tf')
-        assert subscription.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT
+def test_latency_and_clock_errors_are_measured(live, capfd, monkeypatch):
+    node = live.add(CatcherNode)
+    latency, clock = node.catcher.latency, node.get_clock()
+    robot_stamps = []
+    monkeypatch.setattr(latency, 'record_robot_stamp', robot_stamps.append)
+    publisher = live.publisher('/tf', TFMessage)
+    (subscription,) = node.get_subscriptions_info_by_topic('/tf')
+    assert subscription.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT
 
-        def excess(age, *frames):
-            stamp = clock.now() - Duration(seconds=age)
-            publisher.publish(TFMessage(transforms=[
-                transform_message(WORLD, frame, stamp=stamp.to_msg()) for frame in frames]))
-            return latency.excess(clock.now().nanoseconds)
+    def excess(age, *frames):
+        stamp = clock.now() - Duration(seconds=age)
+        publisher.publish(TFMessage(transforms=[
+            transform_message(WORLD, frame, stamp=stamp.to_msg()) for frame in frames]))
+        return latency.excess(clock.now().nanoseconds)
 
-        live.wait_for(lambda: excess(0.1, BRICK) > 0.18, TIMEOUT, 'the age of the brick')
-        live.wait_for(lambda: excess(0.2, PLATFORM, 'other') > 0.38, TIMEOUT,
-                      'the age of the platform')
-        live.wait_for(lambda: excess(0.3, BASE_LINK) > 0.58, TIMEOUT, 'the age of the robot')
-        assert robot_stamps and 'chrony' not in capfd.readouterr().err
-        live.wait_for(lambda: excess(-0.4, BASE_LINK) > 1.4, TIMEOUT, 'timestamps in the future')
+    live.wait_for(lambda: excess(0.1, BRICK) > 0.18, TIMEOUT, 'the age of the brick')
+    live.wait_for(lambda: excess(0.2, PLATFORM, 'other') > 0.38, TIMEOUT,
+                  'the age of the platform')
+    live.wait_for(lambda: excess(0.3, BASE_LINK) > 0.58, TIMEOUT, 'the age of the robot')
+    assert robot_stamps and 'chrony' not in capfd.readouterr().err
+    live.wait_for(lambda: excess(-0.4, BASE_LINK) > 1.4, TIMEOUT, 'timestamps in the future')
     assert capfd.readouterr().err.count('chrony') == 1
 
 
-def test_fall_in_one_message_is_detected_immediately(domain_id, monkeypatch):
+def test_fall_in_one_message_is_detected_immediately(live, monkeypatch):
     """After a delay, the arena broadcasts many steps in one message."""
-    with graph(domain_id) as live:
-        bench = Bench(live)
-        bench.release(12.0, 6.0, 8.0)
-        bench.tick()
-        begin = bench.now
-        monkeypatch.setattr(bench.catcher, 'on_timer', lambda: None)
-        bench.tick(200_000_000)
-        fall = bench.catcher.catcher.decision.fall
+    bench = Bench(live)
+    bench.release(12.0, 6.0, 8.0)
+    bench.tick()
+    begin = bench.now
+    monkeypatch.setattr(bench.catcher, 'on_timer', lambda: None)
+    bench.tick(200_000_000)
+    fall = bench.catcher.catcher.decision.fall
     assert abs(fall.stamp - begin) <= 3 * STEP_NS
     assert (fall.x, fall.y) == (12.0, 6.0)

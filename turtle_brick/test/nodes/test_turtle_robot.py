@@ -19,7 +19,7 @@ from math import cos, dist, inf, nan, sin
 
 from driven import record_published
 from geometry_msgs.msg import PoseStamped, Twist
-from live_graph import graph, LATCHED, TIMEOUT
+from live_graph import LATCHED, TIMEOUT
 from nav_msgs.msg import Odometry
 import pytest
 from sensor_msgs.msg import JointState
@@ -40,12 +40,6 @@ def goal_at(x, y, frame='world'):
 
 
 @pytest.fixture
-def live(domain_id):
-    with graph(domain_id, namespace='left') as live:
-        yield live
-
-
-@pytest.fixture
 def robot(live):
     """Return a robot that has received the poses (3, 4) and (8, 2)."""
     robot = live.add_robot()
@@ -61,11 +55,7 @@ def warned(capfd):
 
 
 def test_all_outputs_have_100_hz_at_rest_and_in_motion(live):
-    """
-    Each output has one publisher and a rate of 100 Hz within 1 %.
-
-    The pose in the odometry equals the transform with the same stamp. The twist is the command.
-    """
+    """The odometry contains the pose of the transform with the same stamp, and the command."""
     live.add_turtlesim()
     live.add_robot()
     poses = live.record('turtle1/pose', TurtlePoseMessage)

@@ -16,7 +16,6 @@
 
 from dataclasses import asdict, fields, replace
 
-from live_graph import graph
 import pytest
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -30,12 +29,6 @@ from turtle_brick.turtle_robot import TurtleRobot
 
 DEFAULTS = {name: list(value) if isinstance(value, tuple) else value
             for name, value in asdict(load()).items()}
-
-
-@pytest.fixture
-def live(domain_id):
-    with graph(domain_id) as live:
-        yield live
 
 
 def overrides(values):

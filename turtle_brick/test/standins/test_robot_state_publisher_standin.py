@@ -13,13 +13,12 @@
 # limitations under the License.
 """Compares the stand-in for robot_state_publisher with recordings of the real one."""
 
-import contextlib
 import json
 from pathlib import Path
 import signal
 
 from builtin_interfaces.msg import Time
-from live_graph import graph, LATCHED, process
+from live_graph import LATCHED, process
 import pytest
 from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_sensor_data, QoSProfile
@@ -37,7 +36,6 @@ NS_PER_SECOND = 1_000_000_000
 
 
 def nanoseconds(stamp):
-    """Convert a recorded timestamp to ns."""
     return stamp[0] * NS_PER_SECOND + stamp[1]
 
 
@@ -64,52 +62,49 @@ def assert_transforms(message, recorded, shift=0, stamps=True):
             assert nanoseconds((stamp.sec, stamp.nanosec)) == nanoseconds(wanted['stamp']) + shift
 
 
-@contextlib.contextmanager
-def running(domain_id, **parameters):
-    """Run the node with parameters. Yield the graph, the node and the messages on /tf."""
+def start(live, **parameters):
+    """Start the node with parameters, and return it and the recorded messages on /tf."""
     overrides = [Parameter(name, value=value) for name, value in parameters.items()]
-    with graph(domain_id) as live:
-        node = live.add(RobotStatePublisher, parameters=False, parameter_overrides=overrides)
-        tf = live.record('/tf', TFMessage, QoSProfile(depth=500))
-        live.wait_for(lambda: node.count_subscribers('/tf') == 1, 10.0, 'a listener')
-        yield live, node, tf
+    node = live.add(RobotStatePublisher, parameters=False, parameter_overrides=overrides)
+    tf = live.record('/tf', TFMessage, QoSProfile(depth=500))
+    live.wait_for(lambda: node.count_subscribers('/tf') == 1, 10.0, 'a listener')
+    return node, tf
 
 
 @pytest.mark.parametrize('recording', RECORDINGS, ids=lambda recording: recording['name'])
-def test_joint_states_cause_the_recorded_transforms(recording, domain_id):
+def test_joint_states_cause_the_recorded_transforms(recording, live):
     """The node ignores the same messages and publishes the same transforms as the real node."""
     urdf = (DATA / recording.get('urdf', 'r2.urdf')).read_text()
-    parameters = {'robot_description': urdf, **recording['params']}
-    with running(domain_id, **parameters) as (live, node, tf):
-        static = live.record('/tf_static', TFMessage, LATCHED)
-        # The timestamps are shifted so that the last one is one second old.
-        shift = (live.listener.get_clock().now().nanoseconds - NS_PER_SECOND
-                 - nanoseconds(recording['sent'][-1]['stamp']))
-        for row in recording['sent']:
-            node.joint_states_callback(joint_state(row, shift))
-        # When the transform for this message arrives, all earlier transforms have arrived.
-        end = JointState(name=['j3'], position=[0.25], header=Header(
-            stamp=live.listener.get_clock().now().to_msg()))
-        live.publisher('joint_states', JointState, qos_profile_sensor_data).publish(end)
-        live.wait_for(lambda: tf.messages and tf.last.transforms[0].header.stamp
-                      == end.header.stamp, 10.0, 'the end')
-        live.wait_for(lambda: static.messages, 10.0, 'the static transforms')
-        assert len(tf.messages) == len(recording['tf']) + 1
-        for message, (_, recorded) in zip(tf.messages, recording['tf']):
-            assert_transforms(message, recorded, shift)
-        assert len(static.messages) == len(recording['tf_static']) == 1
-        assert_transforms(static.last, recording['tf_static'][0][1], stamps=False)
+    node, tf = start(live, robot_description=urdf, **recording['params'])
+    static = live.record('/tf_static', TFMessage, LATCHED)
+    # The timestamps are shifted so that the last one is one second old.
+    shift = (live.listener.get_clock().now().nanoseconds - NS_PER_SECOND
+             - nanoseconds(recording['sent'][-1]['stamp']))
+    for row in recording['sent']:
+        node.joint_states_callback(joint_state(row, shift))
+    # When the transform for this message arrives, all earlier transforms have arrived.
+    end = JointState(name=['j3'], position=[0.25], header=Header(
+        stamp=live.listener.get_clock().now().to_msg()))
+    live.publisher('joint_states', JointState, qos_profile_sensor_data).publish(end)
+    live.wait_for(lambda: tf.messages and tf.last.transforms[0].header.stamp
+                  == end.header.stamp, 10.0, 'the end')
+    live.wait_for(lambda: static.messages, 10.0, 'the static transforms')
+    assert len(tf.messages) == len(recording['tf']) + 1
+    for message, (_, recorded) in zip(tf.messages, recording['tf']):
+        assert_transforms(message, recorded, shift)
+    assert len(static.messages) == len(recording['tf_static']) == 1
+    assert_transforms(static.last, recording['tf_static'][0][1], stamps=False)
 
 
-def test_all_messages_are_published_without_limit_or_stamps(domain_id):
+@pytest.mark.parametrize('parameter, stamps', [
+    ({'publish_frequency': 0.0}, (5, 5, 6)), ({'ignore_timestamp': True}, (5, 0, 4))])
+def test_all_messages_are_published_without_limit_or_stamps(live, parameter, stamps):
     """A frequency of 0 allows equal timestamps; ignore_timestamp allows decreasing timestamps."""
-    for parameter, stamps in (({'publish_frequency': 0.0}, (5, 5, 6)),
-                              ({'ignore_timestamp': True}, (5, 0, 4))):
-        with running(domain_id, robot_description=URDF, **parameter) as (live, node, tf):
-            for stamp in stamps:
-                node.joint_states_callback(JointState(
-                    name=['j1'], position=[1.0], header=Header(stamp=Time(sec=stamp))))
-            live.wait_for(lambda: len(tf.messages) == 3, 10.0, 'three messages')
+    node, tf = start(live, robot_description=URDF, **parameter)
+    for stamp in stamps:
+        node.joint_states_callback(JointState(
+            name=['j1'], position=[1.0], header=Header(stamp=Time(sec=stamp))))
+    live.wait_for(lambda: len(tf.messages) == 3, 10.0, 'three messages')
 
 
 @pytest.mark.parametrize('frequency, stop', [(1000.0, signal.SIGTERM), (2000.0, None)])
@@ -132,13 +127,11 @@ def test_end_prints_at_most_one_line(frequency, stop, tmp_path, domain_id):
 
 
 def robot(*joints, links=('a', 'b')):
-    """Return the URDF of a robot."""
     return (f'<robot name="r">{"".join(f"<link name={name!r}/>" for name in links)}'
             f'{"".join(joints)}</robot>')
 
 
 def joint(inside='', kind='fixed', name='j', parent='a', child='b'):
-    """Return a joint in URDF."""
     return (f'<joint name="{name}" type="{kind}"><parent link="{parent}"/>'
             f'<child link="{child}"/>{inside}</joint>')
 
@@ -156,6 +149,5 @@ def joint(inside='', kind='fixed', name='j', parent='a', child='b'):
     (robot(joint('<origin xyz="0 x 1"/>')), "'x'"),
 ])
 def test_invalid_description_is_rejected_with_reason(description, reason):
-    """The reason names the invalid joint or link."""
     with pytest.raises(ValueError, match=reason):
         parse(description)
