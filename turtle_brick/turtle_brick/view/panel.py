@@ -82,9 +82,8 @@ class Panel:
         self.response = gui.add_html('')
         self._add_robot_folder(gui)
         with gui.add_folder('View'):
-            views = gui.add_button_group('', tuple(VIEWS))
+            gui.add_button_group('', tuple(VIEWS)).on_click(self._on_view)
             self.frames = gui.add_checkbox('show frames', False)
-        views.on_click(self._on_view)
         self._add_plot_folder(gui)
         with gui.add_folder('Rates'):
             self.rates = gui.add_html('')
@@ -97,11 +96,9 @@ class Panel:
             with gui.add_form(None) as form:
                 # mypy regards the value of a control as read-only, so the type is Any.
                 self.position: Any = gui.add_text('x, y, z (m)', '')
-            buttons = gui.add_button_group('', ('Place', 'Drop', 'Drop at random'))
-            replays = gui.add_button_group('', tuple(REPLAY_SPEEDS))
-        form.on_submit(self._on_submit)
-        buttons.on_click(self._on_button)
-        replays.on_click(self._on_button)
+            form.on_submit(self._on_submit)
+            for names in (('Place', 'Drop', 'Drop at random'), tuple(REPLAY_SPEEDS)):
+                gui.add_button_group('', names).on_click(self._on_button)
 
     def _add_robot_folder(self, gui: viser.GuiApi) -> None:
         with gui.add_folder('Robot') as self.robot_folder:
