@@ -62,8 +62,8 @@ class DropWatch:
         self._last_stamp = begin
         self.begin = self.end = begin
         self.place = place
+        # Horizontal distance (m) between the robot and the brick before the drop.
         self.distance = nan if platform is None else dist(place[:2], platform.position[:2])
-        """Horizontal distance (m) between the robot and the brick before the drop."""
         self.requested: int | None = None
         self.released: int | None = None
         self.down: int | None = None
@@ -74,11 +74,9 @@ class DropWatch:
         self.floated: int | None = None
         self.leveled: int | None = None
         self.refusals: list[int] = []
-        self.goal: int | None = None
-        """Publication time of the first goal after the request."""
+        self.goal: int | None = None  # Publication time of the first goal after the request.
         self.request: Request | None = None
-        self.should_be_caught: bool | None = None
-        """Required verdict, or None if both verdicts are correct."""
+        self.should_be_caught: bool | None = None  # None if both verdicts are correct.
 
     @property
     def decided(self) -> int | None:
@@ -139,12 +137,10 @@ class DropWatch:
         platform, place = self._record.pose('platform', stamp), self._record.on_platform(stamp)
         if platform is None or place is None:
             return
-        if self.tilted is None:
+        if self._place_on_platform is None:
             if inclination(platform) > TILTED:
                 self.tilted = stamp
                 self.carried_to = platform.position[:2]
                 self._place_on_platform = place
-            return
-        assert self._place_on_platform is not None
-        if dist(place, self._place_on_platform) > MIN_SLIDE:
+        elif dist(place, self._place_on_platform) > MIN_SLIDE:
             self.floated = rest_start(self._track, STILL, FLOATING_NS)

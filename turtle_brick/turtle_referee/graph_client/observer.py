@@ -63,9 +63,8 @@ def fill_position(message: Any, position: Sequence[float]) -> bool:
     if {'x', 'y', 'z'} <= set(fields):
         message.x, message.y, message.z = map(float, position)
         return True
-    values = (getattr(message, name) for name in fields)
     return any(hasattr(value, 'get_fields_and_field_types') and fill_position(value, position)
-               for value in values)
+               for value in (getattr(message, name) for name in fields))
 
 
 def subscription_qos(latched: bool, reliable: bool = True) -> QoSProfile:

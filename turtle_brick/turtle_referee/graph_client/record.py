@@ -164,21 +164,17 @@ class Record:
         self.frames: dict[str, Frame] = {}
         self.markers: list[ReceivedMarker] = []
         self.namespace = '/'
-        self.publishers: dict[str, set[str]] = {}
-        """Full node names for each topic."""
-        self.latched: dict[str, bool] = {}
-        """Whether all publishers on a topic are transient local."""
+        self.publishers: dict[str, set[str]] = {}  # Full node names for each topic.
+        self.latched: dict[str, bool] = {}  # Whether all publishers on a topic are latched.
         self.idle: list[tuple[int, int]] = []
-        self.driving: list[tuple[int, int]] = []
-        """Time spans that contain several drives."""
+        self.driving: list[tuple[int, int]] = []  # Time spans that contain several drives.
         self.drives: list[Drive] = []
         self.tilts: list[Request] = []
         self.places: list[Request] = []
         self.drops: list[Any] = []
+        # Time spans in which the observer was late or all processors were busy.
         self.stalls: list[tuple[int, int]] = []
-        """Time spans in which the observer was late or all processors were busy."""
-        self.notes: list[str] = []
-        """Problems during the observation."""
+        self.notes: list[str] = []  # Problems during the observation.
         self.crashes: list[str] = []
 
     def is_empty(self) -> bool:
@@ -230,8 +226,7 @@ class Record:
     def joint(self, name: str, begin: int, end: int,
               field: str = 'position') -> list[tuple[int, float]]:
         """Return the timestamps (ns) and positions (rad) or velocities (rad/s) of a joint."""
-        states = self.messages('joint_states', begin, end)
-        return [(stamp_of(state), value) for state in states
+        return [(stamp_of(state), value) for state in self.messages('joint_states', begin, end)
                 for joint, value in zip(state.message.name, getattr(state.message, field))
                 if joint == name]
 

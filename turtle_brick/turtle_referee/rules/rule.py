@@ -88,8 +88,7 @@ class Judgment(NamedTuple):
     mark: str
     measured: str
     plot: Plot | None = None
-    follows: Sequence[str] = ()
-    """Other broken requirements that may be the cause."""
+    follows: Sequence[str] = ()  # Other broken requirements that may be the cause.
 
 
 Judge = Callable[[Record], Finding]
@@ -102,8 +101,7 @@ class Rule(NamedTuple):
     sentence: str
     expected: str
     judge: Judge
-    depends_on: Sequence[str]
-    """Requirements that must be met before this requirement can be met."""
+    depends_on: Sequence[str]  # Requirements that must be met before this one can be met.
 
     def __call__(self, record: Record) -> Judgment:
         """Judge a record regardless of the machine's load."""
