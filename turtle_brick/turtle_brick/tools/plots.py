@@ -250,11 +250,7 @@ def waterfall(axes: Axes, delays: Sequence[tuple[str, float, str, Sequence[float
 
 
 def latency(drops: Sequence[dict[str, float]], path: Path) -> None:
-    """
-    Draw the delays from a brick's release to the robot's first motion.
-
-    :param drops: for each drop, the time (s) from the release to the end of each delay in LINKS
-    """
+    """Draw the times (s) from the release of each brick to the end of each delay in LINKS."""
     medians = {link: 1e3 * median(drop[link] for drop in drops) for link in LINKS}
     durations = np.diff([0.0, *medians.values()])
     with new_figure(path, 9.4, 3.9) as figure:

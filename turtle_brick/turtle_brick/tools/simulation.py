@@ -82,12 +82,7 @@ class Simulation:
 
     def __init__(self, parameters: Parameters, seed: int = 0, delays: Delays = Delays(),
                  start: tuple[float, float, float] = (ARENA_CENTER, ARENA_CENTER, 0.0)) -> None:
-        """
-        Create an arena in which the robot and the brick are at rest.
-
-        :param seed: seed for the timer phases and the jitter
-        :param start: x, y (m) and theta (rad) of the turtle in the world frame
-        """
+        """Create an arena at rest; `start` contains x, y (m) and theta (rad) of the turtle."""
         self.parameters = parameters
         self.random = Random(seed)
         self.delays = delays

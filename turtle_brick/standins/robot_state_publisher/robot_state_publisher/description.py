@@ -35,8 +35,7 @@ class Joint(NamedTuple):
     translation: Vector
     rotation: Quaternion
     axis: Vector
-    mimic: tuple[str, float, float]
-    """Joint to mimic (empty if none), multiplier and offset."""
+    mimic: tuple[str, float, float]  # Joint to mimic (empty if none), multiplier and offset.
 
     @property
     def moves(self) -> bool:

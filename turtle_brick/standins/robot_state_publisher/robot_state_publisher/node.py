@@ -55,8 +55,7 @@ class Source(NamedTuple):
 
     index: int
     multiplier: float
-    offset: float
-    """Position of the joint = multiplier * position in the message + offset."""
+    offset: float  # Position of the joint = multiplier * position in the message + offset.
     joint: Joint
     transform: TransformStamped
 

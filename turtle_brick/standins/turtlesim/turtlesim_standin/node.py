@@ -74,7 +74,6 @@ class TurtleTopics:
     """The topics and services of one turtle."""
 
     def __init__(self, node: Node, name: str, turtle: Turtle) -> None:
-        """Create the topics and services."""
         self._node = node
         qos = QoSProfile(depth=QUEUE_DEPTH)
         # Event callbacks are disabled because the EventsExecutor may crash when they are
@@ -165,7 +164,6 @@ class TurtleSimNode(Node):
                                % (name, *turtle.pose[:3]))
 
     def _spawn(self, request: Spawn.Request, response: Spawn.Response) -> Spawn.Response:
-        """Add a turtle."""
         try:
             validate_topic_name(f'{request.name or "turtle"}/pose')
         except InvalidTopicNameException as error:
@@ -180,14 +178,12 @@ class TurtleSimNode(Node):
         return response
 
     def _kill(self, request: Kill.Request) -> None:
-        """Remove a turtle."""
         if self._sim.kill(request.name):
             self._topics.pop(request.name).close()
         else:
             self.get_logger().error(f'Tried to kill turtle [{request.name}], which does not exist')
 
     def _reset(self, _: Empty.Request) -> None:
-        """Restart with turtle1 in the center."""
         self.get_logger().info('Resetting turtlesim.')
         self._sim.reset(self._now())
         for topics in self._topics.values():
