@@ -122,7 +122,7 @@ async function start() {
 
   let last = performance.now();
   const draw = now => {
-    const state = JSON.parse(arena.advance(Math.min((now - last) / 1000, 0.1) * form.speed.value));
+    const state = JSON.parse(arena.advance(Math.min((now - last) / 1000, 0.25) * form.speed.value));
     last = now;
     const [x, y, yaw] = state.robot;
     robot.position.set(x, y, 0);
