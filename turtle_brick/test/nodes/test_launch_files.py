@@ -12,12 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-Test the launch files.
-
-Each launch file starts programs that only report their arguments and parameters, so the tests do
-not require rviz2 or a display. One test starts the real nodes.
-"""
+"""Test the launch files, mostly with programs that only report arguments and parameters."""
 
 import json
 import os
@@ -26,7 +21,7 @@ import signal
 import subprocess
 import sys
 
-from geometry_msgs.msg import Point, Twist
+from geometry_msgs.msg import Point
 from launch import LaunchContext
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
 from launch.launch_description_sources import AnyLaunchDescriptionSource
@@ -211,8 +206,6 @@ def test_turtle_arena(domain_id):
                  domain_id, stop=None) as launching:
         launching.wait_for_output('waiting for a fall', TIMEOUT)
         with graph(domain_id, namespace='bob') as live:
-            commands = live.record('turtle1/cmd_vel', Twist)
-            assert live.rates([commands], 300) == [pytest.approx(100.0, rel=0.02)]
             # A high fall gives a busy machine enough time.
             beside = Place.Request(location=Point(x=6.5, y=6.0, z=20.0))
             assert live.call('place', Place, beside).success
