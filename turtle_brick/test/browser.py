@@ -12,11 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-Control a headless Chromium through the DevTools protocol.
-
-This requires Chromium and the Python package websockets, which pip installs with viser.
-"""
+"""Control a headless Chromium through DevTools. The package websockets comes with viser."""
 
 from base64 import b64decode
 from contextlib import ExitStack

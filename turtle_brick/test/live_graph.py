@@ -87,11 +87,7 @@ class LiveGraph(Graph):
         super().close()
 
     def wait_for(self, predicate: Callable[[], Any], timeout: float, what: str) -> Any:
-        """
-        Run the nodes until the predicate returns a true value, and return that value.
-
-        :raises TimeoutError: the event, described by `what`, did not occur within the timeout (s)
-        """
+        """Run the nodes until the predicate is true. Return its value, or raise TimeoutError."""
         result: list[Any] = []
 
         def check() -> bool:

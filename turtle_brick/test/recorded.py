@@ -183,11 +183,7 @@ def restored_signal_handlers():
 
 
 def run_here(words, patch, stdin=''):
-    """
-    Run `ros2` in this process, and return its status and output.
-
-    :param patch: the MonkeyPatch that undoes the changes to this process
-    """
+    """Run `ros2` in this process, and return status and output. `patch` undoes all changes."""
     out, err = (io.TextIOWrapper(io.BytesIO(), write_through=True) for _ in range(2))
     for name, value in (('argv', words), ('stdin', io.StringIO(stdin)), ('stdout', out),
                         ('stderr', err)):

@@ -11,11 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""
-Closed forms and invariants of World for random input.
-
-This file and the referee's geometry compute the expected values.
-"""
+"""Closed forms and invariants of World for random input, with the geometry of the referee."""
 
 from math import cos, floor, hypot, pi, sin, sqrt
 

@@ -45,7 +45,6 @@ PROGRAM = Program(1.0, 3, (0.5, 0.0), (FAR_OUT, IN_REACH))
 
 
 def add_nodes(graph):
-    """Add all nodes of the assignment to a graph."""
     return {name: getattr(graph, f'add_{name}')() for name in (
         'turtlesim', 'robot_state_publisher', 'robot', 'arena', 'catcher')}
 
@@ -96,7 +95,6 @@ def delay_stem():
 
 
 def level_on_the_ground(message):
-    """Level the brick on the ground."""
     for transform in message.transforms:
         if transform.child_frame_id == 'brick' and transform.transform.translation.z < 0.2:
             transform.transform.rotation = Quaternion()
@@ -176,7 +174,6 @@ class UnusualServer(Node):
             self.create_service(kind, name, self.on_request)
 
     def on_request(self, request, response):
-        """Store the request."""
         self.requests.append(request)
         return response
 

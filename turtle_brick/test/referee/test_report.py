@@ -39,7 +39,6 @@ ABOUT = {'seconds': nan, 'command': 'ros2 <tag>', 'versions': {'rclpy': '7.1'}, 
 
 
 def parse(page):
-    """Return the root of an HTML page."""
     assert page.startswith('<!DOCTYPE html>')
     return ElementTree.fromstring(page.removeprefix('<!DOCTYPE html>'))
 

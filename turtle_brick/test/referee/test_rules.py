@@ -90,12 +90,10 @@ def add_message(record, topic, message, seconds, late=0.0):
 
 
 def add_marker(record, marker, seconds, topic='/marker'):
-    """Add a marker."""
     record.markers.append(ReceivedMarker(at(seconds), topic, marker))
 
 
 def box(frame, x=0.0, y=0.0, size=(LENGTH, WIDTH, HEIGHT)):
-    """Return a box marker."""
     marker = Marker(type=Marker.CUBE)
     marker.header.frame_id = frame
     marker.pose.position.x, marker.pose.position.y = x, y
@@ -242,7 +240,6 @@ ROBOT_RULES = {rule.name for rule in robot_rules.RULES} - {'frames: brick', 'rat
 
 
 def judge(record, *names):
-    """Return the judgments of some rules."""
     return Rules(rule for rule in referee.RULES if rule.name in names).judge(record)
 
 
@@ -327,7 +324,6 @@ def remove_text(record, seconds, action):
 
 
 def change_request(record, name, **changes):
-    """Change fields of the first request in a list."""
     requests = getattr(record, name)
     requests[0] = requests[0]._replace(**changes)
 

@@ -33,7 +33,6 @@ ROBOT = """
 @pytest.mark.skipif(find_chromium() is None,
                     reason='Chromium is not installed. Run: apt-get install chromium')
 def test_buttons_on_the_page_move_the_joints(domain_id):
-    """The button Randomize moves all joints, and Center moves them back to zero."""
     command = [executable('joint_state_publisher_gui', 'joint_state_publisher_gui')]
     with graph(domain_id) as live, process(command, domain_id) as sliders, Chromium() as browser:
         live.publisher('robot_description', String, QoSProfile(

@@ -11,12 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""
-Compares the stand-in for launch, launch_ros, launch_xml and launch_testing with recordings.
-
-Most tests execute a launch file in this process and replace Popen() with a function that records
-its arguments. The other tests run commands in parallel, because most commands wait.
-"""
+"""Compares the stand-in for launch, launch_ros, launch_xml and launch_testing with recordings."""
 
 from __future__ import annotations
 
@@ -55,7 +50,6 @@ def recorded(*names):
 
 @pytest.fixture(scope='module')
 def files(tmp_path_factory):
-    """Write the recorded launch files."""
     top = tmp_path_factory.mktemp('ros2')
     write_files(top)
     for package in ('rviz2', 'joint_state_publisher', 'joint_state_publisher_gui'):
@@ -69,7 +63,6 @@ def files(tmp_path_factory):
 
 @pytest.fixture
 def environment(files, runs, monkeypatch):
-    """Set the environment variables of the recordings."""
     monkeypatch.setenv('AMENT_PREFIX_PATH', os.pathsep.join(
         [str(files / 'probe'), os.environ['AMENT_PREFIX_PATH'], str(files / 'others')]))
     monkeypatch.setenv('COLUMNS', '100')

@@ -11,11 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""
-Compares the stand-in for `ros2` with recordings of the real `ros2` for a running turtle_arena.
-
-The tests replay all recordings in data/ros2 of verbs that the stand-in supports.
-"""
+"""Compares the stand-in for `ros2` with recordings of the real `ros2` in a turtle_arena."""
 
 from argparse import Namespace
 from concurrent.futures import ThreadPoolExecutor
@@ -73,7 +69,6 @@ HERE = sorted(set(RECORDS).difference(PROCESSES, INTERFACE_LISTS), key=lambda na
 
 @pytest.fixture(scope='module')
 def files(tmp_path_factory):
-    """Write the files that the recorded commands used."""
     top = tmp_path_factory.mktemp('ros2')
     write_files(top)
     with pytest.MonkeyPatch.context() as environment:
@@ -119,7 +114,6 @@ def arena():
 
 
 def start(words, domain, stdin=''):
-    """Start a command in a domain."""
     return Command(words, {**os.environ, 'ROS_DOMAIN_ID': str(domain)}, stdin,
                    forked=words[0] == 'ros2' and words[1:2] not in ([], ['run']))
 
@@ -230,7 +224,6 @@ TF2_ECHO_OUTPUT = """At time 0.0
 
 
 def test_tf2_echo_prints_published_transform(outcomes, domain_id):
-    """tf2_echo and static_transform_publisher have the output of the real programs."""
     publisher, echo = (start(['ros2', 'run', 'tf2_ros', *words.split()], domain_id) for words in (
         'static_transform_publisher --x 1.5 --y -2 --z 0.25 --roll 0.1 --pitch 0.2 --yaw 0.3 '
         '--frame-id world --child-frame-id brick', 'tf2_echo world brick -r 20'))
@@ -313,7 +306,6 @@ def matches(name, recorded, printed, files):
 
 
 def assert_same(name, done, files):
-    """Compare the exit status and output of a command with the recording."""
     record = RECORDS[name]
     assert done.status == record['returncode'], done
     for recorded, printed in ((record['stdout'], done.text), (record['stderr'], done.error)):
@@ -323,13 +315,11 @@ def assert_same(name, done, files):
 
 @pytest.mark.parametrize('name', PROCESSES)
 def test_command(name, outcomes, files):
-    """A command in its own process has the recorded output and status."""
     assert_same(name, outcomes[name].result(), files)
 
 
 @pytest.mark.parametrize('name', HERE)
 def test_verb(name, open_graph_here, files, monkeypatch):
-    """A verb in this process has the recorded output and status."""
     for module in (cli_graph, messages, topic_statistics):
         monkeypatch.setattr(module, 'open_graph', open_graph_here)
     record = RECORDS[name]
@@ -380,7 +370,6 @@ def test_statistics_are_those_of_the_real_ros2(report):
     ('service call /drop Trigger', 'The passed service type is invalid')])
 def test_missing_verb_or_invalid_type_is_one_line(words, sentence, files, open_graph_here,
                                                   monkeypatch):
-    """The error names the missing verb or the invalid type."""
     monkeypatch.setattr(messages, 'open_graph', open_graph_here)
     done = run_here(['ros2', *words.split()], monkeypatch)
     assert (done.status, done.text, done.error) == (1, '', f'{sentence}\n')
@@ -388,7 +377,6 @@ def test_missing_verb_or_invalid_type_is_one_line(words, sentence, files, open_g
 
 @pytest.mark.parametrize('name', INTERFACE_LISTS)
 def test_interfaces_are_listed(name, monkeypatch):
-    """The interfaces of turtlesim and turtle_brick are listed as in the recording."""
     printed = run_here(RECORDS[name]['command'], monkeypatch).text.splitlines()
     found = [line for line in printed if re.search(INTERFACE_LISTS[name], line)]
     recorded = RECORDS[name]['stdout'].splitlines()
@@ -408,7 +396,6 @@ def test_service_info_counts_clients_and_servers(open_graph_here, monkeypatch):
     ('message_type', {'topic_name': '/odom'}, {'nav_msgs/msg/Odometry'})])
 def test_completion_offers_existing_names(argument, before, answers, open_graph_here,
                                           monkeypatch):
-    """Completion offers names from the installed packages and from the graph."""
     monkeypatch.setattr(cli_graph, 'open_graph', open_graph_here)
     known = cli.complete(TABLE['completed'], Namespace(dest=argument), Namespace(**before))
     assert answers <= set(known)

@@ -11,11 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""
-Tests the topics, services, parameters, QoS, log and shutdown of the stand-in for turtlesim_node.
-
-test_turtlesim_kinematics.py compares the motion with recordings.
-"""
+"""Tests the ROS interface of turtlesim_node; test_turtlesim_kinematics.py tests the motion."""
 
 from math import pi
 import signal
@@ -67,7 +63,6 @@ def poses_of(live, turtle):
 
 
 def wait_for_pose(live, poses, condition, name):
-    """Wait until the latest pose fulfills a condition, and return the pose."""
     return live.wait_for(lambda: condition(poses.last) and poses.last, 10.0, name)
 
 
@@ -162,7 +157,6 @@ def test_drawing_services_only_log_a_warning(shared):
 
 
 def test_invalid_parameter_ends_node_with_one_line(domain_id):
-    """The error message names the parameter and its value."""
     with process([*COMMAND, '--ros-args', '-p', 'holonomic:=abc'], domain_id,
                  stop=None) as running:
         assert running.wait(20.0) == 1

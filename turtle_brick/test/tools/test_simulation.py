@@ -47,7 +47,6 @@ def simulate(parameters=PARAMETERS, *arguments):
 
 
 def random_parameters(random):
-    """Return random parameters for the robot, the brick and gravity."""
     radius = exp(random.uniform(log(0.1), log(1.0)))
     return replace(
         PARAMETERS,

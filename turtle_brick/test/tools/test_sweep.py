@@ -152,7 +152,6 @@ def test_figures_are_drawn(tmp_path, drops, caught):
 
 
 def test_a_trace_repeats_the_drop(caught):
-    """The times in the trace agree with the result of the drop."""
     samples = trace(PARAMETERS, caught)
     falling = [sample.time for sample in samples if sample.phase.name == 'FALLING']
     assert falling[0] == 0.0

@@ -60,7 +60,6 @@ class PageBench:
     """A page with a mock scene and a mock panel."""
 
     def __init__(self):
-        """Create an empty page."""
         self.now = START
         self.scene, self.panel, self.warn = Mock(), Mock(**{'frames.value': False}), Mock()
         self.buffer = Buffer()
@@ -70,7 +69,6 @@ class PageBench:
 
     def send_transform(self, parent, child, position=(0.0, 0.0, 0.0), rotation=IDENTITY,
                        static=False):
-        """Send a transform."""
         message = transform_message(
             parent, child, Pose(position, rotation), Time(nanoseconds=self.now).to_msg())
         if static:
@@ -80,7 +78,6 @@ class PageBench:
             self.page.on_transform(message)
 
     def send_brick(self, phase):
-        """Send the marker and the state of the brick."""
         self.page.on_marker('brick_marker', brick_marker(phase, (0.4, 0.2, 0.12)))
         self.page.on_brick_state(String(data=phase.value))
 
@@ -98,7 +95,6 @@ class PageBench:
         return self.panel.show_status.call_args.args
 
     def send_goal(self, x, y=0.0, frame='world'):
-        """Send a goal."""
         goal = PoseStamped()
         goal.header.frame_id = frame
         goal.pose.position.x, goal.pose.position.y = x, y
@@ -112,7 +108,6 @@ class PageBench:
         return {name: scene_object.pose for name, scene_object in objects.items()}
 
     def last_argument(self, method):
-        """Return the argument of the last call of a mock method."""
         return method.call_args.args[0]
 
 

@@ -44,10 +44,8 @@ CHART = 'Object.values(window.__viserTestpoints.uplots)[0].chart'
 
 
 class Page(Chromium):
-    """The page in a browser."""
 
     def open_page(self, url):
-        """Open the page, and wait until it is complete."""
         self.go_to(f'{url}/?fixedDpr=1')
         self.wait_for(CANVAS)
         # The scene leaves space for the panel.
@@ -59,7 +57,6 @@ class Page(Chromium):
                 f'{{textContent: ""}}).textContent.includes({text!r})')
 
     def wait_for_text(self, name, text):
-        """Wait until a panel element contains a string."""
         self.wait_for(self.has_text(name, text))
 
     def enter_position(self, text, response, button=None):
@@ -75,7 +72,6 @@ class Page(Chromium):
             assert monotonic() < deadline, response
 
     def visible_colors(self):
-        """Return the names of the objects whose colors are visible."""
         from PIL import Image
         pixels = numpy.asarray(Image.open(BytesIO(self.screenshot(CANVAS))).convert('RGB'), float)
         red, green, blue = numpy.moveaxis(pixels / (pixels.sum(axis=2)[..., None] + 1.0), 2, 0)
