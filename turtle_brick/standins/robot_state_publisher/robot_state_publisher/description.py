@@ -20,9 +20,10 @@ from xml.etree import ElementTree
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
-_ROTATING = ('continuous', 'revolute')
-_FIXED = ('fixed', 'planar')
-"""A planar joint does not move, as in the real robot_state_publisher."""
+ROTATING = ('continuous', 'revolute')
+MOVING = (*ROTATING, 'prismatic')
+FIXED = ('fixed', 'planar')
+"""Kinds of joints. A planar joint does not move, as in the real robot_state_publisher."""
 
 
 class Joint(NamedTuple):
@@ -37,19 +38,9 @@ class Joint(NamedTuple):
     axis: Vector
     mimic: tuple[str, float, float]  # Joint to mimic (empty if none), multiplier and offset.
 
-    @property
-    def moves(self) -> bool:
-        """Return whether the joint can move its child link."""
-        return self.kind in (*_ROTATING, 'prismatic')
-
-    @property
-    def is_fixed(self) -> bool:
-        """Return whether the joint is fixed. `moves` is also False for a floating joint."""
-        return self.kind in _FIXED
-
     def pose(self, position: float) -> tuple[Vector, Quaternion]:
         """Return the origin (m) and rotation of the child link for a joint position (rad or m)."""
-        if self.kind in _ROTATING:
+        if self.kind in ROTATING:
             x, y, z = self.axis
             s = sin(0.5 * position)
             turn = (s * x, s * y, s * z, cos(0.5 * position))
@@ -111,7 +102,7 @@ def _joint(element: ElementTree.Element, links: list[str]) -> Joint:
     for end in ends:
         if end not in links:
             raise ValueError(f'link [{end}] does not exist')
-    if kind not in (*_ROTATING, 'prismatic', *_FIXED, 'floating'):
+    if kind not in (*MOVING, *FIXED, 'floating'):
         raise ValueError(f'type [{kind}] is unknown')
     axis = numbers('axis', 'xyz', '1 0 0')
     length = sqrt(sum(value * value for value in axis))

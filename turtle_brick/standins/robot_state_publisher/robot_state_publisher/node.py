@@ -30,10 +30,9 @@ ROS parameters (read-only):
     frame_prefix (string, empty): prefix of all frame names
 """
 
-from functools import lru_cache
 from signal import SIG_DFL, SIGINT, signal, SIGTERM
 from threading import Event
-from typing import Any, NamedTuple
+from typing import Any
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
@@ -44,30 +43,10 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, qos_profile_sensor_data, QoSProfile
 from rclpy.signals import SignalHandlerOptions
-from robot_state_publisher.description import Joint, parse
+from robot_state_publisher.description import FIXED, Joint, MOVING, parse
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
-
-
-class Source(NamedTuple):
-    """The transform of a joint, and the message index of the position that determines it."""
-
-    index: int
-    multiplier: float
-    offset: float  # Position of the joint = multiplier * position in the message + offset.
-    joint: Joint
-    transform: TransformStamped
-
-
-def fill(stamped: TransformStamped, joint: Joint, position: float, stamp: Time
-         ) -> TransformStamped:
-    """Set the transform of a joint for a joint position (rad or m), and return the transform."""
-    stamped.header.stamp = stamp
-    translation, rotation = stamped.transform.translation, stamped.transform.rotation
-    ((translation.x, translation.y, translation.z),
-     (rotation.x, rotation.y, rotation.z, rotation.w)) = joint.pose(position)
-    return stamped
 
 
 class RobotStatePublisher(Node):
@@ -88,8 +67,6 @@ class RobotStatePublisher(Node):
 
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._joints = parse(description)
-        # The result is cached because a publisher always sends the same joint names.
-        self._sources = lru_cache(self._find_sources)
         self._published: dict[str, int] = {}
         """Timestamp (ns) of the last published state of each joint."""
         self._last_call = 0
@@ -100,8 +77,8 @@ class RobotStatePublisher(Node):
         self._description_publisher.publish(String(data=description))
         now = self.get_clock().now().to_msg()
         self._static_publisher.publish(TFMessage(transforms=[
-            fill(self._transform(joint), joint, 0.0, now)
-            for joint in self._joints.values() if joint.is_fixed]))
+            self._transform(joint, 0.0, now)
+            for joint in self._joints.values() if joint.kind in FIXED]))
         self.create_subscription(
             JointState, 'joint_states', self.joint_states_callback, qos_profile_sensor_data)
         self.get_logger().info('Robot initialized')
@@ -116,8 +93,8 @@ class RobotStatePublisher(Node):
         if not self._is_due(names, state):
             return
         self._tf_publisher.publish(TFMessage(transforms=[
-            fill(stamped, joint, multiplier * positions[index] + offset, state.header.stamp)
-            for index, multiplier, offset, joint, stamped in self._sources(names)]))
+            self._transform(joint, multiplier * positions[index] + offset, state.header.stamp)
+            for joint, index, multiplier, offset in self._find_sources(names)]))
 
     def _is_due(self, names: tuple[str, ...], state: JointState) -> bool:
         """Return whether to publish a message, and record its timestamp in this case."""
@@ -137,8 +114,8 @@ class RobotStatePublisher(Node):
             published[name] = stamp
         return True
 
-    def _find_sources(self, names: tuple[str, ...]) -> list[Source]:
-        """Return the transforms that depend on the joints with these names."""
+    def _find_sources(self, names: tuple[str, ...]) -> list[tuple[Joint, int, float, float]]:
+        """Return joints with an index i, m and b: their positions are m * positions[i] + b."""
         sources: dict[str, tuple[int, float, float]] = {}
         for index, name in enumerate(names):
             sources.setdefault(name, (index, 1.0, 0.0))
@@ -148,15 +125,16 @@ class RobotStatePublisher(Node):
                 index, multiplier, offset = sources[followed]
                 sources.setdefault(
                     joint.name, (index, multiplier * factor, offset * factor + shift))
-        return [Source(*source, self._joints[name], self._transform(self._joints[name]))
-                for name, source in sorted(sources.items())
-                if name in self._joints and self._joints[name].moves]
+        return [(self._joints[name], *source) for name, source in sorted(sources.items())
+                if name in self._joints and self._joints[name].kind in MOVING]
 
-    def _transform(self, joint: Joint) -> TransformStamped:
-        """Return an empty transform with the frames of a joint."""
-        stamped = TransformStamped()
-        stamped.header.frame_id = self._prefix + joint.parent
-        stamped.child_frame_id = self._prefix + joint.child
+    def _transform(self, joint: Joint, position: float, stamp: Time) -> TransformStamped:
+        """Return the transform of a joint for a joint position (rad or m)."""
+        stamped = TransformStamped(child_frame_id=self._prefix + joint.child)
+        stamped.header.frame_id, stamped.header.stamp = self._prefix + joint.parent, stamp
+        translation, rotation = stamped.transform.translation, stamped.transform.rotation
+        ((translation.x, translation.y, translation.z),
+         (rotation.x, rotation.y, rotation.z, rotation.w)) = joint.pose(position)
         return stamped
 
 
