@@ -24,9 +24,7 @@ The machine must be otherwise idle. The measurements are taken as follows:
 * Message intervals are measured in another idle window, with the client connected. An interval is
   the difference between two source timestamps, which the publisher's middleware sets.
 * Reaction times start when the brick is released. At that time, the robot is at rest at a random
-  distance from the brick and must drive to catch it. The release time is the timestamp of the
-  last brick position before the fall. The decision time is the publication time of the goal. The
-  motion starts with the first changed pose.
+  distance from the brick and must drive to catch it.
 """
 
 import argparse

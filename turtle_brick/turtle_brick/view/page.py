@@ -183,7 +183,9 @@ class Page:
         self._fixed_frame = self._find_fixed_frame()
         self._drawn_time = self._find_drawn_time()
         self._poses.clear()
-        robot = self._robot_objects()
+        robot = {f'robot/{link}': SceneObject(shapes, pose)
+                 for link, shapes in self._robot.links.items()
+                 if (pose := self._drawn_pose(link)) is not None}
         objects = {**robot, **self._goal_objects(), **self._frame_objects(),
                    **self._markers.objects(now, self._drawn_pose)}
         points = [link.pose.position for link in robot.values()]
@@ -198,11 +200,6 @@ class Page:
         if now >= self._next_panel_update:
             self._next_panel_update = max(self._next_panel_update + PANEL_PERIOD_NS, now)
             self._update_panel(now, shown is live)
-
-    def _robot_objects(self) -> dict[str, SceneObject]:
-        return {f'robot/{link}': SceneObject(shapes, pose)
-                for link, shapes in self._robot.links.items()
-                if (pose := self._drawn_pose(link)) is not None}
 
     def _goal_objects(self) -> dict[str, SceneObject]:
         robot = self._drawn_pose(BASE_LINK)

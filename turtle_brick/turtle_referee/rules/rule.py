@@ -38,9 +38,6 @@ SAME_ANGLE = 0.02
 
 MET, BROKEN, OPEN = '✔', '✗', '–'
 
-ORDER = (BROKEN, OPEN, MET)
-"""Order of the marks in a report."""
-
 ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
 """Pattern for a plural noun after the number 1, such as '1 rides'."""
 
@@ -145,7 +142,8 @@ class Rules(list[Rule]):
         causes = self.causes({one.name: one.measured for one in judgments if one.mark == BROKEN})
         judgments = [one._replace(measured=ONE.sub(r'1 \1', one.measured),
                                   follows=causes.get(one.name, ())) for one in judgments]
-        return sorted(judgments, key=lambda one: (ORDER.index(one.mark), bool(one.follows)))
+        order = (BROKEN, OPEN, MET)
+        return sorted(judgments, key=lambda one: (order.index(one.mark), bool(one.follows)))
 
     def causes(self, broken: Mapping[str, str]) -> dict[str, list[str]]:
         """Return the possible causes of broken requirements, given their measured results."""

@@ -35,12 +35,8 @@ class RollSample(NamedTuple):
     rolled: float  # Wheel angle times wheel radius.
 
 
-TELEPORT = 2.0
-"""Time (s) of the teleport."""
-
-
 def roll(parameters: Parameters) -> list[RollSample]:
-    """Drive for 1 s, stop, teleport, and drive for 1.5 s toward a wall that is 1 s away."""
+    """Drive for 1 s, stop, teleport at 2 s, and drive for 1.5 s toward a wall 1 s away."""
     turtle = Turtle(1.0, ARENA_CENTER, holonomic=True)
     odometer = Odometer(parameters.wheel_radius)
     speed = parameters.max_velocity
@@ -49,7 +45,7 @@ def roll(parameters: Parameters) -> list[RollSample]:
     odometer.observe(0.0, pose)
     for tick in range(1, round(4.5 / TICK)):
         now = tick * TICK
-        if rolls[-1].time < TELEPORT <= now:
+        if rolls[-1].time < 2.0 <= now:
             turtle.teleport_absolute(ARENA_SIZE - speed, ARENA_CENTER, 0.0)
         drives = now <= 1.0 or 2.5 < now <= 4.0
         turtle.command(speed if drives else 0.0, 0.0, 0.0)
