@@ -86,13 +86,7 @@ class Page:
     def __init__(self, scene: 'Scene', panel: 'Panel', buffer: Buffer,
                  warn: Callable[[str], Any], count_publishers: Callable[[str], int],
                  clock: Callable[[], int]) -> None:
-        """
-        Start without data.
-
-        :param warn: logs a warning
-        :param count_publishers: returns the number of publishers on a topic
-        :param clock: returns the current time (ns) of a monotonic clock
-        """
+        """Start without data; the clock is monotonic and returns nanoseconds."""
         self._scene = scene
         self._panel = panel
         self._buffer = buffer
@@ -111,7 +105,6 @@ class Page:
         self._next_panel_update = 0
         self._fixed_frame = WORLD
         self._drawn_time = 0
-        self._poses: dict[str, Pose | None] = {}
 
     def on_description(self, message: String) -> None:
         """Read the robot description."""
@@ -182,7 +175,6 @@ class Page:
         now = self._clock()
         self._fixed_frame = self._find_fixed_frame()
         self._drawn_time = self._find_drawn_time()
-        self._poses.clear()
         robot = {f'robot/{link}': SceneObject(shapes, pose)
                  for link, shapes in self._robot.links.items()
                  if (pose := self._drawn_pose(link)) is not None}
@@ -262,10 +254,8 @@ class Page:
 
     def _drawn_pose(self, frame: str) -> Pose | None:
         """Return the pose of a frame at the drawn time, or None if it is unknown."""
-        if frame not in self._poses:
-            # If the transforms have stopped, the latest pose is shown.
-            self._poses[frame] = self._pose(frame, self._drawn_time) or self._pose(frame)
-        return self._poses[frame]
+        # If the transforms have stopped, the latest pose is shown.
+        return self._pose(frame, self._drawn_time) or self._pose(frame)
 
     def _pose(self, frame: str, stamp: int = 0) -> Pose | None:
         """Return the pose of a frame at a time (ns), or the latest pose if the time is 0."""

@@ -99,12 +99,7 @@ class Markers:
             self._shown[key] = (message.header.frame_id, shape_of(message), end)
 
     def objects(self, now: int, pose_of: Callable[[str], Pose | None]) -> dict[str, SceneObject]:
-        """
-        Return all markers in known frames by name, and remove expired markers.
-
-        :param now: current time (ns)
-        :param pose_of: returns the pose of a frame, or None if it is unknown
-        """
+        """Return all markers in known frames by name, and remove expired markers."""
         self._shown = {key: shown for key, shown in self._shown.items() if now < shown[2]}
         return {f'{topic}/{namespace}/{number}': SceneObject((shape,), pose)
                 for (topic, namespace, number), (frame, shape, _) in self._shown.items()
