@@ -91,8 +91,6 @@ def canonical(x: float, y: float, z: float, w: float) -> Rotation:
         sign = z if yy < zz else y
     else:
         sign = z if xx < zz else x
-    if square == 1.0:
-        return (x, y, z, w) if sign > 0.0 else (-x, -y, -z, -w)
     scale = 1.0 / sqrt(square) if sign > 0.0 else -1.0 / sqrt(square)
     return (x * scale, y * scale, z * scale, w * scale)
 
