@@ -80,12 +80,9 @@ MOTION_THRESHOLD = 1e-6
 
 def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | None:
     """
-    Return the delays between a brick's release and the robot's motion in a record.
+    Return the time (s) from the release of a brick to the end of each delay in `plots.LINKS`.
 
-    :param begin: a time (ns) shortly before the release
-    :param end: a time (ns) after the first motion
-    :return: the time (s) from the release to the end of each delay in `plots.LINKS`, or None if
-        the brick did not fall or the robot did not move
+    Return None if the brick did not fall or the robot did not move between two times (ns).
     """
     bricks = record.frames[BRICK].published_between(begin, end)
     heights = [sample.pose.position[2] for _, sample in bricks]

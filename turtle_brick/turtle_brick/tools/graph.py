@@ -63,12 +63,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
 
     def __init__(self, domain_id: int | None = None, namespace: str = '',
                  quiet: bool = False, tf_inside: bool = False) -> None:
-        """
-        Create a graph without nodes in a ROS domain (default: the domain in the environment).
-
-        :param quiet: whether the nodes log only warnings and errors
-        :param tf_inside: whether the namespace applies to TF, as in the launch files
-        """
+        """Create an empty graph, with TF inside the namespace if requested."""
         self.namespace = namespace
         self._files = TemporaryDirectory()
         self.params_file = default_path()
