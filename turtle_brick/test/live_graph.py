@@ -149,6 +149,12 @@ graph = LiveGraph
 """Short name for tests: `with graph(domain_id) as live`."""
 
 
+def add_nodes(graph: Graph) -> dict[str, Any]:
+    """Add all nodes of the assignment to a graph, and return them by name."""
+    return {name: getattr(graph, f'add_{name}')() for name in (
+        'turtlesim', 'robot_state_publisher', 'robot', 'arena', 'catcher')}
+
+
 class NodeProcess(Process):
     """A program that runs in a ROS domain."""
 

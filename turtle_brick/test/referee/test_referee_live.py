@@ -20,7 +20,7 @@ import sys
 from time import monotonic
 
 from geometry_msgs.msg import Quaternion, TransformStamped
-from live_graph import LiveGraph
+from live_graph import add_nodes, LiveGraph
 from nav_msgs.srv import GetPlan
 import pytest
 from rclpy.node import Node
@@ -42,11 +42,6 @@ SHORT = {'program': Program(0.2, 2, (0.5,), (FAR_OUT,)), 'discovery_time': 0.5, 
 
 PROGRAM = Program(1.0, 3, (0.5, 0.0), (FAR_OUT, IN_REACH))
 """A short program that includes each kind of request."""
-
-
-def add_nodes(graph):
-    return {name: getattr(graph, f'add_{name}')() for name in (
-        'turtlesim', 'robot_state_publisher', 'robot', 'arena', 'catcher')}
 
 
 def observe(graph, log=lambda text: None, **options):

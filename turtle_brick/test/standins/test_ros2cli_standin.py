@@ -23,6 +23,7 @@ import signal
 import threading
 
 from ament_index_python.packages import get_package_share_directory
+from live_graph import add_nodes
 import pytest
 from rcl_interfaces.msg import IntegerRange, ParameterDescriptor
 from rclpy.action import ActionServer
@@ -93,11 +94,8 @@ def complete(turtlesim):
 def arena():
     """Run the nodes of `turtle_arena view:=none` in a new domain. Yield the arena node."""
     with reserved_domain() as domain, Graph(domain, quiet=True) as graph:
-        complete(graph.add_turtlesim())
-        graph.add_robot_state_publisher()
-        graph.add_robot()
-        node = graph.add_arena()
-        graph.add_catcher()
+        nodes = add_nodes(graph)
+        complete(nodes['turtlesim'])
         stopped = threading.Event()
 
         def spin():
@@ -107,7 +105,7 @@ def arena():
         spinning = threading.Thread(target=spin, name='arena')
         spinning.start()
         try:
-            yield node
+            yield nodes['arena']
         finally:
             stopped.set()
             spinning.join()

@@ -24,7 +24,7 @@ from time import monotonic
 
 from browser import Chromium, find_chromium, TIMEOUT
 from geometry_msgs.msg import PoseStamped
-from live_graph import graph
+from live_graph import add_nodes, graph
 import numpy
 import pytest
 from turtle_brick.core.parameters import load
@@ -98,11 +98,7 @@ def running_graph(domain_id):
     """Run the graph and a viewer, and return the page address and a queue of goals."""
     goals, end = Queue(), Event()
     with graph(domain_id, quiet=True) as live, ThreadPoolExecutor() as pool:
-        live.add_turtlesim()
-        live.add_robot_state_publisher()
-        live.add_robot()
-        live.add_arena()
-        live.add_catcher()
+        add_nodes(live)
         live.listener.create_subscription(PoseStamped, 'goal_pose', goals.put, 10)
         viewer = live.add_process('turtle_brick', 'viewer', '--ros-args', '-p', 'port:=0')
         spinning = pool.submit(live.spin_until, end.is_set, inf, 'the end of the test')
