@@ -65,6 +65,13 @@ def test_fall_is_detected_at_its_third_position():
     assert detector.fall.speed == pytest.approx(2.0)
 
 
+def test_height_of_a_falling_brick_and_time_to_a_height():
+    fall = Fall(0, 5.0, 5.0, 9.0, speed=1.0)
+    assert fall.height(2 * NS_PER_SECOND, gravity=2.0) == pytest.approx(3.0)
+    assert fall.time_to(3.0, gravity=2.0) == pytest.approx(2.0)
+    assert isnan(fall.time_to(10.0, gravity=2.0))
+
+
 gravities = st.floats(0.5, 30.0)
 heights = st.floats(0.5, 30.0)
 coordinates = st.floats(-10.0, 20.0)

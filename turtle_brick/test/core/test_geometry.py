@@ -12,21 +12,61 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples of poses and distances. The laws in test_physics_laws.py cover all rotations."""
+"""Examples and properties of rotations and poses."""
 
-from math import pi
+from math import cos, hypot, pi, sin
 
+from hypothesis import given
+from hypothesis import strategies as st
+from laws import law
 import pytest
-from turtle_brick.core.geometry import distance_to_rectangle, from_yaw, Pose
+from turtle_brick.core.geometry import (distance_to_rectangle, from_pitch, from_yaw, multiply,
+                                        Pose, Pose2D, rotate)
+
+angles = st.floats(-2.0 * pi, 2.0 * pi)
+lengths = st.floats(-20.0, 20.0)
+vectors = st.tuples(lengths, lengths, lengths)
+plane_poses = st.builds(Pose2D, lengths, lengths, angles)
+quaternions = st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: hypot(*q) > 0.03).map(
+    lambda q: tuple(part / hypot(*q) for part in q))
+
+
+def near(values):
+    return pytest.approx(tuple(values), abs=1e-9)
 
 
 def test_pose_transforms_points():
     left = Pose((1.0, 2.0, 3.0), from_yaw(pi / 2.0))
-    assert left.transform((1.0, 0.0, 0.0)) == pytest.approx((1.0, 3.0, 3.0))
-    assert left.compose(left).position == pytest.approx((-1.0, 3.0, 6.0))
+    assert left.transform((1.0, 0.0, 0.0)) == near((1.0, 3.0, 3.0))
+    assert left.compose(left).position == near((-1.0, 3.0, 6.0))
 
 
 def test_distance_to_rectangle():
     assert distance_to_rectangle(3.0, 0.0, 0.0, 2.0, 1.0) == pytest.approx(2.0)
     assert distance_to_rectangle(3.0, 0.0, pi / 2.0, 2.0, 1.0) == pytest.approx(2.5)
     assert distance_to_rectangle(0.5, 0.2, 0.0, 2.0, 1.0) == 0.0
+
+
+@law(12)
+@given(p=quaternions, q=quaternions, a=vectors, b=vectors, v=vectors)
+def test_products_and_poses_apply_the_right_factor_first(p, q, a, b, v):
+    assert rotate(multiply(p, q), v) == near(rotate(p, rotate(q, v)))
+    outer, inner = Pose(a, p), Pose(b, q)
+    assert outer.compose(inner).transform(v) == near(outer.transform(inner.transform(v)))
+
+
+@law(10)
+@given(angle=angles)
+def test_yaw_turns_left_and_pitch_lowers_the_front(angle):
+    assert rotate(from_yaw(angle), (1.0, 0.0, 0.0)) == near((cos(angle), sin(angle), 0.0))
+    assert rotate(from_yaw(angle), (0.0, 0.0, 1.0)) == near((0.0, 0.0, 1.0))
+    assert rotate(from_pitch(angle), (1.0, 0.0, 0.0)) == near((cos(angle), 0.0, -sin(angle)))
+    assert rotate(from_pitch(angle), (0.0, 1.0, 0.0)) == near((0.0, 1.0, 0.0))
+
+
+@law(12)
+@given(a=plane_poses, b=plane_poses)
+def test_pose_2d_composes_like_pose_and_has_an_inverse(a, b):
+    x, y, _ = rotate(from_yaw(a.yaw), (b.x, b.y, 0.0))
+    assert a.compose(b) == near((a.x + x, a.y + y, a.yaw + b.yaw))
+    assert a.compose(a.inverse()) == near((0.0, 0.0, 0.0))

@@ -31,6 +31,13 @@ from turtle_brick.core.reachability import COMMAND_LATENCY, Decision, guaranteed
 from turtle_brick.physics import Phase, STEP_NS
 
 
+def test_age_of_transforms_counts_twice():
+    latency = LatencyMonitor()
+    assert (latency.excess(NS_PER_SECOND), latency.clock_error(NS_PER_SECOND)) == (0.0, 0.0)
+    latency.record_ages(NS_PER_SECOND, [0.1])
+    assert latency.excess(NS_PER_SECOND) == pytest.approx(2.0 * (0.1 - USUAL_AGE))
+
+
 def test_response_delay_counts_at_its_second_occurrence_or_if_transforms_are_late():
     """A node that stops once, for example in a debugger, does not indicate a slow link."""
     latency = LatencyMonitor()

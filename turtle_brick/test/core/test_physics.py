@@ -108,6 +108,12 @@ def test_release_starts_the_fall_with_the_next_step():
     assert world.brick == pytest.approx((0.0, 0.0, 9.95))
 
 
+def test_brick_lands_on_the_platform():
+    world = riding(0.1)
+    assert world.brick == pytest.approx((0.1, 0.0, 1.0))
+    assert world.pose_on_platform.position == pytest.approx((0.1, 0.0, 0.0))
+
+
 def test_brick_slides_off_a_tilted_platform_and_floats():
     world = riding()
     world.platform = tilted(0.5)

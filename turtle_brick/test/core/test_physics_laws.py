@@ -11,7 +11,11 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Closed forms and invariants of World for random input, with the geometry of the referee."""
+"""
+Closed forms and invariants of World for random input.
+
+This file and the referee's geometry compute the expected values.
+"""
 
 from math import cos, floor, hypot, pi, sin, sqrt
 
@@ -91,6 +95,14 @@ def riding(place=(0.0, 0.0), yaw=0.0, **keywords):
     world = landed((x, y, z + 0.02), platform_at(yaw=yaw), **keywords)
     assert world.phase is Phase.RIDING
     return world
+
+
+@pytest.mark.parametrize('steps', (1, 7, 250, 9_991))
+def test_drop_follows_the_closed_form_at_any_timestep(steps):
+    world = World((1.5, -2.5, 10.0), 9.81, 0.5, 1.0 / steps)
+    for step in range(1, steps + 1):
+        world.drop()
+        assert gap(world.brick, (1.5, -2.5, 10.0 - 9.81 / 2.0 * (step / steps) ** 2)) <= 1e-9
 
 
 @pytest.mark.parametrize('x, z, phase', [

@@ -11,9 +11,9 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Properties of the dimensions in the robot description. test_rules.py covers its joints."""
+"""Examples and properties of the links, joints and dimensions in the robot description."""
 
-from math import atan2, hypot, pi
+from math import atan2, hypot, pi, sin
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -42,8 +42,37 @@ class Robot(RobotModel):
                     beyond = np.abs(local) @ solid.size / 2
                 case 'cylinder':
                     beyond = solid.size[0] * hypot(x, y) + solid.size[1] / 2 * abs(z)
+                case 'sphere':
+                    (beyond,) = solid.size
             reaches.append(direction @ pose.position + beyond)
         return max(reaches)
+
+
+@pytest.fixture(scope='module')
+def robot():
+    return Robot(xacro.process_file(str(XACRO)).toxml())
+
+
+def test_links_and_joints_of_the_assignment(robot):
+    joints = {joint.name: (joint.kind, joint.parent, joint.child, *joint.axis * joint.movable)
+              for joint in robot.joints}
+    assert joints.items() >= {
+        'stem_joint': ('continuous', 'base_link', 'stem', 0, 0, 1),
+        'wheel_joint': ('continuous', 'stem', 'wheel', 0, 1, 0),
+        'post_joint': ('fixed', 'base_link', 'post', 0, 0, 0),
+        'platform_joint': ('continuous', 'post', 'platform', 0, 1, 0)}.items()
+    for link in ('stem', 'wheel', 'post', 'platform'):
+        assert [solid.kind for solid in robot.links[link]] == ['cylinder']
+    (cube,) = robot.links['base_link']
+    assert cube.kind == 'box' and len(set(cube.size)) == 1, 'a cube'
+
+
+def test_positive_tilt_lowers_the_front_and_positive_roll_drives_forward(robot):
+    front = robot.pose('platform', {'platform_joint': 0.3}).axes[:, 0]
+    assert front[2] == pytest.approx(-sin(0.3))
+    # The top of the wheel moves in the stem's direction.
+    for turn, axis in ((0.0, 0), (pi / 2, 1)):
+        assert robot.pose('wheel', {'stem_joint': turn, 'wheel_joint': 1e-3}).upright[axis] > 0
 
 
 @law(4)
