@@ -100,12 +100,13 @@ def reachability_map(drops: Sequence[SimulatedDrop], parameters: Parameters, pat
     heights = sorted({min(drop.result.brick[2] for drop in drops),
                       max(drop.result.brick[2] for drop in drops)})
     margins = [drop.margin for drop in drops if drop.margin is not None]
-    norm = TwoSlopeNorm(0.0, min([-0.1, *margins]), max([0.1, *margins]))
+    lowest = min([-0.1, *margins])
+    norm = TwoSlopeNorm(0.0, lowest, max([0.1, *margins]))
     with new_figure(path, 8.2, 7.6) as figure:
         axes = figure.subplots()
         axes.grid(False)
         axes.spines[:].set_visible(False)
-        _draw_outcomes(axes, drops, norm)
+        _draw_outcomes(axes, drops, norm, lowest)
         _draw_limits(axes, heights, parameters)
         axes.add_patch(Circle(CENTER, parameters.platform_radius, facecolor='white',
                               edgecolor=INK, linewidth=1.2, zorder=6))
@@ -121,14 +122,15 @@ def reachability_map(drops: Sequence[SimulatedDrop], parameters: Parameters, pat
         figure.legend(loc='outside lower left', alignment='left', title=outcome_counts(drops))
 
 
-def _draw_outcomes(axes: Axes, drops: Sequence[SimulatedDrop], norm: TwoSlopeNorm) -> None:
+def _draw_outcomes(axes: Axes, drops: Sequence[SimulatedDrop], norm: TwoSlopeNorm,
+                   lowest: float) -> None:
     """Draw the walls, the drops colored by their margins, and a cross for each missed brick."""
     walls = axes.add_patch(Rectangle((0.0, 0.0), ARENA_SIZE, ARENA_SIZE, fill=False,
                                      edgecolor=INK, linewidth=2.5, zorder=5))
     x, y, _ = zip(*(drop.result.brick for drop in drops))
     # The squares (size in points squared) are just large enough to cover the arena without gaps.
     size = min(max(450.0 ** 2 / len(drops), 1.0), 60.0)
-    colors = [norm.vmin if drop.margin is None else drop.margin for drop in drops]
+    colors = [lowest if drop.margin is None else drop.margin for drop in drops]
     axes.scatter(x, y, s=size, marker='s', c=colors, cmap=MARGIN_COLORS, norm=norm,
                  linewidths=0.0).set_clip_path(walls)
     for drop in drops:
