@@ -14,9 +14,8 @@
 """Tests the page of the stand-in for joint_state_publisher_gui in a browser."""
 
 from browser import Chromium, find_chromium
-from live_graph import graph, process, TIMEOUT
+from live_graph import graph, LATCHED, process, TIMEOUT
 import pytest
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from turtle_brick.tools.graph import executable
@@ -35,8 +34,7 @@ ROBOT = """
 def test_buttons_on_the_page_move_the_joints(domain_id):
     command = [executable('joint_state_publisher_gui', 'joint_state_publisher_gui')]
     with graph(domain_id) as live, process(command, domain_id) as sliders, Chromium() as browser:
-        live.publisher('robot_description', String, QoSProfile(
-            depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)).publish(String(data=ROBOT))
+        live.publisher('robot_description', String, LATCHED).publish(String(data=ROBOT))
         states = live.record('joint_states', JointState)
         browser.go_to(sliders.wait_for_output(r'Joint State Publisher: (\S+)', TIMEOUT)[1])
         for name, moved in (('Randomize', True), ('Center', False)):
