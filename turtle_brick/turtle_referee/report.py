@@ -216,7 +216,12 @@ def class_cells(row: dict[str, Any], address: str) -> list[object]:
 
 def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | None,
               page_path: Path | None, students: Sequence[str] | None = None) -> int:
-    """Summarize students' JSON files in a table; return 1 or 2 if some or all are invalid."""
+    """
+    Summarize the JSON files below a directory in a table with one row per student.
+
+    :param students: names of the files without ".json" (default: all files)
+    :return: the exit status, which is 1 if some files are invalid, and 2 if all files are invalid
+    """
     rows, faults, links = [], [], {}
     paths = (sorted(directory.rglob('*.json')) if students is None
              else [directory / f'{name}.json' for name in students])

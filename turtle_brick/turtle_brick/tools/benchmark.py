@@ -24,7 +24,9 @@ The machine must be otherwise idle. The measurements are taken as follows:
 * Message intervals are measured in another idle window, with the client connected. An interval is
   the difference between two source timestamps, which the publisher's middleware sets.
 * Reaction times start when the brick is released. At that time, the robot is at rest at a random
-  distance from the brick and must drive to catch it.
+  distance from the brick and must drive to catch it. The release time is the timestamp of the
+  last brick position before the fall. The decision time is the publication time of the goal. The
+  motion starts with the first changed pose.
 """
 
 import argparse
@@ -80,9 +82,12 @@ MOTION_THRESHOLD = 1e-6
 
 def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | None:
     """
-    Return the time (s) from the release of a brick to the end of each delay in `plots.LINKS`.
+    Return the delays between a brick's release and the robot's motion in a record.
 
-    Return None if the brick did not fall or the robot did not move between two times (ns).
+    :param begin: a time (ns) shortly before the release
+    :param end: a time (ns) after the first motion
+    :return: the time (s) from the release to the end of each delay in `plots.LINKS`, or None if
+        the brick did not fall or the robot did not move
     """
     bricks = record.frames[BRICK].published_between(begin, end)
     heights = [sample.pose.position[2] for _, sample in bricks]

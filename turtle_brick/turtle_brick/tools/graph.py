@@ -63,7 +63,12 @@ class Graph(Spinner, AbstractContextManager['Graph']):
 
     def __init__(self, domain_id: int | None = None, namespace: str = '',
                  quiet: bool = False, tf_inside: bool = False) -> None:
-        """Create an empty graph, with TF inside the namespace if requested."""
+        """
+        Create a graph without nodes in a ROS domain (default: the domain in the environment).
+
+        :param quiet: whether the nodes log only warnings and errors
+        :param tf_inside: whether the namespace applies to TF, as in the launch files
+        """
         self.namespace = namespace
         self._files = TemporaryDirectory()
         self.params_file = default_path()
@@ -83,7 +88,12 @@ class Graph(Spinner, AbstractContextManager['Graph']):
 
     def add(self, node_type: type[AnyNode], *ros_arguments: str, parameters: bool = True,
             **options: Any) -> AnyNode:
-        """Add a node with arguments after --ros-args, and with the parameter file by default."""
+        """
+        Add a node; `options` are additional arguments for its constructor.
+
+        :param ros_arguments: arguments after --ros-args, such as '-r', 'cmd_vel:=turtle1/cmd_vel'
+        :param parameters: whether the node receives the parameter file
+        """
         arguments = ['--ros-args', *self._remaps, *ros_arguments]
         if parameters:
             arguments += ['--params-file', str(self.params_file)]

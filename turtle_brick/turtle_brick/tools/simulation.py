@@ -82,7 +82,12 @@ class Simulation:
 
     def __init__(self, parameters: Parameters, seed: int = 0, delays: Delays = Delays(),
                  start: tuple[float, float, float] = (ARENA_CENTER, ARENA_CENTER, 0.0)) -> None:
-        """Create an arena at rest; `start` contains x, y (m) and theta (rad) of the turtle."""
+        """
+        Create an arena in which the robot and the brick are at rest.
+
+        :param seed: seed for the timer phases and the jitter
+        :param start: x, y (m) and theta (rad) of the turtle in the world frame
+        """
         self.parameters = parameters
         self.random = Random(seed)
         self.delays = delays
@@ -120,7 +125,11 @@ class Simulation:
         self._to_robot.append((self.now + self._transport, TiltCommand(angle)))
 
     def run(self, until: Callable[[], bool], limit: float = inf) -> bool:
-        """Simulate until a condition is true; return False if a time limit (s) expires first."""
+        """
+        Simulate until a condition is true after a physics step, or until a time limit (s).
+
+        :return: whether the condition is true
+        """
         end = self.now + limit / SECONDS_PER_NS
         while True:
             self.now = now = min(self._tick_at, self._robot_at, self._physics_at, self._catcher_at)

@@ -86,7 +86,13 @@ class Page:
     def __init__(self, scene: 'Scene', panel: 'Panel', buffer: Buffer,
                  warn: Callable[[str], Any], count_publishers: Callable[[str], int],
                  clock: Callable[[], int]) -> None:
-        """Start without data; the clock is monotonic and returns nanoseconds."""
+        """
+        Start without data.
+
+        :param warn: logs a warning
+        :param count_publishers: returns the number of publishers on a topic
+        :param clock: returns the current time (ns) of a monotonic clock
+        """
         self._scene = scene
         self._panel = panel
         self._buffer = buffer

@@ -30,7 +30,14 @@ class PageServer:
     """Serves a page of viser. Anyone who can connect to the port can use the page."""
 
     def __init__(self, host: str, port: int, title: str) -> None:
-        """Serve an empty page at the port or the next free port, or raise ParameterError."""
+        """
+        Serve an empty page.
+
+        :param host: name or address of the network interface
+        :param port: preferred port; the server uses the next free port if it is in use
+        :param title: heading of the page and of the browser tab
+        :raises ParameterError: the host or the port cannot be used
+        """
         check_address(host, port)
         rich.get_console().quiet = True  # This hides messages from viser.
         self.viser = viser.ViserServer(host, port, title, verbose=False)

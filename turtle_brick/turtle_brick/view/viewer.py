@@ -86,7 +86,12 @@ class Viewer(Node):
     """Shows the running graph in a browser, and executes commands from the page."""
 
     def __init__(self, **node_options: Any) -> None:
-        """Create the node, with options for rclpy.node.Node, or raise ParameterError."""
+        """
+        Serve the page and subscribe to all topics.
+
+        :param node_options: options of rclpy.node.Node
+        :raises ParameterError: the page cannot be served at the configured host and port
+        """
         # This import is here because main() must also work without viser.
         from turtle_brick.view.server import PageServer
         super().__init__('viewer', **node_options)

@@ -70,7 +70,13 @@ class Buffer(BufferCore):
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: AnyTime,
                          timeout: Duration = Duration()) -> TransformStamped:
-        """Return the pose of the source in the target frame, or raise a TransformException."""
+        """
+        Return the pose of the source frame in the target frame.
+
+        :param time: time of the transform, or zero for the latest common time
+        :param timeout: maximum time to wait for the transform
+        :raises TransformException: the transform is not available
+        """
         if timeout.nanoseconds:
             self.can_transform(target_frame, source_frame, time, timeout)
         return self.lookup_transform_core(target_frame, source_frame, time)
