@@ -59,11 +59,6 @@ class PlannedDrop(NamedTuple):
     driving_time: float  # driving time (s) to the brick at full speed
     spare_time: float  # fall time minus driving time (s)
 
-    @property
-    def should_be_caught(self) -> bool | None:
-        """Return whether the brick can be caught, or None if both verdicts may be right."""
-        return None if 0.0 < self.spare_time < REACTION_TIME else self.spare_time > 0.0
-
 
 FAR_OUT = PlannedDrop('brick far out of reach', 0.25, 0.7, -0.25)
 IN_REACH = PlannedDrop('brick in reach', 0.10, 0.4, REACTION_TIME + 0.15)
@@ -198,8 +193,9 @@ class Trial(GraphClient):
             if not self.place(place).accepted:
                 continue
             watch = self.drop(place)
-            if set(NUMBERS) <= set(self.record.profile.numbers):
-                watch.should_be_caught = drop.should_be_caught
+            both_may_be_right = 0.0 < drop.spare_time < REACTION_TIME
+            if set(NUMBERS) <= set(self.record.profile.numbers) and not both_may_be_right:
+                watch.should_be_caught = drop.spare_time > 0.0
             if watch.floated and not any(one.floated for one in self.record.drops[:-1]):
                 # A floating brick must not move with the robot.
                 self.drive_to((CENTER[0] + 0.8, CENTER[1]))
