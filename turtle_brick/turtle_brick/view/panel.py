@@ -51,16 +51,11 @@ RANDOM_RANGES = ((0.5, ARENA_SIZE - 0.5), (0.5, ARENA_SIZE - 0.5), (3.0, 9.0))
 class PanelCallbacks(NamedTuple):
     """Functions that the panel calls in the threads of viser."""
 
-    place: Callable[[Vector], None]
-    """Place the brick at a position (m) in the world frame."""
-    drop: Callable[[Vector | None], None]
-    """Place the brick if a position (m) is given, and drop the brick."""
-    tilt: Callable[[float], None]
-    """Tilt the platform to an angle (rad)."""
-    drive: Callable[[float, float], None]
-    """Send the robot to x and y (m) in the world frame."""
-    replay: Callable[[float], None]
-    """Start or stop the replay at a fraction of the real speed."""
+    place: Callable[[Vector], None]  # Place the brick at a position (m) in the world frame.
+    drop: Callable[[Vector | None], None]  # Place the brick at a position (m), if any, and drop it.
+    tilt: Callable[[float], None]  # Tilt the platform to an angle (rad).
+    drive: Callable[[float, float], None]  # Send the robot to x and y (m) in the world frame.
+    replay: Callable[[float], None]  # Start or stop the replay at a fraction of the real speed.
 
 
 class Panel:

@@ -49,37 +49,28 @@ MARKER_TYPES = {getattr(Marker, name): name for name in (
 class Shape(NamedTuple):
     """A colored solid, line or text in a frame."""
 
-    kind: str
-    """'box', 'cylinder' (about z), 'sphere', 'line' or 'text' (facing the camera)."""
-    size: Vector
-    """Size (m) along x, y and z; the width of a line is x, and the height of text is z."""
+    kind: str  # 'box', 'cylinder' (about z), 'sphere', 'line' or 'text' (facing the camera).
+    size: Vector  # Size (m) along x, y and z. A line has the width x, and text has the height z.
     color: Color
-    pose: Pose = ORIGIN
-    """Pose of the center of the shape."""
+    pose: Pose = ORIGIN  # Pose of the center of the shape.
     text: str = ''
-    points: tuple[Vector, ...] = ()
-    """Points (m) on a line."""
+    points: tuple[Vector, ...] = ()  # Points (m) on a line.
 
 
 class SceneObject(NamedTuple):
     """Shapes that move together."""
 
     shapes: tuple[Shape, ...]
-    pose: Pose
-    """Pose of the shapes' frame in the world frame."""
-    label: str = ''
-    """Label at the axes of the frame. The axes are hidden if the label is empty."""
+    pose: Pose  # Pose of the shapes' frame in the world frame.
+    label: str = ''  # Label at the axes of the frame. Without a label, the axes are hidden.
 
 
 class RobotShapes(NamedTuple):
     """The visible parts of a robot."""
 
-    root: str
-    """Name of the link without a parent."""
-    links: dict[str, tuple[Shape, ...]]
-    """Shapes in the frame of each link."""
-    skipped: frozenset[str] = frozenset()
-    """Kinds of geometry in the description that cannot be drawn."""
+    root: str  # Name of the link without a parent.
+    links: dict[str, tuple[Shape, ...]]  # Shapes in the frame of each link.
+    skipped: frozenset[str] = frozenset()  # Kinds of geometry that cannot be drawn.
 
 
 class Markers:
@@ -87,8 +78,8 @@ class Markers:
 
     def __init__(self) -> None:
         """Start without markers."""
+        # Frame, shape and expiration time by topic, namespace and ID.
         self._shown: dict[tuple[str, str, int], tuple[str, Shape, float]] = {}
-        """Frame, shape and expiration time by topic, namespace and ID."""
 
     def update(self, topic: str, message: Marker, now: int) -> None:
         """Add, change or remove a marker, or raise ValueError if the marker cannot be drawn."""
