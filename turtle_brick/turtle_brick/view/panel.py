@@ -52,7 +52,7 @@ class PanelCallbacks(NamedTuple):
     """Functions that the panel calls in the threads of viser."""
 
     place: Callable[[Vector], None]  # Place the brick at a position (m) in the world frame.
-    drop: Callable[[Vector | None], None]  # Place the brick at a position (m), if any, and drop it.
+    drop: Callable[[Vector | None], None]  # Place the brick at a given position (m), and drop it.
     tilt: Callable[[float], None]  # Tilt the platform to an angle (rad).
     drive: Callable[[float, float], None]  # Send the robot to x and y (m) in the world frame.
     replay: Callable[[float], None]  # Start or stop the replay at a fraction of the real speed.
