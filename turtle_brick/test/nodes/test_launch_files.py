@@ -100,8 +100,7 @@ def prefix(tmp_path_factory):
 
 def launched(prefix, file, *arguments, **environment):
     """Run a launch file, and return the reports from its programs and the messages from launch."""
-    variables = {name: value for name, value in os.environ.items()
-                 if name != 'TURTLE_BRICK_VIEW'}
+    variables = {name: value for name, value in os.environ.items() if name != 'TURTLE_BRICK_VIEW'}
     variables['AMENT_PREFIX_PATH'] = f'{prefix}:{os.environ["AMENT_PREFIX_PATH"]}'
     done = subprocess.run(
         [sys.executable, '-c', LAUNCH, str(SHARE / 'launch' / file), *arguments], text=True,

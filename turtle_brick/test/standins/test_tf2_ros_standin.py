@@ -127,8 +127,7 @@ def test_broadcast_transforms_can_be_looked_up(live):
     moving.sendTransform([stamped('world', 'a', 2 * NS_PER_SECOND, (3.0, 0.0, 0.0)),
                           stamped('world', 'b', 2 * NS_PER_SECOND, (0.0, 1.0, 0.0))])
     live.wait_for(lambda: buffer.can_transform('end', 'tip', LATEST), 10.0, 'TF')
-    assert numbers(buffer.lookup_transform('world', 'tip', seconds(1.5)))[:3] == [
-        2.0, 0.0, 7.0]
+    assert numbers(buffer.lookup_transform('world', 'tip', seconds(1.5)))[:3] == [2.0, 0.0, 7.0]
     live.wait_for(lambda: late.messages, 10.0, 'the static transforms')
     assert [(t.child_frame_id, numbers(t)[:3]) for t in late.last.transforms] == [
         ('tip', [0.0, 0.0, 7.0]), ('end', [2.0, 0.0, 0.0])]

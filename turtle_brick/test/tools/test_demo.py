@@ -21,9 +21,8 @@ from types import SimpleNamespace
 
 from live_graph import graph, process
 import pytest
-from rclpy.node import Node
 from turtle_brick.tools import demo
-from turtle_brick.tools.graph import executable, Graph
+from turtle_brick.tools.graph import executable
 from turtle_referee.graph_client.domains import DomainError, RANGE_VARIABLES
 from turtlesim.msg import Pose
 
@@ -96,30 +95,27 @@ def test_demo_uses_the_domain_of_the_user(domain_id):
         assert shared
 
 
-def test_publishers_of_a_robot_are_rejected_but_subscribers_are_not(domain_id, monkeypatch):
-    with graph(domain_id) as rival:
-        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain_id))
-        rival.listener.create_subscription(Pose, 'arena_1/turtle1/pose', print, 10)
-        rival.listener.create_publisher(Pose, 'arena_3/turtle1/pose', 10)
-        monkeypatch.setattr(demo, 'DISCOVERY_TIME', 0.5)
+def test_publishers_of_a_robot_are_rejected_but_subscribers_are_not(live, monkeypatch):
+    live.listener.create_subscription(Pose, 'arena_1/turtle1/pose', print, 10)
+    live.listener.create_publisher(Pose, 'arena_3/turtle1/pose', 10)
+    monkeypatch.setattr(demo, 'DISCOVERY_TIME', 0.5)
+    demo.check_for_other_robots(['arena_1', 'arena_2'])
+    live.listener.create_publisher(Pose, 'arena_2/turtle1/pose', 10)
+    monkeypatch.setattr(demo, 'DISCOVERY_TIME', WAIT)
+    with pytest.raises(DomainError, match=f'domain {live.domain_id} .* arena_2/turtle1/pose'):
         demo.check_for_other_robots(['arena_1', 'arena_2'])
-        rival.listener.create_publisher(Pose, 'arena_2/turtle1/pose', 10)
-        monkeypatch.setattr(demo, 'DISCOVERY_TIME', WAIT)
-        with pytest.raises(DomainError, match=f'domain {domain_id} .* arena_2/turtle1/pose'):
-            demo.check_for_other_robots(['arena_1', 'arena_2'])
 
 
-def test_two_arenas_are_separate_and_end_with_the_demo(domain_id):
+def test_two_arenas_are_separate_and_end_with_the_demo(live):
     """All topics are in the namespaces, and neither arena receives markers from the other."""
     places = '--place 10.6 10.6 8 --place 5.5 5.5 8'.split() * 9
-    with (process([*DEMO, '--arenas', '2', *places], domain_id, timeout=WAIT) as both,
-          Graph(domain_id) as live):
-        listener = live.add(Node, parameters=False, node_name='listener')
+    command = [*DEMO, '--arenas', '2', *places]
+    with process(command, live.domain_id, timeout=WAIT) as both:
         both.wait_for_output('(?s)(brick is falling.*){2}', WAIT)
 
         def topics():
-            return {name.split('/')[1] for name, _ in listener.get_topic_names_and_types()
-                    if listener.count_publishers(name)} - {'rosout', 'parameter_events'}
+            return {name.split('/')[1] for name, _ in live.listener.get_topic_names_and_types()
+                    if live.listener.count_publishers(name)} - {'rosout', 'parameter_events'}
 
         arenas = {'arena_1', 'arena_2'}
         live.spin_until(lambda: topics() >= arenas, WAIT, 'both are discovered')
