@@ -126,9 +126,9 @@ def test_the_robot_overshoots_if_it_steers_by_the_last_pose(page):
             f'arena.simulation.drive_to({goal}, 5); Array.from({{length: 200}}, () => '
             'JSON.parse(arena.advance(0.02)).robot[0])'))
 
-    assert farthest(8.0) == pytest.approx(8.0, abs=0.003)
+    assert farthest(8.0) == pytest.approx(8.0, abs=0.05)
     page.evaluate('form.last_pose.click()')
-    assert farthest(10.0) > 10.05
+    assert farthest(10.0) > 10.1
 
 
 def test_the_page_makes_the_same_decisions_as_cpython(page):
