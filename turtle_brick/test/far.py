@@ -143,6 +143,13 @@ def latest(messages: list[Received]) -> str:
     return messages[-1].message.data if messages else ''
 
 
+def outcome_of(decision: str, caught: bool) -> str:
+    """Return the outcome of a drop for the catcher's decision."""
+    if decision.startswith('reachable'):
+        return 'caught' if caught else 'missed'
+    return 'caught although refused' if caught else 'refused'
+
+
 def drop_bricks(drops: int) -> int:
     """
     Drop bricks, and print each result and a row of the table in figures.md.
@@ -187,11 +194,8 @@ def drop_bricks(drops: int) -> int:
             # The decision contains no latency if no robot is available.
             if latency := re.search(r'command latency ([\d.]+)', decision):
                 latencies.append(float(latency[1]))
-            if decision.startswith('reachable'):
-                outcome = 'caught' if caught else 'missed'
-            else:
-                outcome = 'caught although refused' if caught else 'refused'
             if number:
+                outcome = outcome_of(decision, caught)
                 distance = dist(place[:2], robot)
                 limit = distance_at_latency(place[2], latencies[-1])
                 outcomes[outcome] += 1
