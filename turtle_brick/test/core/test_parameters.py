@@ -134,7 +134,7 @@ def test_pure_modules_import_neither_ros_nor_yaml(module):
     subprocess.run([sys.executable, '-c', code + module], check=True)
 
 
-@law(20)
+@law(60)
 @given(st.fixed_dictionaries({name: valid_values(rule) for name, rule in PARAMETER_RULES.items()}))
 def test_valid_values_are_kept_unless_the_robot_cannot_be_built(mapping):
     height, radius = mapping['platform_height'], mapping['platform_radius']
