@@ -42,8 +42,6 @@ class Robot(RobotModel):
                     beyond = np.abs(local) @ solid.size / 2
                 case 'cylinder':
                     beyond = solid.size[0] * hypot(x, y) + solid.size[1] / 2 * abs(z)
-                case 'sphere':
-                    (beyond,) = solid.size
             reaches.append(direction @ pose.position + beyond)
         return max(reaches)
 
