@@ -181,7 +181,7 @@ def process(command: Sequence[str], domain_id: int, *, stop: int | None = signal
             try:
                 status, expected = running.stop(stop, timeout), 0
             except TimeoutError:
-                # Fast DDS rarely blocks a shutdown (see node_main). SIGTERM must then suffice.
+                # In rare cases, Fast DDS blocks a shutdown (see node_main).
                 status, expected = running.stop(signal.SIGTERM, timeout), -signal.SIGTERM
             assert status == expected, (
                 f'{running.command} ended with status {status}; it printed:\n{running.output}')

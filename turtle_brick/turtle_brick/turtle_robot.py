@@ -104,7 +104,7 @@ class TurtleRobot(Node):
         self.create_subscription(Tilt, 'tilt', self.on_tilt, 10)
 
         # turtlesim ignores simulated time, so this timer does too. The node makes up for missed
-        # cycles, because the delay in the queue of turtlesim is predictable only if it is full.
+        # cycles because the delay in the turtlesim queue is predictable only if the queue is full.
         self.cycles = StepClock(round(COMMAND_PERIOD * NS_PER_SECOND))
         self.timer = self.create_timer(
             COMMAND_PERIOD, self.on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))

@@ -124,7 +124,7 @@ def judge_workspace(workspace: Path, json: Path, page: Path, options: argparse.N
 
 
 def judge_class(rules: Rules, options: argparse.Namespace, command: Sequence[str]) -> int:
-    """Judge all workspaces in a directory and write the table; return the exit status."""
+    """Judge all workspaces in a directory, write the table, and return the exit status."""
     workspaces = sorted(path for path in options.classroom.iterdir()
                         if path.is_dir() and not path.name.startswith('.'))
     if not workspaces:

@@ -203,6 +203,6 @@ class Trial(GraphClient):
 
 
 def offset_by(start: Sequence[float], direction: float, distance: float) -> tuple[float, float]:
-    """Return the point at a distance (m) from a start in a direction (turns)."""
+    """Return the point at a given distance (m) and direction (turns) from a starting point."""
     angle = 2.0 * pi * direction
     return start[0] + distance * cos(angle), start[1] + distance * sin(angle)

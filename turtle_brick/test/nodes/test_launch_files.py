@@ -179,6 +179,6 @@ def test_turtle_arena(domain_id):
         status = launching.stop(signal.SIGINT)
     assert 'Traceback' not in launching.output
     clean = launching.output.count('process has finished cleanly')
-    # Fast DDS rarely blocks the shutdown of a process (see node_main).
+    # In rare cases, Fast DDS blocks the shutdown of a process (see node_main).
     is_one_blocked = clean == 4 and 'escalating' in launching.output
     assert is_one_blocked or (clean, status) == (5, 0), launching.output

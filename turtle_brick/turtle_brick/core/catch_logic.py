@@ -171,7 +171,7 @@ class Observation(NamedTuple):
 
     @property
     def is_following(self) -> bool:
-        """Whether the brick is at its resting height and has moved within the last BRICK_LAG."""
+        """Whether the brick is at its resting height and moved less than BRICK_LAG ago."""
         return (self.is_at_resting_height and self.robot is not None
                 and self.still_time < BRICK_LAG)
 

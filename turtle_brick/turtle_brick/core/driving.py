@@ -53,7 +53,7 @@ class TickClock:
     """
     Estimate the times of turtlesim's ticks from the arrival times of its poses.
 
-    The ticks form a grid of 16 ms. The pose published by a tick arrives shortly after the tick.
+    The ticks are 16 ms apart. The pose published by a tick arrives shortly after the tick.
     """
 
     GAIN = 0.05
@@ -183,7 +183,7 @@ class CommandQueue:
         return index
 
     def _recognize(self, expected: int, speed: float) -> int:
-        """Return the index of a sent command at a speed (m/s), nearest to the index `expected`."""
+        """Return the index nearest to `expected` of a sent command with a given speed (m/s)."""
         first = self._count - len(self._sent)
         lowest, highest = max(self._taken, first), self._count - 1
         for offset in (0, 1, -1, 2, -2, 3, -3):

@@ -177,7 +177,7 @@ class LatencyMonitor:
         """
         Return the excess latency (s) at a time (ns).
 
-        The goal and the resulting pose cross one link each, so the delay of the slowest link
+        The goal and the resulting pose each cross one link, so the delay of the slowest link
         counts twice. A single late response can be caused by a node that stopped briefly, so it
         counts only if messages are late or lost. If the clocks disagree, the ages are unreliable.
         The clock error and the response delay are then added.

@@ -24,7 +24,7 @@ Vector = tuple[float, float, float]
 Array = NDArray[numpy.float64]
 
 ARENA_SIZE = 499.0 / 45.0
-"""Side length (m) of the arena. The turtlesim window has 500 pixels, with 45 pixels per meter."""
+"""Side length (m) of the arena. turtlesim shows 500 pixels per side and 45 pixels per meter."""
 
 CENTER = (ARENA_SIZE / 2.0, ARENA_SIZE / 2.0)
 """Initial position (m) of the first turtle in turtlesim."""

@@ -126,7 +126,7 @@ class Gui(JointStatePublisher):
         self.server.get_event_loop().call_soon_threadsafe(function, *arguments)
 
     def create_sliders(self) -> None:
-        """Create two buttons and a slider for each joint."""
+        """Create two buttons, and one slider per joint."""
         gui = self.server.gui
         gui.reset()
         gui.add_button('Randomize').on_click(lambda _: self.call_in_page(self.set_positions, {

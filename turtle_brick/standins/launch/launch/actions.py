@@ -246,7 +246,7 @@ class ExecuteProcess(Action):
             handler.call(self.context)
 
     def end(self, number):
-        """Send SIGINT or SIGTERM, and stronger signals until the process ends."""
+        """Send SIGINT or SIGTERM, and then stronger signals until the process ends."""
         if self.popen and self.popen.poll() is None:
             self.context.create_task(self._end(number))
 

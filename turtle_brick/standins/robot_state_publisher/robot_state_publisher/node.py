@@ -97,7 +97,7 @@ class RobotStatePublisher(Node):
             for joint, index, multiplier, offset in self._find_sources(names)]))
 
     def _is_due(self, names: tuple[str, ...], state: JointState) -> bool:
-        """Return whether to publish a message, and record its timestamp in this case."""
+        """Return whether to publish a message, and if so, record its timestamp."""
         now = self.get_clock().now().nanoseconds
         published = self._published
         if now < self._last_call:

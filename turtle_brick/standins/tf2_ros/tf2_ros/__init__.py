@@ -97,7 +97,7 @@ class TransformListener:
     """Subscriptions to /tf and /tf_static that fill a buffer."""
 
     def __init__(self, buffer: Buffer, node: Node, *, qos: QoSProfile | int | None = None) -> None:
-        """Create reliable subscriptions with depth 100, or with another QoS for /tf."""
+        """Create reliable subscriptions with depth 100. `qos` replaces the QoS for /tf."""
         self.buffer = buffer
         self.node = node
         # In a reentrant group, transforms are received while a callback waits for a transform.
