@@ -57,7 +57,7 @@ def records(*files):
 
 
 def write_files(directory):
-    """Write the files that the recorded commands used into a directory."""
+    """Write the files used by the recorded commands to a directory."""
     for name, file in json.loads((DATA / 'files.json').read_text()).items():
         path = directory / name
         path.parent.mkdir(parents=True, exist_ok=True)

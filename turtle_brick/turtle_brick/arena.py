@@ -93,7 +93,7 @@ class Arena(Node):
         """Latest published phase of the brick."""
         self.step_clock = StepClock(STEP_NS)
         self.last_run = monotonic()
-        """Time (s) of the latest call of on_timer, independent of the system clock."""
+        """Time (s) of the latest call to on_timer, independent of the system clock."""
         self.is_answering = False
         """Whether the response from the service drop may still be unsent."""
 

@@ -198,9 +198,9 @@ class World:
         if self._phase is Phase.FALLING:
             raise ValueError('the brick is already falling')
         if self._phase is Phase.RIDING:
-            raise ValueError('the brick is on the platform: tilt the platform, or place the brick')
+            raise ValueError('the brick is on the platform, so place it or tilt the platform first')
         if self._phase is Phase.GROUNDED:
-            raise ValueError('the brick is on the ground: place it first')
+            raise ValueError('the brick is on the ground, so place it first')
         self._phase = Phase.FALLING
         self._release_height = self._brick[2]
         self._steps_fallen = -1

@@ -69,7 +69,7 @@ def test_lost_poses_do_not_change_the_wheel_velocity():
 @law(30)
 @given(direction=angles, speed=st.floats(0.1, 10.0), theta=angles)
 def test_wheel_rolls_without_slipping_up_to_a_wall(direction, speed, theta):
-    """The path is the wheel angle times the radius. The stem points along the motion."""
+    """The path is the wheel angle times the radius. The stem points forward."""
     ride = Ride(theta=theta)
     for _ in range(120):
         rolled = ride.drive((speed * cos(direction), speed * sin(direction)))

@@ -143,7 +143,7 @@ def test_valid_values_are_kept_unless_the_robot_cannot_be_built(mapping):
     half_height = mapping['brick_size'][2] / 2
     assume(abs(height - least) > 1e-9)
     if mapping['brick_start'][2] < half_height:
-        assert f'its z must be at least {half_height:g} m' in error_of(mapping)
+        assert f'so z must be at least {half_height:g} m' in error_of(mapping)
     elif not wheel / 3 <= radius <= 20 * wheel:
         assert (f'platform_radius is {radius:g} m, but with wheel_radius {wheel:g} m it must be '
                 f'from {wheel / 3:g} to {20 * wheel:g} m') == error_of(mapping)

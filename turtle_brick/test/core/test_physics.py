@@ -162,9 +162,9 @@ def test_release_is_refused_while_the_brick_falls_rides_or_lies_on_the_ground():
         world.release()
     while world.phase is Phase.FALLING:
         world.step()
-    with pytest.raises(ValueError, match='^the brick is on the ground: place it first$'):
+    with pytest.raises(ValueError, match='^the brick is on the ground, so place it first$'):
         world.release()
     world.drop()
     assert (world.brick, world.phase) == ((5.0, 5.0, 0.06), Phase.GROUNDED)
-    with pytest.raises(ValueError, match='^the brick is on the platform: tilt '):
+    with pytest.raises(ValueError, match='^the brick is on the platform, so place it '):
         riding().release()

@@ -237,7 +237,7 @@ def test_links_have_targets(page):
         assert file.exists(), target
         if anchor:
             headings = re.findall('^#+ (.*)', file.read_text().lower(), re.M)
-            # GitHub removes punctuation and replaces spaces by hyphens.
+            # GitHub removes punctuation and replaces spaces with hyphens.
             assert anchor in [re.sub(r'[^\w\- ]', '', heading).replace(' ', '-')
                               for heading in headings], target
 

@@ -55,7 +55,7 @@ def warned(capfd):
 
 
 def test_all_outputs_have_100_hz_at_rest_and_in_motion(live):
-    """The odometry contains the pose of the transform with the same stamp, and the command."""
+    """The odometry contains the command, and the pose of the transform with the same timestamp."""
     live.add_turtlesim()
     live.add_robot()
     poses = live.record('turtle1/pose', TurtlePoseMessage)

@@ -62,7 +62,7 @@ def test_our_graph_meets_every_requirement(domain_id):
         add_nodes(graph)
         record = observe(graph, discovery_time=60.0, program=PROGRAM)
     assert marks(record, BROKEN) == {}
-    # On an overloaded machine, only the URDF can certainly be judged.
+    # On an overloaded machine, only the rules of the URDF are sure to be judged.
     expected = {rule.name for rule in referee.RULES
                 if not record.stall_summary() or rule.name.startswith('URDF')}
     assert expected <= marks(record, MET).keys()

@@ -111,7 +111,7 @@ def add_walls(record, times):
 
 
 def drive(record, off):
-    """Add a robot that is at rest until 0 s, and then drives a leg forward and back."""
+    """Add a robot that starts at 0 s and drives along a straight line forward and back."""
     base = numpy.array((0.0, 0.0, HINGE - model(record).pose('platform').position[2]))
     stem = model(record).joint('stem')
     for joint in model(record).joints:

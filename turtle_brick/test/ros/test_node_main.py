@@ -49,7 +49,7 @@ sys.argv[0] = '/opt/some/lib/probe'  # `ros2 run` uses the absolute path.
 with init():
     spin(Probe())
 """
-"""Program with a node that prints a line at the first call of its timer."""
+"""Program with a node that prints a line when its timer is first called."""
 
 WAIT_SET = "sys.modules['rclpy.experimental'] = None"
 """Statement that hides the EventsExecutor."""

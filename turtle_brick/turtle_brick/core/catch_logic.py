@@ -39,7 +39,7 @@ UPDATE_PERIOD = 0.02
 """Update period (s) of the catcher. Each new fall triggers an additional update."""
 
 CENTER = (ARENA_CENTER, ARENA_CENTER)
-"""Center (m) of the arena in the world frame, to which the robot carries the bricks."""
+"""Center (m) of the arena. The robot carries the bricks to this point."""
 
 RAMP_TIME = 0.5
 """Duration (s) of tilting or leveling the platform."""
@@ -249,7 +249,7 @@ class TiltRamp:
     """Change the platform angle smoothly."""
 
     def __init__(self, now: int) -> None:
-        """Create a ramp for a level platform at a time (ns)."""
+        """Create a ramp that starts from the level platform at a given time (ns)."""
         self.angle = self._start_angle = 0.0
         self._start_time = 0
         self._command_time = now

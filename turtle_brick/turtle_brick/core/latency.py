@@ -97,7 +97,7 @@ class LatencyMonitor:
         self._response_delays = RecentValues()
         """Delays (s) from a goal to the robot's first motion, minus the usual delay."""
         self._pauses = RecentValues()
-        """Excess intervals (s) between two poses of the robot."""
+        """Intervals (s) between consecutive poses of the robot, minus the usual interval."""
         self._late_fraction = 0.0
         """Fraction of late timer callbacks."""
         self._first_robot_stamp = 0

@@ -61,7 +61,7 @@ class Odometer:
         self._last, self._last_time = pose, now
 
     def steer(self, velocity: tuple[float, float]) -> None:
-        """Point the stem along a command (m/s) in the base_link frame if the robot is at rest."""
+        """Turn the stem toward a command (m/s, base_link frame) if the robot is at rest."""
         if self.wheel_velocity == 0.0 and velocity != (0.0, 0.0):
             self.stem_angle = wrapped(atan2(velocity[1], velocity[0]))
 

@@ -146,7 +146,7 @@ class ArenaParameters(ParameterSet):
         if self.brick_start[2] < half_height:
             raise ParameterError(
                 f'brick_start {list(self.brick_start)} m is below the ground for a brick of '
-                f'brick_size {list(self.brick_size)} m: its z must be at least {half_height:g} m')
+                f'brick_size {list(self.brick_size)} m, so z must be at least {half_height:g} m')
 
 
 @dataclass(frozen=True)

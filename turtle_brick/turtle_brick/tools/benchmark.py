@@ -151,7 +151,7 @@ def processor_usage(nodes: dict[str, psutil.Process],
 
 
 def measure(seconds: float, drop_count: int) -> dict[str, Any]:
-    """Measure the graph in idle windows of a given duration (s) and during a number of drops."""
+    """Measure the graph at rest, in windows of a given duration (s), and in a number of drops."""
     parameters, random = load(), Random(1)
     make_observer = partial(Observer, name='benchmark',
                             profile=Profile.from_parameters(parameters))

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The replay of the last drop. Pure. Times are in nanoseconds of a monotonic clock."""
+"""The replay of the last drop. Pure. Times (ns) come from a monotonic clock."""
 
 from bisect import bisect
 from collections.abc import Mapping, Sequence

@@ -74,7 +74,7 @@ class RobotShapes(NamedTuple):
 
 
 class Markers:
-    """The current markers. Times are in nanoseconds of a monotonic clock."""
+    """The current markers. Times (ns) come from a monotonic clock."""
 
     def __init__(self) -> None:
         """Start without markers."""

@@ -53,7 +53,7 @@ class DropWatch:
     """The timestamps (ns) of all events in one drop."""
 
     def __init__(self, record: Record, begin: int, place: Vector) -> None:
-        """Observe a brick that hovers at a position (m), starting at a time (ns)."""
+        """Start at a time (ns) to observe a brick that hovers at a position (m)."""
         platform = record.pose('platform', begin)
         self._record = record
         self._track: deque[tuple[int, Array]] = deque(maxlen=HISTORY)

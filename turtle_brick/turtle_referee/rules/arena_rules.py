@@ -384,7 +384,7 @@ def brick_has_the_angle(record: Record) -> Finding:
             if inclination(brick) <= SAME_ANGLE and inclination(platform) <= SAME_ANGLE:
                 level += 1
                 continue
-            # The brick may have any angle of the platform in the last MAX_LAG seconds.
+            # The brick may have any angle that the platform had in the last MAX_LAG seconds.
             off.append(min(angle_between(brick.upright, before.upright) for lag in LAGS
                            if (before := record.pose('platform', stamp - lag)) is not None))
     if not off and not level:

@@ -35,7 +35,7 @@ LIFETIME = 3.0
 LIFETIME_TOLERANCE = 0.3
 """Tolerance (s) for LIFETIME."""
 CENTER_DISTANCE = 0.1
-"""Maximum distance (m) from the arena center at which a brick is tipped off."""
+"""Maximum distance (m) of the robot from the arena center when it tips off a brick."""
 
 DELETE_ACTIONS = (2, 3)
 """Marker actions that delete one marker or all markers, respectively."""

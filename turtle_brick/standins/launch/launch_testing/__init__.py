@@ -219,7 +219,7 @@ def pytest_pycollect_makemodule(module_path, parent):
     try:
         marks = getattr(getattr(module.obj, 'generate_test_description', None), 'pytestmark', ())
     except (Exception, pytest.skip.Exception):
-        return module  # The collection of the module reports the error.
+        return module  # pytest reports the error when it collects the module.
     if any(mark.name == 'launch_test' for mark in marks):
         return LaunchTestFile.from_parent(parent, path=module_path, module=module.obj)
     return module

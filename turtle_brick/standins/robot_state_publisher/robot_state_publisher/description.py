@@ -73,7 +73,7 @@ def signed(rotation: Quaternion) -> Quaternion:
     """
     Return the unit quaternion of a rotation, with the same sign as robot_state_publisher.
 
-    w is positive if its magnitude exceeds 1/2. Otherwise the largest of x, y and z is positive.
+    w is positive if its magnitude exceeds 1/2. Otherwise, the largest component is positive.
     """
     x, y, z, w = rotation
     sign = w if 4.0 * w * w - 1.0 > 1e-12 else max(z, y, x, key=abs)

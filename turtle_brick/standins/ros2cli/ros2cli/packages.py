@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The verbs that work on installed packages: run, launch, and lists of packages and interfaces."""
+"""Commands for installed packages: run, launch, pkg and interface."""
 
 import os
 from pathlib import Path

@@ -318,7 +318,7 @@ class BufferCore:
             'frame does not exist')
 
     def _check(self, argument: str, name: str) -> None:
-        """Raise the exception of lookupTransform if a frame cannot be used."""
+        """Raise the same exception as lookupTransform if a frame cannot be used."""
         problem = self._problem(name)
         if problem == 'frame does not exist':
             raise LookupException(
