@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Control a headless Chromium through DevTools. The package websockets comes with viser."""
+"""Control a headless Chromium through DevTools. The package websockets is installed with viser."""
 
 from base64 import b64decode
 from contextlib import ExitStack
@@ -41,7 +41,7 @@ FEW_FRAMES = """
 window.requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 250);
 window.cancelAnimationFrame = clearTimeout;
 """
-"""Script that limits drawing to four frames per second. Sixty would occupy two processors."""
+"""Script that draws only four frames per second. Sixty frames would occupy two processors."""
 
 
 def find_chromium() -> str | None:
@@ -68,7 +68,7 @@ class Chromium:
             profile = stack.enter_context(TemporaryDirectory(ignore_cleanup_errors=True))
             options = [*OPTIONS, f'--window-size={width},{height}', f'--user-data-dir={profile}']
             if os.geteuid() == 0:
-                options.append('--no-sandbox')  # Chromium refuses to use its sandbox as root.
+                options.append('--no-sandbox')  # As root, Chromium cannot use its sandbox.
             process = stack.enter_context(Process([program, *options, 'about:blank']))
             address = process.wait_for_output(r'DevTools listening on (ws://\S+)\s', TIMEOUT)[1]
             self._connection = stack.enter_context(
@@ -109,7 +109,7 @@ class Chromium:
         return True
 
     def click_element(self, tag: str, text: str) -> None:
-        """Wait for an element with a tag and text. Click the element or the labeled control."""
+        """Wait for an element with a given tag and text, and click it or its labeled control."""
         element = (f'[...document.querySelectorAll({tag!r})]'
                    f'.find(candidate => candidate.innerText === {text!r})')
         self.wait_for(element)
@@ -117,7 +117,7 @@ class Chromium:
             f'document.getElementById({element}.htmlFor) || {element}'))
 
     def click(self, x: float, y: float, times: int = 1) -> None:
-        """Click a point (pixels) on the page. Three clicks select the text."""
+        """Click a point (pixels) on the page. A triple click selects the text at this point."""
         self._call('Input.dispatchMouseEvent', type='mouseMoved', x=x, y=y)
         for count in range(1, times + 1):
             for kind in ('mousePressed', 'mouseReleased'):
@@ -145,13 +145,13 @@ class Chromium:
         return x + width / 2.0, y + height / 2.0
 
     def screenshot(self, expression: str) -> bytes:
-        """Return a PNG file with a screenshot of the element given by a JavaScript expression."""
+        """Return a PNG screenshot of the element that a JavaScript expression selects."""
         x, y, width, height = self.box_of(expression)
         return b64decode(self._call('Page.captureScreenshot', clip={
             'x': x, 'y': y, 'width': width, 'height': height, 'scale': 1})['data'])
 
     def _call(self, method: str, **parameters: Any) -> Any:
-        """Call a method of the DevTools protocol, and return the result."""
+        """Call a DevTools protocol method, and return the result."""
         self._calls += 1
         message = {'id': self._calls, 'method': method, 'params': parameters}
         if self._session:

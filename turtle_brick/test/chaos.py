@@ -15,12 +15,12 @@
 """
 Test whether the graph recovers from killed nodes, frozen nodes and random messages.
 
-    python3 turtle_brick/test/chaos.py kills [PATTERN]    each fault of each node in each stage
-    python3 turtle_brick/test/chaos.py messages [COUNT]   messages on each topic and service
+    python3 turtle_brick/test/chaos.py kills [PATTERN]    each fault in each node at each stage
+    python3 turtle_brick/test/chaos.py messages [COUNT]   random messages on topics and services
 
-The graph must recover by itself after each fault and after each thousand messages. The next easy
-brick must then be caught, carried to the center and tipped off. The program stops at the first
-failure.
+The graph must recover by itself after each fault and after every thousand messages. The robot
+must then catch an easy brick, carry it to the center and tip it off. The program stops at the
+first failure.
 """
 
 from collections.abc import Callable, Iterable
@@ -73,11 +73,11 @@ STAGES: dict[str, Callable[[Any, DropWatch], Any]] = {
     'floating': lambda scene, watch: watch.leveled,
     'unreachable': lambda scene, watch: watch.refusals,
 }
-"""Stages of a drop, with the condition at which each stage begins."""
+"""Stages of a drop, and the condition for the start of each stage."""
 
 START_TIME = 1.5 if 'FASTRTPS_DEFAULT_PROFILES_FILE' in os.environ else 5.0
-"""Time (s) in which all nodes discover a new process. DDS may lose the first announcement. The
-second announcement follows after 3 s, or after 0.3 s with the DDS profile of this project."""
+"""Time (s) until all nodes have discovered a new process. DDS may lose the first announcement. The
+second announcement follows after 3 s, or after 0.3 s with this project's DDS profile."""
 
 EASY_HEIGHT, EASY_DISTANCE, UNREACHABLE_HEIGHT = 8.0, 2.0, 12.0
 """Height (m) of easy bricks, maximum distance (m) of easy bricks from the robot, and height (m) of
@@ -95,7 +95,7 @@ class Scene(Graph):
     """A graph with nodes in separate processes and a client."""
 
     def __init__(self, domain_id: int, random: Random, names: Iterable[str] = NODES) -> None:
-        """Start nodes in a ROS domain. All random values come from one generator."""
+        """Start the named nodes in a ROS domain. All random values come from `random`."""
         super().__init__(domain_id)
         self.random = random
         self.parameters = (self.params_file, self.parameter_file(self.robot_parameters()))
@@ -151,7 +151,7 @@ class Scene(Graph):
         self.wait_until(lambda: self.client.place(position, hovering=0.3).accepted, 'place')
 
     def release(self, position: Vector) -> DropWatch:
-        """Place and drop the brick, and return a watch that follows the brick."""
+        """Place and drop the brick, and return the DropWatch that observes the drop."""
         self.place(position)
         watch = DropWatch(self.record, time_ns(), position)
         watch.requested = watch.begin
@@ -167,10 +167,10 @@ class Scene(Graph):
 
     def check_catch(self, fault_end: float | None = None) -> None:
         """
-        Drop an easy brick and check that it is caught, carried to the center and tipped off.
+        Drop an easy brick, and check that the robot catches it and tips it off at the center.
 
-        :param fault_end: end time (s) of a fault. The catcher may refuse bricks until WINDOW after
-            the fault. In this case, another brick is dropped after this time.
+        :param fault_end: end time (s) of a fault. The catcher may refuse a brick until WINDOW has
+            passed since the fault. If so, another brick is dropped after this period.
         """
         watch = self.release(self.easy_position())
         self.wait_until(lambda: watch.down, 'the easy brick is down')
@@ -183,7 +183,7 @@ class Scene(Graph):
         self.wait_until(lambda: watch.leveled, 'the platform is level again')
 
     def go_to(self, stage: str) -> None:
-        """Place or drop another brick if the stage requires it, and wait for the stage."""
+        """Wait for a given stage. Place or drop another brick first if the stage requires one."""
         if stage == 'hovering':
             self.place(self.easy_position())
         elif stage != 'idle':
@@ -219,7 +219,7 @@ class Scene(Graph):
 
         sender = self.add(Node, parameters=False, node_name='sender')
         # A transient local publisher matches every subscription. The excluded names with a
-        # leading underscore belong to the actions of turtlesim.
+        # leading underscore belong to turtlesim's actions.
         publishers = [
             sender.create_publisher(load_type(types[0]), name, subscription_qos(latched=True))
             for name, types in sender.get_topic_names_and_types()
@@ -234,7 +234,7 @@ class Scene(Graph):
             send(fill_randomly(kind(), self.random))
             self.spin_for(PERIOD)
         self.remove(sender)
-        self.spin_for(MAX_AHEAD_NS * SECONDS_PER_NS)  # Afterward, no timestamp is in the future.
+        self.spin_for(MAX_AHEAD_NS * SECONDS_PER_NS)  # All stored timestamps are now in the past.
         self.restart_observer()
         self.wait_until(lambda: self.client.is_complete()
                         and self.observer.count_subscribers('tilt'), 'the graph is complete')

@@ -33,7 +33,7 @@ HERE = Path(__file__).parent
 
 
 def excluded_files() -> dict[str, list[str]]:
-    """Return the test files that cannot run in this environment, by reason."""
+    """Return the test files that cannot run in this environment, grouped by reason."""
     excluded = {'only for stand-ins': [
         f'standins/{file.name}' for file in HERE.glob('standins/test_*_standin.py')
         if not is_standin(file.stem.removeprefix('test_').removesuffix('_standin'))]}
@@ -66,7 +66,7 @@ collect_ignore = [file for files in EXCLUDED.values() for file in files]
 
 def pytest_configure(config: pytest.Config) -> None:
     """Set the environment variables of ROS for this process and its child processes."""
-    # Background jobs of a shell script ignore SIGINT, as would all processes of the tests.
+    # A background job in a shell script ignores SIGINT. All test processes would inherit this.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ.pop('ROS_LOCALHOST_ONLY', None)
@@ -81,7 +81,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_report_header(config: pytest.Config) -> str:
-    """Report the excluded files and the reasons in one line."""
+    """Report the excluded files and the reasons for their exclusion in one line."""
     reports = [f'{", ".join(files)} ({reason})' for reason, files in EXCLUDED.items() if files]
     return f'excluded: {"; ".join(reports) or "nothing"}'
 
@@ -101,14 +101,14 @@ def domain_id(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
 
 @pytest.fixture
 def live(domain_id: int) -> Iterator[Any]:
-    """Run nodes in a ROS domain that only this test uses."""
+    """Provide a LiveGraph in a ROS domain that only this test uses."""
     from live_graph import graph
     with graph(domain_id) as live:
         yield live
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run the linters first, and then the longest files, so that parallel runs end together."""
+    """Run the linters first and the longest files next, so that parallel workers end together."""
     def rank(item: pytest.Item) -> int:
         if item.get_closest_marker('linter'):
             return 0  # flake8 forks, which is not safe while DDS threads are running.

@@ -39,10 +39,10 @@ TICK_NS = 20_000_000
 """Time step (ns). It is equal to the period of the catcher and to five physics steps."""
 
 MAX_DURATION = 30.0
-"""Timeout (s) in simulated time for each event."""
+"""Timeout (s, in simulated time) for each event."""
 
 PUNCTUAL_TIMER = SimpleNamespace(timer_period_ns=STEP_NS, time_until_next_call=lambda: STEP_NS)
-"""Replacement for the timer of a node. This timer is never late."""
+"""Replacement for the timer of a node. The replacement is never late."""
 
 
 def record_published(publisher: Any) -> list[Any]:
@@ -62,7 +62,7 @@ class SteppedGraph:
     """The arena and other nodes. The test calls their callbacks, so no message is late or lost."""
 
     def __init__(self, live: LiveGraph, *node_types: type[Node]) -> None:
-        """Create the arena, nodes of other types, and a level platform at (5, 5)."""
+        """Create the arena, one node of each given type, and a level platform at (5, 5)."""
         self.live = live
         self.now = 50 * NS_PER_SECOND
         self.platform: tuple[float, ...] | None = (5.0, 5.0, 0.0, 0.0)
@@ -90,7 +90,7 @@ class SteppedGraph:
         """Move the platform for a duration (s). Subclasses override this method."""
 
     def tick(self, by: int = TICK_NS) -> None:
-        """Advance the time by a duration (ns), and execute the due work of every node."""
+        """Advance the time by a duration (ns), and call the timer callback of every node."""
         self.now += by
         self.move(by / NS_PER_SECOND)
         now = Time(nanoseconds=self.now, clock_type=ClockType.ROS_TIME)
@@ -109,7 +109,7 @@ class SteppedGraph:
             self.tick()
 
     def until(self, condition: Callable[[], Any] | Phase, what: str = '') -> None:
-        """Advance the time until a condition is true or the brick is in a phase."""
+        """Advance the time until a condition is true or the brick is in a given phase."""
         if isinstance(condition, Phase):
             phase, condition, what = condition, lambda: self.world.phase is phase, condition.value
         end = self.now + MAX_DURATION * NS_PER_SECOND

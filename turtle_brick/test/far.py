@@ -13,13 +13,13 @@
 # limitations under the License.
 
 """
-far: drop bricks in a graph on three hosts with slow links between them.
+Drop bricks in a graph on three hosts with slow links between them.
 
     python3 turtle_brick/test/far.py --delay 30 --jitter 5 --loss 1 --drops 40
 
-The hosts are network namespaces on this machine. They run the robot, the catcher, and the arena
-with a client. A switch between them delays and loses Ethernet frames. The program requires user
-namespaces (`unshare --user`) and /dev/net/tun, but no root permissions.
+The hosts are network namespaces on this machine. One host runs the robot, one the catcher, and one
+the arena with a client. A software switch delays and drops Ethernet frames. The program requires
+user namespaces (`unshare --user`) and /dev/net/tun, but not root privileges.
 """
 
 import argparse
@@ -73,7 +73,7 @@ TIMEOUT = 40.0
 
 
 def move_to_new_host(number: int) -> int:
-    """Move this process and its future child processes to a new host. Return the tap device."""
+    """Move this process and its future children to a new host. Return the host's tap device."""
     if ctypes.CDLL(None).unshare(CLONE_NEWNET) != 0:
         raise OSError('unshare: network namespaces are not permitted')
     tap = os.open('/dev/net/tun', os.O_RDWR)
@@ -95,7 +95,7 @@ def switch(taps: list[int], delay: float, jitter: float, loss: float,
 
     :param delay: mean delay (s) of a frame, with the standard deviation `jitter` (s)
     :param loss: fraction of lost frames
-    :param is_done: function that stops the switch, called ten times per second
+    :param is_done: function that is called every 0.1 s and returns whether to stop the switch
     """
     random = Random(1)
     tap_of: dict[bytes, int] = {}  # The keys are MAC addresses.
@@ -120,15 +120,15 @@ def switch(taps: list[int], delay: float, jitter: float, loss: float,
 
 
 def distance_at_latency(height: float, latency: float) -> float:
-    """Return the maximum distance (m) of a guaranteed catch for a height (m) and a latency (s)."""
-    # The measured latency contains two links: one for the command and one for the motion. The
-    # transforms that show the release use a third link.
+    """Return the guaranteed catching distance (m) for a given height (m) and latency (s)."""
+    # The measured latency includes two link delays, for the command and for the motion. The
+    # transforms after the release arrive over a third link.
     return guaranteed_distance(height, load(), 1.5 * (latency - COMMAND_LATENCY))
 
 
 def random_place(robot: tuple[float, float], latency: float, random: Random
                  ) -> tuple[float, float, float]:
-    """Return a random position (m) within the guaranteed distance for a latency (s)."""
+    """Return a random position (m) within the guaranteed distance for a given latency (s)."""
     while True:
         z = resting_height(load()) + random.uniform(3.0, 7.0)
         distance = random.uniform(0.6, 1.0) * distance_at_latency(z, latency)
@@ -144,7 +144,7 @@ def latest(messages: list[Received]) -> str:
 
 
 def outcome_of(decision: str, caught: bool) -> str:
-    """Return the outcome of a drop for the catcher's decision."""
+    """Return the outcome of a drop, given the catcher's decision."""
     if decision.startswith('reachable'):
         return 'caught' if caught else 'missed'
     return 'caught although refused' if caught else 'refused'
@@ -154,9 +154,9 @@ def drop_bricks(drops: int) -> int:
     """
     Drop bricks, and print each result and a row of the table in figures.md.
 
-    An additional first brick is dropped only to measure the latency.
+    An additional brick is dropped first, only to measure the latency.
 
-    :return: exit status, which is 0 if all other bricks were caught or refused
+    :return: exit status, which is 0 if every brick after the first one was caught or refused
     """
     random = Random(1)
     outcomes: Counter[str] = Counter()
@@ -191,7 +191,7 @@ def drop_bricks(drops: int) -> int:
             caught = 'riding' in [state.message.data for state in brick_states]
             decision = latest(decisions)
             print(f'  {decision}', flush=True)
-            # The decision contains no latency if no robot is available.
+            # The decision does not contain a latency if no robot is available.
             if latency := re.search(r'command latency ([\d.]+)', decision):
                 latencies.append(float(latency[1]))
             if number:

@@ -52,7 +52,7 @@ TIMEOUT = 30.0
 
 
 class Recording:
-    """The messages on a topic, in the order of arrival."""
+    """The messages received on a topic, in order of arrival."""
 
     def __init__(self) -> None:
         self.messages: list[Any] = []
@@ -75,7 +75,7 @@ class LiveGraph(Graph):
     """A graph that records topics, publishes messages and calls services."""
 
     def __init__(self, domain_id: int, **options: Any) -> None:
-        """Create a graph in a ROS domain, with options for Graph."""
+        """Create a graph in a given ROS domain, with keyword options for Graph."""
         super().__init__(domain_id, **options)
         self._fetch_time = 0.0
         self._recorder = PollingNode('recorder', context=self.context, namespace=self.namespace)
@@ -87,7 +87,7 @@ class LiveGraph(Graph):
         super().close()
 
     def wait_for(self, predicate: Callable[[], Any], timeout: float, what: str) -> Any:
-        """Run the nodes until the predicate is true. Return its value, or raise TimeoutError."""
+        """Run the nodes until a predicate is true and return its value, or raise TimeoutError."""
         result: list[Any] = []
 
         def check() -> bool:
@@ -110,7 +110,7 @@ class LiveGraph(Graph):
 
     def record_transforms(self, child: str, topic: str = '/tf',
                           qos: QoSProfile | int = DEPTH) -> Recording:
-        """Record the transforms of a child frame from now on."""
+        """Start to record the transforms of a child frame."""
         recording = Recording()
 
         def add(message: TFMessage, info: Mapping[str, int]) -> None:
@@ -122,7 +122,7 @@ class LiveGraph(Graph):
         return recording
 
     def rates(self, recordings: Sequence[Recording], count: int) -> list[float]:
-        """Measure the publication frequencies (Hz) of the next messages in recordings."""
+        """Measure the publication rate (Hz) in each recording over the next `count` messages."""
         self.wait_for(lambda: all(recording.messages for recording in recordings), TIMEOUT,
                       'a message on each topic')
         for recording in recordings:
@@ -160,7 +160,7 @@ class NodeProcess(Process):
 
     def __init__(self, command: Sequence[str], domain_id: int,
                  environment: Mapping[str, str] = {}) -> None:
-        """Start a program with its arguments and additional environment variables."""
+        """Start a program with its arguments and with additional environment variables."""
         super().__init__(command, {**environment, 'ROS_DOMAIN_ID': str(domain_id),
                                    'PYTHONFAULTHANDLER': '1'})
 
@@ -171,8 +171,8 @@ def process(command: Sequence[str], domain_id: int, *, stop: int | None = signal
     """
     Run a program with its arguments, and check that it exits with status 0.
 
-    :param stop: signal that stops the program, or None to skip the check
-    :param timeout: timeout (s) for the exit of the program
+    :param stop: signal that stops the program, or None to kill the program without the check
+    :param timeout: time (s) within which the program must exit after the signal
     """
     running = NodeProcess(command, domain_id)
     try:

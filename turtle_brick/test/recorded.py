@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Repeat commands such as `ros2` that were recorded with the real ROS 2 programs."""
+"""Repeat `ros2` and other commands that were recorded with the real ROS 2 programs."""
 
 from contextlib import contextmanager, suppress
 import gc
@@ -41,8 +41,8 @@ PROGRAMS = {'ros2': 'ros2cli.cli', 'launch_test': 'launch_testing'}
 """Module of each program that can run in a forked process."""
 
 FORKS = get_context('forkserver')
-"""Context for forks of a process that has imported these modules. A fork takes 0.2 s per command,
-whereas a new process takes 0.6 s."""
+"""Context for forking a process that has imported these modules. A command takes 0.2 s in a fork,
+but 0.6 s in a new process."""
 FORKS.set_forkserver_preload([*PROGRAMS.values(), *(f'ros2cli.{name}' for name in (
     'graph', 'packages', 'messages', 'topic_statistics')), 'launch_xml', 'numpy', 'rclpy.action'])
 
@@ -51,13 +51,13 @@ _fork_lock = threading.Lock()
 
 
 def records(*files):
-    """Return the records in files, by name."""
+    """Return a dictionary from names to the records in the given files."""
     return {record['name']: record for file in files
             for record in json.loads((DATA / f'{file}.json').read_text())['records']}
 
 
 def write_files(directory):
-    """Write the files used by the recorded commands to a directory."""
+    """Fill a directory with the files that the recorded commands use."""
     for name, file in json.loads((DATA / 'files.json').read_text()).items():
         path = directory / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -96,7 +96,7 @@ class Command:
     """A running command in its own process group, as if started by a shell."""
 
     def __init__(self, words, environment, stdin=None, directory='/', forked=False):
-        """Start the command, in a forked process if requested, with a string as standard input."""
+        """Start the command with a string as standard input, in a forked process if requested."""
         self.text, self.error = '', ''
         self.changed = threading.Condition()
         stdin_pipe, stdout_pipe, stderr_pipe = (FORKS.Pipe(duplex=False) for _ in range(3))
@@ -135,7 +135,7 @@ class Command:
                     else self.process.exitcode)
 
     def wait_for(self, condition, timeout=TIMEOUT):
-        """Wait for a condition, the end of the command or a timeout, and return the condition."""
+        """Wait for a condition, the command's end or a timeout. Return the condition's value."""
         deadline = monotonic() + timeout
         with self.changed:
             while not condition() and self.status is None and monotonic() < deadline:
@@ -143,12 +143,12 @@ class Command:
             return condition()
 
     def has_printed(self, expected):
-        """Return whether the printed lines match a pattern, at least n times for [pattern, n]."""
+        """Return whether the output has a match for a pattern, or n matches for [pattern, n]."""
         pattern, count = expected if isinstance(expected, list) else (expected, 1)
         return len(re.findall(pattern, self.text[:self.text.rfind('\n') + 1], re.M)) >= count
 
     def send(self, name, target):
-        """Send a signal by name to the process, or to the group if the target is 'group'."""
+        """Send a named signal to the process, or to its process group if the target is 'group'."""
         with suppress(ProcessLookupError):
             (os.killpg if target == 'group' else os.kill)(self.pid, getattr(signal, name))
 
@@ -162,7 +162,7 @@ class Command:
         return found
 
     def end(self, timeout=2 * TIMEOUT):
-        """Wait until the command exits, and then kill and return its remaining processes."""
+        """Wait until the command exits. Then kill its remaining processes and return their IDs."""
         try:
             assert self.wait_for(lambda: self.status is not None, timeout), self.text + self.error
             for reader in self.readers:
@@ -183,7 +183,7 @@ def restored_signal_handlers():
 
 
 def run_here(words, patch, stdin=''):
-    """Run `ros2` in this process, and return status and output. `patch` undoes all changes."""
+    """Run `ros2` in this process, and return its status and output. `patch` undoes all changes."""
     out, err = (io.TextIOWrapper(io.BytesIO(), write_through=True) for _ in range(2))
     for name, value in (('argv', words), ('stdin', io.StringIO(stdin)), ('stdout', out),
                         ('stderr', err)):

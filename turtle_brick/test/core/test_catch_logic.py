@@ -54,13 +54,13 @@ class CatchBench:
         self.run(0.3)
 
     def platform(self):
-        """Return the platform with the rounding errors of interpolated transforms."""
+        """Return the platform with rounding errors similar to those of interpolated transforms."""
         x, y = (value + self.random.uniform(-1e-12, 1e-12) for value in self.robot)
         hinge = self.parameters.platform_height - self.parameters.platform_thickness
         return Platform(Pose((x, y, hinge), from_pitch(self.angle)))
 
     def run(self, time, until=lambda: False):
-        """Run for a duration (s) or until a condition is true. Return whether it is true."""
+        """Run until a condition is true, for at most a duration (s). Return the condition's value."""
         end = self.now + seconds(time)
         while self.now < end:
             self.now += STEP_NS
@@ -131,7 +131,7 @@ class CatchBench:
 
 
 def bench_in(state, after=0.1):
-    """Return a bench whose catcher has been in a state for a duration (s)."""
+    """Return a bench whose catcher has been in a given state for a given duration (s)."""
     bench = CatchBench()
     bench.drop(7.0, 6.0, 9.0)
     bench.reach_state(state)
@@ -180,7 +180,7 @@ def test_platform_is_tilted_and_leveled_smoothly():
 @pytest.mark.parametrize('jump', (0, NS_PER_SECOND))
 @pytest.mark.parametrize('brick', [(10.0, 10.0, 3.0), (*CENTER, REST_Z - 0.1), (11.2, 5.0, 9.0)])
 def test_unreachable_brick_causes_one_decision_and_no_motion(brick, jump):
-    """A clock that is set forward during the fall does not cause another decision."""
+    """A forward clock jump during the fall does not cause another decision."""
     bench = CatchBench()
     for _ in range(2):
         bench.drop(*brick)
@@ -220,7 +220,7 @@ def test_brick_placed_above_an_idle_robot_is_not_carried(brick, time, above):
     bench.run(time)
     if bench.states[1:]:
         assert bench.states == COURSE
-    for _ in range(2):  # The approaching robot first stops beside the brick.
+    for _ in range(2):  # An approaching robot first stops beside the brick.
         bench.world.brick = (*bench.robot, REST_Z + above)
         bench.run(0.5)
     assert bench.states in ([], [State.APPROACHING, State.LEVELING, State.WAITING], COURSE)
@@ -233,7 +233,7 @@ def test_brick_placed_above_an_idle_robot_is_not_carried(brick, time, above):
 
 
 def test_brick_at_rest_on_the_tilted_platform_has_not_left_it():
-    """The brick is at rest for 0.2 s. Then no more brick transforms arrive."""
+    """The brick is at rest for 0.2 s. After that, no more brick transforms arrive."""
     bench = bench_in(State.TILTING, 0.2)
     for step in range(round(0.9 * TILTING_TIMEOUT / STEP_NS / 1e-9)):
         bench.now += STEP_NS
@@ -331,7 +331,7 @@ def test_catch_continues_after_a_short_loss_of_the_robot(state, time):
 
 
 def test_decision_waits_for_an_unavailable_robot_while_there_is_time():
-    """After a stall, transforms of the brick may arrive before transforms of the robot."""
+    """After a stall, brick transforms may arrive before robot transforms."""
     bench = CatchBench()
     bench.visible = False
     bench.drop(6.5, 6.0, REST_Z + 0.5 * GRAVITY * 1.3 ** 2)
@@ -359,7 +359,7 @@ def test_brick_is_unreachable_without_a_robot(brick, waits):
 
 
 def test_fall_detected_after_its_end_is_unreachable():
-    """Messages have a delay of 1 s. A brick on the platform does not cause a decision."""
+    """All messages arrive 1 s late. A brick on the platform does not cause a decision."""
     bench = CatchBench()
     bench.brick_ahead = -NS_PER_SECOND
     bench.drop(8.0, 8.0, 5.0)

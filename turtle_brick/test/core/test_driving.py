@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Examples of the Driver, and properties of the closed loop with turtlesim's kinematics."""
+"""Examples for Driver, and properties of its closed loop with turtlesim's kinematics."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -116,7 +116,7 @@ seeds = st.integers(0, 2 ** 32)
 
 @st.composite
 def drives(draw, longest=1.5, jitter=True):
-    """Return a robot at rest, and a goal within a given travel time (s)."""
+    """Return a robot at rest, and a goal that is at most `longest` seconds away at full speed."""
     speed, (x, y), angle = draw(speeds), draw(places), draw(headings)
     way = speed * draw(st.one_of(st.floats(0.0, longest), st.floats(0.0, 0.05)))
     goal = within_arena(x + way * cos(angle), y + way * sin(angle))
@@ -127,7 +127,7 @@ def drives(draw, longest=1.5, jitter=True):
 @law(24)
 @given(data=st.data(), jitter=st.booleans())
 def test_driver_arrives_in_time_without_overshoot(data, jitter):
-    """The path is straight, with or without a jitter of 2 ms in ticks and 0.3 ms in commands."""
+    """The path is straight, with or without jitter (2 ms for ticks, 0.3 ms for commands)."""
     bench, goal = data.draw(drives(jitter=jitter))
     start, distance, speed = bench.turtle.pose, bench.distance(goal), bench.speed
     begin, radius = bench.now * 1e-9, PARAMETERS.platform_radius
@@ -196,7 +196,7 @@ class Wanderer(CommandQueue):
 @law(20)
 @given(seed=seeds, theta=headings, hold=st.integers(1, 30), x=st.sampled_from((0.05, 5.5)))
 def test_command_queue_predicts_the_position_at_which_a_command_takes_effect(seed, theta, hold, x):
-    """The prediction is correct after any commands and at walls."""
+    """The prediction is correct after any sequence of commands, even at a wall."""
     driver = Wanderer(Random(seed), hold)
     bench = Bench(2.0, (x, 5.5, theta), seed, jitter=False, driver=driver)
     bench.rest(0.72)
@@ -222,7 +222,7 @@ def test_travel_time_is_an_upper_bound(speed, radius, part, angle, seed):
     bench.rest(distance / speed + 0.6)
     first = next((time for time, pose in bench.poses if pose[:2] != start[:2]), 0.0)
     reached = next(time for time, pose in bench.poses if dist(pose[:2], goal) <= radius)
-    # The final approach can start during a tick, which adds at most 0.09 ticks.
+    # The final approach can start during a tick. This adds at most 0.09 ticks to the travel time.
     assert reached - first <= travel_time(distance, radius, speed) + 0.09 * TICK
 
 

@@ -47,7 +47,7 @@ class DetectorBench:
             self.observe(x, y, z)
 
     def fall(self, x, y, z, release, samples):
-        """Observe a brick released at a time (ns), and return the detected fall."""
+        """Observe a brick that is released at a given time (ns), and return the detected fall."""
         for _ in range(samples):
             time = max(self.now - release, 0) * 1e-9
             if self.observe(x, y, z - 0.5 * self.detector.gravity * time * time):
@@ -77,7 +77,7 @@ heights = st.floats(0.5, 30.0)
 coordinates = st.floats(-10.0, 20.0)
 signs = st.sampled_from((0.0, 1.0, -1.0))
 
-# Regular or irregular intervals (ns) between samples, with a rate of at least 50 Hz.
+# Regular or irregular intervals (ns) between samples, each at most 20 ms (50 Hz).
 intervals = st.one_of(
     st.just([STEP_NS]), st.just([20_000_000]),
     st.lists(st.integers(1_000_000, 20_000_000), min_size=1, max_size=10))
@@ -93,7 +93,7 @@ def test_fall_is_detected_by_its_third_sample_with_its_course(
     bench.hover(x, y, height, hovering)
     release = bench.now - round(
         part * (bench.intervals[-1] if hovering else 2 * NS_PER_SECOND))
-    # The first of the four samples may be at the release.
+    # The first of the four samples may coincide with the release.
     fall = bench.fall(x, y, height, release, 4)
     assert fall.speed == pytest.approx(gravity * (fall.stamp - release) * 1e-9, abs=1e-3)
     for drop in (0.3, 0.5, 5.0, 25.0):
@@ -129,7 +129,7 @@ other_falls = st.tuples(st.just(pi / 2.0), st.floats(0.1, 10.0),
 @law(40)
 @given(motion=slides | other_falls, spacing=intervals)
 def test_slides_and_other_accelerations_are_not_falls(motion, spacing):
-    """The slide most similar to a fall is at the maximum tilt_angle (1.5 rad)."""
+    """The slide that is most similar to a fall occurs at the maximum tilt_angle (1.5 rad)."""
     slope, speed, factor = motion
     bench = DetectorBench(spacing)
     start = bench.now
@@ -145,7 +145,7 @@ def test_slides_and_other_accelerations_are_not_falls(motion, spacing):
        amount=st.floats(0.02, 10.0), is_time_set_back=st.booleans())
 def test_interrupted_fall_ends_and_the_next_fall_is_detected(
         spacing, samples, sideways, upward, amount, is_time_set_back):
-    """The fall ends when the brick is placed or stops, or when the time is set back."""
+    """The fall ends when the brick is placed or stops, or when the clock is set back."""
     bench = DetectorBench(spacing)
     release = bench.now
     assert bench.fall(5.0, 5.0, 20.0, release, 4)

@@ -68,7 +68,7 @@ def test_restarts_of_the_brick_broadcaster_do_not_indicate_lost_messages():
 
 @pytest.mark.parametrize('rest', [2, 3, 4, 6, 10, 50])
 def test_late_callbacks_count_only_if_they_are_frequent(rest):
-    """One in every `rest` callbacks is late and receives late transforms."""
+    """One out of every `rest` callbacks is late and receives late transforms."""
     latency = LatencyMonitor()
     for call in range(1000):
         late = call % rest == 0
@@ -91,7 +91,7 @@ def test_excess_latency_covers_99_percent_of_the_recent_transforms(ages):
         assert sum(age > link + 1e-9 for age in recent) <= 0.01 * len(recent) + 0.5
         assert link == USUAL_AGE or sum(age >= link - 1e-9 for age in recent) >= (
             0.01 * len(recent) - 0.5)
-    # Ages of more than 1 s are invalid.
+    # Transform ages of more than 1 s are invalid.
     before = latency.excess(now)
     latency.record_ages(now, [1.1, -1.1])
     assert latency.excess(now) == before and latency.clock_error(now) == 0.0
@@ -102,7 +102,7 @@ def test_excess_latency_covers_99_percent_of_the_recent_transforms(ages):
 @given(pause=st.floats(0.03, 0.5), way=st.floats(0.05, 1.0), time=st.floats(0.3, 2.0),
        overloaded=st.booleans())
 def test_pauses_of_the_robot_count_on_an_overloaded_machine(pause, way, time, overloaded):
-    """The expected pause time is the duration times the fraction of pauses, plus one pause."""
+    """The expected pause time is the duration times the paused fraction, plus one pause."""
     latency, stamp, count = LatencyMonitor(), NS_PER_SECOND, round(way / COMMAND_PERIOD)
     for _ in range(50):
         latency.record_ages(NS_PER_SECOND, [], overloaded)
@@ -134,7 +134,7 @@ def test_clock_error_is_added_to_the_excess_latency(ahead, link, motion):
 
 
 class NetworkBench(CatchBench):
-    """A CatchBench whose catcher, arena and robot are on three machines."""
+    """A CatchBench whose catcher, arena and robot run on three machines."""
 
     def __init__(self, mean, deviation, loss, seed):
         self.mean, self.deviation, self.loss = mean, deviation, loss
@@ -160,7 +160,7 @@ class NetworkBench(CatchBench):
         while self.messages and self.messages[0][0] <= self.now:
             arrival, kind, sent, content = heappop(self.messages)
             if sent < self.latest.get(kind, (0, None))[0]:
-                continue  # A newer message arrived earlier.
+                continue  # A newer message has already arrived.
             self.latest[kind] = (sent, content)
             if kind == 'goal':
                 self.goal = content

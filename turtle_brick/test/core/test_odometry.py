@@ -35,7 +35,7 @@ class Ride:
         self.odometer.observe(0.0, self.turtle.tick(0.0))
 
     def drive(self, command, ticks=1, lost=0):
-        """Drive for some ticks, lose the first poses, and return the path (m) of the wheel."""
+        """Drive for some ticks, without the first `lost` poses. Return the rolled distance (m)."""
         before = self.odometer.wheel_angle
         for tick in range(ticks):
             last = self.turtle.pose
@@ -69,7 +69,7 @@ def test_lost_poses_do_not_change_the_wheel_velocity():
 @law(30)
 @given(direction=angles, speed=st.floats(0.1, 10.0), theta=angles)
 def test_wheel_rolls_without_slipping_up_to_a_wall(direction, speed, theta):
-    """The path is the wheel angle times the radius. The stem points forward."""
+    """The distance is the wheel angle times the radius. The stem points forward."""
     ride = Ride(theta=theta)
     for _ in range(120):
         rolled = ride.drive((speed * cos(direction), speed * sin(direction)))
@@ -86,7 +86,7 @@ def test_wheel_rolls_without_slipping_up_to_a_wall(direction, speed, theta):
 @law(15)
 @given(direction=angles, theta=angles)
 def test_stem_points_along_the_command_before_a_motion(direction, theta):
-    """The stem points along the motion during and after the motion."""
+    """During and after a motion, the stem points in the direction of motion."""
     ride = Ride(theta=theta)
     command = (cos(direction), sin(direction))
     ride.odometer.steer(command)
@@ -105,7 +105,7 @@ def test_stem_points_along_the_command_before_a_motion(direction, theta):
 @given(poses=st.lists(st.tuples(st.integers(0, 11), st.integers(0, 11), angles), min_size=1,
                       max_size=10), speed=st.sampled_from([0.0, 1.0, 3.0]))
 def test_teleports_change_neither_odom_nor_the_wheel(poses, speed):
-    """The first pose defines odom. The composition of both poses is the pose in the world."""
+    """The first pose defines odom. This pose and the pose in odom compose to the world pose."""
     odometer = Odometer(RADIUS)
     for number, (x, y, theta) in enumerate(poses):
         odometer.observe(number * TICK, TurtlePose(x, y, theta, speed, 0.0))

@@ -14,7 +14,7 @@
 """
 Closed forms and invariants of World for random input.
 
-This file and the referee's geometry compute the expected values.
+The expected values come from this file and the referee's geometry module.
 """
 
 from math import cos, floor, hypot, pi, sin, sqrt
@@ -49,7 +49,7 @@ tilts = st.builds(lambda angle, sign: sign * angle,
 
 @st.composite
 def discs(draw, radius):
-    """Return a point within a radius (m) around the origin."""
+    """Return a point within a given distance (m) of the origin."""
     distance, angle = radius * sqrt(draw(st.floats(0.0, 0.999))), draw(headings)
     return distance * cos(angle), distance * sin(angle)
 
@@ -63,7 +63,7 @@ def on_platform(place, *where):
 
 
 def turning_gap(quaternion, yaw, tilt, right):
-    """Return the orientation error of a brick turned clockwise relative to a platform."""
+    """Return a brick's orientation error, given its expected clockwise turn on a platform."""
     expected = frame_at(0.0, 0.0, yaw, tilt).axes @ turn((0.0, 0.0, 1.0), -right)
     return gap(frame((0.0, 0.0, 0.0), quaternion).axes, expected)
 
@@ -133,7 +133,7 @@ def test_platform_has_a_level_tolerance_and_consistent_coordinates(yaw, tilt):
        comes=st.booleans(), away=st.sampled_from((None, 'elsewhere', 0.002, pi)) | tilts)
 def test_brick_lands_only_if_the_platform_is_there_when_it_reaches_its_top(
         place, yaw, height, radius, gravity, dt, late, comes, away):
-    """In all other steps, the platform may be elsewhere or tilted."""
+    """Before or after the landing step, the platform may be elsewhere or tilted."""
     crossing = floor(sqrt(2.0 * height / gravity) / dt) + 1
     after, before = (0.5 * gravity * (step * dt) ** 2 for step in (crossing, crossing - 1))
     assume(before < height - 1e-6 and height + 1e-6 < after)
@@ -167,7 +167,7 @@ def test_brick_lands_only_if_the_platform_is_there_when_it_reaches_its_top(
                                   coordinates, coordinates, headings),
                         min_size=1, max_size=5))
 def test_slide_on_a_moving_platform(place, yaw, gravity, dt, program):
-    """Only gravity accelerates the brick. It floats when its trailing edge leaves the platform."""
+    """Only gravity accelerates the brick. The brick floats after it has left the platform."""
     world = riding(place, yaw=yaw, gravity=gravity, dt=dt)
     (u, v), speed = place, 0.0
     for tilt, steps, x, y, heading in program:
@@ -184,7 +184,7 @@ def test_slide_on_a_moving_platform(place, yaw, gravity, dt, program):
                 pose = world.platform.pose.compose(world.pose_on_platform)
                 assert gap(pose.position, world.brick) <= 1e-9
                 assert turning_gap(pose.orientation, heading, tilt, yaw) <= 1e-9
-            # The heading of the brick was 0 at landing.
+            # At landing, the heading of the brick was 0.
             distance = distance_to_rectangle((u, v), -yaw, SIZE[:2])
             if abs(distance - RADIUS) > 1e-9:
                 assert world.phase is (Phase.FLOATING if distance > RADIUS else Phase.RIDING)

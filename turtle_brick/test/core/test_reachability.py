@@ -34,7 +34,7 @@ from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 
 
 def decide(x, y, z, robot=RobotMotion(5.0, 5.0), excess=0.0, speed=0.0, delay=0.0):
-    """Return the decision for a brick at a position (m) with a speed (m/s), after a delay (s)."""
+    """Return the decision after a delay (s) for a brick at a position (m) and speed (m/s)."""
     return decide_reachability(Fall(NS_PER_SECOND, x, y, z, speed), NS_PER_SECOND + seconds(delay),
                                robot, PARAMETERS, excess)
 
@@ -46,7 +46,7 @@ def test_brick_is_reachable_if_the_robot_has_enough_time():
 
 
 def test_resting_height_fall_time_and_guaranteed_distance():
-    """The distance is the platform radius for a fall that takes as long as the latency."""
+    """If the fall takes as long as the latency, the distance is the platform radius."""
     assert REST_Z == PARAMETERS.platform_height + PARAMETERS.brick_size[2] / 2.0
     assert fall_time(REST_Z + 0.5 * GRAVITY, PARAMETERS) == pytest.approx(1.0)
     assert fall_time(REST_Z - 1.0, PARAMETERS) == 0.0
@@ -157,7 +157,7 @@ def test_moving_robot_may_continue_at_full_speed_until_it_is_at_rest(excess):
 
 @any_excess
 def test_robot_may_drive_straight_ahead_or_to_its_last_goals(excess):
-    """The last goal takes effect after the latency. Until then, the previous one is also valid."""
+    """The last goal takes effect after the latency. Until then, the previous goal is valid too."""
     tracker, way, latency = make_tracker(excess)
     observe(tracker, 1.0, 5.0)
     tracker.record_goal(seconds(1.3 - latency), (9.0, 5.0))

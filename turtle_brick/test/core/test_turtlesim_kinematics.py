@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Examples of turtlesim_kinematics, and comparisons with recordings of turtlesim.
+Examples for turtlesim_kinematics, and comparisons with recordings of turtlesim.
 
 A recording contains every published pose and the publication time of each command. The arrival
 times of the commands are known only to within a few milliseconds. A replay therefore tries every
@@ -40,7 +40,7 @@ ARRIVAL_JITTER = 0.004
 
 
 def test_turtle_at_a_wall_reports_the_unclamped_position() -> None:
-    """A teleport beyond the upper wall ends at the wall and is not reported."""
+    """A teleport beyond the upper wall ends at this wall, and no position is reported."""
     turtle = Turtle(x=ARENA_SIZE - 0.01, y=ARENA_SIZE - 1.0, theta=0.0, holonomic=True)
     turtle.command(1.0, -2.0, 0.0)
     assert turtle.tick(0.0).linear_velocity == float32(hypot(1.0, 2.0))
@@ -70,7 +70,7 @@ def test_invalid_numbers_do_not_end_the_simulation() -> None:
 
 
 class Call(NamedTuple):
-    """A recorded service call, or the recorded poses of all turtles at a time (s)."""
+    """A recorded service call, or the recorded poses of all turtles at a given time (s)."""
 
     begin: float
     end: float

@@ -32,7 +32,7 @@ UP, DOWN = (0, 0, 1), (0, 0, -1)
 class Robot(RobotModel):
 
     def extent(self, link, direction, **positions):
-        """Return the maximum coordinate (m) of a link in a direction in the base_link frame."""
+        """Return the maximum coordinate (m) of a link along a direction in the base_link frame."""
         reaches = []
         for solid in self.links[link]:
             pose = self.pose(link, positions).compose(solid.pose)

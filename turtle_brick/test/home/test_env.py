@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Test the shell setup and the error messages of env.bash."""
+"""Test the shell setup in env.bash and its error messages."""
 
 import os
 from pathlib import Path
@@ -39,7 +39,7 @@ def shell(script, *, options=(), **variables):
            if value is not None}
     done = subprocess.run(['bash', *options, '-c', script], env=env, cwd='/', text=True,
                           stdin=subprocess.DEVNULL, capture_output=True, timeout=60.0,
-                          start_new_session=True)  # Otherwise, bash would control the terminal.
+                          start_new_session=True)  # Otherwise, bash would take over the terminal.
     return done.returncode, done.stdout, done.stderr
 
 

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Apply sample solutions for the exercises to a copy of the package and check their effects."""
+"""Apply sample solutions for the exercises to a copy of the package, and check the effects."""
 
 from importlib.util import module_from_spec, spec_from_file_location
 import os
@@ -52,7 +52,7 @@ SECOND_ARENA = ('-p frame:=brick2 -r __node:=arena2 -r place:=place2 -r drop:=dr
 
 @pytest.fixture
 def copy(tmp_path):
-    """Return the path to a copy of the package without the tests that start nodes."""
+    """Copy the package except for the tests that start nodes, and return the path to the copy."""
     for name in ('turtle_brick', 'config'):
         shutil.copytree(PACKAGE / name, tmp_path / name)
     for name in ('laws.py', 'core/test_physics.py', 'core/test_physics_laws.py'):
@@ -68,13 +68,13 @@ def replace(path, old, new):
 
 
 def apply(solution, path):
-    """Apply the replacements in a file of test/data to a file."""
+    """Apply the replacements from a solution file in test/data to another file."""
     for change in yaml.safe_load((PACKAGE / 'test/data' / solution).read_text()):
         replace(path, change['old'], change['new'])
 
 
 def run(copy, *arguments):
-    """Run Python in the copy of the workspace, and return the output."""
+    """Run Python in the copy of the package, and return the output."""
     env = {**os.environ, 'PYTHONPATH': f'{copy}:{os.environ.get("PYTHONPATH", "")}',
            'PYTEST_DISABLE_PLUGIN_AUTOLOAD': '1'}
     env.pop('AMENT_PREFIX_PATH', None)  # Otherwise, the copy would read the installed file.
@@ -84,7 +84,7 @@ def run(copy, *arguments):
 
 
 def code(page, word):
-    """Return the page's only code block that contains a word."""
+    """Return the only code block on a page that contains a given word."""
     text = (PACKAGE / 'doc' / page).read_text()
     block, = [block for block in re.findall('```(?:python|yaml)\n(.*?)```', text, re.S)
               if word in block]

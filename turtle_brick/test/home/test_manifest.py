@@ -27,7 +27,7 @@ MANIFEST = (PACKAGE / 'package.xml').read_text()
 KEYS = {'PIL': 'python3-pil', 'tf2_ros': 'tf2_ros_py', **{name: f'python3-{name}' for name in (
     'hypothesis', 'joblib', 'matplotlib', 'mypy', 'numpy', 'psutil', 'pytest', 'rich', 'tqdm',
     'yaml')}}
-"""Rosdep keys of imported modules whose names differ from their keys."""
+"""Rosdep keys for the imported modules whose names differ from their keys."""
 
 NOT_IMPORTED = {'launch_xml', 'ros2launch'}
 """Packages that `ros2 launch` and the XML launch files require."""
@@ -76,7 +76,7 @@ def imported_packages(*patterns):
 
 
 def dependencies(kind):
-    """Return the package names in package.xml elements of a type such as exec_depend."""
+    """Return the package names in package.xml elements of a given type, such as exec_depend."""
     return {element.text for element in ElementTree.fromstring(MANIFEST).iter(kind)}
 
 

@@ -88,7 +88,7 @@ def blocks(page):
 
 
 def block(page, language, word):
-    """Return the first code block in a given language that contains a given word."""
+    """Return the first code block on a page in a given language that contains a given word."""
     return next(text for kind, text in blocks(PACKAGE / 'doc' / page)
                 if kind == language and word in text)
 

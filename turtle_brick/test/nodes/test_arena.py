@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the rates of the arena live, and its falls, services and markers in simulated time."""
+"""Test the arena's rates live, and its falls, services and markers in simulated time."""
 
 from itertools import groupby
 from math import nan, sqrt
@@ -83,7 +83,7 @@ def test_fall_by_its_stamps(bench):
 
 
 def test_place_and_drop_refuse_invalid_requests(bench):
-    """The response contains the reason. The brick does not move."""
+    """The response contains the reason for the refusal, and the brick does not move."""
     refusals = [(bench.place(*location), why) for location, why in (
         ((nan, 1.0, 1.0), 'nan'), ((1.0, 1.0, -0.5), '-0.5'), ((-1e19, 1.0, 1.0), '-1e+19'))]
     assert bench.world.brick == PARAMETERS.brick_start
@@ -119,7 +119,7 @@ def test_brick_rides_with_a_moving_platform(bench):
 
 
 def test_markers_and_inclination(bench):
-    """Late joiners receive all markers and the state. The brick is inclined like the platform."""
+    """Late joiners receive all markers and the state. The brick has the platform's inclination."""
     bench.platform = (5.0, 5.0, 2.0, 0.5)
     bench.tick()
     turn = bench.bricks[-1].transform.rotation

@@ -61,7 +61,7 @@ class Bench(SteppedGraph):
 
 
 def test_unreachable_and_reachable_brick(live, capfd):
-    """The first brick falls without a robot. The second one is caught."""
+    """The first brick falls while there is no robot. The second brick is caught."""
     bench = Bench(live)
     markers = live.record('catcher_marker', Marker)
     states = live.record('catcher_state', String, LATCHED)

@@ -39,7 +39,7 @@ PROGRAMS = {
     'turtle_brick': ['arena', 'catcher', 'turtle_robot', 'viewer'],
     'turtlesim': ['turtlesim_node'],
 }
-"""Executables started by the launch files, by package."""
+"""Executables that the launch files start, grouped by package."""
 
 REPORT_COMMAND = """#!{python}
 import json, os, sys, yaml
@@ -99,7 +99,7 @@ def prefix(tmp_path_factory):
 
 
 def launched(prefix, file, *arguments, **environment):
-    """Run a launch file, and return the reports from its programs and the messages from launch."""
+    """Run a launch file, and return its programs' reports and the messages from launch."""
     variables = {name: value for name, value in os.environ.items() if name != 'TURTLE_BRICK_VIEW'}
     variables['AMENT_PREFIX_PATH'] = f'{prefix}:{os.environ["AMENT_PREFIX_PATH"]}'
     done = subprocess.run(
@@ -142,7 +142,7 @@ def test_python_and_xml_start_the_same_programs(prefix, name, arguments, environ
 def test_rviz_configuration_matches_the_published_topics(name):
     manager = yaml.safe_load(
         (SHARE / 'config' / f'{name}.rviz').read_text(encoding='utf-8'))['Visualization Manager']
-    # show_turtle has no frame world.
+    # With show_turtle, there is no world frame.
     frame = 'base_link' if name == 'show_turtle' else 'world'
     assert manager['Global Options']['Fixed Frame'] == frame
     topics = {}
@@ -160,13 +160,13 @@ def test_rviz_configuration_matches_the_published_topics(name):
 
 
 def test_turtle_arena(domain_id):
-    """The robot catches a brick in a namespace. Ctrl-C stops all nodes."""
+    """The robot catches a brick in a graph with a namespace. Ctrl-C stops all nodes."""
     path = SHARE / 'launch' / 'turtle_arena.launch.py'
     with process([sys.executable, '-c', LAUNCH, str(path), 'view:=none', 'namespace:=bob'],
                  domain_id, stop=None) as launching:
         launching.wait_for_output('waiting for a fall', TIMEOUT)
         with graph(domain_id, namespace='bob') as live:
-            # A high fall gives a busy machine enough time.
+            # A fall from this height takes long enough for a busy machine.
             beside = Place.Request(location=Point(x=6.5, y=6.0, z=20.0))
             assert live.call('place', Place, beside).success
             assert live.call('drop', Trigger).success

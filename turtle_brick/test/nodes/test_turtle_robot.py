@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the rates, frames and goals of turtle_robot, and its response to invalid messages."""
+"""Test turtle_robot's rates, frames, goals and responses to invalid messages."""
 
 from itertools import cycle
 from math import cos, dist, inf, nan, sin
@@ -55,7 +55,7 @@ def warned(capfd):
 
 
 def test_all_outputs_have_100_hz_at_rest_and_in_motion(live):
-    """The odometry contains the command, and the pose of the transform with the same timestamp."""
+    """The odometry contains the command, and its pose equals the transform with the same stamp."""
     live.add_turtlesim()
     live.add_robot()
     poses = live.record('turtle1/pose', TurtlePoseMessage)

@@ -53,7 +53,7 @@ def observe(graph, log=lambda text: None, **options):
 
 
 def marks(record, mark):
-    """Return the names and results of all requirements with a mark."""
+    """Return the names and results of all requirements that have a given mark."""
     return {one.name: one.measured for one in referee.RULES.judge(record) if one.mark == mark}
 
 
@@ -62,7 +62,7 @@ def test_our_graph_meets_every_requirement(domain_id):
         add_nodes(graph)
         record = observe(graph, discovery_time=60.0, program=PROGRAM)
     assert marks(record, BROKEN) == {}
-    # On an overloaded machine, only the rules of the URDF are sure to be judged.
+    # On an overloaded machine, only the rules for the URDF are sure to be judged.
     expected = {rule.name for rule in referee.RULES
                 if not record.stall_summary() or rule.name.startswith('URDF')}
     assert expected <= marks(record, MET).keys()
@@ -80,7 +80,7 @@ def alter(path, new):
 
 
 def delay_stem():
-    """Return a function that delays the angle of the stem by 0.1 s."""
+    """Return a function that delays the stem angle by 0.1 s."""
     angles = deque(maxlen=10)
 
     def delay(message):
@@ -121,7 +121,7 @@ FAULTS = (
 
 
 def test_faults_are_found(domain_id, monkeypatch):
-    """Each of these independent faults breaks only its requirement and the consequences."""
+    """Each of these independent faults breaks only its own requirement and the dependent ones."""
     publish = Publisher.publish
 
     def publish_with_faults(publisher, message):
@@ -143,7 +143,7 @@ def test_faults_are_found(domain_id, monkeypatch):
 
 
 def test_nodes_that_die_are_judged(domain_id):
-    """The robot node exits before its drive, and the arena node before the first request."""
+    """The robot node exits before its drive, and the arena node exits before its first request."""
     ends = {'driving 0': 'robot', 'far out of reach': 'arena'}
     with Graph(domain_id, quiet=True) as graph:
         nodes = add_nodes(graph)

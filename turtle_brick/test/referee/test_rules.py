@@ -67,11 +67,11 @@ FAR, CLOSE = (1.5, 1.5, 8.0), (CENTER[0] + OFFSET, CENTER[1], 4.0)
 """Starting positions (m) of a brick beside the robot and of a brick above its platform."""
 
 ANGLE, TILT, LEVEL = 0.5, 6.7, 7.9
-"""Angle (rad) of the platform that tips a brick off, and the times (s) of tilting and leveling."""
+"""Platform angle (rad) for tipping off a brick, and the times (s) of tilting and leveling."""
 
 
 def at(seconds):
-    """Return the time (ns) for a time (s) after BEGIN."""
+    """Convert a time (s) after BEGIN to an absolute time (ns)."""
     return BEGIN + round(seconds * NS_PER_SECOND)
 
 
@@ -83,7 +83,7 @@ def add_transforms(record, child, parent, track, static=False):
 
 
 def add_message(record, topic, message, seconds, late=0.0):
-    """Add a message that has a timestamp (s) and is published after a delay (s)."""
+    """Add a message with a given timestamp (s), published after a given delay (s)."""
     if hasattr(message, 'header'):
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(at(seconds), NS_PER_SECOND)
     record.topics[topic].append(Received(at(seconds + late), message))
@@ -111,7 +111,7 @@ def add_walls(record, times):
 
 
 def drive(record, off):
-    """Add a robot that starts at 0 s and drives along a straight line forward and back."""
+    """Add a robot that starts at 0 s and drives forward and back along a straight line."""
     base = numpy.array((0.0, 0.0, HINGE - model(record).pose('platform').position[2]))
     stem = model(record).joint('stem')
     for joint in model(record).joints:
@@ -222,7 +222,7 @@ PARTS = (drive, fall, tip)
 
 
 def make_record(parts=PARTS, **off):
-    """Return a record that is correct except for the given values."""
+    """Return a record with the given parts that is correct except for the given values."""
     record = Record(Profile(numbers=dict(NUMBERS)))
     record.namespace, record.publishers = '/judged', {'/judged/odom': {'/judged/turtle_robot'}}
     record.latched = {'/brick_marker': True, '/walls': True}
@@ -236,7 +236,7 @@ def make_record(parts=PARTS, **off):
 
 NAMES = {rule.name for rule in referee.RULES}
 ROBOT_RULES = {rule.name for rule in robot_rules.RULES} - {'frames: brick', 'rate: brick', 'tilt'}
-"""Names of all requirements, and of the requirements that a robot without a brick can meet."""
+"""Names of all requirements, and of those that a robot without a brick can meet."""
 
 
 def judge(record, *names):
@@ -244,7 +244,7 @@ def judge(record, *names):
 
 
 def shift(record, frame, seconds, way, axis=0):
-    """Shift a frame by a distance (m) for 0.03 s."""
+    """Shift a frame by a given distance (m) for 0.03 s."""
     for sample in record.frames[frame].between(at(seconds), at(seconds + 0.03)):
         sample.pose.position[axis] += way
 
@@ -259,7 +259,7 @@ def change(record, topic, seconds, field, way):
 
 
 def urdf(rule, where, attribute, *values):
-    """Return a row of FAULTS for an attribute in the URDF."""
+    """Return a row for FAULTS that changes an attribute in the URDF."""
     def edit(record, value):
         robot = ElementTree.fromstring(URDF)
         robot.find(where).set(attribute, value)
@@ -269,7 +269,7 @@ def urdf(rule, where, attribute, *values):
 
 
 def scale_wheel(record, factor, *fields):
-    """Multiply fields of the wheel in all joint states by a factor."""
+    """Multiply the wheel's values in the given joint state fields by a factor."""
     for received in record.topics['joint_states']:
         for field in fields:
             getattr(received.message, field)[1] *= factor
@@ -286,7 +286,7 @@ def tilt_in_tf(record, angle):
 
 
 def move_response(record, seconds, missing=0, accepted=True):
-    """Move a drop response to a time (s) after the release; delete the first fall transforms."""
+    """Move a drop response to a time (s) after the release. Delete the first fall transforms."""
     record.drops[0].request = Request(at(2.45), at(2.5 + seconds), None, accepted)
     samples = record.frames['brick'].samples
     first = next(n for n, sample in enumerate(samples) if sample.stamp > at(2.5))
@@ -294,21 +294,21 @@ def move_response(record, seconds, missing=0, accepted=True):
 
 
 def move_early(record, down):
-    """Lower a brick by a distance (m) before the response."""
+    """Lower a brick by a given distance (m) before the drop response."""
     move_response(record, -0.002)
     shift(record, 'brick', 2.494, -down, 2)
     record.drops[0].released = at(2.488)
 
 
 def publish_walls(record, times):
-    """Publish the walls at some times (s) without latching."""
+    """Publish the walls at the given times (s) without latching them."""
     record.latched['/walls'] = False
     record.markers = [received for received in record.markers if received.topic != '/walls']
     add_walls(record, times)
 
 
 def change_text(record, seconds, text='Unreachable', kind=Marker.TEXT_VIEW_FACING, again=()):
-    """Change the text and its lifetime (s), and repeat the text after some times (s)."""
+    """Change the text and its lifetime (s), and repeat the text after each given delay (s)."""
     first = next(received for received in record.markers if received.topic == '/text')
     marker = first.marker
     marker.text, marker.type = text, kind
@@ -438,7 +438,7 @@ FAULTS = (
     ('text: time', change_text, (2.71, 3.29), (2.69, 3.31)),
     ('text: time', partial(remove_text, action=Marker.DELETE), (2.71,), (3.31,)),
     ('text: time', partial(remove_text, action=Marker.DELETEALL), (3.29,), (2.69,)),
-    # Repeated text is visible from the first message until the last message expires.
+    # Repeated text is visible from the first message until the last one expires.
     ('text: time', partial(change_text, again=(1.0, 2.0)), (1.0,), (3.0,)),
     ('text: kind', lambda record, text: change_text(record, 3.0, text), (),
      ('unreachable!', 'UNREACHABLE')),

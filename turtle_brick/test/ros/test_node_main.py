@@ -59,7 +59,7 @@ SEND_SIGNAL = 'os.kill(os.getpid(), signal.{})'
 
 @pytest.fixture
 def start(domain_id):
-    """Return a function that starts the program. The end of the test kills all programs."""
+    """Return a function that starts the program. All programs are killed after the test."""
     started = []
 
     def start(*args, before='', construct='', tick=''):
@@ -75,7 +75,7 @@ def start(domain_id):
 
 
 def end_of(program):
-    """Return the exit status and the standard error of a program, without errors from rcl."""
+    """Wait for a program, and return its exit status and stderr without lines from rcl."""
     _, errors = program.communicate(timeout=30)
     return program.returncode, [
         line for line in errors.splitlines() if not line.startswith('[ERROR]')]

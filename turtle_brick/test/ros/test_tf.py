@@ -35,7 +35,7 @@ CHAIN = (('world', 'odom', True), ('odom', 'base_link', False), ('base_link', 'p
 
 
 def transform(parent, child, age=0, position=(1.0, 2.0, 3.0), orientation=LEVEL):
-    """Return a transform with an age (ns)."""
+    """Return a transform that has the given age (ns)."""
     return transform_message(
         parent, child, Pose(position, orientation), Time(nanoseconds=NOW - age).to_msg())
 
@@ -47,7 +47,7 @@ def stamped(sec, nanosec):
 
 
 def listener(*on_transform):
-    """Return a listener that fills a new buffer, and return the logger of its node."""
+    """Return a listener with a new buffer, and the logger of the listener's node."""
     node = Mock()
     node.get_clock().now().nanoseconds = NOW
     return GuardedListener(Buffer(), node, *on_transform), node.get_logger()
@@ -111,7 +111,7 @@ def test_any_messages_leave_the_buffer_usable(messages):
     send_valid_transforms(MAX_AHEAD_NS)
     for message, static in messages:
         guarded.store(TFMessage(transforms=[message]), static, NOW)
-    # Earlier transforms from the future do not block these transforms.
+    # Random messages with future timestamps do not block these transforms.
     send_valid_transforms(-MAX_AHEAD_NS)
     brick = latest_transform(guarded.buffer, 'brick')
     assert pose_of(brick.transform).position == pytest.approx((5.0, 10.0, 15.0))

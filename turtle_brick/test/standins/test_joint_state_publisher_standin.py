@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Tests the page of the stand-in for joint_state_publisher_gui in a browser."""
+"""Test the page of the stand-in for joint_state_publisher_gui in a browser."""
 
 from browser import Chromium, find_chromium
 from live_graph import graph, LATCHED, process, TIMEOUT

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Compares the stand-in for launch, launch_ros, launch_xml and launch_testing with recordings."""
+"""Compare the stand-in for launch, launch_ros, launch_xml and launch_testing with recordings."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ import pytest
 from recorded import Command, PROGRAMS, records, run_here, with_paths, write_files
 import yaml
 
-# A skip at module level would make the plugin of launch_testing skip all files in this folder.
+# A module-level skip would make the launch_testing plugin skip all files in this folder.
 pytestmark = pytest.mark.skipif(importlib.metadata.version('launch') != '1.0.0',
                                 reason='the installed launch is the real one')
 
@@ -75,7 +75,7 @@ def environment(files, runs, monkeypatch):
 
 
 def normal(text, files, log_dir=None):
-    """Replace the variable parts of a string with the placeholders in the recordings."""
+    """Replace the variable parts of a string with the placeholders that the recordings use."""
     text = text.replace('\r\n', '\n')
     if log_dir:
         text = text.replace(str(log_dir), '$LOGDIR')
@@ -133,7 +133,7 @@ def process_record(command, options, temporary, files, inherited):
             argv[index] = f'$TMP{len(temporary)}'
     argv = [re.sub(r'^.*(?=/lib/(turtle|joint|robot|rviz))', '$PREFIX', normal(part, files))
             for part in argv]
-    for new in ('__ns:=/', '/tf:=tf', '/tf_static:=tf_static'):  # They are not in the recordings.
+    for new in ('__ns:=/', '/tf:=tf', '/tf_static:=tf_static'):  # These are not recorded.
         if new in argv:
             del argv[argv.index(new) - 1:argv.index(new) + 1]
     env = options['env']
@@ -166,7 +166,7 @@ def test_started_processes_match_recording(record, files, environment, starts, m
 
 
 def without_other_parsers(text):
-    """Remove the errors of the parsers for other formats."""
+    """Remove the errors from the parsers for other formats."""
     return re.sub(
         r'\n - (SyntaxError: invalid syntax \(\w+\.launch\.xml|'
         r'InvalidFrontendLaunchFileError: The launch|RuntimeError: Expected).*', '', text)
@@ -269,7 +269,7 @@ def test_timeouts_and_emulate_tty_are_launch_arguments(environment, tmp_path, mo
 
 
 def run(record, files, top, before):
-    """Run a recorded command, send its signals, and return it and its remaining processes."""
+    """Run a recorded command with its signals. Return the command and its remaining processes."""
     environment = {
         **before, 'ROS_LOG_DIR': str(top / 'log'), 'HOME': str(top / 'home'),
         'COLUMNS': '100', 'PYTHON_COLORS': '0',  # Python 3.13 colors tracebacks.
@@ -286,7 +286,7 @@ def run(record, files, top, before):
     try:
         for (kind, condition), number, target in record.get('signals', ()):
             if kind == 'after':
-                threading.Event().wait(condition)  # The condition is a time (s).
+                threading.Event().wait(condition)  # Here, the condition is a time (s).
             else:
                 assert command.wait_for(lambda: command.has_printed(condition)), (
                     f'no {condition!r} in:\n{command.text}{command.error}')
@@ -321,7 +321,7 @@ def runs(files, tmp_path_factory, request):
 
 
 def by_source(text):
-    """Return the lines by process or logger, because the order of the sources varies."""
+    """Group the lines by process or logger, because the order of these sources varies."""
     lines_by_source, source = {}, ''
     text = re.sub(r'(?<=[^\n])(\[(INFO|ERROR)\])', r'\n\1', text)
     for line in filter(None, text.replace('\r', '').split('\n')):  # print() writes twice
@@ -329,13 +329,13 @@ def by_source(text):
         source = match.group(1) if match else source
         if "sending signal 'SIGINT'" not in line:  # A process that has ended receives no signal.
             lines = lines_by_source.setdefault(re.sub('INFO|ERROR|WARNING', '', source), [])
-            if 'ignored SIGINT' not in line or line not in lines:  # Two signals may become one.
+            if 'ignored SIGINT' not in line or line not in lines:  # Two signals may merge.
                 lines.append(line)
     return lines_by_source
 
 
 def without_end_status(text):
-    """Remove the exit status of processes that a signal may end before they set a handler."""
+    """Remove the exit status of processes that may receive a signal before they set a handler."""
     return re.sub(
         r'\[\w+\] (\[wait-\d\]: process has )(finished cleanly|died).*', r'\1ended', text)
 
@@ -355,7 +355,7 @@ def test_run_matches_recording(record, runs, files):
         found, text = (each.replace('\n', '').split('$STAMP') for each in (
             found.replace(log_dir.name, '$RUN'), text.replace('$HOME', '$WORK/home')))
         assert sorted(found) == sorted(text)
-    if record['name'].startswith('sigterm'):  # The real launch does not end them.
+    if record['name'].startswith('sigterm'):  # The real launch does not end the processes.
         assert not remaining
         for number in '12':
             assert f"sending signal 'SIGTERM' to process[wait-{number}]" in output
@@ -387,7 +387,7 @@ def test_test_run_matches_recording(record, runs, files):
                                   normal(text, files)))
         for text in (done.text, done.error, record['stdout'], record['stderr']))
     output, expected = (sorted(sum(by_source(text).values(), [])) for text in (output, expected))
-    if 'exit code -2' in record['stdout']:  # Python may print a traceback at its start.
+    if 'exit code -2' in record['stdout']:  # Python may print a traceback at startup.
         output = [line for line in output if not line.startswith('[wait-1] ')]
     assert output == expected
     # Since Python 3.12, unittest reports that there are no tests.

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Compares the stand-in for robot_state_publisher with recordings of the real one."""
+"""Compare the stand-in for robot_state_publisher with recordings of the real node."""
 
 import json
 from pathlib import Path
@@ -40,7 +40,7 @@ def nanoseconds(stamp):
 
 
 def joint_state(row, shift):
-    """Return the message in a row of a recording, with a shifted timestamp (shift in ns)."""
+    """Return the message in a row of a recording, with its timestamp shifted by `shift` (ns)."""
     message = JointState(name=row['name'], position=[float(value) for value in row['position']])
     if nanoseconds(row['stamp']):
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(
@@ -63,7 +63,7 @@ def assert_transforms(message, recorded, shift=0, stamps=True):
 
 
 def start(live, **parameters):
-    """Start the node with parameters, and return it and the recorded messages on /tf."""
+    """Start the node with given parameters. Return the node and a recording of /tf."""
     overrides = [Parameter(name, value=value) for name, value in parameters.items()]
     node = live.add(RobotStatePublisher, parameters=False, parameter_overrides=overrides)
     tf = live.record('/tf', TFMessage, QoSProfile(depth=500))
@@ -99,7 +99,7 @@ def test_joint_states_cause_the_recorded_transforms(recording, live):
 @pytest.mark.parametrize('parameter, stamps', [
     ({'publish_frequency': 0.0}, (5, 5, 6)), ({'ignore_timestamp': True}, (5, 0, 4))])
 def test_all_messages_are_published_without_limit_or_stamps(live, parameter, stamps):
-    """A frequency of 0 allows equal timestamps; ignore_timestamp allows decreasing timestamps."""
+    """A frequency of 0 allows equal timestamps, and ignore_timestamp allows decreasing ones."""
     node, tf = start(live, robot_description=URDF, **parameter)
     for stamp in stamps:
         node.joint_states_callback(JointState(

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Compares the stand-in for `ros2` with recordings of the real `ros2` in a turtle_arena."""
+"""Compare the stand-in for `ros2` with recordings of the real `ros2` in a turtle_arena."""
 
 from argparse import Namespace
 from concurrent.futures import ThreadPoolExecutor
@@ -99,7 +99,7 @@ def arena():
         stopped = threading.Event()
 
         def spin():
-            while not stopped.wait(0.02):  # No test depends on the rates.
+            while not stopped.wait(0.02):  # No test depends on message rates.
                 graph.spin_for(0.005)
 
         spinning = threading.Thread(target=spin, name='arena')
@@ -287,7 +287,7 @@ TOKENS = {
 
 
 def comparable(name, text):
-    """Return the output of a command without the allowed differences."""
+    """Return the output of a command after removing the allowed differences."""
     for pattern, replacement in MAY_DIFFER:
         text = re.sub(pattern, replacement, text)
     return re.sub(ANSWERS[name], r'\1\2', text) if name in ANSWERS else text
@@ -327,7 +327,7 @@ def test_verb(name, open_graph_here, files, monkeypatch):
 
 
 MESSAGES = ((0.2, 120), (0.5, 80), (0.6, 400), (1.4, 100), (1.9, 300))
-"""Reception time (s) and number n of each message, which has 100 n bytes and a delay of n ms."""
+"""Reception time (s) and number n of each message. Message n has 100 n bytes and is n ms late."""
 
 REPORTS = {
     topic_statistics.bandwidth_report: """

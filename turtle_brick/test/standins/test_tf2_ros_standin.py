@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Compares the stand-in for tf2_ros with recordings, and type hashes with the real hashes."""
+"""Compare the stand-in for tf2_ros with recordings, and type hashes with the real hashes."""
 
 import json
 from pathlib import Path
@@ -42,7 +42,7 @@ REAL_HASHES = json.loads((DATA / 'type_hashes.json').read_text())
 
 CACHE_TIME = {'single_and_cache_expiry': 2.0,
               **{script['name']: script['cache_time'] for script in RANDOM}}
-"""Cache times (s) of the recorded buffers if they differ from 10 s."""
+"""Cache times (s) of the recorded buffers whose cache time is not 10 s."""
 
 LATEST = Time()
 

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Tests the ROS interface of turtlesim_node; test_turtlesim_kinematics.py tests the motion."""
+"""Test the ROS interface of turtlesim_node. test_turtlesim_kinematics.py tests the motion."""
 
 from math import pi
 import signal
@@ -103,7 +103,7 @@ def test_command_moves_turtle_for_one_second(shared, poses):
 
 
 def test_teleport_services_move_turtle_at_once(shared, poses):
-    """The walls limit the position. The node logs a warning in this case."""
+    """If a wall limits the new position, the node logs a warning."""
     turtlesim, live = shared
 
     def jump(x, y):

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Tests for the computations, the report and the termination of the benchmark."""
+"""Test the benchmark's computations, report and termination."""
 
 from functools import partial
 import signal
@@ -40,7 +40,7 @@ class Recorded:
     """Stand-in for a record of the messages shortly before and after a release."""
 
     def __init__(self, **tracks):
-        """Create messages for a typical drop; `tracks` replaces some of these messages."""
+        """Create messages for a typical drop, and replace those that `tracks` contains."""
         self.tracks = {
             BRICK: fall(), BASE_LINK: drive(10_000_000), 'pose': drive(16_000_000),
             'goal_pose': [(RELEASE + DECIDED, None), (RELEASE + 2 * DECIDED, None)],

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Tests for the error messages, the faults and the ROS domains of the demo."""
+"""Test the demo's error messages, faults and ROS domains."""
 
 import os
 import signal
@@ -107,7 +107,7 @@ def test_publishers_of_a_robot_are_rejected_but_subscribers_are_not(live, monkey
 
 
 def test_two_arenas_are_separate_and_end_with_the_demo(live):
-    """All topics are in the namespaces, and neither arena receives markers from the other."""
+    """All topics are in the arenas' namespaces, and neither arena receives the other's markers."""
     places = '--place 10.6 10.6 8 --place 5.5 5.5 8'.split() * 9
     command = [*DEMO, '--arenas', '2', *places]
     with process(command, live.domain_id, timeout=WAIT) as both:

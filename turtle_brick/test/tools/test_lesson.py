@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Tests for the lesson program; test_pages.py compares its output with the pages."""
+"""Test the lesson program. test_pages.py tests the output that the pages quote."""
 
 import pytest
 from turtle_brick.tools.lesson import __main__ as lesson

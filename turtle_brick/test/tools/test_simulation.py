@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Tests for the closed-loop simulation and the two guarantees of the catcher.
+Test the closed-loop simulation and the two guarantees of the catcher.
 
 Every brick that the catcher accepts is caught, in any state of the robot. If the robot is at rest,
 no brick within max_velocity * (t_fall - 0.13 s) + platform_radius is refused.
@@ -35,7 +35,7 @@ from turtle_brick.tools.simulation import Delays, Simulation
 PARAMETERS = load()
 STEP = 0.004
 
-# The delays of the live graph without jitter, and longer delays with jitter.
+# Delays as in the live graph without jitter, and longer delays with jitter.
 DELAYS = [Delays(), Delays(0.0010, 0.0040, 0.002, 0.0003)]
 
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Tests for the table, the guarantees, the figures and the command line of the sweep."""
+"""Test the sweep's table, guarantees, figures and command line."""
 
 import csv
 from dataclasses import replace
@@ -102,7 +102,7 @@ def test_the_columns_of_a_row_are_consistent(drops):
 
 
 def test_positions_cover_the_grid_or_the_whole_range():
-    """The first cells of a grid already cover the arena, and each drop has its own seed."""
+    """The first cells of a grid are spread over the arena, and each drop has its own seed."""
     plan = sweep.Plan(grid=True, count=9, heights=(8.0, 8.0), seed=1)
     numbers, seeds, bricks = zip(*plan.simulations())
     assert numbers == tuple(range(plan.drop_count)) and len(set(seeds)) == plan.drop_count
@@ -190,7 +190,7 @@ def test_ctrl_c_keeps_the_finished_drops(tmp_path, drops):
         while not table.exists() or table.read_bytes().count(b'\n') < 22:
             assert monotonic() < deadline
             Event().wait(0.05)
-        # Ctrl-C in a terminal sends SIGINT to every process of the group.
+        # Ctrl-C in a terminal sends SIGINT to every process in the group.
         os.killpg(process.pid, signal.SIGINT)
         assert process.wait(60.0) == 0
     rows, _ = read(table)

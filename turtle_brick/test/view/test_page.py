@@ -82,7 +82,7 @@ class PageBench:
         self.page.on_brick_state(String(data=phase.value))
 
     def status_after(self, *events):
-        """Send states and decisions, and return the status and whether it is an alarm."""
+        """Send states and decisions. Return the status and whether the status is an alarm."""
         for event in events:
             if ': ' in event:
                 receive = self.page.on_catcher_decision
@@ -195,7 +195,7 @@ def test_panel_shows_the_status_of_the_catch(bench, story):
      [], 'Caught: carrying')],
     ids=['unreachable', 'missed', 'caught'])
 def test_final_status_does_not_depend_on_the_order_of_topics(bench, topics, last, text):
-    """A new brick falls after an unreachable one."""
+    """After an unreachable brick, a new brick falls."""
     numbers = [number for number, events in enumerate(topics) for _ in events]
     for order in set(permutations(numbers)):
         queues = [iter(events) for events in topics]

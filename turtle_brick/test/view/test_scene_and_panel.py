@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The scene and the panel on a real server without a browser."""
+"""Test the scene and the panel on a real server without a browser."""
 
 import asyncio
 from html import unescape
@@ -37,7 +37,7 @@ RED = (1.0, 0.0, 0.0, 1.0)
 
 @pytest.fixture(scope='module')
 def page():
-    """Return a server, a panel, and a list that records the calls of the panel's callbacks."""
+    """Return a server, a panel, and a list that records all calls to the panel's callbacks."""
     server = PageServer('127.0.0.1', 0, 'test')
     calls = []
     panel = Panel(server.viser, Scene(server.viser), PanelCallbacks(*(
@@ -105,7 +105,7 @@ def test_camera_follows_robot_and_brick_until_somebody_turns_it(page, monkeypatc
     scene = Scene(page.viser)
 
     def request(x):
-        """Return the requested position for a brick at x, or None if there is no request."""
+        """Return the requested position for a brick at x, or None if no position is requested."""
         browser.position = None
         scene.keep_in_view([(0.0, 0.0, 0.0), (x, 0.0, 0.0)] if x else [])
         return browser.position

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Shapes from robot descriptions and markers."""
+"""Test the shapes from robot descriptions and markers."""
 
 from math import cos, inf, nan, sin
 

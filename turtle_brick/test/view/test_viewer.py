@@ -40,7 +40,7 @@ WAITING = 'waiting for the response'
 
 
 def response_to(live, function, *arguments):
-    """Call a function in the same way as the page, and return the displayed response."""
+    """Call a function in the same way as the page does, and return the displayed response."""
     panel = live.viewer.panel
     panel.show_response(WAITING, True)
     live.viewer.schedule(function, *arguments)

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The page in a real browser."""
+"""Test the page in a real browser."""
 
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -79,7 +79,7 @@ class Page(Chromium):
         return {name for name, mask in masks.items() if mask.sum() > 20}
 
     def click_ground(self, x, y, goals):
-        """Click a point (m) in the view from above until it becomes the goal."""
+        """Click a point (m) in the view from above until the point becomes the goal."""
         deadline = monotonic() + TIMEOUT
         left, top, width, height = self.box_of(CANVAS)
         scale = height / (ARENA_SIZE + 2.0 * MARGIN)

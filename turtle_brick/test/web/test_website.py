@@ -31,7 +31,7 @@ import xacro
 import yaml
 
 PACKAGE = Path(__file__).resolve().parents[2]
-ISOLATED = [sys.executable, '-I', '-S']  # Without site-packages.
+ISOLATED = [sys.executable, '-I', '-S']  # Do not import from site-packages.
 CATCH = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
@@ -54,7 +54,7 @@ str(decisions)
 
 
 def test_the_site_is_built_and_catches_a_brick_without_any_packages(tmp_path):
-    """Its parameters and robot description are equal to those from yaml and xacro."""
+    """The site's parameters and robot description are equal to those from yaml and xacro."""
     subprocess.run([*ISOLATED, PACKAGE / 'scripts/website', tmp_path], check=True)
     output = subprocess.run([*ISOLATED, '-c', CATCH, tmp_path / 'turtle_brick.zip'], check=True,
                             capture_output=True).stdout
