@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Judge the workspaces of a class, one after the other, each in its own environment and ROS domain.
+Judge the workspaces of a class one by one, each in its own environment and ROS domain.
 
-Each subdirectory of the class directory is a built workspace. Its environment contains only its
-own packages and the ROS installation.
+Each subdirectory of the class directory is a built workspace. The environment of a workspace
+contains only the packages in this workspace and the ROS installation.
 """
 
 import argparse
@@ -36,42 +36,42 @@ HOURS = {
     3: ('walls', 'brick', 'markers', 'place', 'drop', 'fall', 'slide'),
     4: ('cmd_vel', 'drive: goal', 'drive: overshoot', 'drive: speed', 'drive: straight'),
     5: ('verdict', 'text', 'carry', 'tip off', 'again')}
-"""Name prefixes of the requirements for each hour of class."""
+"""Name prefixes of the requirements that are judged in each hour of class."""
 
 RESULTS = Path('judged')
-"""Directory for the JSON file and the page of each student."""
+"""Directory for each student's JSON file and HTML page."""
 
 PACKAGES = ('turtle_brick', 'turtle_brick_interfaces')
 """Packages to hide from the environment before a workspace is sourced."""
 
 INSTALL_DIRECTORIES = ('install', '.ros/install')
-"""Install directories of colcon and of env.bash in a workspace."""
+"""Install directories that colcon and env.bash, respectively, create in a workspace."""
 
 SHARE_DIRECTORIES = ('turtle_brick/share/turtle_brick', 'share/turtle_brick')
-"""Share directories of the package in an isolated and in a merged install directory."""
+"""Share directories of turtle_brick in an isolated and a merged install directory."""
 
 LAUNCH_FILES = ('turtle_arena.launch.py', 'turtle_arena.launch.xml')
-"""Launch files of the arena in order of preference."""
+"""Launch files for the arena, in order of preference."""
 
 SOURCE = 'IFS= source "$0" && exec "$@"'
-"""Bash script that runs a command in a sourced workspace. An empty IFS keeps spaces in paths."""
+"""Bash script that sources a workspace and runs a command. An empty IFS keeps spaces in paths."""
 
 JUDGE = ('import sys; sys.path[0] = sys.argv.pop(1); '
          'from turtle_referee.referee import main; sys.exit(main())')
-"""Python program that runs this referee, even if the workspace contains another one."""
+"""Python program that runs this referee, even if the workspace contains another referee."""
 
 TIME_LIMIT = 600.0
-"""Time limit (s) for one workspace."""
+"""Time limit (s) for judging one workspace."""
 
 
 def rules_in_hour(rules: Rules, hour: int | None) -> Rules:
-    """Return the rules of one hour of class, or all rules if the hour is None."""
+    """Return the rules for a given hour of class, or all rules if the hour is None."""
     return rules if hour is None else Rules(
         rule for rule in rules if rule.name.startswith(HOURS[hour]))
 
 
 def clean_environment() -> dict[str, str]:
-    """Return environment variables that hide all sourced workspaces with PACKAGES."""
+    """Return environment variables that hide all sourced workspaces that contain PACKAGES."""
     hidden = [prefix for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
               if any(Path(prefix, 'share', package).is_dir() for package in PACKAGES)]
 
@@ -85,7 +85,7 @@ def clean_environment() -> dict[str, str]:
 
 
 def find_install(workspace: Path) -> tuple[Path, Path] | None:
-    """Return the setup file and the package's share directory, or None without a build."""
+    """Return a workspace's setup file and share directory, or None if the package is not built."""
     for install, share in product(INSTALL_DIRECTORIES, SHARE_DIRECTORIES):
         setup = workspace / install / 'local_setup.bash'
         if setup.is_file() and (workspace / install / share).is_dir():
@@ -95,7 +95,7 @@ def find_install(workspace: Path) -> tuple[Path, Path] | None:
 
 def judge_workspace(workspace: Path, json: Path, page: Path, options: argparse.Namespace,
                     command: Sequence[str]) -> tuple[int, str]:
-    """Judge a workspace; return the exit status, and the reason if there is no result."""
+    """Judge a workspace, and return the exit status and, if there is no result, the reason."""
     found = find_install(workspace)
     if found is None:
         return 2, 'not built'
@@ -124,12 +124,12 @@ def judge_workspace(workspace: Path, json: Path, page: Path, options: argparse.N
 
 
 def judge_class(rules: Rules, options: argparse.Namespace, command: Sequence[str]) -> int:
-    """Judge all workspaces in a directory, write the table, and return the exit status."""
+    """Judge all workspaces in a directory, write a summary, and return the exit status."""
     workspaces = sorted(path for path in options.classroom.iterdir()
                         if path.is_dir() and not path.name.startswith('.'))
     if not workspaces:
-        raise ValueError(f'{options.classroom} has no subdirectory; --class requires one '
-                         'subdirectory per student')
+        raise ValueError(f'{options.classroom} has no subdirectory, but --class requires '
+                         'one subdirectory per student')
     RESULTS.mkdir(exist_ok=True)
     statuses = set()
     for number, workspace in enumerate(workspaces, 1):

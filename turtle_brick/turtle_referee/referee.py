@@ -16,8 +16,8 @@ referee: judge an implementation of the assignment by its topics, services and T
 
 The referee sends the same commands as a user (goal_pose, tilt, place, drop). It reports the
 measured and expected results for each requirement of the assignment. A requirement is met, broken
-or open. It is open if it cannot be judged. The command after "--" starts the graph, which ends
-together with the referee:
+or (if it cannot be judged) open. If the command that starts the graph is passed after "--", the
+referee also starts and stops the graph:
 
     ros2 run turtle_brick referee -- ros2 launch turtle_brick turtle_arena.launch.py view:=none
 
@@ -58,7 +58,7 @@ START_TIME = 60.0
 
 def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str],
             log: Callable[[str], None]) -> Record:
-    """Send all requests to a running graph, or start a graph with a command; return the record."""
+    """Send all requests to a running or newly started graph, and return the record."""
     with ExitStack() as stack:
         spinner = stack.enter_context(NodeSpinner(
             partial(Observer, profile=profile), namespace=options.namespace))
@@ -91,19 +91,19 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
         formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--namespace', default='', metavar='NAME', help='namespace of the graph')
     for name, kind, text in (
-            ('profile', 'FILE', 'YAML file with other names of topics and services, and with '
-             'numbers that are not parameters of a node'),
+            ('profile', 'FILE', 'YAML file with other names for topics and services, and with '
+             'numbers that no node has as parameters'),
             ('json', 'FILE', 'write all results as JSON'),
             ('page', 'FILE', 'write an HTML page with plots'),
-            ('summary', 'DIR', 'summarize all JSON files below a directory instead of judging'),
-            ('csv', 'FILE', 'write the summary or the table of the class as CSV')):
+            ('summary', 'DIR', 'summarize all JSON files below a directory, and do not judge'),
+            ('csv', 'FILE', 'write the summary or the class table as CSV')):
         parser.add_argument(f'--{name}', type=Path, metavar=kind, help=text)
     parser.add_argument(
         '--class', type=Path, metavar='DIR', dest='classroom',
-        help='judge all workspaces in a directory, one per student; write judged/*, class.csv '
-             'and class.html')
+        help='judge all workspaces in a directory (one per student), and write judged/*, '
+             'class.csv and class.html')
     parser.add_argument('--hour', type=int, choices=HOURS,
-                        help='judge only the requirements of one hour of class')
+                        help='judge only the requirements for one hour of class')
     parser.add_argument('--student', metavar='NAME', help='name of the student on the page')
     parser.add_argument('--verbose', action='store_true', help='show the output of the command')
     # `ros2 run` removes the "--" if it is the first argument.
@@ -129,7 +129,7 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
 
 def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: Sequence[str]
           ) -> list[Judgment]:
-    """Observe and judge a graph, and write all reports; raise RuntimeError if no graph exists."""
+    """Judge a graph and write all reports, or raise RuntimeError if no graph exists."""
     begin = monotonic()
 
     def log(text: str) -> None:
@@ -157,7 +157,7 @@ def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: 
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run the referee; return the exit status."""
+    """Run the referee, and return the exit status."""
     options, command = parse(sys.argv[1:] if args is None else args)
     profile = Profile()
     try:

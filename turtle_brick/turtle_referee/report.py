@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Report the judgments of one graph or of a class in the terminal, as HTML, JSON and CSV."""
+"""Report the judgments on one graph or a class in the terminal and as HTML, JSON and CSV."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -59,7 +59,7 @@ class Html(str):
 
 
 def date() -> str:
-    """Return the date and the time as text."""
+    """Return the current date and time as text."""
     return f'{datetime.now().astimezone():%Y-%m-%d %H:%M %z}'
 
 
@@ -70,7 +70,7 @@ def tally(marks: Iterable[str]) -> str:
 
 
 def result(judgment: Judgment) -> str:
-    """Return the measured result and the broken requirements from which it may follow."""
+    """Return the measured result and the broken requirements that may have caused it."""
     causes = f'; may follow from: {", ".join(judgment.follows)}' if judgment.follows else ''
     return judgment.measured + causes
 
@@ -111,7 +111,7 @@ def html_page(title: str, body: str) -> str:
 
 
 def print_judgments(judgments: Sequence[Judgment], notes: Sequence[str]) -> None:
-    """Print a table of all requirements, then repeat those that are broken or open."""
+    """Print a table of all requirements, and then repeat the broken and open requirements."""
     print_table(('', 'requirement', 'measured', 'expected'), (
         (one.mark, one.name, result(one), one.expected) for one in judgments))
     print('', *(f'{one.mark} {one.name}: {result(one)}' for one in judgments if one.mark != MET),
@@ -119,7 +119,7 @@ def print_judgments(judgments: Sequence[Judgment], notes: Sequence[str]) -> None
 
 
 def as_json(judgments: Sequence[Judgment], about: dict[str, Any]) -> str:
-    """Return all judgments with their plots, and information about the run, as JSON."""
+    """Return information about the run and all judgments, including their plots, as JSON."""
     def plain(value: Any) -> Any:
         if isinstance(value, float):
             return float(f'{value:.7g}') if isfinite(value) else None
@@ -176,15 +176,15 @@ TITLES = ('student', MET, BROKEN, OPEN, 'broken', 'open', 'date')
 
 EXPLANATION = (
     f'The columns {MET}, {BROKEN} and {OPEN} contain the numbers of met, broken and open '
-    'requirements. An open requirement could not be judged for the reason in parentheses. The '
-    'column “broken” omits requirements that may be broken only because of another one. The page '
-    'of the student contains all requirements. The second table contains the number of students '
+    'requirements. The reason in parentheses states why a requirement is open. The column '
+    '“broken” omits requirements that may be broken only because of another broken requirement. '
+    'The student’s page contains all requirements. The second table shows the number of students '
     'for each entry in the column “broken”.')
 
 
 def read(path: Path, name: str) -> dict[str, Any]:
     """Return the table row for a JSON file, or raise ValueError if the file is invalid."""
-    open_requirements: dict[str, list[str]] = {}  # Each key is a reason.
+    open_requirements: dict[str, list[str]] = {}  # Names by reason.
     try:
         data = json.loads(path.read_text(encoding='utf-8'))
         requirements = data['requirements']
@@ -207,7 +207,7 @@ def read(path: Path, name: str) -> dict[str, Any]:
 
 
 def class_cells(row: dict[str, Any], address: str) -> list[object]:
-    """Return the table cells for a student, with links to the student's page if it exists."""
+    """Return the table cells for a student, with links if the student's page exists."""
     causes = [link(f'{BROKEN} {name}', address and f'{address}#{quote(name)}')
               for name in row['causes']]
     return [link(row['student'], address), row[MET], link(str(row[BROKEN]), address), row[OPEN],
@@ -217,10 +217,10 @@ def class_cells(row: dict[str, Any], address: str) -> list[object]:
 def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | None,
               page_path: Path | None, students: Sequence[str] | None = None) -> int:
     """
-    Summarize the JSON files below a directory in a table with one row per student.
+    Summarize all JSON files below a directory in a table that has one row per student.
 
-    :param students: names of the files without ".json" (default: all files)
-    :return: the exit status, which is 1 if some files are invalid, and 2 if all files are invalid
+    :param students: names of the JSON files without the suffix ".json" (default: all files)
+    :return: the exit status: 0 if all files are valid, 1 if some are invalid, 2 if none is valid
     """
     rows, faults, links = [], [], {}
     paths = (sorted(directory.rglob('*.json')) if students is None

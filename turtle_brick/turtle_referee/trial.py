@@ -14,8 +14,8 @@
 """
 The sequence of requests that the referee sends to a graph.
 
-The robot waits, drives in eight directions and tilts its platform. Bricks are placed, then dropped
-out of reach and within reach. Every wait has a timeout, so a missing response costs some seconds.
+The robot waits, drives in eight directions and tilts its platform. Bricks are placed and dropped
+within and out of reach. Every wait has a timeout, so a missing response costs only a few seconds.
 """
 
 from collections.abc import Callable, Sequence
@@ -36,7 +36,7 @@ from turtle_referee.rules.robot_model import model
 from turtle_referee.rules.rule import Broken
 
 REACTION_TIME = 0.3
-"""Maximum permitted time (s) between the release of a brick and the reaction of the robot."""
+"""Maximum permitted time (s) between a brick's release and the robot's reaction."""
 
 DISCOVERY_TIME = 10.0
 """Timeout (s) for discovering a running graph."""
@@ -45,10 +45,10 @@ TIME_LIMIT = 150.0
 """Time (s) after which no more bricks are dropped."""
 
 LEG, MIN_LEG = 1.5, 0.3
-"""Length (m) of each leg, and minimum length for slow robots."""
+"""Maximum length (m) of a leg, and minimum length (m) for slow robots."""
 
 EDGE_DISTANCE = 0.3
-"""Distance (m) of all bricks from the edge of the arena."""
+"""Minimum distance (m) between a dropped brick and the edge of the arena."""
 
 
 class PlannedDrop(NamedTuple):
@@ -68,7 +68,7 @@ class Program(NamedTuple):
     """The numbers and kinds of all requests."""
 
     idle: float = 3.0  # observation time (s) at rest
-    legs: int = 8  # number of drives in different directions; the last one ends at the start
+    legs: int = 8  # number of drives, which together form a closed polygon
     tilts: Sequence[float] = (0.5, -0.4, 0.25, 0.0)  # angles (rad)
     drops: Sequence[PlannedDrop] = (
         FAR_OUT, PlannedDrop('brick above the robot', 0.10, 0.0, REACTION_TIME + 0.3), IN_REACH,
@@ -79,13 +79,13 @@ class Program(NamedTuple):
 
 
 class Trial(GraphClient):
-    """A client that runs a sequence of requests."""
+    """A client that sends a sequence of requests."""
 
     def __init__(self, graph: Spinner, observer: Observer, log: Callable[[str], None],
                  discovery_time: float = DISCOVERY_TIME,
                  is_alive: Callable[[], bool] = lambda: True,
                  program: Program = Program(), timeout: float = TIMEOUT) -> None:
-        """Prepare a trial; discovery ends early if the graph is no longer alive."""
+        """Prepare a trial. Discovery ends early if `is_alive` returns False."""
         super().__init__(graph, observer, timeout)
         self.log = log
         self.discovery_time = discovery_time
@@ -104,7 +104,7 @@ class Trial(GraphClient):
             self.drop_all(self.program.drops[1:])
 
     def discover(self) -> bool:
-        """Wait until the graph is complete; return False if nothing was found."""
+        """Wait until the graph is complete, and return whether a graph was found."""
         self.log('looking for the graph')
         self.wait_until(lambda: self.is_complete() or not self.is_alive(), self.discovery_time)
         if self.record.is_empty() and not self.has_service('place'):
@@ -133,7 +133,7 @@ class Trial(GraphClient):
                 for value in map(parameter_value_to_python, response.message.values):
                     if type(value) in (int, float) and 0.0 < value < 1e9:
                         numbers.setdefault(name, float(value))
-        with suppress(Broken):  # The assignment does not name the parameter of the radius.
+        with suppress(Broken):  # The assignment does not name the parameter for the radius.
             robot = model(self.record)
             numbers.setdefault('platform_radius', robot.solid('platform', 'cylinder').size[0])
 
@@ -145,7 +145,7 @@ class Trial(GraphClient):
         self.record.idle.append((begin, time_ns()))
 
     def drive(self) -> None:
-        """Drive some legs and return to the center."""
+        """Drive all legs, and return to the center."""
         leg = min(LEG, max(MIN_LEG, self.number('max_velocity')))
         self.drive_to(CENTER)
         begin = time_ns()
@@ -159,7 +159,7 @@ class Trial(GraphClient):
         self.drive_to(CENTER)
 
     def tilt(self) -> None:
-        """Tilt the platform by each angle."""
+        """Tilt the platform to each angle in the program."""
         self.log('tilting')
         for angle in self.program.tilts:
             begin = time_ns()
@@ -172,7 +172,7 @@ class Trial(GraphClient):
             self.record.tilts.append(Request(begin, time_ns(), angle))
 
     def start_of(self, drop: PlannedDrop) -> Vector:
-        """Return the starting position (m) of a brick."""
+        """Return the starting position (m) of the brick for a planned drop."""
         speed, radius = self.number('max_velocity'), self.number('platform_radius')
         distance = min(radius + drop.driving_time * speed if drop.driving_time else 0.3 * radius,
                        ARENA_SIZE / 2.0 - EDGE_DISTANCE)
@@ -181,7 +181,7 @@ class Trial(GraphClient):
         return *offset_by(CENTER, drop.direction, distance), height
 
     def drop_all(self, drops: Sequence[PlannedDrop]) -> None:
-        """Drop the bricks one after the other, each while the robot is in the center."""
+        """Drop the bricks one after the other, each while the robot is at the center."""
         for drop in drops:
             if monotonic() > self.end:
                 self.record.notes.append(f'not dropped for lack of time: {drop.description}')

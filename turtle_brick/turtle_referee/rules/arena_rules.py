@@ -42,23 +42,23 @@ FALL_DELAY = 0.5
 FALL_DEVIATION = 0.02
 """Maximum distance (m) between a falling brick and its parabola."""
 MAX_LAG = 0.05
-"""Maximum delay (s) between the transforms of the platform and a brick on the platform."""
+"""Maximum delay (s) with which a brick on the platform follows the platform."""
 SLIDE_DEVIATION = 0.04
 """Maximum distance (m) between a sliding brick and its computed position."""
 EARLY_END, LATE_END = 0.02, 0.08
 """Maximum overlap and gap (m) between the brick and the platform at the end of a slide."""
 
 CUBE, TEXT, ADD = 1, 9, 0
-"""Two types and one action of visualization_msgs/Marker."""
+"""Two marker types and one marker action from visualization_msgs/Marker."""
 
 MIN_WALL_LENGTH = 5.0
 """Minimum length (m) of a box that counts as a wall."""
 
 STEP = 1.0 / PHYSICS_RATE
-"""Period (s) of the physics."""
+"""Time step (s) of the physics."""
 
 LAGS = range(0, round(MAX_LAG * NS_PER_SECOND) + 1, 5_000_000)
-"""Delays (ns) that the rules try for a brick on the platform."""
+"""Tested delays (ns) with which a brick on the platform may follow the platform."""
 
 BEFORE_NS = 100_000_000
 """Interval (ns) between the last measurement of the brick and the next request."""
@@ -71,7 +71,7 @@ def max_motion(positions: Iterable[Any]) -> float:
 
 
 def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
-    """Return the pose of a marker in the world frame at a time (ns); raise Broken if unknown."""
+    """Return a marker's world pose at a given time (ns), or raise Broken if it is unknown."""
     name = received.marker.header.frame_id.lstrip('/')
     parent = require(record.pose(name, time), f'the frame {name!r} of a marker is unknown')
     p, q = received.marker.pose.position, received.marker.pose.orientation
@@ -192,7 +192,7 @@ def bricks_are_placed(record: Record) -> Finding:
 
 
 def dropped(record: Record) -> list[DropWatch]:
-    """Return the bricks that were released, or raise Open if there are none."""
+    """Return all drops in which a brick was released, or raise Open if there are none."""
     return require_data([drop for drop in record.drops if drop.released is not None],
                         'no brick fell')
 
@@ -247,7 +247,7 @@ class MeasuredFall(NamedTuple):
 
 
 def fit_fall(times: Array, depths: Array) -> tuple[float, float, float]:
-    """Fit a fall from rest; return its start (s), acceleration and maximum deviation (m)."""
+    """Fit a fall from rest, and return its start (s), acceleration and maximum deviation (m)."""
     # In a fall from rest, the square root of the depth is a linear function of time.
     slope, offset = numpy.polyfit(times, numpy.sqrt(2.0 * depths), 1)
     begin, acceleration = -float(offset / slope), float(slope) ** 2
@@ -299,7 +299,7 @@ def falls_are_parabolas(record: Record) -> Finding:
     aside = largest(fall.aside.max() for fall in found)
     text = f'at most {off:.4f} m off along the fall and {aside:.4f} m aside'
     for fall in found:
-        # The deviation begins when the positions so far no longer fit one fall from rest.
+        # The deviation begins when the positions up to then no longer fit one fall from rest.
         begin = next((number for number in range(10, len(fall.times)) if fall.aside[number] > NEAR
                       or fit_fall(fall.times[:number + 1], fall.depths[:number + 1])[2]
                       > FALL_DEVIATION), None)
@@ -321,7 +321,7 @@ def judge_landing(record: Record, caught: bool) -> Finding:
         expected += number(record, 'platform_height')
     for drop in dropped(record):
         if drop.landed is not None and drop.caught is caught:
-            # The last step may end below the surface.
+            # The last time step may end with the brick below the surface.
             step = sqrt(2.0 * gravity * max(drop.place[2] - expected, 0.0)) * STEP
             met = met and abs(drop.landed[2] - expected) <= step + NEAR
             heights.append(drop.landed[2])
@@ -344,7 +344,7 @@ def bricks_land_on_the_platform(record: Record) -> Finding:
 
 
 def catches(record: Record) -> list[DropWatch]:
-    """Return the bricks that landed on the platform, or raise Open if there are none."""
+    """Return all drops onto the platform, or raise Open if there are none."""
     return require_data([drop for drop in dropped(record) if drop.caught],
                         'no brick has landed on the platform')
 
@@ -395,7 +395,7 @@ def brick_has_the_angle(record: Record) -> Finding:
 
 
 def compare_slide(gravity: float, track: list[tuple[int, Pose, Pose]]) -> tuple[float, Plot]:
-    """Compare a slide with g sin(angle), integrated twice; return the deviation (m) and a plot."""
+    """Return a slide's deviation (m) from the double integral of g sin(angle), and a plot."""
     steepest = max((platform for _, _, platform in track), key=inclination)
     downhill = -steepest.axes[2, :2] / (hypot(*steepest.axes[2, :2]) or 1.0)
     measured = numpy.array([platform.locate(brick.position)[:2] @ downhill
@@ -421,7 +421,7 @@ def slides_are_frictionless(record: Record) -> Finding:
     gravity, found = number(record, 'gravity_accel'), []
     for drop in catches(record):
         if drop.tilted is not None:
-            # If the brick never leaves the platform, only one second is judged.
+            # If the brick never leaves the platform, only the first second is judged.
             end = drop.floated or min(drop.end, drop.tilted + NS_PER_SECOND)
             track = record.brick_track(drop.tilted - 2 * BEFORE_NS, end)
             found.append(compare_slide(gravity, [

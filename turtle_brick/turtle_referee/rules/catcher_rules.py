@@ -35,7 +35,7 @@ LIFETIME = 3.0
 LIFETIME_TOLERANCE = 0.3
 """Tolerance (s) for LIFETIME."""
 CENTER_DISTANCE = 0.1
-"""Maximum distance (m) of the robot from the arena center when it tips off a brick."""
+"""Maximum distance (m) between the robot and the arena center when a brick is tipped off."""
 
 DELETE_ACTIONS = (2, 3)
 """Marker actions that delete one marker or all markers, respectively."""
@@ -43,14 +43,15 @@ DELETE_ACTIONS = (2, 3)
 
 def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda drop: True
               ) -> list[DropWatch]:
-    """Return the relevant bricks among all landed bricks, or raise Open if there are none."""
+    """Return all relevant drops whose brick has landed, or raise Open if there are none."""
     landed = require_data([drop for drop in dropped(record) if drop.down is not None],
                           'no brick has landed')
-    return require_data([drop for drop in landed if is_relevant(drop)], 'there was no such brick')
+    return require_data([drop for drop in landed if is_relevant(drop)],
+                        'no landed brick tests this requirement')
 
 
 def name_of(drop: DropWatch) -> str:
-    """Return the starting position of a drop as text."""
+    """Return the starting position of a dropped brick as text."""
     return '({:.2f}, {:.2f}, {:.2f})'.format(*drop.place)
 
 
@@ -95,7 +96,7 @@ def verdicts_come_true(record: Record) -> Finding:
 
 
 def texts(record: Record) -> list[ReceivedMarker]:
-    """Return the markers with the text "Unreachable", or raise Broken or Open."""
+    """Return the "Unreachable" markers, or raise Broken or Open if there are none."""
     found = [received for received in record.markers
              if UNREACHABLE.lower() in received.marker.text.lower()]
     if not found and any(drop.should_be_caught is False for drop in completed(record)):
@@ -113,7 +114,7 @@ def text_is_a_text(record: Record) -> Finding:
 
 
 def visible_time(record: Record, published: list[ReceivedMarker]) -> float:
-    """Return the duration (s) for which the repeated or deleted text is visible."""
+    """Return the time (s) between the first marker and the expiry or deletion of the text."""
     first, last = published[0], published[-1]
     deleted = [received.published for received in record.markers if received.topic == last.topic
                and received.marker.action in DELETE_ACTIONS

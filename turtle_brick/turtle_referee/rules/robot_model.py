@@ -25,20 +25,20 @@ from turtle_referee.graph_client.record import Record
 from turtle_referee.rules.rule import Broken, require
 
 SIZES = {'box': ('size',), 'cylinder': ('radius', 'length'), 'sphere': ('radius',)}
-"""URDF attributes for the size of each shape."""
+"""URDF attributes that define the size of each shape."""
 
 
 class Solid(NamedTuple):
-    """Visual element of a link."""
+    """A visual element of a link."""
 
     kind: str  # 'box', 'cylinder' (along z), 'sphere', or another geometry element
     size: tuple[float, ...]  # edge lengths (m), or radius and length (m)
-    color: str  # text of the attribute rgba
+    color: str  # value of the attribute rgba
     pose: Pose
 
 
 class Joint(NamedTuple):
-    """Joint in a URDF."""
+    """A joint in a URDF."""
 
     name: str
     kind: str
@@ -54,10 +54,10 @@ class Joint(NamedTuple):
 
 
 class RobotModel:
-    """Links and joints in a URDF."""
+    """The links and joints in a URDF."""
 
     def __init__(self, description: str) -> None:
-        """Parse a URDF, or raise Broken if it is invalid."""
+        """Parse a URDF, or raise Broken if the URDF is invalid."""
         try:
             robot = ElementTree.fromstring(description)
             self.links = {
@@ -69,7 +69,7 @@ class RobotModel:
         self._joint_above = {joint.child: joint for joint in self.joints}
 
     def joints_to(self, link: str) -> list[Joint]:
-        """Return all joints between the root and a link."""
+        """Return all joints between the root link and a given link."""
         chain: list[Joint] = []
         while link in self._joint_above and len(chain) <= len(self.joints):
             chain.insert(0, self._joint_above[link])
@@ -77,7 +77,7 @@ class RobotModel:
         return chain
 
     def pose(self, link: str, positions: Mapping[str, float] = {}) -> Pose:
-        """Return the pose of a link in the root frame for joint positions (rad, default 0)."""
+        """Return a link's pose in the root frame for given joint positions (rad, default 0)."""
         result = pose((0.0, 0.0, 0.0))
         for joint in self.joints_to(link):
             rotation = turn(joint.axis, positions.get(joint.name, 0.0))
@@ -85,26 +85,26 @@ class RobotModel:
         return result
 
     def axis(self, joint: Joint, positions: Mapping[str, float] = {}) -> Array:
-        """Return a joint's axis in the root frame for joint positions (rad, default 0)."""
+        """Return a joint's axis in the root frame for given joint positions (rad, default 0)."""
         return self.pose(joint.child, positions).axes @ joint.axis
 
     def solid(self, link: str, kind: str) -> Solid:
-        """Return the first solid of a kind in a link, or raise Broken if there is none."""
+        """Return a link's first solid of a given kind, or raise Broken if there is none."""
         return require(next((solid for solid in self.links.get(link, ()) if solid.kind == kind),
                             None), f'{link} has no {kind}')
 
     def center(self, link: str, solid: Solid) -> Array:
-        """Return the position (m) of a solid in the root frame."""
+        """Return the position (m) of a link's solid in the root frame."""
         return self.pose(link).transform(solid.pose.position)
 
     def joint(self, link: str) -> Joint:
-        """Return the last movable joint above a link, or raise Broken if there is none."""
+        """Return the last movable joint above a link, or raise Broken if no such joint exists."""
         return require(next((joint for joint in reversed(self.joints_to(link)) if joint.movable),
                             None), f'no joint turns {link}')
 
 
 def model(record: Record) -> RobotModel:
-    """Return the model for the latest robot_description, or raise Broken if it is invalid."""
+    """Return a model of the latest robot_description, or raise Broken if there is no valid one."""
     descriptions = require(record.topics['robot_description'] or None,
                            'there is no robot_description')
     return _parse(descriptions[-1].message.data)
@@ -119,7 +119,7 @@ def _numbers(element: ElementTree.Element | None, attribute: str, default: str =
 
 
 def _origin(element: ElementTree.Element) -> Pose:
-    """Return the origin of a joint or a visual element; rpy are angles about fixed axes."""
+    """Return the origin of a joint or visual element. The angles rpy are about fixed axes."""
     origin = element.find('origin')
     roll, pitch, yaw = _numbers(origin, 'rpy', '0 0 0')
     return Pose(_numbers(origin, 'xyz', '0 0 0'), turn(UPRIGHT[2], yaw) @ turn(

@@ -32,7 +32,7 @@ RULES = Rules()
 rule = RULES.rule
 
 RATE = 100.0
-"""Rate (Hz) of all topics and frames except the brick."""
+"""Rate (Hz) of all topics, and of all frames except the brick frame."""
 EXACT = 1e-3
 """Tolerance for equal numbers."""
 PRECISION = 0.05
@@ -67,7 +67,7 @@ def frame(record: Record, name: str, parent: str = '') -> Frame:
 
 
 def messages(record: Record, name: str) -> list[Received]:
-    """Return the messages of a topic, or raise Broken if there are none."""
+    """Return the messages on a topic, or raise Broken if there are none."""
     return require(record.topics[name] or None, f'no messages on {record.profile.topics[name]}')
 
 
@@ -147,7 +147,7 @@ def one_broadcaster(record: Record) -> Finding:
       'every topic except those of ROS itself is inside the namespace')
 def names_are_relative(record: Record) -> Finding:
     if record.namespace == '/':
-        raise Open('start the graph in a namespace and pass that with --namespace')
+        raise Open('start the graph in a namespace, and pass the namespace with --namespace')
     own = f'{record.namespace}/'
     topics = [topic for topic, nodes in record.publishers.items() if topic not in GLOBAL_TOPICS
               and any(node.startswith(own) for node in nodes)]
@@ -157,7 +157,7 @@ def names_are_relative(record: Record) -> Finding:
 
 
 def judge_rate(record: Record, name: str, nominal: float) -> Finding:
-    """Compare the timestamps of a topic or a frame with a rate (Hz), at rest and driving."""
+    """Compare the rate of a topic or frame with a nominal rate (Hz), at rest and driving."""
     rates = []
     require_data(record.idle, 'the graph was not observed')
     for begin, end in (*record.idle, *record.driving):
@@ -180,7 +180,7 @@ rule('rate: brick', 'The node should simulate the physics at 250 Hz',
 
 
 def velocity(message: Any) -> tuple[float, float, float]:
-    """Return the x, y (m/s) and yaw (rad/s) components of a Twist or a message with a twist."""
+    """Return the velocities x, y (m/s) and yaw (rad/s) in a Twist or a message with a twist."""
     twist = getattr(message, 'twist', message)
     return twist.linear.x, twist.linear.y, twist.angular.z
 
@@ -375,7 +375,7 @@ def goals_are_reached(record: Record) -> Finding:
 
 
 def deviations(record: Record) -> Iterator[tuple[float, float]]:
-    """Yield distances (m) of the robot beyond its goal and beside the line to the goal."""
+    """Yield the robot's distances (m) beyond its goal and beside the line to the goal."""
     for drive in drives(record):
         (x0, y0), (x1, y1) = drive.start, drive.goal
         ux, uy = (x1 - x0) / drive.length, (y1 - y0) / drive.length
@@ -410,7 +410,7 @@ def speed_is_limited(record: Record) -> Finding:
 
 
 def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
-    """Return the driven and rolled distances (m); rolling backward is negative."""
+    """Return the driven and rolled distances (m). The latter is negative in reverse."""
     joint, radius = model(record).joint('wheel'), number(record, 'wheel_radius')
     driven = rolled = direction = 0.0
     track = [(angle, wheel) for stamp, angle in record.joint(joint.name, drive.begin, drive.end)
@@ -469,7 +469,7 @@ def stem_turns_first(record: Record) -> Finding:
 
 
 @rule('drive: stem', 'the stem points in that direction … (while the wheel rolls)',
-      f'the wheel rolls along the motion, within {MAX_MISALIGNMENT:g} degrees',
+      f'the wheel rolls in the direction of motion, within {MAX_MISALIGNMENT:g} degrees',
       ['joint_states: names', 'URDF: stem', 'URDF: wheel'])
 def stem_points_along(record: Record) -> Finding:
     off = []

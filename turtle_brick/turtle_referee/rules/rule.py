@@ -51,7 +51,7 @@ class Open(Exception):
 
 
 class Series(NamedTuple):
-    """Points of a plot."""
+    """A series of points in a plot."""
 
     label: str
     x: Sequence[float]
@@ -123,17 +123,17 @@ class Rules(list[Rule]):
 
     def rule(self, name: str, sentence: str, expected: str,
              depends_on: Sequence[str] = ()) -> Callable[[Judge], Judge]:
-        """Return a decorator that adds a function as a rule; the arguments are those of Rule."""
+        """Return a decorator that adds a function as a rule. The arguments are fields of Rule."""
         def add(judge: Judge) -> Judge:
             self.append(Rule(name, sentence, expected, judge, depends_on))
             return judge
         return add
 
     def judge(self, record: Record) -> list[Judgment]:
-        """Return broken judgments first, and causes before their consequences."""
+        """Return all judgments on a record: first broken, then open, then met requirements."""
         judgments, overload = [rule(record) for rule in self], record.stall_summary()
         if overload:
-            # A requirement is open if it is broken only in the part of the record with stalls.
+            # A requirement is open if it is broken only because of trials with stalls.
             calm = record.without_stalls()
             judgments = [
                 one._replace(mark=OPEN, measured=f'{one.measured}; not judged: {overload}')
@@ -168,21 +168,21 @@ def number(record: Record, name: str) -> float:
 
 
 def require_data(items: list[Value], reason: str) -> list[Value]:
-    """Return the items, or raise Open with a reason if the list is empty."""
+    """Return the items, or raise Open with the given reason if the list is empty."""
     if not items:
         raise Open(reason)
     return items
 
 
 def require(value: Value | None, fault: str) -> Value:
-    """Return the value, or raise Broken with a fault if the value is None."""
+    """Return the value, or raise Broken with the given fault if the value is None."""
     if value is None:
         raise Broken(fault)
     return value
 
 
 def require_accepted(request: Request | None) -> Request:
-    """Return the request, or raise Broken with the response message if it was refused."""
+    """Return an accepted request, or raise Broken with the response to a refused request."""
     if request is None or not request.accepted:
         raise Broken(request and request.message or 'the request was refused')
     return request
@@ -196,13 +196,13 @@ def largest(values: Iterable[float]) -> float:
 
 def within(limit: float, values: list[float], reason: str,
            text: str = 'at most {:.3f} m off in {} measurements') -> Finding:
-    """Return a finding that requires all values within a limit. Raise Open without values."""
+    """Return a finding that is met if no value exceeds a limit. Raise Open for an empty list."""
     value = largest(require_data(values, reason))
     return Finding(value <= limit, text.format(value, len(values)))
 
 
 def from_faults(faults: Sequence[str], count: int, items: str,
                 plot: Plot | None = None) -> Finding:
-    """Return a finding for checked items. Without faults, the requirement is met."""
+    """Return a finding for a number of items. The requirement is met if there are no faults."""
     text = f'{count - len(faults)} of {count} {items}'
     return Finding(not faults, f'{text}: {"; ".join(faults[:5])}' if faults else text, plot)
