@@ -87,7 +87,7 @@ def test_missing_and_misspelled_parameters_are_reported():
     with pytest.raises(MissingParameterError, match='^missing parameters: brick_size, brick_st'):
         Parameters.from_mapping(some)
     assert error_of({**some, 'brick_size': (1, 1, 1), 'brick_strat': (1, 1, 1)}) == (
-        'unknown brick_strat, did you mean brick_start?')
+        'unknown parameter brick_strat (did you mean brick_start?)')
     # Unknown names are ignored if no similar parameter is missing.
     assert Parameters.from_mapping({
         **DEFAULTS, 'brick_start': [1, 2, 3], 'max_velocty': 1, 'port': 2, 3: 4}) == replace(

@@ -13,11 +13,11 @@
 # limitations under the License.
 
 """
-Decide how to catch a brick based on the positions of the brick and the robot.
+Use the positions of the brick and the robot to decide how to catch the brick.
 
 `Catcher` records positions, decides whether each falling brick is reachable, and returns the goals
-and tilt commands to publish. `transition` is its state machine. All timestamps come from one clock
-and are in nanoseconds.
+and tilt commands to publish. `transition` implements the state machine of the catcher. All
+timestamps (ns) come from one clock.
 """
 
 from enum import Enum
@@ -42,7 +42,7 @@ CENTER = (ARENA_CENTER, ARENA_CENTER)
 """Center (m) of the arena. The robot carries the bricks to this point."""
 
 RAMP_TIME = 0.5
-"""Duration (s) of tilting or leveling the platform."""
+"""Time (s) that the platform takes to tilt or to level."""
 
 TILTING_TIMEOUT = 10.0
 """Timeout (s) for the brick to leave the tilted platform."""
@@ -52,23 +52,23 @@ SETTLING_TIME = 0.05
 
 BRICK_LAG = 0.5
 """Maximum pause (s) in the motion of a brick on a moving or tilted platform. The brick pauses if
-the arena receives the transforms of the platform late."""
+transforms of the platform reach the arena late."""
 
 LYING_TIME = 1.0
-"""Time (s) for which a brick must rest on a level, stationary platform before it is carried."""
+"""Time (s) for which a brick must rest on a level, stationary platform before being carried."""
 
 CLOCK_DIFFERENCE = 0.5
 """Maximum age (s) of a brick position that is used for a decision. After a clock change, positions
-can appear older until both nodes have detected the change."""
+can appear older than they are until the arena and the catcher have detected the change."""
 
 DECISION_DEADLINE = 0.1
-"""Time (s) before contact at which the catcher stops waiting for the robot and decides."""
+"""Time (s) before contact at which the catcher must decide."""
 
 ROBOT_TIMEOUT = 1.0
 """Time (s) without a platform transform after which the catcher abandons the brick."""
 
 GOAL_TOLERANCE = 0.02
-"""Maximum distance (m) between the goal and a stationary robot that has arrived."""
+"""Maximum distance (m) from the goal at which a stationary robot counts as having arrived."""
 
 HEIGHT_TOLERANCE = 0.01
 """Maximum difference (m) between the height of a brick on the platform and its resting height."""
@@ -95,18 +95,18 @@ class Brick(NamedTuple):
     """Last observation of the brick."""
 
     position: Vector = (inf, inf, inf)
-    """Center (m) of the brick in the world frame. It is infinite before the first observation."""
+    """Center (m) in the world frame. The coordinates are infinite before the first observation."""
     stamp: int = 0
     """Time (ns) of the last observation."""
     last_motion: int = 0
-    """Time (ns) of the last motion or the last change of `is_attached`."""
+    """Time (ns) at which the brick last moved or `is_attached` last changed."""
     is_attached: bool = False
     """Whether the platform is the parent frame of the brick."""
     has_landed: bool = False
-    """Whether the brick has landed or is attached to the platform, and is at resting height."""
+    """Whether the brick is at resting height, and has landed or is attached to the platform."""
 
     def observe(self, stamp: int, position: Vector, is_attached: bool) -> 'Brick':
-        """Return the brick after another observation at a time (ns)."""
+        """Return an updated brick after an observation at the time `stamp` (ns)."""
         if (stamp < self.stamp or is_attached is not self.is_attached
                 or dist(position, self.position) > POSITION_TOLERANCE):
             return Brick(position, stamp, stamp, is_attached)
@@ -120,11 +120,11 @@ class Observation(NamedTuple):
     now: int
     """Current time (ns)."""
     state_time: float
-    """Time (s) in the current state."""
+    """Time (s) that the catcher has spent in its current state."""
     brick: Brick
     is_in_free_fall: bool
     has_reachable_fall: bool
-    """Whether a new fall was found to be reachable in this update."""
+    """Whether the catcher decided in this update that a falling brick is reachable."""
     robot: RobotMotion | None
     """Motion of the robot, or None if the robot is unavailable."""
     platform: Platform | None
@@ -171,7 +171,7 @@ class Observation(NamedTuple):
 
     @property
     def is_following(self) -> bool:
-        """Whether the brick is at its resting height and moved less than BRICK_LAG ago."""
+        """Whether the brick is at its resting height and moved in the last BRICK_LAG seconds."""
         return (self.is_at_resting_height and self.robot is not None
                 and self.still_time < BRICK_LAG)
 
@@ -195,7 +195,7 @@ class Observation(NamedTuple):
         return still_time >= (SETTLING_TIME if is_beside else BRICK_LAG)
 
     def has_arrived_at(self, goal: tuple[float, float]) -> bool:
-        """Return whether the robot is at rest at a goal (m) in the world frame."""
+        """Return whether the robot is at rest at a given goal (m) in the world frame."""
         return (self.robot is not None and self.robot.at_rest
                 and self.robot.distance_to(goal) <= GOAL_TOLERANCE)
 
@@ -242,7 +242,7 @@ class TiltCommand(NamedTuple):
 
 
 Action = Decision | DriveGoal | TiltCommand
-"""Decision or command that the node publishes."""
+"""Decision or command that the catcher node publishes."""
 
 
 class TiltRamp:
@@ -255,11 +255,11 @@ class TiltRamp:
         self._command_time = now
 
     def start(self, now: int) -> None:
-        """Start a new ramp at a time (ns)."""
+        """Start a new ramp from the current angle at the time `now` (ns)."""
         self._start_angle, self._start_time = self.angle, now
 
     def advance(self, now: int, goal: float) -> bool:
-        """Advance toward a goal angle (rad) to a time (ns). Return whether the angle changed."""
+        """Advance the angle toward `goal` (rad) until `now` (ns). Return whether it changed."""
         if self.angle == goal:
             return False
         fraction = min((now - self._start_time) * SECONDS_PER_NS / RAMP_TIME, 1.0)
@@ -271,12 +271,12 @@ class TiltRamp:
         return True
 
     def command_age(self, now: int) -> float:
-        """Return the age (s) of the last command at a time (ns)."""
+        """Return the age (s) of the last command at the time `now` (ns)."""
         return (now - self._command_time) * SECONDS_PER_NS
 
 
 class Catcher:
-    """Catch each reachable brick, carry it to the center and tip it off."""
+    """Catch each reachable brick, carry it to the center of the arena, and tip it off."""
 
     def __init__(self, parameters: CatcherParameters) -> None:
         self.parameters = parameters
@@ -302,7 +302,7 @@ class Catcher:
         Record the position of the brick.
 
         :param stamp: timestamp of the position (ns)
-        :param position: center (m) in the world frame; ignored beyond MAX_COORDINATE
+        :param position: center (m) in the world frame, ignored beyond MAX_COORDINATE
         :param is_attached: whether the platform is the parent frame of the brick
         :return: Whether a new fall was detected. If so, call `update` immediately.
         """
@@ -334,10 +334,10 @@ class Catcher:
         """
         Update the state, and return the decisions and commands to publish.
 
-        Call this method at least 50 times per second. A decreasing time resets the catcher.
+        Call this method at least 50 times per second. If `now` decreases, the catcher is reset.
 
         :param now: current time (ns)
-        :param platform: platform of the robot, or None if it is unavailable
+        :param platform: platform of the robot, or None if the platform is unavailable
         """
         actions: list[Action] = []
         if now < self._now:
@@ -366,7 +366,7 @@ class Catcher:
                 + self._tilt_commands(observation))
 
     def _decide(self, robot: RobotMotion | None) -> Decision | None:
-        """Return the decision about a new fall, or None if there is no fall or decision yet."""
+        """Return a decision about a new fall, or None if there is no fall or no decision yet."""
         finished_fall, self._finished_fall = self._finished_fall, None
         if finished_fall is not None:
             late = self._reachability(finished_fall, robot, self._tracker.excess)
@@ -382,8 +382,8 @@ class Catcher:
         decision = self._reachability(fall, robot, excess)
         if decision.reachable or decision.available <= DECISION_DEADLINE:
             return decision
-        # Later observations may show that the robot is at rest or near the brick. Wait for them
-        # if the brick would then be reachable.
+        # Later observations may show that the robot is at rest or near the brick. Wait for such
+        # observations if they could make the brick reachable.
         best_case = robot._replace(uncertainty=0.0) if robot else RobotMotion(fall.x, fall.y)
         return None if self._reachability(fall, best_case, excess).reachable else decision
 
@@ -391,11 +391,11 @@ class Catcher:
         return decide_reachability(fall, self._now, robot, self.parameters, excess)
 
     def _is_decided(self, fall: Fall) -> bool:
-        """Return whether the brick was refused, or a decision about the fall was made."""
+        """Return whether the brick was refused or a decision about the fall has been made."""
         return self._is_refused or (self.decision is not None and self.decision.fall is fall)
 
     def _drive_goals(self, previous: State, observation: Observation) -> list[Action]:
-        """Return a new goal, or repeat a recent goal if messages are being lost."""
+        """Return a new goal, or the last goal if it is recent and messages are lost."""
         goal = self._new_goal(previous, observation)
         if goal is not None:
             self._tracker.record_goal(self._now, goal)
@@ -418,12 +418,12 @@ class Catcher:
             return within_arena(*(robot.destinations or ((robot.x, robot.y),))[0])
         if (state in DRIVING_STATES and robot.at_rest
                 and not observation.has_arrived_at(self._tracker.goal)):
-            # The goal was lost, or another node has published another goal.
+            # The goal was lost, or another node has published a different goal.
             return self._tracker.goal
         return None
 
     def _tilt_commands(self, observation: Observation) -> list[Action]:
-        """Return new tilt commands, or repeat a recent command if messages are being lost."""
+        """Return new tilt commands, or the last one if it is recent and messages are lost."""
         commands: list[Action] = []
         if observation.has_reachable_fall:
             self._ramp = TiltRamp(self._now)

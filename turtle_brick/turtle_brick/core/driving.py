@@ -21,7 +21,7 @@ discarded. A controller that uses the latest pose overshoots and oscillates. Thi
 uses a Smith predictor. `CommandQueue` models the queue and predicts the position at which the next
 command takes effect. `Driver` computes the command for the predicted position.
 
-All times are in seconds and come from one steady clock. The caller passes the current time.
+All times (s) come from one steady clock. The caller passes the current time.
 """
 
 from collections import deque
@@ -30,7 +30,7 @@ from math import cos, hypot, inf, isfinite, log, sin
 from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK, TurtlePose, within_arena
 
 COMMAND_PERIOD = 0.010
-"""Period (s) of the commands on cmd_vel."""
+"""Interval (s) between commands on cmd_vel."""
 
 TRANSPORT_DELAY = 0.0004
 """Delay (s) of a message between two nodes on one machine. Measurements gave 0.2 to 0.6 ms."""
@@ -40,7 +40,7 @@ POSE_TIMEOUT = 0.25
 
 APPROACH_FRACTION = 0.5
 """Fraction of the remaining distance that the turtle covers per tick near its goal. A fraction of
-1 would cause an overshoot whenever a tick takes a command other than the predicted command."""
+1 would cause an overshoot whenever turtlesim takes a command other than the predicted one."""
 
 STOP_DISTANCE = 0.0005
 """Distance (m) from the goal at which the turtle stops."""
@@ -51,19 +51,19 @@ START_DISTANCE = 0.003
 
 class TickClock:
     """
-    Estimate the times of turtlesim's ticks from the arrival times of its poses.
+    Estimate the times of turtlesim's ticks from the arrival times of the poses.
 
     The ticks are 16 ms apart. The pose published by a tick arrives shortly after the tick.
     """
 
     GAIN = 0.05
-    """Fraction of the measured deviation that is used to correct the grid."""
+    """Fraction of a measured deviation by which the estimated tick times are corrected."""
 
     EARLY = 0.6
-    """Fraction of a tick by which a pose must be early to restart the grid."""
+    """Fraction of a tick by which a pose must be early to restart the estimation."""
 
     LATE_POSES = 3
-    """Number of successive poses that restart the grid if all are late by half a tick or more."""
+    """Number of successive poses that restart the estimation if each is over half a tick late."""
 
     def __init__(self) -> None:
         self.last = inf
@@ -86,10 +86,10 @@ class TickClock:
 
 class CommandQueue:
     """
-    Model turtlesim's command queue, and predict the turtle's position after the queued commands.
+    Model turtlesim's command queue to predict the position at which a new command takes effect.
 
-    The model uses the publication times of the commands and the estimated ticks. The speed in a
-    pose identifies the command that turtlesim executed in the tick of the pose.
+    The model uses the publication times of the commands and the estimated tick times. The speed in
+    a pose identifies the command that turtlesim executed before it published the pose.
     """
 
     MEMORY = 64
@@ -174,7 +174,7 @@ class CommandQueue:
         return max(latest - QUEUE_DEPTH + 1, taken + 1)
 
     def _published_by(self, time: float) -> int:
-        """Return the index of the last command published no later than a time (s)."""
+        """Return the index of the last command published no later than a given time (s)."""
         index = self._count - 1
         for published, _, _ in reversed(self._sent):
             if published <= time:
@@ -183,7 +183,7 @@ class CommandQueue:
         return index
 
     def _recognize(self, expected: int, speed: float) -> int:
-        """Return the index nearest to `expected` of a sent command with a given speed (m/s)."""
+        """Return the index closest to `expected` among sent commands with a given speed (m/s)."""
         first = self._count - len(self._sent)
         lowest, highest = max(self._taken, first), self._count - 1
         for offset in (0, 1, -1, 2, -2, 3, -3):
@@ -200,7 +200,7 @@ class Driver:
     """Drive the turtle straight to a goal at full speed, and keep it there."""
 
     def __init__(self, max_velocity: float) -> None:
-        """Create a driver with a speed limit (m/s) and without a goal."""
+        """Create a driver that has a given speed limit (m/s) and no goal."""
         self.max_velocity = max_velocity
         self.goal: tuple[float, float] | None = None
         """Goal (m) in the world frame."""
@@ -216,7 +216,7 @@ class Driver:
         return self._queue.pose
 
     def drive_to(self, x: float, y: float) -> None:
-        """Set the goal (m) in the world frame, or raise ValueError if it is not finite."""
+        """Set a goal (m) in the world frame, or raise ValueError if the goal is not finite."""
         if not (isfinite(x) and isfinite(y)):
             raise ValueError(f'the goal ({x:g}, {y:g}) is not finite')
         if self.goal != (x, y):
@@ -259,7 +259,7 @@ class Driver:
 
 def travel_time(distance: float, radius: float, max_velocity: float) -> float:
     """
-    Return the time (s) from the turtle's first motion until it is within a radius (m) of its goal.
+    Return the time (s) from the turtle's first motion until it is within `radius` (m) of its goal.
 
     The time is (distance - radius) / max_velocity if the turtle slows down only within the radius.
     """

@@ -16,7 +16,7 @@
 Detect a falling brick from its positions.
 
 `FallDetector` distinguishes a fall from other motions. `Fall` describes a free fall without drag.
-All timestamps come from one clock and are in nanoseconds.
+All timestamps (ns) come from one clock.
 """
 
 from collections import deque
@@ -28,7 +28,7 @@ from turtle_brick.core.time_steps import SECONDS_PER_NS
 
 
 class Fall(NamedTuple):
-    """Position and speed of a falling brick at a timestamp."""
+    """Position and speed of a falling brick at a given time."""
 
     stamp: int
     """Time (ns)."""
@@ -41,20 +41,20 @@ class Fall(NamedTuple):
 
     @property
     def position(self) -> Vector:
-        """Position (m) of the brick's center at `stamp` in the world frame."""
+        """Position (m) of the brick's center in the world frame at `stamp`."""
         return (self.x, self.y, self.z)
 
     def height(self, stamp: int, gravity: float) -> float:
-        """Return the height z - v t - g t^2 / 2 (m) of the brick at a time (ns)."""
+        """Return the height (m) of the brick at a time (ns), which is z - v t - g t^2 / 2."""
         time = (stamp - self.stamp) * SECONDS_PER_NS
         return self.z - self.speed * time - 0.5 * gravity * time * time
 
     def time_to(self, height: float, gravity: float) -> float:
         """
-        Return the time (s) from `stamp` until the brick is at a height (m).
+        Return the time (s) from `stamp` until the brick reaches a given height (m).
 
-        The time is negative if the brick has already passed the height, and NaN if the fall began
-        below the height.
+        The time is negative if the brick has already passed this height, and NaN if the fall began
+        below this height.
         """
         square = self.speed * self.speed + 2.0 * gravity * (self.z - height)
         return nan if square < 0.0 else (sqrt(square) - self.speed) / gravity
@@ -82,14 +82,14 @@ class FallDetector:
     """Maximum deviation (m) from the predicted height during a fall."""
 
     def __init__(self, gravity: float) -> None:
-        """Create a detector for a gravitational acceleration (m/s^2)."""
+        """Create a detector for a given gravitational acceleration (m/s^2)."""
         self.gravity = gravity
         self.fall: Fall | None = None
         """Current fall, or None if the brick is not falling."""
         self._samples: deque[tuple[int, float, float, float]] = deque(maxlen=3)
 
     def observe(self, stamp: int, x: float, y: float, z: float) -> bool:
-        """Record the position (m) at a time (ns), and return whether a new fall is detected."""
+        """Record a position (m) and its time (ns), and return whether a new fall is detected."""
         samples = self._samples
         if samples:
             last_stamp, last_x, last_y, _ = samples[-1]

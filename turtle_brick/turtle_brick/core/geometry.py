@@ -73,12 +73,12 @@ class Pose2D(NamedTuple):
 
 
 def from_yaw(yaw: float) -> Quaternion:
-    """Return the rotation by an angle (rad) about z."""
+    """Return the rotation by a given angle (rad) about the z axis."""
     return (0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0))
 
 
 def from_pitch(pitch: float) -> Quaternion:
-    """Return the rotation by an angle (rad) about y. A positive angle lowers the +x side."""
+    """Return the rotation by an angle (rad) about the y axis. A positive angle lowers +x."""
     return (0.0, sin(pitch / 2.0), 0.0, cos(pitch / 2.0))
 
 
@@ -93,7 +93,7 @@ def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
 
 
 def axes(q: Quaternion) -> tuple[Vector, Vector, Vector]:
-    """Return the x, y and z unit vectors of a frame with orientation q in its parent frame."""
+    """Return the x, y and z unit vectors, in the parent frame, of a frame with orientation q."""
     x, y, z, w = q
     return ((1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)),
             (2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)),
@@ -101,7 +101,7 @@ def axes(q: Quaternion) -> tuple[Vector, Vector, Vector]:
 
 
 def rotate(q: Quaternion, v: Vector) -> Vector:
-    """Transform the vector v from a frame with orientation q to its parent frame."""
+    """Transform the vector v from a frame with orientation q to the parent frame."""
     ex, ey, ez = axes(q)
     return (v[0] * ex[0] + v[1] * ey[0] + v[2] * ez[0],
             v[0] * ex[1] + v[1] * ey[1] + v[2] * ez[1],
@@ -110,9 +110,9 @@ def rotate(q: Quaternion, v: Vector) -> Vector:
 
 def distance_to_rectangle(x: float, y: float, yaw: float, length: float, width: float) -> float:
     """
-    Return the distance (m) from the origin to a rectangle, or 0 if it contains the origin.
+    Return the distance (m) from the origin to a rectangle, or 0 if the origin is inside.
 
-    The rectangle is centered at (x, y) (m), and its long side has the heading `yaw` (rad).
+    The rectangle is centered at (x, y) (m), and its side `length` has the heading `yaw` (rad).
     """
     c, s = cos(yaw), sin(yaw)
     along = abs(c * x + s * y) - length / 2.0

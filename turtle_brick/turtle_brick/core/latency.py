@@ -17,8 +17,8 @@ Estimate the excess latency of the command path.
 
 The excess latency is the difference between the actual latency and COMMAND_LATENCY in
 `reachability`. It is due to slow links, lost messages and overloaded machines. `LatencyMonitor`
-estimates the excess latency from the worst values in the last WINDOW seconds. All timestamps come
-from one clock and are in nanoseconds.
+estimates the excess latency from the worst values in the last WINDOW seconds. All timestamps (ns)
+come from one clock.
 """
 
 from bisect import bisect_left, insort
@@ -66,7 +66,7 @@ class RecentValues:
         self._sorted: list[float] = []
 
     def add(self, now: int, value: float) -> None:
-        """Add a value at a time (ns)."""
+        """Add a value recorded at a given time (ns)."""
         self._history.append((now, value))
         insort(self._sorted, value)
 
@@ -76,7 +76,7 @@ class RecentValues:
         return values[round(fraction * (len(values) - 1))] if values else 0.0
 
     def largest(self, now: int, rank: int) -> float:
-        """Return the value with a given rank (1 for the largest), or 0 if it does not exist."""
+        """Return the value with a given rank (1 for the largest), or 0 if the rank is too high."""
         values = self.recent(now)
         return values[-rank] if len(values) >= rank else 0.0
 
@@ -89,7 +89,7 @@ class RecentValues:
 
 
 class LatencyMonitor:
-    """Estimate the excess latency from transforms, response delays and gaps."""
+    """Estimate the excess latency from transform ages, response delays and timestamp gaps."""
 
     def __init__(self) -> None:
         self._ages = RecentValues()
@@ -106,13 +106,13 @@ class LatencyMonitor:
         self._brick_period = 0.0
         """Average interval (s) between timestamps of the brick."""
         self._gaps: deque[int] = deque(maxlen=MIN_GAPS)
-        """Timestamps (ns) of the brick after a gap."""
+        """Timestamps (ns) of the brick transforms that followed a gap."""
 
     def record_ages(self, now: int, ages: Iterable[float], late: bool = False) -> None:
         """
-        Record the ages (s) of the transforms received before a timer callback at a time (ns).
+        Record the ages (s) of the transforms received before a timer callback at `now` (ns).
 
-        A late callback increases the ages, so its ages count only if callbacks are often late.
+        A late callback increases the ages, so these ages count only if callbacks are often late.
         """
         self._late_fraction += (float(late) - self._late_fraction) / AVERAGED_CALLBACKS
         if late and not self._is_overloaded:
@@ -149,11 +149,11 @@ class LatencyMonitor:
         self._brick_period += 0.02 * (gap - self._brick_period)
 
     def record_response_delay(self, now: int, excess: float) -> None:
-        """Record the time (s) by which a robot response exceeded COMMAND_LATENCY."""
+        """Record the time (s) by which the robot's response delay exceeded COMMAND_LATENCY."""
         self._response_delays.add(now, excess)
 
     def loses_messages(self, now: int) -> bool:
-        """Return whether messages have been lost in the WINDOW seconds before a time (ns)."""
+        """Return whether messages were lost in the WINDOW seconds before `now` (ns)."""
         return (len(self._gaps) == MIN_GAPS
                 and (now - self._gaps[0]) * SECONDS_PER_NS <= WINDOW)
 
@@ -164,10 +164,10 @@ class LatencyMonitor:
 
     def expected_standstill(self, now: int, duration: float) -> float:
         """
-        Return the expected time (s) without motion while the robot drives for a duration (s).
+        Return the expected total time (s) of all pauses in a drive of a given duration (s).
 
-        On an overloaded machine, the robot pauses. The result is the recent fraction of pauses
-        times the duration, plus the longest pause.
+        On an overloaded machine, the robot pauses. The result is the duration times the
+        fraction of recent time spent in pauses, plus the longest recent pause.
         """
         observed = (now - self._first_robot_stamp) * SECONDS_PER_NS
         fraction = sum(self._pauses.recent(now)) / min(max(observed, 1.0), WINDOW)
@@ -175,12 +175,12 @@ class LatencyMonitor:
 
     def excess(self, now: int) -> float:
         """
-        Return the excess latency (s) at a time (ns).
+        Return the excess latency (s) at the time `now` (ns).
 
         The goal and the resulting pose each cross one link, so the delay of the slowest link
-        counts twice. A single late response can be caused by a node that stopped briefly, so it
-        counts only if messages are late or lost. If the clocks disagree, the ages are unreliable.
-        The clock error and the response delay are then added.
+        counts twice. A single late response can be caused by a node that stopped briefly, so this
+        response counts only if messages are late or lost. If the clocks disagree, the ages are
+        unreliable, so the clock error and the response delay are added.
         """
         clock_error = self.clock_error(now)
         link = max(

@@ -33,7 +33,7 @@ class Odometer:
     """Compute the pose in the odom frame, the wheel angle and the stem angle."""
 
     def __init__(self, wheel_radius: float) -> None:
-        """Create an odometer for a wheel with a radius (m)."""
+        """Create an odometer for a wheel with a given radius (m)."""
         self.wheel_radius = wheel_radius
         self.origin: Pose2D | None = None
         """First pose of the turtle, which is the pose of the odom frame in the world frame."""
@@ -61,7 +61,7 @@ class Odometer:
         self._last, self._last_time = pose, now
 
     def steer(self, velocity: tuple[float, float]) -> None:
-        """Turn the stem toward a command (m/s, base_link frame) if the robot is at rest."""
+        """If the robot is at rest, point the stem in the direction of a command (m/s)."""
         if self.wheel_velocity == 0.0 and velocity != (0.0, 0.0):
             self.stem_angle = wrapped(atan2(velocity[1], velocity[0]))
 
@@ -70,12 +70,12 @@ class Odometer:
         self.wheel_velocity = 0.0
         dx, dy = pose.x - last.x, pose.y - last.y
         path = hypot(dx, dy)
-        # If the path is too long for the reported speed and the elapsed ticks, it is a teleport.
+        # If the path is too long for the reported speed and the elapsed ticks, it was a teleport.
         ticks = max(1.0, (now - self._last_time) / TICK + 0.5)
         if path <= MIN_MOTION or path > ticks * TICK * pose.linear_velocity + MIN_MOTION:
             return
         self.wheel_angle += path / self.wheel_radius
-        # After a lost pose, the path covers several ticks. At a wall, the path is shorter.
+        # After a lost pose, the path covers several ticks. At a wall, the path is cut short.
         self.wheel_velocity = min(path / TICK, pose.linear_velocity) / self.wheel_radius
         self.stem_angle = wrapped(atan2(dy, dx) - pose.theta)
 

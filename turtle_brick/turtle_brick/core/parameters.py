@@ -51,10 +51,10 @@ class ParameterRule(NamedTuple):
     unit: str
     """Unit, or an empty string for a ratio."""
     lower: float
-    """Minimum valid value of the number or of each vector component."""
+    """Minimum valid value of a number, or of each component of a vector."""
     upper: float
     length: int = 1
-    """Number of components, which is 3 for a vector."""
+    """Number of components, which is 1 for a number and 3 for a vector."""
 
     def allowed_values(self) -> str:
         """Return a phrase such as 'a number from 0.01 to 10 m'."""
@@ -79,8 +79,8 @@ PARAMETER_RULES = {
     'wheel_radius': ParameterRule('Radius of the wheel', 'm', 0.01, 10),
     'max_velocity': ParameterRule('Maximum translational speed of the robot', 'm/s', 0.01, 10),
     'tilt_angle': ParameterRule('Platform angle for tipping off a brick', 'rad', 0.05, 1.5),
-    'gravity_accel': ParameterRule('Acceleration due to gravity, downward', 'm/s^2', 0.01, 100),
-    'brick_size': ParameterRule('Size of the brick along its own x, y and z', 'm', 0.001, 10, 3),
+    'gravity_accel': ParameterRule('Downward acceleration due to gravity', 'm/s^2', 0.01, 100),
+    'brick_size': ParameterRule('Size of the brick along its x, y and z axes', 'm', 0.001, 10, 3),
     'brick_start': ParameterRule(
         "Initial location of the brick's center in the world frame", 'm', -1000, 1000, 3),
     'wall_height': ParameterRule("Height of the arena's walls", 'm', 0.001, 100),
@@ -104,7 +104,7 @@ class ParameterSet:
     @classmethod
     def from_mapping(cls: type[AnyParameterSet], mapping: Mapping[Any, Any]) -> AnyParameterSet:
         """
-        Create a parameter set from a mapping. Ignore parameters that are not in the set.
+        Create a parameter set from a mapping that may also contain other parameters.
 
         :raises ParameterError: a value is missing or invalid, or a name is misspelled
         """
@@ -114,7 +114,7 @@ class ParameterSet:
         for name in missing:
             similar = get_close_matches(name, unknown, 1, 0.7)
             if similar:
-                raise ParameterError(f'unknown {similar[0]}, did you mean {name}?')
+                raise ParameterError(f'unknown parameter {similar[0]} (did you mean {name}?)')
         if missing:
             raise MissingParameterError(f'missing parameters: {", ".join(sorted(missing))}')
         return cls(**{name: mapping[name] for name in names})
@@ -184,7 +184,7 @@ class Parameters(RobotParameters, ArenaParameters, CatcherParameters):
 
 def least_height(platform_radius: float, platform_thickness: float, wheel_radius: float) -> float:
     """
-    Return the minimum platform_height (m) with which the platform can turn over.
+    Return the minimum platform_height (m) at which the platform can turn over.
 
     The platform turns about a hinge in the center of its base, so it stays inside a sphere around
     the hinge. The wheel, a neck and the cube of base_link must fit below this sphere. The neck and

@@ -26,12 +26,12 @@ time is at most the time until the landing. For a level platform, the needed tim
 - A brick lands on the platform if its center is within platform_radius of the platform axis. The
   robot therefore does not have to drive the whole distance.
 - The distance is the horizontal distance from the robot to the landing point. A moving robot first
-  executes the commands already sent, so the largest distance that can result from them counts.
+  executes the commands already sent, so the largest possible distance counts.
 - The latency is COMMAND_LATENCY plus the excess latency. COMMAND_LATENCY applies to nodes on one
-  machine. `latency` estimates the excess latency due to slow links and busy machines.
-- No brick lands on a tilted platform. Leveling takes LEVEL_LATENCY plus the excess latency, so the
-  needed time is at least this sum if the platform is not level.
-- If transforms are late, the landing may be in the past. The time until the landing is then 0.
+  machine. The excess latency is due to slow links and busy machines. `latency` estimates it.
+- A brick cannot land on a tilted platform. Leveling takes LEVEL_LATENCY plus the excess latency.
+  Therefore, the needed time is at least this sum if the platform is not level.
+- If transforms are late, the landing may be in the past. If so, the time until the landing is 0.
 
 `robot_tracking` computes the motion of the robot. All timestamps (ns) come from one clock.
 """
@@ -50,16 +50,16 @@ QUEUE_LATENCY = (QUEUE_DEPTH - 1) * COMMAND_PERIOD + TICK + TRANSPORT_DELAY
 begins at the first turtlesim tick after the arrival of six newer commands."""
 
 COMMAND_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + QUEUE_LATENCY + COMMAND_PERIOD + 0.010
-"""Maximum time (0.108 s) from a decision until the arena receives the first motion of the robot.
-It includes the messages for the goal, the pose and the transform, a robot cycle each for the goal
-and the pose, turtlesim's queue, and 10 ms for the next physics step and the operating system."""
+"""Maximum time (0.108 s) from a decision until the arena receives a pose of the moving robot. It
+covers three messages (goal, pose and transform), two robot cycles and turtlesim's queue. A reserve
+of 10 ms covers the next physics step and the operating system."""
 
 GUARANTEED_LATENCY = 0.13
 """Guaranteed upper limit (s) for the time from the release of a brick to the robot's first motion.
 The limit covers COMMAND_LATENCY and the detection of the fall from three positions."""
 
 LEVEL_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + 0.015
-"""Maximum time (s) from a tilt command of 0 until the arena receives a level platform."""
+"""Maximum time (s) from a tilt command of 0 until the arena receives a level platform pose."""
 
 
 class Decision(NamedTuple):
@@ -87,7 +87,7 @@ class Decision(NamedTuple):
 
     @property
     def summary(self) -> str:
-        """One line with the decision, such as "unreachable: no robot is available"."""
+        """One-line summary of the decision, such as "unreachable: no robot is available"."""
         if not self.reachable:
             return f'unreachable: {self.reason}'
         return (f'reachable: the robot, {self.distance:.2f} m away, needs {self.needed:.3f} s, '
@@ -104,7 +104,7 @@ class RobotMotion(NamedTuple):
     destinations: tuple[tuple[float, float], ...] = ()
     """Points (m) that the robot may reach with the commands already sent."""
     level: bool = True
-    """Whether the platform is level and the arena has received the level transform."""
+    """Whether the platform is level and the arena has received its level pose."""
     uncertainty: float = 0.0
     """Distance (m) that the robot may cover in an unknown direction."""
 
@@ -118,7 +118,7 @@ class RobotMotion(NamedTuple):
         return hypot(point[0] - self.x, point[1] - self.y)
 
     def longest_distance_to(self, point: tuple[float, ...]) -> float:
-        """Return the largest distance (m) to a point during the commands already sent."""
+        """Return the maximum distance (m) from the robot's possible positions to a point."""
         distances = [hypot(point[0] - x, point[1] - y) for x, y in self.destinations]
         return max([self.distance_to(point), *distances]) + self.uncertainty
 
@@ -129,7 +129,7 @@ def resting_height(parameters: CatcherParameters) -> float:
 
 
 def fall_time(height: float, parameters: CatcherParameters) -> float:
-    """Return the time (s) of a free fall from rest at a height (m) onto the level platform."""
+    """Return the duration (s) of a free fall from a release height (m) to the level platform."""
     depth = max(height - resting_height(parameters), 0.0)
     return sqrt(2.0 * depth / parameters.gravity_accel)
 
@@ -178,7 +178,7 @@ def decide_reachability(fall: Fall, now: int, robot: RobotMotion | None,
 
 def time_needed(fall: Fall, robot: RobotMotion, parameters: CatcherParameters,
                 excess: float) -> float:
-    """Return the longest time (s) until the platform is level and under a falling brick."""
+    """Return the maximum time (s) until the platform is level and under a falling brick."""
     distance = robot.longest_distance_to(fall.position)
     time = 0.0
     if distance > parameters.platform_radius:

@@ -16,7 +16,7 @@
 Compute the positions that the robot may reach with the commands already sent.
 
 turtlesim executes commands with a delay, so a robot with a new goal first continues in its last
-direction or toward its previous goal. All timestamps come from one clock and are in nanoseconds.
+direction or toward its previous goal. All timestamps (ns) come from one clock.
 """
 
 from collections import deque
@@ -35,21 +35,21 @@ COMMITTED_TIME = QUEUE_LATENCY + 2 * COMMAND_PERIOD + TICK
 position is up to one tick and one robot cycle old, and the queued commands are still executed."""
 
 REST_TIME = 0.07
-"""Time (s) without motion after which the robot is considered to be at rest. It exceeds four
-turtlesim ticks."""
+"""Time (s) without motion after which the robot is considered to be at rest. This time
+exceeds four turtlesim ticks."""
 
 MIN_GOAL_DISTANCE = 0.05
-"""Distance (m) beyond which a new goal certainly moves a robot at rest."""
+"""Distance (m) beyond which a new goal is sure to move a robot at rest."""
 
 POSITION_TOLERANCE = 1e-9
-"""Maximum difference (m) between two positions at rest, due to interpolation in tf2."""
+"""Maximum difference (m) between positions of an object at rest, due to interpolation in tf2."""
 
 
 class RobotTracker:
     """Record the positions and goals of the robot, and compute its motion."""
 
     def __init__(self, max_velocity: float, latency: LatencyMonitor) -> None:
-        """Create a tracker for a robot with a maximum speed (m/s)."""
+        """Create a tracker for a robot with a given maximum speed (m/s)."""
         self.excess = 0.0
         """Excess latency (s) at the last observation."""
         self.last_seen = -inf
@@ -65,7 +65,7 @@ class RobotTracker:
         self._goals: deque[tuple[int, tuple[float, float]]] = deque()
         """Times (ns) and goals (m). The first goal may already be in effect."""
         self._departure: tuple[int, float, float] | None = None
-        """Time (ns) of a goal and position (m) of the robot at rest. It is None after a motion."""
+        """Time (ns) of a goal and position (m) of the robot at rest, or None after a motion."""
         self._last_at_departure = 0
         """Last time (ns) at which the robot was at the position in `_departure`."""
 
@@ -80,7 +80,7 @@ class RobotTracker:
         return self._max_velocity * (COMMITTED_TIME + self.excess)
 
     def record_goal(self, now: int, goal: tuple[float, float]) -> None:
-        """Record a goal (m) in the world frame, published at a time (ns)."""
+        """Record a goal (m, world frame) that is published at `now` (ns)."""
         self._goals.append((now, goal))
         if not self._positions or not self._is_rest_known(now) or self._extrapolate() is not None:
             return
@@ -97,7 +97,7 @@ class RobotTracker:
     def observe(self, now: int, platform: Platform | None, level_for: float
                 ) -> RobotMotion | None:
         """
-        Record the position of the robot, and return its motion, or None if it is unavailable.
+        Record the robot's position, and return its motion, or None if the robot is unavailable.
 
         :param platform: platform of the robot at the time `now` (ns), or None if unavailable
         :param level_for: time (s) since a tilt of 0 was commanded, or 0 after any other command
@@ -153,7 +153,7 @@ class RobotTracker:
         return points
 
     def _extrapolate(self) -> tuple[float, float] | None:
-        """Return the point (m) straight ahead of a moving robot, or None for a robot at rest."""
+        """Return a point (m) straight ahead of a moving robot, or None for a robot at rest."""
         _, x, y = self._positions[-1]
         for _, x_before, y_before in reversed(self._positions):
             moved = hypot(x - x_before, y - y_before)
@@ -164,7 +164,7 @@ class RobotTracker:
         return None
 
     def _is_recent(self, now: int, sent: int) -> bool:
-        """Return whether a goal sent at a time (ns) may not be in effect yet."""
+        """Return whether a goal sent at the time `sent` (ns) may not have taken effect yet."""
         return (now - sent) * SECONDS_PER_NS < COMMAND_LATENCY + self.excess
 
     def _is_rest_known(self, now: int) -> bool:

@@ -21,7 +21,7 @@ from math import atan2
 from turtle_brick.core.geometry import axes, Pose, Vector
 
 LEVEL_TOLERANCE = 1e-3
-"""Maximum inclination (rad) of a level platform."""
+"""Maximum inclination (rad) at which the platform counts as level."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Platform:
 
     @cached_property
     def axes(self) -> tuple[Vector, Vector, Vector]:
-        """Return the unit vectors of the platform frame in the world frame. The hinge is y."""
+        """Unit vectors of the platform frame in the world frame. The y axis is the hinge."""
         return axes(self.pose.orientation)
 
     @cached_property
@@ -50,7 +50,7 @@ class Platform:
         return x * x + y * y < (LEVEL_TOLERANCE / 2.0) ** 2
 
     def coordinates_of(self, point: Vector) -> tuple[float, float]:
-        """Transform a point (m) from the world frame to x and y in the platform frame."""
+        """Transform a point (m) from world to the platform frame, and return its x and y (m)."""
         ex, ey, _ = self.axes
         dx, dy, dz = (a - b for a, b in zip(point, self.pose.position))
         return (dx * ex[0] + dy * ex[1] + dz * ex[2], dx * ey[0] + dy * ey[1] + dz * ey[2])

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A step clock that does not drift if callbacks are late, and time conversions."""
+"""Time conversions, and a step clock that does not drift if callbacks are late."""
 
 from typing import Any
 
@@ -20,15 +20,15 @@ NS_PER_SECOND = 1_000_000_000
 SECONDS_PER_NS = 1e-9
 
 LONGEST_GAP = NS_PER_SECOND
-"""Maximum time (ns) since the last step after which a clock continues without a restart."""
+"""Maximum time (ns) since the last step at which a clock continues without a restart."""
 
 
 class StepClock:
     """
-    Count the steps of a fixed period that have become due.
+    Compute the times of the periodic steps that have become due.
 
     The time of step k is t0 + k * period in integer nanoseconds, so rounding errors do not
-    accumulate. After a late or skipped timer callback, the next call returns all due steps.
+    accumulate. After a late or skipped callback, the next call to `due` returns all due steps.
     """
 
     def __init__(self, period: int) -> None:
@@ -62,10 +62,10 @@ class StepClock:
 
 
 def due_time(timer: Any, now: int) -> int:
-    """Return the due time (ns), at most `now`, of the rclpy timer whose callback is running."""
+    """Return the time (ns, at most `now`) at which the running callback of a timer was due."""
     return now - max(timer.timer_period_ns - timer.time_until_next_call(), 0)
 
 
 def nanoseconds_of(stamp: Any) -> int:
-    """Return a builtin_interfaces/Time in nanoseconds."""
+    """Convert a builtin_interfaces/Time to nanoseconds."""
     return stamp.sec * NS_PER_SECOND + stamp.nanosec

@@ -61,7 +61,7 @@ _TWO_PI = 2.0 * _PI
 
 
 def within_arena(x: float, y: float) -> tuple[float, float]:
-    """Return the point (m) in the arena nearest to (x, y) in the world frame."""
+    """Return the point (m) in the arena that is nearest to (x, y) in the world frame."""
     return (0.0 if x < 0.0 else ARENA_SIZE if x > ARENA_SIZE else x,
             0.0 if y < 0.0 else ARENA_SIZE if y > ARENA_SIZE else y)
 
@@ -90,11 +90,11 @@ def _normalize(angle: float) -> float:
 
 
 class Turtle:
-    """A turtle of turtlesim."""
+    """A turtle in turtlesim."""
 
     def __init__(self, x: float = ARENA_CENTER, y: float = ARENA_CENTER, theta: float = 0.0,
                  holonomic: bool = False, now: float = 0.0) -> None:
-        """Create a turtle at rest at a pose (m, rad) and a time (s)."""
+        """Create a turtle that is at rest at a given pose (m, rad) and time (s)."""
         self._x = float32(x)
         self._y_down = float32(ARENA_SIZE - float32(y))
         self._theta = float32(theta)
@@ -125,7 +125,7 @@ class Turtle:
         self._teleports.append((True, float32(linear), 0.0, float32(angular)))
 
     def take_command(self, now: float) -> None:
-        """Execute the first half of a tick: take the oldest command from the queue."""
+        """Execute the first half of a tick, which takes the oldest command from the queue."""
         if self._queue:
             self._linear_x, linear_y, self._angular = self._queue.popleft()
             if self.holonomic:
@@ -133,7 +133,7 @@ class Turtle:
             self._commanded_at = now
 
     def update(self, now: float) -> TurtlePose:
-        """Execute the second half of a tick: move for one time step, and return the new pose."""
+        """Execute the second half of a tick, which moves the turtle, and return the new pose."""
         self._teleport()
         if now - self._commanded_at > COMMAND_TIMEOUT:
             self._linear_x = self._linear_y = self._angular = 0.0
@@ -179,10 +179,10 @@ class Turtle:
 
 
 class TurtleSim:
-    """A turtlesim with several turtles. It starts with turtle1 in the center of the arena."""
+    """A simulator for several turtles, which starts with turtle1 in the center of the arena."""
 
     def __init__(self, holonomic: bool = False, now: float = 0.0) -> None:
-        """Create a turtlesim at the current time (s)."""
+        """Create a simulator that starts at the time `now` (s)."""
         self.turtles: dict[str, Turtle] = {}
         """Turtles by name, in their update order."""
         self._holonomic = holonomic
