@@ -60,7 +60,7 @@ class CatchBench:
         return Platform(Pose((x, y, hinge), from_pitch(self.angle)))
 
     def run(self, time, until=lambda: False):
-        """Run until a condition is true, for at most a duration (s). Return the condition's value."""
+        """Run until a condition is true or a duration (s) ends. Return the condition's value."""
         end = self.now + seconds(time)
         while self.now < end:
             self.now += STEP_NS
