@@ -21,8 +21,8 @@ Broadcasts:
 
 Publishes, latched:
     walls (visualization_msgs/MarkerArray): walls around the arena
-    brick_marker (visualization_msgs/Marker): the brick, in a color for its state; published every
-        second and when the state changes
+    brick_marker (visualization_msgs/Marker): the brick, in a color that shows its state;
+        published every second and when the state changes
     brick_state (std_msgs/String): hovering, falling, riding, floating or grounded; published at
         the start and when the state changes
 
@@ -84,7 +84,7 @@ class Arena(Node):
     """Simulate the brick, and publish the brick and the walls."""
 
     def __init__(self, **node_options: Any) -> None:
-        """Create the node, with options for rclpy.node.Node. The brick hovers at brick_start."""
+        """Create a node whose brick hovers at brick_start. The options are for rclpy.node.Node."""
         super().__init__('arena', **node_options)
         parameters = declare_parameters(self, ArenaParameters)
 
@@ -93,9 +93,9 @@ class Arena(Node):
         """Latest published phase of the brick."""
         self.step_clock = StepClock(STEP_NS)
         self.last_run = monotonic()
-        """Time (s) of the latest call to on_timer, independent of the system clock."""
+        """Time (s) of the latest call to on_timer, from a monotonic clock."""
         self.is_answering = False
-        """Whether the response from the service drop may still be unsent."""
+        """Whether the service `drop` may not have sent its response yet."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self)
@@ -153,7 +153,7 @@ class Arena(Node):
         self.warn_of_clock_jump()
         if not times:
             return
-        # The response from the service drop has already been sent. If several steps have become
+        # The service `drop` has already sent its response. If several steps have become
         # due in the meantime, the brick does not move before the last one.
         first_moving = times[-1] if self.is_answering else times[0]
         self.is_answering = False
@@ -175,7 +175,7 @@ class Arena(Node):
         if jump < 0.0:
             cause = 'The clock was set back by'
         elif pause > jump / 2.0:
-            cause = 'This node was stopped, or the machine too busy to run it, for'
+            cause = 'This node was stopped, or the machine was too busy to run it, for'
         else:
             cause = 'The clock jumped ahead by'
         self.get_logger().warning(
@@ -183,7 +183,7 @@ class Arena(Node):
 
     def step(self, time: int, is_held: bool) -> TransformStamped:
         """
-        Execute the physics step with a timestamp (ns), and return the transform of the brick.
+        Execute the physics step at a given time (ns), and return the transform of the brick.
 
         :param is_held: whether the brick must not move in this step
         """
@@ -211,14 +211,14 @@ class Arena(Node):
 
 
 def brick_marker(phase: Phase, size: Vector) -> Marker:
-    """Return the marker of the brick for a phase and a size (m)."""
+    """Return the marker of a brick that has a given phase and size (m)."""
     marker = box_marker(BRICK, 'brick', 0, (0.0, 0.0, 0.0), size, BRICK_COLORS[phase])
     marker.frame_locked = True
     return marker
 
 
 def shell_commands(place: str, drop: str, location: Vector) -> tuple[str, str]:
-    """Return a command that places the brick at a location (m), and a command that drops it."""
+    """Return two shell commands, which place the brick at a given location (m) and drop it."""
     x, y, z = location
     return (f'ros2 service call {place} turtle_brick_interfaces/srv/Place '
             f'"{{location: {{x: {x:g}, y: {y:g}, z: {z:g}}}}}"',
@@ -227,7 +227,7 @@ def shell_commands(place: str, drop: str, location: Vector) -> tuple[str, str]:
 
 def box_marker(frame: str, namespace: str, number: int, center: Vector, size: Vector,
                color: Color) -> Marker:
-    """Return the marker of a box (m). A zero timestamp makes the marker valid at any time."""
+    """Return a marker for a box (m). A zero timestamp makes the marker valid at any time."""
     marker = Marker(ns=namespace, id=number, type=Marker.CUBE, action=Marker.ADD)
     marker.header.frame_id = frame
     position = marker.pose.position
@@ -238,7 +238,7 @@ def box_marker(frame: str, namespace: str, number: int, center: Vector, size: Ve
 
 
 def wall_markers(size: float, height: float) -> MarkerArray:
-    """Return walls with a height (m) around the square from (0, 0) to (size, size) (m)."""
+    """Return walls around the square from (0, 0) to (size, size). All lengths are in meters."""
     middle, outside = size / 2.0, WALL_THICKNESS / 2.0
     along_x = (size + 2.0 * WALL_THICKNESS, WALL_THICKNESS, height)
     along_y = (WALL_THICKNESS, size, height)

@@ -13,13 +13,13 @@
 # limitations under the License.
 
 """
-catcher: make the robot catch the brick, carry it to the center of the arena and tip it off.
+catcher: make the robot catch the brick, carry it to the center of the arena, and tip it off.
 
 Publishes:
     goal_pose (geometry_msgs/PoseStamped): goal of the robot in the world frame
     tilt (turtle_brick_interfaces/Tilt): angle of the platform (rad)
     catcher_marker (visualization_msgs/Marker): the text "Unreachable" above an unreachable brick,
-        for 3 s, once per fall
+        shown for 3 s once per fall
     catcher_state (std_msgs/String, latched): current state: waiting, approaching, carrying,
         tilting or leveling
     catcher_decision (std_msgs/String, latched): "reachable: ..." or "unreachable: ..." with the
@@ -64,7 +64,7 @@ COMMANDS = QoSProfile(depth=1)
 """QoS for goals and tilt commands. With a depth of 1, a lost command does not delay newer ones."""
 
 MOVING_FRAMES = (BRICK, PLATFORM, BASE_LINK)
-"""Frames with moving transforms. The ages of these transforms show the latency of messages."""
+"""Frames that move. The ages of their transforms show the message latency."""
 
 MAX_TIMER_DELAY = 0.005
 """Delay (s) beyond which a timer callback counts as late."""
@@ -82,13 +82,13 @@ class CatcherNode(Node):
     """Make the robot catch falling bricks."""
 
     def __init__(self, **node_options: Any) -> None:
-        """Create the node, with options for rclpy.node.Node. The node waits for a fall."""
+        """Create a node that waits for a fall. The options are for rclpy.node.Node."""
         super().__init__('catcher', **node_options)
         self.catcher = Catcher(declare_parameters(self, CatcherParameters))
         self.is_complete = False
         """Whether the robot and the brick have been found."""
         self.ages: dict[str, float] = {}
-        """Age (s) of the latest transform of each moving frame, on arrival."""
+        """Age on arrival (s) of the latest transform for each moving frame."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self, self.on_transform)
@@ -102,7 +102,7 @@ class CatcherNode(Node):
         self.timer = self.create_timer(UPDATE_PERIOD, self.on_timer)
 
     def on_transform(self, transform: TransformStamped, now: int) -> None:
-        """Record a transform received at a time (ns), and update the catcher if a fall begins."""
+        """Record a transform received at `now` (ns), and update the catcher if a fall begins."""
         stamp = nanoseconds_of(transform.header.stamp)
         if transform.child_frame_id in MOVING_FRAMES:
             self.ages[transform.child_frame_id] = (now - stamp) * SECONDS_PER_NS
@@ -199,11 +199,11 @@ class CatcherNode(Node):
         self.marker_publisher.publish(marker)
 
     def log_missing(self) -> None:
-        """Log the missing parts of the graph once, and log once that all of them are found."""
+        """Log once which parts of the graph are missing, and once that all parts are found."""
         missing = [f'the transform of {frame}' for frame in (PLATFORM, BRICK)
                    if latest_transform(self.tf_buffer, frame) is None]
         if not self.has_subscribers():
-            missing.append('a subscriber of goal_pose and tilt')
+            missing.append('a subscriber to goal_pose and tilt')
         if missing:
             self.get_logger().info(f'Waiting for {" and ".join(missing)}', once=True)
         else:

@@ -22,7 +22,7 @@ Simulate a brick that falls onto a platform, rides on it and slides off.
 A release starts a fall. Placing the brick changes any phase to HOVERING.
 
 The height of a falling brick is z = z0 - g t^2 / 2, where t is the time since the release. This
-closed form does not accumulate errors. A sliding brick has the acceleration g sin(tilt).
+closed form does not accumulate errors. A sliding brick accelerates at g sin(tilt).
 
 The location of the brick is its center. The bottom of the brick touches the platform or the
 ground. The brick always has the same inclination as the platform.
@@ -45,14 +45,14 @@ STEP_NS = 4_000_000
 """Duration (ns) of one physics step in the arena. The step rate is 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
-"""Maximum distance (m) of a brick below its resting height at which the brick can still land."""
+"""Maximum distance (m) below its resting height at which a brick can still land."""
 
 MIN_NORMAL_Z = 1e-9
 """Minimum vertical component of the unit normal at which the platform supports the brick."""
 
 
 class Phase(Enum):
-    """Phase of the motion of the brick."""
+    """Phase of the brick's motion."""
 
     HOVERING = 'hovering'
     FALLING = 'falling'
@@ -231,7 +231,7 @@ class World:
         self._brick = (x, y, z)
 
     def _lands_on(self, platform: Platform, previous_z: float, z: float) -> bool:
-        """Return whether the brick reaches the top of a level platform between two heights (m)."""
+        """Return whether a fall from `previous_z` to `z` (m) ends on top of a level platform."""
         if not platform.is_level:
             return False
         top_x, top_y, top_z = platform.pose.transform((0.0, 0.0, self.thickness))

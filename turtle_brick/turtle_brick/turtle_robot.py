@@ -19,8 +19,8 @@ Units and axes follow REP 103. The frames follow REP 105, with world instead of 
 
 Publishes at 100 Hz, even while the robot is at rest:
     cmd_vel (geometry_msgs/Twist): velocity command (m/s) in the frame base_link; zero at the goal,
-        without a goal and without a current pose of the turtle. The launch files remap this topic
-        to turtle1/cmd_vel, to which turtlesim subscribes.
+        and if there is no goal or no current pose of the turtle. The launch files remap this topic
+        to turtle1/cmd_vel, the command topic of turtlesim.
     odom (nav_msgs/Odometry): pose of base_link in the frame odom, and the latest command as the
         twist; published after the first pose of the turtle
     joint_states (sensor_msgs/JointState): positions (rad) and velocities (rad/s) of these joints:
@@ -75,14 +75,14 @@ class TurtleRobot(Node):
     """Drive the turtle, and publish odometry, joint states and transforms."""
 
     def __init__(self, **node_options: Any) -> None:
-        """Create the node, with options for rclpy.node.Node. The platform is level."""
+        """Create a node whose platform is level. The options are for rclpy.node.Node."""
         super().__init__('turtle_robot', **node_options)
         parameters = declare_parameters(self, RobotParameters)
         self.driver = Driver(parameters.max_velocity)
         self.odometer = Odometer(parameters.wheel_radius)
         self.tilt_angle = 0.0
         self.pending_goal: tuple[str, Vector, float] | None = None
-        """Frame name, point (m) and deadline (s) of a goal that waits for its frame."""
+        """Frame name, point (m) and deadline (s) of a goal that waits for a transform."""
 
         self.tf_buffer = Buffer()
         self.tf_listener: GuardedListener | None = None
@@ -171,7 +171,7 @@ class TurtleRobot(Node):
         self.drive_to(pose_of(transform), point)
 
     def drive_to(self, frame: Pose, point: Vector) -> None:
-        """Drive to a point (m) in a frame with the given pose in the world frame."""
+        """Drive to a point (m) in a frame that has a given pose in the world frame."""
         goal = frame.transform(point)[:2]
         if not all(map(isfinite, goal)):
             self.get_logger().warning(
@@ -230,7 +230,7 @@ class TurtleRobot(Node):
         self.odom_publisher.publish(self.odometry)
 
     def pose_of_frame(self, name: str) -> Pose | None:
-        """Return the pose of world, odom or base_link, or None for other or unknown frames."""
+        """Return the pose of world, odom or base_link, or None if the pose is unknown."""
         origin, pose = self.odometer.origin, self.odometer.pose
         if name == WORLD:
             return upright(Pose2D(0.0, 0.0, 0.0))

@@ -11,4 +11,4 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Code shared by the nodes for process startup and shutdown, TF, and parameters."""
+"""Shared code for starting and ending nodes, for TF, and for parameters."""

@@ -19,7 +19,7 @@ Start and shut down a node process.
         spin(Arena())
 
 The signal handlers of rclpy are not used, because they shut down the context during a callback.
-With them, 4 of 12 nodes printed an error after Ctrl-C.
+With these handlers, 4 of 12 nodes printed an error after Ctrl-C.
 """
 
 from collections.abc import Iterator
@@ -38,7 +38,7 @@ from rclpy.signals import SignalHandlerOptions
 from turtle_brick.core.parameters import ParameterError
 
 SPIN_TIMEOUT = 0.1
-"""Timeout (s) for each wait of the executor, which limits the delay of the shutdown. Without a
+"""Timeout (s) for each wait in the executor, which limits the shutdown delay. Without a
 timeout, the EventsExecutor of the PyPI environment never sleeps."""
 
 _shutdown_requested = Event()
@@ -49,8 +49,8 @@ def init(args: list[str] | None = None) -> Iterator[None]:
     """
     Initialize rclpy at the start of a `with` block, and shut it down at the end.
 
-    :param args: command line including the program name; sys.argv by default
-    :raises SystemExit: an argument or a parameter is invalid; the exit status is 1
+    :param args: command line including the program name, by default sys.argv
+    :raises SystemExit: an argument or a parameter is invalid (exit status 1)
     """
     signal.signal(signal.SIGINT, _request_shutdown)
     signal.signal(signal.SIGTERM, _request_shutdown)
@@ -93,6 +93,6 @@ def _request_shutdown(number: int, _: object) -> None:
     """Make `spin` return, and ignore the same signal from now on."""
     signal.signal(number, signal.SIG_IGN)  # `ros2 launch` repeats a Ctrl-C.
     if number == signal.SIGINT:
-        # Fast DDS blocked the shutdown of 1 in 700 processes. `ros2 launch` then sends SIGTERM.
+        # Fast DDS blocked 1 in 700 shutdowns. A SIGTERM from `ros2 launch` must end such a node.
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _shutdown_requested.set()

@@ -44,14 +44,14 @@ MAX_AGE_NS = 500_000_000
 """Age (ns) beyond which the transform of a moving frame is ignored."""
 
 MAX_AHEAD_NS = NS_PER_SECOND
-"""Maximum valid offset (ns) of a timestamp in the future. tf2 discards transforms that are 10 s
-older than the latest one, so a timestamp far ahead would block all later transforms."""
+"""Maximum time (ns) by which a timestamp can be in the future. tf2 discards transforms that are
+10 s older than the latest one, so a timestamp far ahead would block all later transforms."""
 
 BUFFER_DURATION_NS = 10_000_000_000
 """Age (ns) beyond which tf2 discards a transform and logs a message."""
 
 LENGTH_TOLERANCE = 0.01
-"""Maximum valid deviation of the squared length of a quaternion from 1."""
+"""Maximum deviation of a valid quaternion's squared length from 1."""
 
 LATEST_TIME = Time()
 """Time that requests the latest transform from tf2."""
@@ -86,7 +86,7 @@ def pose_of(transform: Transform) -> Pose:
 
 
 def latest_transform(buffer: Buffer, frame: str) -> TransformStamped | None:
-    """Return the latest transform from the world frame to a frame, or None if it is unknown."""
+    """Return the latest transform from world to a frame, or None if the transform is unknown."""
     try:
         return buffer.lookup_transform(WORLD, frame, LATEST_TIME)
     except TransformException:
@@ -98,7 +98,7 @@ def recent_pose(buffer: Buffer, frame: str, now: int) -> Pose | None:
     Return the latest pose of a moving frame in the world frame.
 
     :param now: current time (ns)
-    :return: pose, or None if it is unknown or older than MAX_AGE_NS
+    :return: pose, or None if the pose is unknown or older than MAX_AGE_NS
     """
     transform = latest_transform(buffer, frame)
     if transform is None:
@@ -142,8 +142,8 @@ class GuardedListener(TransformListener):
         """
         Subscribe to /tf (best effort) and /tf_static, and fill a TF buffer.
 
-        :param on_transform: callback for each stored transform from /tf and its arrival time (ns),
-            called after all transforms of the message are stored
+        :param on_transform: callback that receives each stored transform from /tf and its arrival
+            time (ns), called after all transforms in the message are stored
         """
         self._on_transform = on_transform
         self._is_static: dict[str, bool] = {}
@@ -154,7 +154,7 @@ class GuardedListener(TransformListener):
         super().__init__(buffer, node, qos=BEST_EFFORT)
 
     def callback(self, data: TFMessage) -> None:
-        """Store a message from /tf, and call `on_transform` for each transform."""
+        """Store a message from /tf, and call `on_transform` for each stored transform."""
         now = self.node.get_clock().now().nanoseconds
         for transform in self.store(data, False, now):
             self._on_transform(transform, now)
@@ -164,7 +164,7 @@ class GuardedListener(TransformListener):
         self.store(data, True, self.node.get_clock().now().nanoseconds)
 
     def store(self, message: TFMessage, static: bool, now: int) -> list[TransformStamped]:
-        """Store and return all harmless transforms of a message received at a time (ns)."""
+        """Store and return all harmless transforms in a message received at `now` (ns)."""
         if now < self._last:
             # The clock was set back, so the old transforms would remain the latest ones.
             self.buffer.clear()
