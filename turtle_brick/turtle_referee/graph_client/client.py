@@ -39,17 +39,17 @@ HOVERING_TIME = 0.5
 
 
 class GraphClient:
-    """A client that sends commands to a running graph; every wait has a timeout."""
+    """A client that sends commands to a running graph. Every wait has a timeout."""
 
     def __init__(self, graph: Spinner, observer: Observer, timeout: float = TIMEOUT) -> None:
-        """Create a client with a timeout (s) for immediate actions; `graph` spins `observer`."""
+        """Create a client. `graph` spins `observer`. `timeout` (s) is for immediate actions."""
         self.timeout = timeout
         self.graph = graph
         self.observer = observer
         self.record = observer.record
 
     def wait_until(self, condition: Callable[[], Any], timeout: float) -> bool:
-        """Wait until a condition holds; return False if the timeout (s) expires."""
+        """Wait until a condition holds, or return False when the timeout (s) expires."""
         try:
             self.graph.spin_until(condition, min(MAX_TIMEOUT, timeout), '')
         except TimeoutError:
@@ -57,7 +57,7 @@ class GraphClient:
         return True
 
     def number(self, name: str) -> float:
-        """Return a physical parameter of the robot, or a typical value if none is known."""
+        """Return a physical parameter of the robot, or a typical value if it is unknown."""
         return self.record.profile.numbers.get(name, NUMBERS[name])
 
     def is_complete(self) -> bool:
@@ -83,7 +83,7 @@ class GraphClient:
         return (poses[-1].message.x, poses[-1].message.y) if poses else None
 
     def distance_to(self, point: tuple[float, float]) -> float:
-        """Return the robot's distance (m) to a point, or NaN if its position is unknown."""
+        """Return the distance (m) from the robot to a point, or NaN if no pose was received."""
         return dist(point, self.robot_position() or (float('nan'), float('nan')))
 
     def is_at_rest(self) -> bool:
@@ -96,7 +96,7 @@ class GraphClient:
         return since is not None and since == track[0][0]
 
     def drive_to(self, goal: tuple[float, float]) -> Drive | None:
-        """Send the robot to a goal (m) and wait until it stops; return None if no robot exists."""
+        """Send the robot to a goal (m), and wait until it stops. Return None without a robot."""
         if not self.wait_until(self.observer.has_goal_subscriber, self.timeout):
             return None
         # On a busy machine, the previous drive may not be over yet.
@@ -116,14 +116,14 @@ class GraphClient:
         return drive
 
     def call(self, service: str, position: Vector | None = None) -> Request:
-        """Call 'place' with a position (m), or 'drop' without a position; return the result."""
+        """Call 'place' with a position (m) or 'drop' without a position, and return the result."""
         begin = time_ns()
         try:
             self.wait_until(lambda: self.has_service(service), self.timeout)
             client = self.observer.service_client(service)
             request = client.srv_type.Request()
             if position is not None and not fill_position(request, position):
-                raise LookupError(f'the request of {service} has no fields x, y and z')
+                raise LookupError(f'the request type of {service} has no fields x, y and z')
             responses = self.observer.poller.call(client, request)
             if not self.wait_until(lambda: responses, self.timeout):
                 raise LookupError(f'{service} does not respond')
@@ -134,7 +134,7 @@ class GraphClient:
                        str(getattr(response, 'message', '')))
 
     def place(self, position: Vector, hovering: float = HOVERING_TIME) -> Request:
-        """Place the brick at a position (m) and let the brick hover for a duration (s)."""
+        """Place the brick at a given position (m), and let it hover for a given duration (s)."""
         request = self.call('place', position)
         if request.accepted:
             self.graph.spin_for(hovering)
@@ -144,7 +144,7 @@ class GraphClient:
 
     def drop(self, place: Vector) -> DropWatch:
         """
-        Drop the brick that hovers at a position (m), and wait until the drop ends.
+        Drop the brick, which hovers at the given position (m), and wait until the drop ends.
 
         The drop of a caught brick ends when the platform is level again. Otherwise, the drop ends
         shortly after the brick lands.

@@ -46,7 +46,7 @@ def restrict_to_localhost() -> None:
 
 
 def is_empty(domain: int) -> bool:
-    """Return whether no node on this machine uses a domain."""
+    """Return whether no node on this machine uses the given domain."""
     # DDS participant i on a machine uses UDP port 7400 + 250 * domain + 10 + 2 * i.
     first = 7410 + 250 * domain
     for port in range(first, first + 2 * PARTICIPANTS, 2):
@@ -60,7 +60,7 @@ def is_empty(domain: int) -> bool:
 
 @contextmanager
 def reserved_domain(candidates: Iterable[int] | None = None) -> Iterator[int]:
-    """Reserve the first unused domain among the candidates (default: 1 to 100 at random)."""
+    """Reserve the first unused candidate domain (default: 1 to 100 in random order)."""
     for domain in candidates or random.sample(DOMAINS[1:], len(DOMAINS) - 1):
         with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as mark:
             try:

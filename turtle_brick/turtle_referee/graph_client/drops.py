@@ -28,7 +28,7 @@ STILL = 1e-3
 """Maximum displacement (m) of a brick at rest."""
 
 MIN_FALL = 1e-5
-"""Minimum distance (m) of a falling brick from its starting position."""
+"""Minimum distance (m) between a falling brick and its starting position."""
 
 LANDING_NS = 40_000_000
 """Duration (ns) at a constant height after which a brick is considered to have landed."""
@@ -53,7 +53,7 @@ class DropWatch:
     """The timestamps (ns) of all events in one drop."""
 
     def __init__(self, record: Record, begin: int, place: Vector) -> None:
-        """Start at a time (ns) to observe a brick that hovers at a position (m)."""
+        """Start observing a brick that hovers at `place` (m). `begin` is the start time (ns)."""
         platform = record.pose('platform', begin)
         self._record = record
         self._track: deque[tuple[int, Array]] = deque(maxlen=HISTORY)
@@ -80,7 +80,7 @@ class DropWatch:
 
     @property
     def decided(self) -> int | None:
-        """Return the publication time (ns) of the catcher's first verdict, if any."""
+        """Return the publication time (ns) of the first verdict, or None without a verdict."""
         return min(filter(None, (self.goal, *self.refusals)), default=None)
 
     def update(self) -> None:

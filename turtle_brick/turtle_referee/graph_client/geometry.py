@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The size of the arena, and poses (m) and angles (rad) in numpy."""
+"""Define the size of the arena, and compute poses (m) and angles (rad) with numpy."""
 
 from collections.abc import Iterable, Sequence
 from math import atan2, cos, hypot, sin
@@ -73,7 +73,7 @@ def turn(axis: Iterable[float], angle: float) -> Array:
 
 
 def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:
-    """Interpolate linearly between two similar poses; the fraction is 0 at a and 1 at b."""
+    """Interpolate linearly between similar poses. The fraction is 0 at `a` and 1 at `b`."""
     return Pose(*(p + fraction * (q - p) for p, q in zip(a, b)))
 
 
@@ -88,7 +88,7 @@ def inclination(frame: Pose) -> float:
 
 
 def distance_to_rectangle(center: Iterable[float], yaw: float, size: Sequence[float]) -> float:
-    """Return the distance (m) from the origin to a rectangle whose first side has a yaw (rad)."""
+    """Return the distance (m) from the origin to a rectangle that is rotated by a yaw (rad)."""
     x, y = center
     along = abs(x * cos(yaw) + y * sin(yaw)) - size[0] / 2.0
     across = abs(y * cos(yaw) - x * sin(yaw)) - size[1] / 2.0

@@ -34,7 +34,7 @@ from turtle_referee.graph_client.record import (MAX_LATENESS_NS, NS_PER_SECOND, 
                                                 ReceivedMarker, Record)
 
 DEPTH = 2000
-"""Queue size of each subscription. A queue holds the messages of several seconds."""
+"""Queue size of each subscription, which is sufficient for several seconds of messages."""
 
 FETCH_PERIOD = 0.02
 """Period (s) at which messages are fetched."""
@@ -58,7 +58,7 @@ def load_type(name: str) -> Any:
 
 
 def fill_position(message: Any, position: Sequence[float]) -> bool:
-    """Set the first fields x, y and z in a message; return whether these fields exist."""
+    """Set the first fields x, y and z in a message, and return whether these fields exist."""
     fields = message.get_fields_and_field_types()
     if {'x', 'y', 'z'} <= set(fields):
         message.x, message.y, message.z = map(float, position)
@@ -94,7 +94,7 @@ class PollingNode(Node):
     """
 
     def __init__(self, name: str = 'listener', **node_options: Any) -> None:
-        """Create a node without subscriptions; the options are those of rclpy.node.Node."""
+        """Create a node without subscriptions. The options are passed to rclpy.node.Node."""
         super().__init__(name, **{
             'start_parameter_services': False, 'enable_rosout': False, **node_options})
         self._callbacks: list[tuple[Subscription, Callback]] = []
@@ -102,7 +102,7 @@ class PollingNode(Node):
 
     def record(self, message_type: Any, topic: str,
                qos: QoSProfile | int = DEPTH) -> list[Received]:
-        """Subscribe to a topic; return a list to which `fetch` appends the messages."""
+        """Subscribe to a topic, and return a list to which `fetch` appends the messages."""
         messages: list[Received] = []
         self.subscribe(message_type, topic, append_to(messages), qos)
         return messages
@@ -114,7 +114,7 @@ class PollingNode(Node):
         self._callbacks.append((subscription, callback))
 
     def call(self, client: Any, request: Any) -> list[Received]:
-        """Call a service; return a list to which `fetch` appends the response."""
+        """Call a service, and return a list to which `fetch` appends the response."""
         responses: list[Received] = []
         with client.handle:
             self._calls[client, client.handle.send_request(request)] = responses
@@ -137,7 +137,7 @@ class PollingNode(Node):
 
 
 class Observer(Node):
-    """A node that records a graph and sends requests, with all types read from the graph."""
+    """A node that records a graph and sends requests. The graph defines all message types."""
 
     def __init__(self, profile: Profile | None = None, name: str = 'referee',
                  **node_options: Any) -> None:
@@ -155,7 +155,7 @@ class Observer(Node):
         self._tilt_publisher: Publisher | None = None
         self._clients_by_service: dict[str, Client] = {}
         psutil.cpu_percent(percpu=True)  # The first measurement starts here.
-        # All namespaces may share the TF topics, or the namespace may contain its own.
+        # All namespaces may share the TF topics, or each namespace may have its own TF topics.
         for topic, static in (('tf', False), ('tf_static', True)):
             for name in {self.resolve_topic_name(f'/{topic}'), self.resolve_topic_name(topic)}:
                 self.poller.subscribe(TFMessage, name, partial(self._on_transforms, static),
@@ -251,7 +251,7 @@ class Observer(Node):
                         self._tilt_publisher = self.create_publisher(type(message), topic, 10)
                     self._tilt_publisher.publish(message)
                     return
-        raise LookupError(f'no node subscribes to {topic}, or its type has no field for an angle')
+        raise LookupError(f'no node subscribes to {topic}, or the type has no field for an angle')
 
     def service_client(self, name: str) -> Any:
         """Return the client for 'place' or 'drop', or raise LookupError if there is no server."""

@@ -25,10 +25,10 @@ END_TIME = 15.0
 """Timeout (s) for a process to exit after SIGINT."""
 
 DEATH = re.compile(r'^\[ERROR\] \[((\S+)-\d+)\]: process has died .*exit code (-?\d+),', re.M)
-"""Message from ros2 launch that contains the label, name and exit status of a failed process."""
+"""Pattern for a ros2 launch message with the label, name and exit status of a failed process."""
 
 TRACEBACK = re.compile(r'^Traceback .*\n(?:(?: .*)?\n)*(.+)', re.M)
-"""A Python traceback with the error in the last line."""
+"""Pattern for a Python traceback, which has the error in its last line."""
 
 
 def crashes(output: str) -> list[str]:
@@ -47,7 +47,7 @@ class Process(AbstractContextManager['Process']):
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str] = {},
                  listener: Callable[[str], object] | None = None) -> None:
-        """Start a program with extra variables; a thread passes each output line to `listener`."""
+        """Start a program with extra variables. A thread passes each output line to `listener`."""
         self.command = list(command)
         self._listener = listener
         self._output_changed = threading.Condition()
@@ -55,7 +55,7 @@ class Process(AbstractContextManager['Process']):
         self._closed = False
         # Without a display, turtlesim draws its window into memory.
         display = {} if os.environ.get('DISPLAY') else {'QT_QPA_PLATFORM': 'offscreen'}
-        # In a new session, the program does not receive a Ctrl-C from the terminal.
+        # In a new session, the program does not receive SIGINT when Ctrl-C is pressed.
         self._popen = subprocess.Popen(
             self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, start_new_session=True,

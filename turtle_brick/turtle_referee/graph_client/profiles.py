@@ -14,7 +14,7 @@
 """
 Names of topics and services in an implementation, and physical parameters of the robot.
 
-The default names are those in the assignment. A YAML file can define other names and values:
+The default names are the names in the assignment. A YAML file can define other names and values:
 
     topics: {cmd_vel: robot/cmd_vel, tilt: platform_tilt}
     services: {place: put}
@@ -42,7 +42,7 @@ class ProfileError(ValueError):
 
 @dataclass
 class Profile:
-    """Names and physical parameters in an implementation."""
+    """The names and the physical parameters that an implementation uses."""
 
     topics: dict[str, str] = field(default_factory=lambda: {
         **{name: name for name in TOPICS}, 'cmd_vel': 'turtle1/cmd_vel', 'pose': 'turtle1/pose'})
@@ -52,11 +52,11 @@ class Profile:
 
     @classmethod
     def from_parameters(cls, parameters: Any) -> 'Profile':
-        """Return a profile with default names and the physical parameters from an object."""
+        """Return a profile with default names and with physical parameters from an object."""
         return cls(numbers={name: getattr(parameters, name) for name in NUMBERS})
 
     def load(self, path: Path) -> None:
-        """Update the profile from a YAML file; raise ProfileError if the file is invalid."""
+        """Update the profile from a YAML file, or raise ProfileError if the file is invalid."""
         known: dict[str, tuple[Iterable[str], tuple[type, ...]]] = {
             'topics': (TOPICS, (str,)), 'services': (SERVICES, (str,)),
             'numbers': (NUMBERS, (int, float))}

@@ -30,7 +30,7 @@ MAX_GAP_NS = 120_000_000
 """Maximum interval (ns) between two transforms for interpolation."""
 
 EXTRAPOLATION_NS = 50_000_000
-"""Maximum interval (ns) before the first and after the last transform of a known frame."""
+"""Time (ns) for which a frame is known before its first and after its last transform."""
 
 MAX_LATENESS_NS = 15_000_000
 """Maximum delay (ns) of the observer that does not count as a stall."""
@@ -39,13 +39,13 @@ STALL_AFTERMATH_NS = NS_PER_SECOND
 """Duration (ns) for which a stall has effects after its end."""
 
 MAX_AHEAD_NS = 5_000_000_000
-"""Maximum difference (ns) between a timestamp in the future and the publication time."""
+"""Maximum time (ns) by which a timestamp may be ahead of the publication time."""
 
 MAX_DEPTH = 30
 """Maximum number of frames between a frame and the world frame."""
 
 OVERLOADED = 'the machine was overloaded'
-"""Start of the reason for leaving a requirement open after stalls."""
+"""First words of the reason why a requirement is open after stalls."""
 
 
 class Received(NamedTuple):
@@ -114,7 +114,7 @@ class Frame:
     """All transforms of a frame."""
 
     def __init__(self, static: bool) -> None:
-        """Create a frame without transforms; the transforms of a static frame are permanent."""
+        """Create a frame without transforms. Transforms of a static frame are always valid."""
         self.static = static
         self.on_both_topics = False  # True for a frame on both /tf and /tf_static.
         self.samples: list[Sample] = []  # The samples are sorted by timestamp.
@@ -128,15 +128,15 @@ class Frame:
         insort(self.samples, sample, key=stamp_of_sample)
 
     def published_between(self, begin: int, end: int | None = None) -> list[tuple[int, Sample]]:
-        """Return publication times (ns) and transforms from `begin` to `end` (ns)."""
+        """Return the transforms published from `begin` to `end` (ns), with publication times."""
         return in_time_span(self.published, begin, end, itemgetter(0))
 
     def between(self, begin: int, end: int) -> list[Sample]:
-        """Return the transforms with timestamps (ns) between two times (ns)."""
+        """Return the transforms whose timestamps (ns) are between two given times (ns)."""
         return in_time_span(self.samples, begin, end, stamp_of_sample)
 
     def at(self, stamp: int) -> Sample | None:
-        """Return the interpolated transform at a time (ns), or None if it is unknown."""
+        """Return the interpolated transform at a time (ns), or None if samples are missing."""
         if self.static:
             return self.published[0][1]
         index = bisect_left(self.samples, stamp, key=stamp_of_sample)
@@ -158,7 +158,7 @@ class Record:
     """All messages from a graph and all requests to the graph."""
 
     def __init__(self, profile: Profile) -> None:
-        """Create an empty record for the names in a profile."""
+        """Create an empty record for the topics in a profile."""
         self.profile = profile
         self.topics: dict[str, list[Received]] = {name: [] for name in profile.topics}
         self.frames: dict[str, Frame] = {}
@@ -200,7 +200,7 @@ class Record:
         return chain
 
     def pose(self, frame: str, stamp: int, depth: int = MAX_DEPTH) -> Pose | None:
-        """Return the pose of a frame in the world frame at a time (ns), or None if unknown."""
+        """Return a frame's world pose at a given time (ns), or None if the pose is unknown."""
         if frame == 'world':
             return pose((0.0, 0.0, 0.0))
         sample = self.frames[frame].at(stamp) if frame in self.frames and depth else None
@@ -208,7 +208,7 @@ class Record:
         return parent.compose(sample.pose) if sample and parent else None
 
     def on_platform(self, stamp: int) -> Array | None:
-        """Return the brick's position (m) in the platform frame at a time (ns), if known."""
+        """Return the brick's position (m) in the platform frame, or None if a pose is unknown."""
         brick, platform = self.pose('brick', stamp), self.pose('platform', stamp)
         return platform.locate(brick.position) if brick and platform else None
 
@@ -236,18 +236,18 @@ class Record:
                               for trial in (*self.drives, *self.tilts, *self.drops))]
 
     def is_calm(self, begin: int, end: int) -> bool:
-        """Return whether no stall affected the time between two times (ns)."""
+        """Return whether no stall affected the interval between two times (ns)."""
         return not any(first < end and begin < last + STALL_AFTERMATH_NS
                        for first, last in self.stalls)
 
     def stall_summary(self) -> str:
-        """Return a phrase with the number of trials affected by stalls, or '' for none."""
+        """Return a phrase with the number of trials with stalls, or '' if there are none."""
         spans = self.trial_spans()
         stalled = [span for span in spans if not self.is_calm(*span)]
         return f'{OVERLOADED} in {len(stalled)} of {len(spans)} trials' if stalled else ''
 
     def without_stalls(self) -> 'Record':
-        """Return a copy without the trials affected by stalls."""
+        """Return a copy of the record without the trials affected by stalls."""
         calm = copy(self)
         for name in ('idle', 'driving'):
             setattr(calm, name, [span for span in getattr(self, name) if self.is_calm(*span)])
@@ -258,12 +258,12 @@ class Record:
 
 
 def nanoseconds_of(stamp: Any) -> int:
-    """Return the time (ns) of a builtin_interfaces/Time."""
+    """Convert a builtin_interfaces/Time to nanoseconds."""
     return stamp.sec * NS_PER_SECOND + stamp.nanosec
 
 
 def stamp_of(received: Received) -> int:
-    """Return the timestamp (ns) of a message, or the publication time for a wrong timestamp."""
+    """Return a message's timestamp (ns), or its publication time if the timestamp is wrong."""
     header = getattr(received.message, 'header', None)
     stamp = nanoseconds_of(header.stamp) if header else 0
     return stamp if abs(stamp - received.published) < MAX_AHEAD_NS else received.published
@@ -288,7 +288,7 @@ def message_rate(times: Sequence[float]) -> float:
 
 def rest_start(track: Sequence[tuple[int, Any]], tolerance: float, duration: int) -> int | None:
     """
-    Return the time (ns) since which a position is constant, or None if the position changes.
+    Return the time (ns) since which a position has been constant, or None if the position changes.
 
     :param track: times (ns) and positions (m)
     :param tolerance: maximum distance (m) from the last position

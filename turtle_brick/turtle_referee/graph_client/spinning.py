@@ -34,8 +34,8 @@ INTERRUPTED = Event()
 
 
 def handle_interrupts() -> dict[int, Any]:
-    """Make Ctrl-C and SIGTERM set INTERRUPTED; return the previous signal handlers."""
-    # A KeyboardInterrupt in a callback could be lost or break a node.
+    """Make Ctrl-C and SIGTERM set INTERRUPTED, and return the previous signal handlers."""
+    # A KeyboardInterrupt in a callback could be lost or could break a node.
     INTERRUPTED.clear()
     return {number: signal.signal(number, lambda *_: INTERRUPTED.set())
             for number in (signal.SIGINT, signal.SIGTERM)}
@@ -47,7 +47,7 @@ class Spinner:
     executor: Executor
 
     def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
-        """Spin until a condition holds; after the timeout (s), raise TimeoutError with `what`."""
+        """Spin until a condition holds, or raise TimeoutError with `what` after a timeout (s)."""
         deadline = monotonic() + timeout
         while not condition():
             if monotonic() > deadline:
@@ -70,7 +70,7 @@ class NodeSpinner(Spinner, AbstractContextManager['NodeSpinner']):
     """Context manager for one node with its own context, executor and signal handlers."""
 
     def __init__(self, make_node: Callable[..., Node], namespace: str = '') -> None:
-        """Create the node with a node class or a function that accepts the same arguments."""
+        """Create the node from a node class or from a function with the same arguments."""
         self._context = Context()
         rclpy.init(args=['--ros-args', '--log-level', 'warn'], context=self._context,
                    signal_handler_options=SignalHandlerOptions.NO)
