@@ -63,8 +63,8 @@ def generate_launch_description():
                         '"',
                     ], on_stderr='warn'),
                     value_type=str),
-                # Otherwise, transforms are up to 50 ms late, and a joint state with a stamp in the
-                # future blocks all later joint states.
+                # Without this setting, transforms are up to 50 ms late, and a joint state with a
+                # timestamp in the future blocks all later joint states.
                 'ignore_timestamp': True,
             }]),
         Node(

@@ -11,7 +11,7 @@ const form = $('form');
 async function loadPython() {
   const files = Object.entries(JSON.parse($('libraries').textContent).integrity);
   const write = chunk => { $('progress').value += chunk.length; };
-  // This code checks the files. Pyodide then loads them from the browser's cache.
+  // This code checks the files, which Pyodide then loads from the browser's cache.
   await Promise.all(files.filter(([url]) => url.includes('pyodide')).map(async ([url, integrity]) => {
     const response = await fetch(url, { integrity }).catch(() => { throw new Error(`${url} cannot be loaded`); });
     await response.body.pipeTo(new WritableStream({ write }));
@@ -75,7 +75,7 @@ async function start() {
     renderer.setSize(view.clientWidth, view.clientHeight, false);
   }).observe(view);
 
-  // The form contains all settings. The address can contain them, too.
+  // The form contains all settings. The address can contain these settings, too.
   $('sliders').innerHTML = constants.sliders.map(([name, label, lower, upper, value]) => `<label>${label}<br>
     <input type="range" name="${name}" min="${lower}" max="${upper}" step="any" value="${value}">
     <output></output></label>`).join('');

@@ -74,7 +74,7 @@ class WebArena:
         self.place(*self.placed)
 
     def call(self, name: str, *arguments: str) -> str:
-        """Call a method, and return the message of its ValueError or an empty string."""
+        """Call a method, and return the message of a ValueError, or an empty string on success."""
         try:
             getattr(self, name)(*arguments)
         except ValueError as error:
@@ -118,7 +118,7 @@ class WebArena:
         self._is_undecided = False
 
     def drop(self, delay: float = 0.1) -> None:
-        """Drop the brick after a delay (s). A brick that has already fallen is placed again."""
+        """Drop the brick after a delay (s). A fallen brick is first placed again."""
         world = self.simulation.world
         if world.phase in (Phase.GROUNDED, Phase.FLOATING):
             self.place(*self.placed)
@@ -193,7 +193,7 @@ class WebArena:
 
 
 def expand_xacro(text: str, parameters: Mapping[str, Any]) -> str:
-    """Expand the properties, macros, blocks and expressions of turtle.urdf.xacro to a URDF."""
+    """Expand the properties, macros, blocks and expressions in xacro text, and return the URDF."""
     xacro = SimpleNamespace(
         arg=str, load_yaml=lambda path: {'/**': {'ros__parameters': parameters}})
     robot = fromstring(text)

@@ -18,7 +18,7 @@ benchmark: measure processor time, message intervals and reaction times of the l
 The machine must be otherwise idle. The measurements are taken as follows:
 
 * `ros2 launch turtle_brick turtle_arena.launch.py view:=none` runs in a separate ROS domain.
-* Processor time is the user and system time of each process during two windows. In the idle
+* Processor time is the user and system time of each process in two windows. In the idle
   window, the brick hovers, the robot is at rest, and no client subscribes to fast topics (100 Hz
   or more). In the catching window, a client drops one brick after another and records all topics.
 * Message intervals are measured in another idle window, with the client connected. An interval is
@@ -74,7 +74,7 @@ WARM_UP_TIME = 3.0
 """Duration (s) for which the graph runs before the first measurement."""
 
 LEAD_TIME_NS = 100_000_000
-"""Time (ns) before each drop request at which the examined brick positions begin."""
+"""Brick positions are examined from this time (ns) before each drop request."""
 
 MOTION_THRESHOLD = 1e-6
 """Maximum change (m) in position that does not count as motion."""
@@ -121,7 +121,7 @@ def first_motion(positions: Sequence[tuple[int, Any]]) -> int | None:
 
 
 def message_intervals(record: Record, begin: int) -> dict[str, np.ndarray]:
-    """Return the intervals (s) between messages published after a time (ns), keyed by topic."""
+    """Return the intervals (s) between messages published after `begin` (ns), keyed by topic."""
     published = {name: [message.published for message in record.messages(name, begin)]
                  for name in ('cmd_vel', 'odom', 'joint_states')}
     for label, frame in (('odom -> base_link', BASE_LINK), ('world -> brick', BRICK)):
@@ -151,7 +151,7 @@ def processor_usage(nodes: dict[str, psutil.Process],
 
 
 def measure(seconds: float, drop_count: int) -> dict[str, Any]:
-    """Measure the graph at rest, in windows of a given duration (s), and in a number of drops."""
+    """Measure the graph in two idle windows (duration in s) and in a given number of drops."""
     parameters, random = load(), Random(1)
     make_observer = partial(Observer, name='benchmark',
                             profile=Profile.from_parameters(parameters))

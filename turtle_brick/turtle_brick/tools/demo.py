@@ -76,7 +76,7 @@ ROBOT_TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom', 'brick_mar
 
 @contextmanager
 def choose_domain() -> Iterator[bool]:
-    """Use ROS_DOMAIN_ID or an unused domain, and yield whether it may contain other nodes."""
+    """Use ROS_DOMAIN_ID or an unused domain, and yield whether the domain may be shared."""
     restrict_to_localhost()
     local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') == 'LOCALHOST'
     given = os.environ.get('ROS_DOMAIN_ID')
@@ -89,7 +89,7 @@ def choose_domain() -> Iterator[bool]:
     # Skip the default domain 0, because another graph could be launched in it later.
     with reserved_domain(DOMAINS[1:]) as domain:
         os.environ['ROS_DOMAIN_ID'] = str(domain)
-        print(f'Using ROS domain {domain}; in another terminal: export ROS_DOMAIN_ID={domain}',
+        print(f'Using ROS domain {domain}. In another terminal: export ROS_DOMAIN_ID={domain}',
               flush=True)
         yield not local
 
@@ -191,7 +191,7 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
 
 
 def start_viewer(graph: Graph, port: int) -> None:
-    """Start the viewer on a port, and open its page in a browser if a display is available."""
+    """Start the viewer on a given port. Open its page in a browser if a display is available."""
     prefix = f'{graph.namespace}: ' if graph.namespace else ''
     viewer = graph.add_process('turtle_brick', 'viewer', '--ros-args', '-p', f'port:={port}',
                                listener=lambda line: sys.stderr.write(prefix + line))
@@ -227,7 +227,7 @@ def run(options: argparse.Namespace, parameters: Parameters) -> int:
 
 
 def run_arenas(names: Sequence[str], args: Sequence[str]) -> int:
-    """Run the demo in several namespaces in parallel, each in its own process."""
+    """Run the demo in several namespaces in parallel, with one process per namespace."""
     if is_interactive():
         print(KEEPS_RUNNING, flush=True)
     command = [sys.executable, '-m', 'turtle_brick.tools.demo', *args]

@@ -16,7 +16,7 @@
 Run the whole graph in one process, with the real node classes, one executor and real DDS.
 
 The stand-ins for turtlesim and robot_state_publisher run in this process, too. If the real
-packages are installed, they run in separate processes.
+packages are installed, the real programs run in separate processes instead.
 """
 
 from collections.abc import Callable
@@ -64,7 +64,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
     def __init__(self, domain_id: int | None = None, namespace: str = '',
                  quiet: bool = False, tf_inside: bool = False) -> None:
         """
-        Create a graph without nodes in a ROS domain (default: the domain in the environment).
+        Create an empty graph in a ROS domain, by default the domain in the environment.
 
         :param quiet: whether the nodes log only warnings and errors
         :param tf_inside: whether the namespace applies to TF, as in the launch files
@@ -89,7 +89,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
     def add(self, node_type: type[AnyNode], *ros_arguments: str, parameters: bool = True,
             **options: Any) -> AnyNode:
         """
-        Add a node; `options` are additional arguments for its constructor.
+        Add a node, and pass `options` to its constructor.
 
         :param ros_arguments: arguments after --ros-args, such as '-r', 'cmd_vel:=turtle1/cmd_vel'
         :param parameters: whether the node receives the parameter file
@@ -113,12 +113,12 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         node.destroy_node()
 
     def add_turtlesim(self) -> Node | None:
-        """Add a holonomic turtlesim; return its node, or None if it is a separate process."""
+        """Add a holonomic turtlesim. Return its node, or None if it runs in a separate process."""
         return self._add_node_or_process('turtlesim', 'turtlesim_node', 'turtlesim_standin.node',
                                          'TurtleSimNode', {'holonomic': True})
 
     def add_robot_state_publisher(self) -> Node | None:
-        """Add robot_state_publisher; return its node, or None if it is a separate process."""
+        """Add robot_state_publisher. Return its node, or None if it runs in a separate process."""
         return self._add_node_or_process(
             'robot_state_publisher', 'robot_state_publisher', 'robot_state_publisher.node',
             'RobotStatePublisher', self.robot_parameters())
@@ -163,7 +163,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
 
     def _add_node_or_process(self, package: str, executable: str, module: str, node_type: str,
                              parameters: dict[str, Any]) -> Node | None:
-        """Add the stand-in node if it is installed; otherwise, start the real executable."""
+        """Add the stand-in node if it is installed, and otherwise start the real executable."""
         # A URDF is too complex for a parameter value on the command line.
         arguments = ['--params-file', str(self.parameter_file(parameters))]
         if find_spec(module.partition('.')[0]) is not None:

@@ -83,7 +83,7 @@ PHASE_COLORS = {'hovering': '#eef2f6', 'falling': '#ffe3c4', 'riding': '#d5ecd8'
 
 @contextmanager
 def new_figure(path: Path, width: float, height: float) -> Iterator[Figure]:
-    """Yield an empty figure (size in inches), then write it to a PNG file."""
+    """Yield an empty figure (size in inches), and then write it to a PNG file."""
     with rc_context(STYLE):
         figure = Figure(figsize=(width, height), layout='constrained')
         yield figure
@@ -91,7 +91,7 @@ def new_figure(path: Path, width: float, height: float) -> Iterator[Figure]:
 
 
 def distance_without_latency(height: float, parameters: Parameters) -> float:
-    """Return the reach (m) of a robot without latency during a fall from a height (m)."""
+    """Return the reach (m) of a latency-free robot during a fall from a given height (m)."""
     return parameters.max_velocity * fall_time(height, parameters) + parameters.platform_radius
 
 
@@ -139,7 +139,7 @@ def _draw_outcomes(axes: Axes, drops: Sequence[SimulatedDrop], norm: TwoSlopeNor
 
 
 def _draw_limits(axes: Axes, heights: Sequence[float], parameters: Parameters) -> None:
-    """Draw circles for the guaranteed and the latency-free distance at each height (m)."""
+    """Draw circles for the guaranteed and the latency-free distance for each height (m)."""
     guarantee = (f'a catch is guaranteed inside: {parameters.max_velocity:g} m/s × (fall time − '
                  f'{GUARANTEED_LATENCY:g} s) + platform radius')
     impossible = 'a catch is impossible outside, even without any latency'
@@ -227,7 +227,7 @@ LINKS = {
     'moved': ('turtlesim', 'its queue of seven commands is always full', CAUGHT),
     'known': ('turtle_robot', 'broadcasts the motion in its next cycle', ROBOT),
 }
-"""The node, description and color for each delay between a release and a motion, in order."""
+"""Node, description and color of each delay from the release to the motion, in order."""
 
 
 def waterfall(axes: Axes, delays: Sequence[tuple[str, float, str, Sequence[float]]]) -> None:

@@ -17,8 +17,8 @@ Simulate the brick, robot, turtlesim and catcher at their real rates without ROS
 
 The simulation uses the same modules as the nodes: `physics.World` at 250 Hz, `driving.Driver` at
 100 Hz, `turtlesim_kinematics.Turtle` with its command queue every 16 ms, and `catch_logic.Catcher`
-at 50 Hz and on every new brick position. The delays between them are the same as in the live
-graph. The simulated time advances from event to event, so an hour is simulated within a few
+at 50 Hz and on every new brick position. The delays between the modules are the same as in the
+live graph. The simulated time advances from event to event, so an hour is simulated within a few
 seconds. All random numbers are generated from one seed, so every run is reproducible.
 
 `simulate_drop` simulates one drop for a table or map. `trace` repeats a drop for a figure.
@@ -126,7 +126,7 @@ class Simulation:
 
     def run(self, until: Callable[[], bool], limit: float = inf) -> bool:
         """
-        Simulate until a condition is true after a physics step, or until a time limit (s).
+        Simulate until a condition is true after a physics step or a time limit (s) is reached.
 
         :return: whether the condition is true
         """
@@ -226,7 +226,7 @@ class Simulation:
             self.after_step()
 
     def _update_catcher(self, now: int) -> None:
-        """Update the catcher at a time (ns) and send its commands to the robot."""
+        """Update the catcher at the time `now` (ns), and send its commands to the robot."""
         # `now` can be later than self.now because the brick's transform arrives with a delay.
         self._decided_at = now = max(now, self._decided_at)
         for action in self.catcher.update(now, self.world.platform):
@@ -236,7 +236,7 @@ class Simulation:
                 self._to_robot.append((now + self._transport, action))
 
     def _add_jitter(self, time: int, deviation: float) -> int:
-        """Add normally distributed jitter (s) to a time (ns), and return a time after now."""
+        """Add normally distributed jitter to a time (ns). Return a time later than self.now."""
         if deviation:
             time += round(self.random.gauss(0.0, deviation) / SECONDS_PER_NS)
         return max(time, self.now + 1)
@@ -248,7 +248,7 @@ class SimulatedDrop(NamedTuple):
     number: int  # Index of the drop in the sweep, starting at 0.
     seed: int  # Seed for the simulation.
     result: DropResult
-    guaranteed: float  # Maximum distance of a guaranteed catch; negative if there is none.
+    guaranteed: float  # Maximum distance of a guaranteed catch, negative if there is none.
 
     @property
     def distance(self) -> float:
@@ -285,7 +285,7 @@ class SimulatedDrop(NamedTuple):
         return ''
 
     def row(self) -> dict[str, Any]:
-        """Return this drop's table row as a dictionary; inapplicable columns contain None."""
+        """Return this drop's table row as a dictionary with None in inapplicable columns."""
         result, decision = self.result, self.result.decision
         brick_x, brick_y, brick_z = result.brick
         tilted_x, tilted_y = result.carried_to or (None, None)
@@ -306,7 +306,7 @@ class SimulatedDrop(NamedTuple):
 
 
 def guaranteed_distance_to(brick: Vector, parameters: Parameters, excess: float = 0.0) -> float:
-    """Return the `guaranteed_distance` (m) to a brick, or -inf if it is outside the arena."""
+    """Return the `guaranteed_distance` (m) to a brick, or -inf for a brick outside the arena."""
     x, y, height = brick
     if within_arena(x, y) != (x, y):
         return -inf
@@ -321,7 +321,7 @@ def start_simulation(parameters: Parameters, seed: int) -> Simulation:
 
 
 def simulate_drop(parameters: Parameters, number: int, seed: int, brick: Vector) -> SimulatedDrop:
-    """Simulate a drop with a given index and seed from a position (m) in the world frame."""
+    """Simulate a drop that has a given index, seed and brick position (m, world frame)."""
     return SimulatedDrop(number, seed, start_simulation(parameters, seed).drop(brick),
                          guaranteed_distance_to(brick, parameters))
 

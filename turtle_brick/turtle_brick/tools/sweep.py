@@ -94,7 +94,7 @@ def table_header(parameters: Parameters, plan: Plan) -> str:
 
 
 def format_value(value: object) -> object:
-    """Format a table value: six decimal places for floats, and 0 or 1 for booleans."""
+    """Format a table value, with six decimal places for floats, and 0 or 1 for booleans."""
     if isinstance(value, bool):
         return int(value)
     return f'{value:.6f}' if isinstance(value, float) else value
@@ -129,7 +129,7 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list
     started = takewhile(lambda _: not stopped.is_set(), plan.simulations())
 
     def stop(*_: object) -> None:
-        """Finish the current drops only. A second Ctrl-C stops the program at once."""
+        """Finish the current drops only. A second Ctrl-C stops the program immediately."""
         stopped.set()
         signal.signal(signal.SIGINT, original_handler)
 

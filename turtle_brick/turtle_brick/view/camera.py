@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Camera positions from which given points are visible. Pure.
+Compute camera positions from which given points are visible, without ROS.
 
 A view has a fixed direction. The camera moves to the nearest position from which all points are
 visible, and stays there while they remain visible.
@@ -34,7 +34,7 @@ MARGIN = 0.7
 """Visible margin (m) around each point."""
 
 NARROW_ASPECT = 0.8
-"""Aspect ratio (width / height) of a picture below which the panel covers its lower part."""
+"""Aspect ratio (width / height) below which the panel covers the lower part of the picture."""
 
 FREE_FRACTION = 0.4
 """Fraction of the height of a narrow picture that the panel never covers."""
@@ -43,8 +43,8 @@ NARROW_CORRECTION = (0.0, 0.0, -0.8)
 """Vector added to the view direction in a narrow picture so that the camera looks down steeply."""
 
 ZOOM_FRACTION = 1.0 / 60.0
-"""Fraction of the remaining distance that a camera moves closer in one update. A camera moves away
-in a single update."""
+"""Fraction of the remaining distance by which a camera moves closer in one update. A camera moves
+away in a single update."""
 
 
 class View(NamedTuple):
@@ -103,7 +103,7 @@ TOP_VIEW = View((0.0, 1e-3, -1.0), [
 
 
 def ground_point(origin: Vector, direction: Vector) -> tuple[float, float] | None:
-    """Return x and y (m) of the intersection of a ray with the ground, or None."""
+    """Return x and y (m) of a ray's intersection with the ground, or None if there is none."""
     if direction[2] * origin[2] >= 0.0:
         return None
     length = -origin[2] / direction[2]

@@ -18,8 +18,8 @@ The content of the page, which consists of data from messages.
     messages ─→ on_…() ─→ stored data ─→ draw() ─┬─→ scene: the objects, by name
                                                  └─→ panel: text and curves
 
-This module does not depend on a node or a server. Times are in nanoseconds. Timestamps and the
-drawn time are ROS time; all other times are from a monotonic clock.
+This module does not depend on a node or a server. All times are in nanoseconds. Timestamps and
+the drawn time are ROS times. All other times come from a monotonic clock.
 """
 
 from collections import deque
@@ -51,20 +51,20 @@ RATE_NAMES = ('cmd_vel', 'odom', 'joint_states', BRICK_TF)
 """Names in the list of rates."""
 
 FRAMES = (WORLD, ODOM, BASE_LINK, 'stem', 'wheel', PLATFORM, BRICK)
-"""Frames with axes and a label."""
+"""Frames that are drawn with axes and a label."""
 
 SECTION_TOPICS = ('brick_marker', 'odom', 'catcher_marker')
 """Topics from the arena, robot and catcher. A section of the panel is visible if its topic has a
 publisher."""
 
 GOAL = Shape('cylinder', (0.24, 0.24, 0.01), (0.10, 0.75, 0.25, 1.0))
-"""Mark on the ground at the goal of the robot."""
+"""Mark on the ground at the robot's goal."""
 
 GOAL_TOLERANCE = 0.05
 """Distance (m) between the robot and its goal below which the mark is hidden."""
 
 WALL_OPACITY = 0.3
-"""Maximum opacity of the walls, so that no wall hides the robot or the brick."""
+"""Maximum opacity of the walls, which must not hide the robot or the brick."""
 
 PANEL_PERIOD_NS = NS_PER_SECOND // 10
 """Update period (ns) of the panel."""
@@ -89,9 +89,9 @@ class Page:
         """
         Start without data.
 
-        :param warn: logs a warning
-        :param count_publishers: returns the number of publishers on a topic
-        :param clock: returns the current time (ns) of a monotonic clock
+        :param warn: function that logs a warning
+        :param count_publishers: function that returns the number of publishers on a topic
+        :param clock: function that returns the current time (ns) of a monotonic clock
         """
         self._scene = scene
         self._panel = panel
@@ -172,7 +172,7 @@ class Page:
         self._arrivals[name].append(self._clock())
 
     def toggle_replay(self, speed: float) -> None:
-        """Start or stop the replay of the last drop at a fraction of its speed."""
+        """Start or stop the replay of the last drop at a fraction of the real speed."""
         if not self._replay.toggle(self._clock(), speed):
             self._panel.show_response('replay: no drop has been recorded', False)
 
@@ -230,7 +230,7 @@ class Page:
         self._panel.show_curves(self._points)
 
     def _curve_values(self) -> tuple[float, float, float]:
-        """Return height (m), distance (m) and speed (m/s). An unknown value is NaN."""
+        """Return height (m), distance (m) and speed (m/s), with NaN for each unknown value."""
         brick, robot = self._drawn_pose(BRICK), self._drawn_pose(BASE_LINK)
         before = self._pose(BASE_LINK, max(self._drawn_time - SPEED_WINDOW_NS, 1))
         height = brick.position[2] if brick else nan
@@ -239,7 +239,7 @@ class Page:
         return height, distance, length * NS_PER_SECOND / SPEED_WINDOW_NS
 
     def _find_fixed_frame(self) -> str:
-        """Return the world frame, or the robot's root link if it is not connected to world."""
+        """Return world, or the robot's root link if robot and brick have no transform to world."""
         root = self._robot.root
         is_in_world = any(
             self._buffer.can_transform(WORLD, frame, Time()) for frame in (root, BRICK))
@@ -259,12 +259,12 @@ class Page:
         return min((time for time in times if time > latest - MAX_AGE_NS), default=0)
 
     def _drawn_pose(self, frame: str) -> Pose | None:
-        """Return the pose of a frame at the drawn time, or None if it is unknown."""
+        """Return the pose of a frame at the drawn time, or None if the pose is unknown."""
         # If the transforms have stopped, the latest pose is shown.
         return self._pose(frame, self._drawn_time) or self._pose(frame)
 
     def _pose(self, frame: str, stamp: int = 0) -> Pose | None:
-        """Return the pose of a frame at a time (ns), or the latest pose if the time is 0."""
+        """Return the pose of a frame at a given time (ns), or the latest pose if the time is 0."""
         if frame == self._fixed_frame:
             return ORIGIN
         transform = self._lookup(frame, stamp)
@@ -297,7 +297,7 @@ def catch_status(brick_state: str, catcher_state: str, decision: str) -> str:
 
 
 def message_rate(times: list[int]) -> float | None:
-    """Return the rate (Hz) of messages from their arrival times (ns), or None if it is unknown."""
+    """Compute a message rate (Hz) from arrival times (ns). Return None if the rate is unknown."""
     if not times or times[-1] == times[0]:
         return None
     return (len(times) - 1) * NS_PER_SECOND / (times[-1] - times[0])

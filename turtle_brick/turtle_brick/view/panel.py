@@ -49,10 +49,10 @@ RANDOM_RANGES = ((0.5, ARENA_SIZE - 0.5), (0.5, ARENA_SIZE - 0.5), (3.0, 9.0))
 
 
 class PanelCallbacks(NamedTuple):
-    """Functions that the panel calls in the threads of viser."""
+    """Functions that the panel calls in viser's threads."""
 
     place: Callable[[Vector], None]  # Place the brick at a position (m) in the world frame.
-    drop: Callable[[Vector | None], None]  # Place the brick at a given position (m), and drop it.
+    drop: Callable[[Vector | None], None]  # Drop the brick, optionally from a new position (m).
     tilt: Callable[[float], None]  # Tilt the platform to an angle (rad).
     drive: Callable[[float, float], None]  # Send the robot to x and y (m) in the world frame.
     replay: Callable[[float], None]  # Start or stop the replay at a fraction of the real speed.
@@ -228,7 +228,7 @@ def parse_position(text: str) -> Vector:
 
 
 def _legend() -> str:
-    """Return an HTML element with the color of the brick in each state."""
+    """Return an HTML element that lists the color of the brick for each state."""
     entries = []
     for phase, (red, green, blue, _) in BRICK_COLORS.items():
         color = f'rgb({255 * red:.0f},{255 * green:.0f},{255 * blue:.0f})'
@@ -238,7 +238,7 @@ def _legend() -> str:
 
 
 def _html(name: str, text: str, is_alarm: bool = False) -> str:
-    """Return text as an HTML element with a name for tests. An alarm is red."""
+    """Return a text as an HTML element with a name that tests use. An alarm is red."""
     color = 'color:#c92a2a;font-weight:600;' if is_alarm else ''
     return (f'<div data-turtle-brick="{name}" style="{color}padding:0.2em 1em;font-size:0.9em">'
             f'{escape(text)}</div>')

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The replay of the last drop. Pure. Times (ns) come from a monotonic clock."""
+"""The replay of the last drop, without ROS. Times (ns) come from a monotonic clock."""
 
 from bisect import bisect
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ MAX_SNAPSHOTS = 900
 
 
 class Snapshot(NamedTuple):
-    """The objects in the scene at a time (ns), and the points (m) to keep in the picture."""
+    """The objects in the scene at a given time (ns), and the points (m) to keep in the picture."""
 
     time: int
     objects: Mapping[str, SceneObject]
@@ -45,7 +45,7 @@ class Replay:
         self._speed = 1.0
 
     def record(self, snapshot: Snapshot, brick_state: str) -> None:
-        """Record a snapshot if the brick falls or rides. A new drop stops the replay."""
+        """Record a snapshot if the brick is falling or riding. A new drop stops the replay."""
         if brick_state == 'falling' and self._brick_state != 'falling':
             self._snapshots = []
             self._start = None
@@ -77,7 +77,7 @@ class Replay:
 
 
 def interpolate(start: Pose, end: Pose, fraction: float) -> Pose:
-    """Return the interpolated pose at a fraction (0 to 1) between two poses."""
+    """Interpolate between two poses at a given fraction (0 to 1)."""
     first, second = numpy.hstack(start), numpy.hstack(end)
     if first[3:] @ second[3:] < 0.0:
         second[3:] *= -1.0  # Quaternions with opposite signs represent the same rotation.

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The 3D scene of the page with objects, the ground and cameras. No ROS."""
+"""The 3D scene of the page (objects, ground and cameras), without ROS."""
 
 from collections import deque
 from collections.abc import Mapping, Sequence
@@ -38,11 +38,11 @@ POSITION_TOLERANCE = 1e-3
 LABEL_ANCHORS: dict[str, Any] = {
     'world': 'bottom-right', 'odom': 'top-right', 'base_link': 'bottom-left', 'stem': 'top-left',
     'wheel': 'top-right', 'platform': 'bottom-right', 'brick': 'top-left'}
-"""Corner of each label at the origin of its frame. Different corners keep labels apart."""
+"""Label corner at the origin of each frame. Different corners keep labels apart."""
 
 
 class BrowserCamera:
-    """The camera of one browser. The camera follows a view until the user turns the camera."""
+    """A browser's camera, which follows a view until the user turns the camera."""
 
     def __init__(self, client: viser.ClientHandle) -> None:
         """Start with the near view."""
@@ -51,7 +51,7 @@ class BrowserCamera:
         self.set_view(NEAR_VIEW)
 
     def set_view(self, view: View) -> None:
-        """Start to follow a view."""
+        """Start following a view."""
         self._view: View | None = view
         self._requested: deque[Vector] = deque(maxlen=300)
         self._is_following = False
@@ -82,7 +82,7 @@ class Scene:
     """The named objects in the scene, and one camera for each browser."""
 
     def __init__(self, server: viser.ViserServer) -> None:
-        """Draw the ground, the sky and the light."""
+        """Add the ground, the sky and the light."""
         self._scene = server.scene
         self._get_clients = server.get_clients
         self._cameras: dict[int, BrowserCamera] = {}
@@ -120,15 +120,15 @@ class Scene:
         self._cameras[client.client_id].set_view(view)
 
     def keep_in_view(self, points: Sequence[Vector]) -> None:
-        """Keep points (m) in the picture of each browser with the near view."""
+        """Keep points (m) visible in each browser that uses the near view."""
         self._cameras = {number: self._cameras.get(number) or BrowserCamera(client)
                          for number, client in self._get_clients().items()}
         for camera in self._cameras.values():
             camera.keep_in_view(points)
 
     def _add(self, scene_object: SceneObject) -> Any:
-        """Add an object, and return its node in the tree of viser."""
-        # In a browser, a new node with a removed node's name can keep the old orientation.
+        """Add an object, and return its node in viser's scene tree."""
+        # In a browser, a new node that reuses a removed node's name can keep the old orientation.
         path = f'/objects/{next(self._numbers)}'
         pose, label = scene_object.pose, scene_object.label
         node = self._scene.add_frame(
@@ -167,6 +167,6 @@ class Scene:
 
 
 def _wxyz(pose: Pose) -> tuple[float, float, float, float]:
-    """Return the orientation of a pose in the component order of viser."""
+    """Return the orientation of a pose in viser's component order (w, x, y, z)."""
     x, y, z, w = pose.orientation
     return w, x, y, z

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The web server of the page. No ROS."""
+"""The web server for the page, without ROS."""
 
 import asyncio
 from collections.abc import Callable
@@ -27,14 +27,14 @@ Result = TypeVar('Result')
 
 
 class PageServer:
-    """Serves a page of viser. Anyone who can connect to the port can use the page."""
+    """Serves a viser page. Anyone who can connect to the port can use the page."""
 
     def __init__(self, host: str, port: int, title: str) -> None:
         """
         Serve an empty page.
 
         :param host: name or address of the network interface
-        :param port: preferred port; the server uses the next free port if it is in use
+        :param port: preferred port. If this port is in use, the server uses the next free port.
         :param title: heading of the page and of the browser tab
         :raises ParameterError: the host or the port cannot be used
         """
@@ -64,7 +64,7 @@ class PageServer:
 
 
 def check_address(host: str, port: int) -> None:
-    """Raise ParameterError if a page cannot be served. viser would try 1000 other ports."""
+    """Raise ParameterError if a page cannot be served. By itself, viser tries 1000 other ports."""
     if not 0 <= port <= 65535:
         raise ParameterError(f'port is {port}, but must be from 0 to 65535')
     try:

@@ -26,7 +26,7 @@ from turtle_brick.core.time_steps import nanoseconds_of
 from visualization_msgs.msg import Marker
 
 GRAY: Color = (0.7, 0.7, 0.7, 1.0)
-"""Color of a visual without a material."""
+"""Color of a URDF visual without a material."""
 
 ORIGIN = Pose((0.0, 0.0, 0.0), IDENTITY)
 """Identity pose, at the origin of a frame and without rotation."""
@@ -90,7 +90,7 @@ class Markers:
             self._shown[key] = (message.header.frame_id, shape_of(message), end)
 
     def objects(self, now: int, pose_of: Callable[[str], Pose | None]) -> dict[str, SceneObject]:
-        """Return all markers in known frames by name, and remove expired markers."""
+        """Return all markers in known frames, keyed by name, and remove expired markers."""
         self._shown = {key: shown for key, shown in self._shown.items() if now < shown[2]}
         return {f'{topic}/{namespace}/{number}': SceneObject((shape,), pose)
                 for (topic, namespace, number), (frame, shape, _) in self._shown.items()

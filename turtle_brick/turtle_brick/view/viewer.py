@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-viewer: shows the running graph in a browser, for machines without rviz2.
+viewer: show the running graph in a browser, for machines without rviz2.
 
 The node draws the data from the topics 30 times per second. Any node on any machine can publish
 these topics. The content of the page is defined in page.py.
@@ -79,7 +79,7 @@ DRAW_PERIOD = 1.0 / 30.0
 """Time (s) between updates of the scene."""
 
 RATE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""QoS for message rates. With this QoS, publishers do not wait for the viewer."""
+"""QoS for measuring message rates. With this QoS, publishers do not wait for the viewer."""
 
 
 class Viewer(Node):
@@ -89,7 +89,7 @@ class Viewer(Node):
         """
         Serve the page and subscribe to all topics.
 
-        :param node_options: options of rclpy.node.Node
+        :param node_options: options for rclpy.node.Node
         :raises ParameterError: the page cannot be served at the configured host and port
         """
         # This import is here because main() must also work without viser.
@@ -164,7 +164,7 @@ class Viewer(Node):
         self._call(self._place_client, request, on_success)
 
     def drop(self, position: Vector | None = None) -> None:
-        """Place the brick if a position (m) is given, and drop the brick."""
+        """Place the brick if a position (m) is given, and then drop the brick."""
         if position is not None:
             self.place(position, on_success=self.drop)
         else:

@@ -15,7 +15,7 @@
 """
 lesson: print the numbers and draw the figures of the lesson in doc/lesson.
 
-Each part belongs to one page of the lesson. The sketches (sketch-*.svg) are drawn by hand.
+Each part belongs to one page of the lesson. The sketches (sketch-*.svg) were drawn by hand.
 """
 
 import argparse

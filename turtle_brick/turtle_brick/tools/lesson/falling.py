@@ -46,7 +46,7 @@ def fall(parameters: Parameters, world: World | None = None) -> np.ndarray:
 
 
 def slide(parameters: Parameters) -> tuple[list[Vector], np.ndarray]:
-    """Return the position and sliding distance (m) after each step of a slide at the origin."""
+    """Return the brick position and sliding distance (m) after each step of a slide."""
     world = World.from_parameters(parameters)
     world.brick = (0.0, 0.0, resting_height(parameters) + DT ** 2)
     fall(parameters, world)
@@ -60,23 +60,23 @@ def slide(parameters: Parameters) -> tuple[list[Vector], np.ndarray]:
 
 def platform(parameters: Parameters, angle: float,
              position: tuple[float, float] = (0.0, 0.0)) -> Platform:
-    """Return a platform with a tilt angle (rad) at x and y (m) in the world frame."""
+    """Return a platform with a given tilt angle (rad) and position (x and y in m, world frame)."""
     hinge = parameters.platform_height - parameters.platform_thickness
     return Platform(Pose((*position, hinge), from_pitch(angle)))
 
 
 def closed_fall(time: np.ndarray, parameters: Parameters) -> np.ndarray:
-    """Return the brick heights (m) at times (s) after the release: z0 - g t^2 / 2."""
+    """Return the brick heights (m) z0 - g t^2 / 2 at given times (s) after the release."""
     return parameters.brick_start[2] - 0.5 * parameters.gravity_accel * time ** 2
 
 
 def closed_slide(time: np.ndarray, parameters: Parameters) -> np.ndarray:
-    """Return the sliding distances (m) at times (s) after the tilt: g sin(angle) t^2 / 2."""
+    """Return the sliding distances (m) g sin(angle) t^2 / 2 at given times (s) after the tilt."""
     return 0.5 * parameters.gravity_accel * sin(parameters.tilt_angle) * time ** 2
 
 
 def euler_fall(time: np.ndarray, parameters: Parameters) -> np.ndarray:
-    """Return the brick heights (m) at evenly spaced times (s), as computed by Euler's method."""
+    """Return the brick heights (m) that Euler's method computes for evenly spaced times (s)."""
     speeds = parameters.gravity_accel * time
     return parameters.brick_start[2] - DT * np.cumsum([0.0, *speeds[:-1]])
 

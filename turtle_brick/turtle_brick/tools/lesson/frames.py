@@ -29,7 +29,7 @@ from turtle_brick.tools.plots import FAINT, INK, new_figure, ROBOT
 from turtle_brick.tools.simulation import Simulation
 
 START = (3.0, 2.0, radians(30.0))
-"""Start pose (m, rad) of the robot in the world frame, which is also the pose of odom."""
+"""Start pose (m, rad) of the robot in the world frame. The pose of odom is the same."""
 
 CORNERS = ((9.0, 3.0), (7.0, 8.5), (2.5, 6.0))
 """Goals (m) of the robot in the world frame, in order."""
@@ -40,7 +40,7 @@ WORLD = Pose2D(0.0, 0.0, 0.0)
 
 
 def drive(parameters: Parameters) -> tuple[list[Pose2D], list[tuple[Pose2D, Pose2D]]]:
-    """Drive to each corner; return the path in the world frame, and the stops in both frames."""
+    """Drive to each corner. Return the path in the world frame, and the stops in both frames."""
     simulation = Simulation(parameters, start=START)
     odometer = Odometer(parameters.wheel_radius)
     path: list[Pose2D] = []

@@ -29,7 +29,7 @@ from turtle_brick.tools.simulation import Simulation
 
 
 class SentCommand(NamedTuple):
-    """A command sent to turtlesim, with its latency; times in s."""
+    """A command sent to turtlesim, and its latency (times in s)."""
 
     published: float
     latency: float  # Time until a pose shows this command or, if it was dropped, a newer command.
@@ -37,7 +37,7 @@ class SentCommand(NamedTuple):
 
 
 def commands(phase: float) -> list[SentCommand]:
-    """Return the commands sent at 100 Hz to a full queue, with the first tick at `phase` (s)."""
+    """Return the commands sent to a full queue at 100 Hz if the first tick is at `phase` (s)."""
     turtle = Turtle(holonomic=True)
     first, count = 32, round(0.5 / COMMAND_PERIOD)
     arrivals: list[tuple[int, float]] = []
@@ -46,7 +46,7 @@ def commands(phase: float) -> list[SentCommand]:
         now = phase + tick * TICK
         while sent * COMMAND_PERIOD + TRANSPORT_DELAY <= now:
             sent += 1
-            # The speed identifies the command: command number n has the speed n + 1.
+            # The speed identifies the command, because command number n has the speed n + 1.
             turtle.command(float(sent), 0.0, 0.0)
         arrivals.append((round(turtle.tick(now).linear_velocity) - 1, now + TRANSPORT_DELAY))
     applied = {number for number, _ in arrivals}
@@ -99,7 +99,7 @@ def controllers(parameters: Parameters) -> dict[str, Driver]:
 
 
 def approach(driver: Driver, parameters: Parameters) -> list[tuple[float, float]]:
-    """Drive to a goal at DISTANCE; return times (s) and distances (m) beyond the goal."""
+    """Drive to a goal at DISTANCE. Return the times (s) and the distances (m) beyond it."""
     simulation = Simulation(parameters, seed=2)
     simulation.driver = driver
     simulation.rest(0.3)

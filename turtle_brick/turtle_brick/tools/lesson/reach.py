@@ -48,12 +48,12 @@ WORST_DELAYS = (
 
 @cache
 def all_drops(parameters: Parameters) -> list[SimulatedDrop]:
-    """Simulate a drop from each of HEIGHTS at each of DISTANCES."""
+    """Simulate one drop for each combination of HEIGHTS and DISTANCES."""
     return [drop_at(distance, height, parameters) for height in HEIGHTS for distance in DISTANCES]
 
 
 def drop_at(distance: float, height: float, parameters: Parameters) -> SimulatedDrop:
-    """Simulate a drop from a height (m) at a distance (m) from the robot."""
+    """Simulate a drop from a given height (m) at a given distance (m) from the robot."""
     return simulate_drop(parameters, 0, 1, (ARENA_CENTER + distance, ARENA_CENTER, height))
 
 

@@ -27,7 +27,7 @@ from turtle_brick.tools.plots import INK, new_figure
 
 def roll(parameters: Parameters) -> np.ndarray:
     """
-    Drive for 1 s, stop, teleport at 2 s, and drive for 1.5 s toward a wall 1 s away.
+    Drive for 1 s, stop, teleport at 2 s, and drive for 1.5 s toward a wall that is 1 s away.
 
     Each row contains a time (s) and three distances (m): the integral of the commanded speed, the
     sum of the distances between poses, and the wheel angle times the wheel radius.
