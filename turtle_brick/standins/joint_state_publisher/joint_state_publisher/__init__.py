@@ -70,7 +70,7 @@ class JointStatePublisher(Node):
         self.create_timer(1.0 / rate, self.publish)
 
     def configure(self, description: String) -> None:
-        """Read the joints of a robot description."""
+        """Read the joints from a robot description."""
         try:
             robot = ElementTree.fromstring(description.data.encode())
         except ElementTree.ParseError:
@@ -109,7 +109,7 @@ class Gui(JointStatePublisher):
         """Start the web server for the page."""
         import rich  # These modules are slow to import and are only used here.
         import viser
-        rich.get_console().quiet = True  # suppresses the messages of viser
+        rich.get_console().quiet = True  # suppresses the messages from viser
         self.sliders: dict[str, Any] = {}
         self.server = viser.ViserServer('127.0.0.1', 8081, 'Joint State Publisher', verbose=False)
         super().__init__()
@@ -117,7 +117,7 @@ class Gui(JointStatePublisher):
               file=sys.stderr, flush=True)
 
     def configure(self, description: String) -> None:
-        """Read the joints, and create a slider for each one."""
+        """Read the joints, and create a slider for each joint."""
         super().configure(description)
         self.call_in_page(self.create_sliders)
 

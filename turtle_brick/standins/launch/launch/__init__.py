@@ -53,7 +53,7 @@ class LaunchDescription:
     execute = get_sub_entities
 
     def declared_arguments(self, entity=None, given=(), conditional=False):
-        """Return each argument of this and the included files, and whether it is required."""
+        """Return all arguments, also from included files, and whether each is required."""
         found = []
         for each in (entity or self).get_sub_entities():
             under = conditional or each.condition is not None
@@ -66,7 +66,7 @@ class LaunchDescription:
         return found
 
     def get_launch_arguments(self):
-        """Return the arguments of this and the included files, without duplicate names."""
+        """Return all arguments, also from included files, without duplicate names."""
         found = {}
         for argument, _ in self.declared_arguments():
             found.setdefault(argument.name, argument)
@@ -109,7 +109,7 @@ def get_launch_description_from_any_launch_file(path):
 
 
 class LaunchDescriptionSource:
-    """A launch file with a path that may contain substitutions."""
+    """A launch file whose path may contain substitutions."""
 
     def __init__(self, launch_file_path):
         self.path = launch_file_path
@@ -185,7 +185,7 @@ class LaunchContext:
             listener(*event)
 
     def visit(self, entity):
-        """Execute an entity and the entities that it returns, if its condition is true."""
+        """Execute an entity and the entities that it returns if the condition is true."""
         if entity.condition is None or entity.condition.evaluate(self):
             for each in entity.execute(self) or ():
                 self.visit(each)
@@ -243,7 +243,7 @@ class LaunchService:
             for description in self._descriptions:
                 context.visit(description)
         except Exception as error:
-            if not signals:  # A signal also interrupts a Command.
+            if not signals:  # A signal also stops a Command.
                 self._fail(error)
         await asyncio.sleep(0)  # lets the loop handle pending signals
         while context.tasks:

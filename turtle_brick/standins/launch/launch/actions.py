@@ -41,7 +41,7 @@ class Action(Deferred):
         self.condition = condition
 
     def get_sub_entities(self):
-        """Return the entities that the action may return, as far as they are known."""
+        """Return the known entities that the action may return."""
         return self.actions
 
 

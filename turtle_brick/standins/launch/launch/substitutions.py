@@ -146,7 +146,7 @@ class Substitution(Deferred):
     perform = Deferred.call
 
     def describe(self):
-        """Return the unexpanded form, as `ros2 launch -s` prints it."""
+        """Return the unexpanded form that `ros2 launch -s` prints."""
         return self.description.format(**{
             name: ' + '.join(part.describe() for part in normalize_to_list_of_substitutions(value))
             for name, value in self.given.arguments.items() if f'{{{name}}}' in self.description})
@@ -329,7 +329,7 @@ class UnlessCondition(IfCondition):
 
 
 class LaunchConfigurationEquals:
-    """True if a launch configuration has a value, or does not exist and the value is None."""
+    """True if a launch configuration has the given value, or does not exist for the value None."""
 
     expected = True
 

@@ -72,7 +72,7 @@ class ParameterFile:
         self.param_file, self.allow_substs = param_file, allow_substs
 
     def evaluate(self, context):
-        """Return the path of the file, or of a copy with the values of its substitutions."""
+        """Return the path of the file, or of a copy in which all substitutions are expanded."""
         path, allowed = perform(context, self.param_file), self.allow_substs
         if not (allowed if isinstance(allowed, bool) else read_typed(
                 perform(context, allowed), bool)):
@@ -84,7 +84,7 @@ class ParameterFile:
 
 
 def evaluate(context, value):
-    """Return the value that is written to the parameter file."""
+    """Return the parameter value to be written to the parameter file."""
     if isinstance(value, ParameterValue):
         return value.evaluate(context)
     if not isinstance(value, (list, tuple, Substitution)):
@@ -125,7 +125,7 @@ def join_namespaces(base, namespace):
 
 
 def _collect(kind, context, *values):
-    # As in the real launch_ros, a change within a group persists if the list existed before.
+    # As in the real launch_ros, a list from outside a group keeps the changes within the group.
     context.launch_configurations.setdefault(kind, []).extend(values)
 
 

@@ -38,7 +38,7 @@ ReadyToTest = action('ReadyToTest', lambda context: context.notify('ready'))
 
 
 def post_shutdown_test():
-    """Mark a test class to run after all processes have exited."""
+    """Return a decorator for a test class that runs after all processes have exited."""
     def mark(test_class):
         test_class.after_shutdown = True
         return test_class
@@ -52,7 +52,7 @@ class Processes:
         self.changed, self.ready, self.found = threading.Condition(), threading.Event(), {}
 
     def record_event(self, event, process=None, *details):
-        """Record an event of launch."""
+        """Record a launch event."""
         with self.changed:
             if event == 'ready':
                 self.ready.set()
@@ -69,7 +69,7 @@ class Processes:
         return iter(list(self.found.values()))
 
     def select(self, process=None):
-        """Return the processes that belong to an action or contain a name, or all processes."""
+        """Return the processes that match an action or part of a name (default: all processes)."""
         return [each for each in self if process in (None, each.action) or (
             isinstance(process, str) and process in each.process_name)]
 
@@ -111,7 +111,7 @@ assertInStderr = functools.partial(assertInStdout, stream='stderr')
 
 
 def tests_of(module, given):
-    """Return two suites: the tests before the shutdown and the tests after the shutdown."""
+    """Return one suite of tests to run before the shutdown, and one to run after the shutdown."""
     suites = unittest.TestSuite(), unittest.TestSuite()
     for suite in unittest.defaultTestLoader.loadTestsFromModule(module):
         for test in suite:
@@ -254,7 +254,7 @@ class Failures(Exception):
 
 
 class LaunchTest(pytest.Item):
-    """The launch test of a file."""
+    """The launch test in a file."""
 
     def runtest(self):
         failures = run(self.parent.module)

@@ -46,7 +46,7 @@ ACTIONS = {
     'push-ros-namespace': launch_ros.PushROSNamespace, 'set_remap': launch_ros.SetRemap,
     'set_parameter': launch_ros.SetParameter,
     'set_parameters_from_file': launch_ros.SetParametersFromFile}
-PYTHON = {  # Python names of the attributes whose names differ
+PYTHON = {  # Python names of attributes whose XML names differ
     'default': 'default_value', 'message': 'msg', 'file': 'launch_description_source',
     'pkg': 'package', 'exec': 'executable', 'args': 'arguments', 'ros_args': 'ros_arguments',
     'launch-prefix': 'prefix', 'from': 'src', 'to': 'dst'}
@@ -59,7 +59,7 @@ NOT_IN_FILES = {'self', 'context', 'options', 'actions', 'choices', 'launch_argu
 
 
 def arguments(function):
-    """Return the XML attributes for a function's arguments, and the required attributes."""
+    """Return all XML attributes and the required XML attributes for a function's arguments."""
     found = {name: each for name, each in inspect.signature(function).parameters.items()
              if name not in NOT_IN_FILES}
     return list(found), [name for name, each in found.items() if each.default is each.empty]
@@ -70,7 +70,7 @@ class InvalidFrontendLaunchFileError(Exception):
 
 
 def unescape(text):
-    """Remove the backslashes of escapes."""
+    """Remove the backslashes from escape sequences."""
     return re.sub(r'\\(.)', r'\1', text)
 
 
@@ -106,7 +106,7 @@ def substitute(text):
 
 
 def split(text):
-    """Split a command into words at the spaces outside of substitutions."""
+    """Split a command into words at the spaces outside substitutions."""
     words, word = [], []
     for part in substitute(text):
         if not isinstance(part, TextSubstitution):
@@ -141,7 +141,7 @@ TYPES.update({f'list_of_{name}': list[each] for name, each in TYPES.items()})
 
 
 def attributes(element, known, needed=()):
-    """Return a dictionary from Python names to an element's attributes."""
+    """Return the attributes of an element by their Python names."""
     found = {PYTHON.get(name, name): text for name, text in element.attrib.items()}
     for name in needed:
         if name not in found:
@@ -187,7 +187,7 @@ def parameter(element):
 
 
 def take(elements, tag, *names):
-    """Remove the elements with a tag, and return the given attributes of each element."""
+    """Remove all elements with a given tag, and return the named attributes of each element."""
     taken = [[attributes(each, names, names)[name] for name in names] for each in elements
              if each.tag == tag]
     elements[:] = [each for each in elements if each.tag != tag]

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Reads the joints of a robot from a URDF, without importing ROS."""
+"""Read the joints of a robot from a URDF, without importing ROS."""
 
 from math import cos, sin, sqrt
 from typing import NamedTuple
@@ -23,7 +23,7 @@ Quaternion = tuple[float, float, float, float]
 ROTATING = ('continuous', 'revolute')
 MOVING = (*ROTATING, 'prismatic')
 FIXED = ('fixed', 'planar')
-"""Kinds of joints. A planar joint does not move, as in the real robot_state_publisher."""
+"""Joint types. A planar joint does not move, as in the real robot_state_publisher."""
 
 
 class Joint(NamedTuple):
@@ -39,7 +39,7 @@ class Joint(NamedTuple):
     mimic: tuple[str, float, float]  # Joint to mimic (empty if none), multiplier and offset.
 
     def pose(self, position: float) -> tuple[Vector, Quaternion]:
-        """Return the origin (m) and rotation of the child link for a joint position (rad or m)."""
+        """Return the child link's origin (m) and rotation for a joint position (rad or m)."""
         if self.kind in ROTATING:
             x, y, z = self.axis
             s = sin(0.5 * position)
@@ -54,7 +54,7 @@ class Joint(NamedTuple):
 
 
 def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
-    """Return the Hamilton product p q, which applies the rotation q before p."""
+    """Return the Hamilton product p q, which applies the rotation q before the rotation p."""
     px, py, pz, pw = p
     qx, qy, qz, qw = q
     return (pw * qx + px * qw + py * qz - pz * qy,
@@ -71,7 +71,7 @@ def rotate(rotation: Quaternion, vector: Vector) -> Vector:
 
 def signed(rotation: Quaternion) -> Quaternion:
     """
-    Return the unit quaternion of a rotation, with the same sign as robot_state_publisher.
+    Return the unit quaternion of a rotation, with the same sign as in robot_state_publisher.
 
     w is positive if its magnitude exceeds 1/2. Otherwise, the largest component is positive.
     """
@@ -117,9 +117,9 @@ def _joint(element: ElementTree.Element, links: list[str]) -> Joint:
 
 
 def parse(urdf: str) -> dict[str, Joint]:
-    """Return the joints of a URDF by name, sorted, or raise a ValueError if it is invalid."""
+    """Return the joints in a URDF, sorted by name, or raise ValueError for an invalid URDF."""
     try:
-        # Bytes, because ElementTree rejects a str with an encoding declaration.
+        # Encode the URDF because ElementTree rejects a str with an encoding declaration.
         robot = ElementTree.fromstring(urdf.encode())
     except ElementTree.ParseError as error:
         raise ValueError(f'robot_description is not XML: {error}') from None
@@ -141,5 +141,5 @@ def parse(urdf: str) -> dict[str, Joint]:
                 raise ValueError(f'[{name}] is defined, or is a child, more than once')
     roots = [name for name in links if name not in children]
     if len(roots) != 1:
-        raise ValueError(f'the links do not form a tree: the roots are {roots}')
+        raise ValueError(f'the links do not form one tree, but have the roots {roots}')
     return dict(sorted(joints.items()))

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The stand-in for the node robot_state_publisher 3.3.3.
+The stand-in for the node in robot_state_publisher 3.3.3.
 
 Publishes:
     /tf (tf2_msgs/msg/TFMessage): transforms of moving joints, one message per JointState
@@ -26,7 +26,7 @@ ROS parameters (read-only):
     robot_description (string): the URDF of the robot; required
     publish_frequency (double, 20.0): maximum rate of /tf (Hz), measured by the timestamps of
         joint_states; at most 1000, or 0 for no limit
-    ignore_timestamp (bool, false): whether to publish for every message, whatever its timestamp
+    ignore_timestamp (bool, false): whether to publish for each message, regardless of timestamps
     frame_prefix (string, empty): prefix of all frame names
 """
 
@@ -115,7 +115,7 @@ class RobotStatePublisher(Node):
         return True
 
     def _find_sources(self, names: tuple[str, ...]) -> list[tuple[Joint, int, float, float]]:
-        """Return joints with an index i, m and b: their positions are m * positions[i] + b."""
+        """Return joints with i, m and b, so that each joint is at m * positions[i] + b."""
         sources: dict[str, tuple[int, float, float]] = {}
         for index, name in enumerate(names):
             sources.setdefault(name, (index, 1.0, 0.0))
@@ -129,7 +129,7 @@ class RobotStatePublisher(Node):
                 if name in self._joints and self._joints[name].kind in MOVING]
 
     def _transform(self, joint: Joint, position: float, stamp: Time) -> TransformStamped:
-        """Return the transform of a joint for a joint position (rad or m)."""
+        """Return the transform of a joint at a given position (rad or m)."""
         stamped = TransformStamped(child_frame_id=self._prefix + joint.child)
         stamped.header.frame_id, stamped.header.stamp = self._prefix + joint.parent, stamp
         translation, rotation = stamped.transform.translation, stamped.transform.rotation

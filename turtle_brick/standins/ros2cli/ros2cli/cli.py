@@ -87,7 +87,7 @@ def add_command(parser, command, typed, table):
     add_arguments(parser, table['arguments'].get(command, ()))
     for module, commands in table['modules'].items():
         if command in commands:
-            # Import only this module: `ros2 run` starts sooner without rclpy.
+            # Import only this module because `ros2 run` starts faster without rclpy.
             parser.set_defaults(function=getattr(import_module(f'ros2cli.{module}'),
                                                  command.replace(' ', '_').strip('_')))
             return
@@ -118,7 +118,7 @@ class Finder(CompletionFinder):
     """Completes words, and offers the values of a message as a quoted string."""
 
     def quote_completions(self, completions, cword_prequote, last_wordbreak_pos):
-        """Quote completions for the shell, unless they are in quotes already."""
+        """Quote completions for the shell, unless they are already quoted."""
         if completions and completions[0].startswith('"'):
             if not cword_prequote:
                 return completions
@@ -127,7 +127,7 @@ class Finder(CompletionFinder):
 
 
 def complete(verbs, action, parsed_args, **_):
-    """Return the possible values of an argument, which the output of another verb lists."""
+    """Return the possible values of an argument from the output of another verb."""
     os.environ.pop('_ARGCOMPLETE', None)
     with redirect_stdout(StringIO()) as output:
         if action.dest in verbs:

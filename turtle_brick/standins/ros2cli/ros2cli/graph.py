@@ -44,10 +44,10 @@ if the graph contains the requested entity. The entity counts as absent after MI
 """
 
 COMMON_TOPICS = ('/rosout', '/parameter_events')
-"""Topics of every node. Their counts change whenever another command starts or ends."""
+"""Topics of every node. Their endpoint counts change whenever another command starts or ends."""
 
 SERVICE_TIMEOUT = 5.0
-"""Timeout (s) for the appearance of a parameter service, and for its response."""
+"""Timeout (s) for the discovery of a parameter service, and for the service response."""
 
 END_TIMEOUT = 4
 """Shutdown timeout (s), necessary because Fast DDS blocked the shutdown of 1 in 700 processes."""
@@ -65,7 +65,7 @@ class GraphNode(Node):
     """The hidden node of a command, which stops spinning after Ctrl-C or SIGTERM."""
 
     def __init__(self, name):
-        """Create the node, hidden unless a name is given."""
+        """Create the node, which is hidden unless a name is given."""
         super().__init__(name or f'_ros2cli_{os.getpid()}', start_parameter_services=bool(name))
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
@@ -79,7 +79,7 @@ class GraphNode(Node):
         super().destroy_node()
 
     def spin_until(self, condition, timeout=float('inf')):
-        """Spin until a condition is true or a timeout (s) expires, and return the condition."""
+        """Spin until a condition is true or a timeout (s) expires. Return False on timeout."""
         deadline = monotonic() + timeout
         while not condition():
             if monotonic() >= deadline:
@@ -109,7 +109,7 @@ class GraphNode(Node):
             self._spin_once()
 
     def node_names(self, hidden=False):
-        """Return the full names of all nodes, sorted."""
+        """Return the sorted full names of all nodes."""
         return sorted(f'{namespace.rstrip("/")}/{name}'
                       for name, namespace in self.get_node_names_and_namespaces()
                       if hidden or not name.startswith('_'))
@@ -124,7 +124,7 @@ class GraphNode(Node):
 
 
 def is_complete(graph):
-    """Return whether all participants have announced their nodes, and all nodes their services."""
+    """Return whether all participants announced their nodes and all nodes their services."""
     known = participants(graph.get_publishers_info_by_topic('ros_discovery_info', no_mangle=True))
     named = participants(end for end in graph.get_publishers_info_by_topic('/parameter_events')
                          if not end.node_name.startswith('_NODE_NAME_UNKNOWN_'))
@@ -143,7 +143,7 @@ def participants(publishers):
 
 
 def has_all_services(graph, name, namespace):
-    """Return whether each service of a node has a topic for requests and one for responses."""
+    """Return whether each service of a node has a request topic and a response topic."""
     written, read = (
         {match[1] for topic, _ in get(name, namespace, no_demangle=True)
          if (match := re.fullmatch('r[qr](/.*)(Request|Reply)', topic))}
@@ -154,7 +154,7 @@ def has_all_services(graph, name, namespace):
 
 @contextlib.contextmanager
 def open_graph(found=None, name=None, ros_args=()):
-    """Yield a node that has discovered the graph. Shut down at the end."""
+    """Yield a node that has discovered the graph. Shut rclpy down at the end."""
     rclpy.init(args=['--ros-args', *ros_args], signal_handler_options=SignalHandlerOptions.NO)
     graph = GraphNode(name)
     try:
@@ -167,7 +167,7 @@ def open_graph(found=None, name=None, ros_args=()):
 
 
 def visible(names_and_types, hidden):
-    """Return types by name, and omit hidden names unless they are requested."""
+    """Return the types by name, without hidden names unless `hidden` is true."""
     return {name: types for name, types in names_and_types
             if hidden or not topic_or_service_is_hidden(name)}
 
@@ -243,7 +243,7 @@ def topic_list(args):
 
 
 def print_type(get_types, option, args):
-    """Print the types of a topic or service, and return 1 if it does not exist."""
+    """Print the types of a topic or service, or return 1 if there are none."""
     name = getattr(args, option)
     with open_graph(lambda graph: name in get_types(graph)) as graph:
         types = get_types(graph, args.hidden).get(name, ())
@@ -313,7 +313,7 @@ def parameter_services(args):
 
 
 def param_list(args):
-    """Print the names of the parameters of one node or of all nodes."""
+    """Print the parameter names of one node or of all nodes."""
     with open_graph(lambda graph: matching_nodes(graph, args)) as graph:
         if args.node_name and not matching_nodes(graph, args):
             return 'Node not found'

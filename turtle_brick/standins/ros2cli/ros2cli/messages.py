@@ -79,7 +79,7 @@ def filled(kind, values, stamps=None):
     message = kind()
     try:
         fill(message, values, stamps)
-    except Exception as error:  # noqa: B902 -- a message can raise anything
+    except Exception as error:  # noqa: B902 -- a message can raise any exception
         raise RuntimeError(f'Failed to populate field: {error}') from None
     return message
 
@@ -123,7 +123,7 @@ def to_csv(value):
 
 
 def interface_proto(args):
-    """Print the default values of a message, or of the request or goal of an interface."""
+    """Print the default values of a message, a service request or an action goal."""
     kind = interface(args.type, '', f"The interface '{args.type}' is invalid")
     message = getattr(kind, 'Request', getattr(kind, 'Goal', kind))()
     values = to_yaml(message, Namespace(full_length=True, no_arr=False))
@@ -132,7 +132,7 @@ def interface_proto(args):
 
 
 def message_filter(text):
-    """Return a function that evaluates a Python expression of the message m, by default True."""
+    """Return a function that evaluates a Python expression (default: True) for a message `m`."""
     def passes(m):
         try:
             return text is None or eval(text)
@@ -142,7 +142,7 @@ def message_filter(text):
 
 
 def topic_class(graph, topic):
-    """Return the message class of a topic, or None if the topic does not exist."""
+    """Return the message class for a topic, or None if the topic does not exist."""
     name = expand_topic_name(topic, graph.get_name(), graph.get_namespace())
     types = graph.topic_types().get(name, ())
     if len(types) > 1:
@@ -170,7 +170,7 @@ def qos_profile(args, publishers=()):
 
 
 def topic_echo(args):
-    """Print the messages of a topic."""
+    """Print the messages on a topic."""
     passes, done = message_filter(args.filter_expr), False
 
     def on_message(message):

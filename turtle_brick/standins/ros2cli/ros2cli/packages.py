@@ -25,7 +25,7 @@ from rosidl_adapter.parser import parse_message_string
 
 
 def executables(package):
-    """Return the paths of the executables of a package, sorted."""
+    """Return the sorted paths of the executables in a package."""
     try:
         folder = os.path.join(index.get_package_prefix(package), 'lib', package)
     except (index.PackageNotFoundError, ValueError):
@@ -36,7 +36,7 @@ def executables(package):
 
 
 def pkg_executables(args):
-    """Print the executables of one package or of all packages."""
+    """Print the executables in one package or in all packages."""
     given = args.package_name is not None
     for package in sorted([args.package_name] if given else index.get_packages_with_prefixes()):
         for path in executables(package):
@@ -44,7 +44,7 @@ def pkg_executables(args):
 
 
 def pkg_launch_files(args):
-    """Print the names of the launch files of a package."""
+    """Print the names of the launch files in a package."""
     for _, _, names in os.walk(index.get_package_share_directory(args.package_name)):
         for name in names:
             if name.endswith(('launch.py', 'launch.xml')):
@@ -73,7 +73,7 @@ def requested_kinds(args):
 
 
 def interface_names(package, kind):
-    """Return the names of the interfaces of one kind in a package, sorted."""
+    """Return the sorted names of all interfaces of a given kind in a package."""
     if not index.has_resource('rosidl_interfaces', package):
         return []
     files = index.get_resource('rosidl_interfaces', package)[0].split()
@@ -100,7 +100,7 @@ def interface_package(args):
 
 
 def interface_packages(args):
-    """Print the names of the packages with interfaces."""
+    """Print the names of the packages that contain interfaces."""
     for package in sorted(index.get_resources('rosidl_interfaces')):
         if any(interface_names(package, kind) for kind in requested_kinds(args).values()):
             print(package)
@@ -146,7 +146,7 @@ def run(args):
     if len(paths) > 1:
         return '\n- '.join(['Multiple executables found:', *paths])
     child = subprocess.Popen([*shlex.split(args.prefix or ''), paths[0], *args.argv])
-    signal.signal(signal.SIGINT, lambda *_: None)  # The terminal also sends Ctrl-C to the child.
+    signal.signal(signal.SIGINT, lambda *_: None)  # Ctrl-C also reaches the child.
     for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, lambda number, _: child.send_signal(number))
     status = child.wait()
@@ -187,12 +187,12 @@ def launch(args):
 
 
 def show_arguments(path):
-    """Print the arguments of a launch file."""
+    """Print the launch arguments that a launch file declares."""
     from launch.launch_description_sources import get_launch_description_from_any_launch_file
 
     try:
         description = get_launch_description_from_any_launch_file(path)
-    except Exception as error:  # noqa: B902 -- a launch file can raise anything
+    except Exception as error:  # noqa: B902 -- a launch file can raise any exception
         return f'{type(error).__name__}: {error}'
     arguments = description.get_launch_arguments()
     print("Arguments (pass arguments as '<name>:=<value>'):")
@@ -206,7 +206,7 @@ def show_arguments(path):
 
 
 def launch_file(package, name):
-    """Return the path of a file in the share directory of a package or in its subfolders."""
+    """Return the path of a file in a package's share directory or in one of its subfolders."""
     try:
         share = index.get_package_share_directory(package)
     except index.PackageNotFoundError as error:

@@ -25,7 +25,7 @@ from ros2cli.messages import message_filter, topic_class
 
 
 def measure(sample, report, args, **options):
-    """Print statistics about the latest messages of a topic, once per second."""
+    """Print statistics about the latest messages on a topic once per second."""
     passes = message_filter(getattr(args, 'filter_expr', None))
     samples, last = deque(maxlen=args.window_size + 1), None
     with open_graph(lambda graph: topic_class(graph, args.topic_name)) as graph:
@@ -69,7 +69,7 @@ def rate_report(samples, window, now, is_new):
 
 
 def delay_report(samples, window, now, is_new):
-    """Return the average delay from the timestamp of a message to its reception."""
+    """Return the average delay between the timestamp and the reception of a message."""
     if not is_new:
         return 'no new messages'
     delays = [time - stamp for time, stamp in samples][1:]

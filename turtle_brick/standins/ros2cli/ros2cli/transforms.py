@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The programs of tf2_ros: `tf2_echo` and `static_transform_publisher`."""
+"""The tf2_ros programs `tf2_echo` and `static_transform_publisher`."""
 
 from math import asin, atan2, cos, degrees, sin
 from random import choices
@@ -45,7 +45,7 @@ def describe(transform):
 
 
 def tf2_echo(args):
-    """Print the pose of one frame in another at a fixed rate."""
+    """Print the pose of one frame in another frame at a fixed rate."""
     buffer, found = Buffer(), False
     frames = args.source_frame, args.target_frame
     with open_graph(lambda _: True, 'tf2_echo', args.ros_args) as graph:

@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The stand-in for the Python module tf2_ros of tf2_ros_py 0.36.4, in pure Python.
+The stand-in for the Python module tf2_ros from tf2_ros_py 0.36.4, in pure Python.
 
-It provides the buffer, listener, broadcasters and exceptions. The executor of the node calls the
-listener. The README of the stand-ins lists the missing features.
+This module contains the buffer, listener, broadcasters and exceptions. The node's executor calls
+the listener. The README for the stand-ins lists the missing features.
 """
 
 from collections.abc import Iterable
@@ -56,7 +56,7 @@ class Buffer(BufferCore):
     """A transform buffer whose lookups can wait. The buffer is cleared if the clock jumps back."""
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None) -> None:
-        """Create an empty buffer that keeps transforms for a duration, by default 10 s."""
+        """Create an empty buffer that keeps transforms for a given duration (default: 10 s)."""
         super().__init__(cache_time)
         self.clock = Clock() if node is None else node.get_clock()
         self.jump_handle = self.clock.create_jump_callback(
@@ -84,7 +84,7 @@ class Buffer(BufferCore):
     def can_transform(self, target_frame: str, source_frame: str, time: AnyTime,
                       timeout: Duration = Duration(), return_debug_tuple: bool = False
                       ) -> bool | tuple[bool, str]:
-        """Return whether a transform becomes available in time, optionally with a reason."""
+        """Return whether a transform is available before the timeout, optionally with a reason."""
         def answer() -> tuple[bool, str]:
             return self.can_transform_core(target_frame, source_frame, time)
 
@@ -113,7 +113,7 @@ class TransformListener:
         self.unregister()
 
     def unregister(self) -> None:
-        """Unsubscribe."""
+        """Unsubscribe from /tf and /tf_static."""
         self.node.destroy_subscription(self.tf_sub)
         self.node.destroy_subscription(self.tf_static_sub)
 

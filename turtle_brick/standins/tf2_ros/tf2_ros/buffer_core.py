@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Stores transforms and computes the transform between any two frames.
+Store transforms, and compute the transform between any two frames.
 
 A cache stores the recent transforms of a frame as tuples (parent, x, y, z, qx, qy, qz, qw). A
 point p in the frame has the coordinates q p q* + (x, y, z) in the parent. Times are integers (ns).
@@ -44,7 +44,7 @@ _IDENTITY: Transform = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 class TransformException(Exception):
-    """The base class of the exceptions below."""
+    """The base class of all transform exceptions."""
 
 
 class ConnectivityException(TransformException):
@@ -68,18 +68,18 @@ class TimeoutException(TransformException):
 
 
 class NoDataError(Exception):
-    """The cache has no transform for a time. The message contains the reason."""
+    """The cache has no transform for the requested time. The message contains the reason."""
 
 
 def display_time(time: int) -> str:
-    """Format a time (ns) in seconds as tf2 does."""
+    """Format a time (ns) in seconds in the same way as tf2."""
     seconds, nanoseconds = divmod(time, _NS_PER_SECOND)
     return f'{seconds + 1e-9 * nanoseconds:.6f}'
 
 
 def canonical(x: float, y: float, z: float, w: float) -> Rotation:
     """
-    Return the unit quaternion of a rotation, with the same sign as tf2.
+    Return the unit quaternion of a rotation, with the same sign as in tf2.
 
     w is positive if its magnitude exceeds 1/2. Otherwise the largest of x, y and z is positive.
     """
@@ -118,7 +118,7 @@ class Cache:
         self._entries: list[Entry] = []
 
     def latest(self) -> tuple[int, str | None]:
-        """Return the latest time and the parent frame at that time, or (0, None) if empty."""
+        """Return the latest time and parent frame, or (0, None) if the cache is empty."""
         return (self._times[-1], self._entries[-1][0]) if self._times else (0, None)
 
     def clear(self) -> None:
@@ -128,7 +128,7 @@ class Cache:
             self._entries.clear()
 
     def insert(self, time: int, entry: Entry) -> bool:
-        """Add a transform unless it is a duplicate. Return False if it is too old."""
+        """Add a transform unless it is a duplicate. Return False if the transform is too old."""
         if self.static:
             self._times, self._entries = [0], [entry]
             return True
@@ -146,7 +146,7 @@ class Cache:
         return True
 
     def get(self, time: int) -> Entry:
-        """Return the transform at a time, interpolated if necessary, or raise a NoDataError."""
+        """Return the (interpolated) transform at a given time (ns), or raise NoDataError."""
         times = self._times
         if not times:
             raise NoDataError('')
@@ -173,7 +173,7 @@ class Cache:
 
 
 def nanoseconds_of(time: AnyTime | Duration | DurationMsg) -> int:
-    """Return a time or a duration, from rclpy or a message, in ns."""
+    """Convert a time or a duration from rclpy or from a message to nanoseconds."""
     if hasattr(time, 'nanoseconds'):
         return time.nanoseconds
     if hasattr(time, 'nanosec'):
@@ -209,12 +209,12 @@ class BufferCore:
     """
     A thread-safe tree of frames with recent transforms.
 
-    Results and exceptions are equal to those of the real tf2. A time of zero means the latest time
-    at which the transform is available.
+    The results and exceptions are the same as in the real tf2. A time of zero means the latest
+    time at which the transform is available.
     """
 
     def __init__(self, cache_time: Duration | None = None) -> None:
-        """Create an empty buffer that keeps transforms for a duration, by default 10 s."""
+        """Create an empty buffer that keeps transforms for a given duration (default: 10 s)."""
         self._cache_time = nanoseconds_of(cache_time or Duration(seconds=10))
         self._frames: dict[str, Cache | None] = {}
         """Transforms from each frame to its parent, or None for a frame without a parent."""
@@ -237,7 +237,7 @@ class BufferCore:
 
     def can_transform_core(self, target_frame: str, source_frame: str, time: AnyTime
                            ) -> tuple[bool, str]:
-        """Return whether a transform is available, and otherwise the reason."""
+        """Return whether a transform is available, and if not, the reason."""
         nanoseconds = nanoseconds_of(time)
         with self._changed:
             if target_frame == source_frame:
@@ -283,7 +283,7 @@ class BufferCore:
         x, y, z = translation.x, translation.y, translation.z
         qx, qy, qz, qw = rotation.x, rotation.y, rotation.z, rotation.w
         square = qx * qx + qy * qy + qz * qz + qw * qw
-        # Other quaternions are normalized later, as in tf2. NaN does not fulfill these conditions.
+        # Quaternions of other lengths are normalized later, as in tf2. NaN fails these conditions.
         if not (0.0 < square < inf and parent_name and child_name and parent_name != child_name
                 and x == x and y == y and z == z):
             get_logger('tf2').error(
@@ -329,7 +329,7 @@ class BufferCore:
                 f'{problem}')
 
     def _between(self, target: str, source: str, time: int) -> tuple[int, Transform]:
-        """Return the effective time (ns) and the pose of the source in another frame."""
+        """Return the effective time (ns) and the pose of the source frame in the target frame."""
         if time == 0:
             time = self._latest_common_time(target, source)
         top, of_source, source_gap = self._climb(source, target, target, time)
@@ -376,7 +376,7 @@ class BufferCore:
         raise self._unconnected(target, source)
 
     def _ancestors(self, frame: str) -> Iterator[tuple[str, int]]:
-        """Yield each ancestor of a frame and the latest common time (ns) of the path to it."""
+        """Yield each ancestor of a frame with the latest common time (ns) on the path to it."""
         common = 0
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The stand-in for turtlesim_node of turtlesim 1.8.2, without a window.
+The stand-in for turtlesim_node from turtlesim 1.8.2, without a window.
 
 turtle_brick.core.turtlesim_kinematics computes the motion and is tested against recordings.
 
@@ -20,8 +20,8 @@ Publishes, for each turtle, every 16 ms:
     <turtle>/pose (turtlesim/msg/Pose): pose and commanded velocity
 
 Subscribes, for each turtle:
-    <turtle>/cmd_vel (geometry_msgs/msg/Twist): velocity; a queue holds up to seven messages, and
-        each tick of 16 ms applies one message
+    <turtle>/cmd_vel (geometry_msgs/msg/Twist): velocity. A queue holds up to seven messages, and
+        one message is applied every 16 ms.
 
 Serves, for each turtle:
     <turtle>/teleport_absolute (turtlesim/srv/TeleportAbsolute): move to a pose at once
