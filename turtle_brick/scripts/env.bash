@@ -29,7 +29,7 @@
 #                fastdds.xml)
 
 if [ -z "${BASH_VERSION-}" ]; then
-  echo 'turtle_brick: env.bash requires bash. Start bash and source it there.' >&2
+  echo 'turtle_brick: env.bash requires bash. Start bash and source env.bash there.' >&2
   return 1
 fi
 if [[ ${BASH_SOURCE[0]} == "$0" ]]; then
