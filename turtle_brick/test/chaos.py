@@ -92,7 +92,7 @@ real robot_state_publisher exits after a joint state with a timestamp before 197
 
 
 class Scene(Graph):
-    """A graph with nodes in separate processes and a client."""
+    """A graph with a client, and with each node in a separate process."""
 
     def __init__(self, domain_id: int, random: Random, names: Iterable[str] = NODES) -> None:
         """Start the named nodes in a ROS domain. All random values come from `random`."""

@@ -65,7 +65,7 @@ collect_ignore = [file for files in EXCLUDED.values() for file in files]
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Set the environment variables of ROS for this process and its child processes."""
+    """Set the ROS environment variables for this process and its child processes."""
     # A background job in a shell script ignores SIGINT. All test processes would inherit this.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'

@@ -46,7 +46,7 @@ PUNCTUAL_TIMER = SimpleNamespace(timer_period_ns=STEP_NS, time_until_next_call=l
 
 
 def record_published(publisher: Any) -> list[Any]:
-    """Return a list that collects all messages published from now on."""
+    """Return a list that collects all messages published after this call."""
     messages: list[Any] = []
     publish = publisher.publish
 

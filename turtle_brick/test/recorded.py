@@ -88,7 +88,7 @@ def run_in_fork(words, environment, directory, *pipes):
     except BaseException:  # noqa: B902 -- Python prints any exception at its end
         sys.excepthook(*sys.exc_info())
         status = 1
-    gc.collect()  # This destroys the nodes, because a forked process exits without cleanup.
+    gc.collect()  # Destroy the nodes, because a forked process exits without cleanup.
     sys.exit(status)
 
 

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""XML lint of both packages."""
+"""Check the XML files in both packages with xmllint."""
 
 from pathlib import Path
 import shutil

@@ -41,7 +41,7 @@ import yaml
 TABLE = yaml.safe_load(Path(cli.__file__).with_name('command_line.yaml').read_text())
 RECORDS = {name: record for name, record in records(
     'cli', 'launch_show_args', 'launch_errors').items()
-    if not record['stdout'].startswith('[')}  # test_launch_standin.py replays the others
+    if not record['stdout'].startswith('[')}  # test_launch_standin.py replays the other records.
 
 
 def signals_of(record):
@@ -61,7 +61,7 @@ PROCESSES = [name for name, record in RECORDS.items() if signals_of(record) or r
 
 INTERFACE_LISTS = {'interface_list': 'turtle|:', 'interface_package': '',
                    'interface_packages': 'turtle|std_'}
-"""Recorded commands, and a pattern for the lines in the recordings."""
+"""Recorded commands, with a pattern for the lines that are in the recordings."""
 
 # Verbs that set parameters or call services run last, because they affect the other verbs.
 HERE = sorted(set(RECORDS).difference(PROCESSES, INTERFACE_LISTS), key=lambda name: (
@@ -117,7 +117,7 @@ def start(words, domain, stdin=''):
 
 
 def is_time_for_signal(record, when, command, arena):
-    """Return whether a command has printed all lines or, without output, has subscribed."""
+    """Return whether a command has printed all lines, or has subscribed if it prints none."""
     kind, expected = when
     if kind == 'line':
         return command.has_printed(expected)
@@ -155,7 +155,7 @@ def open_graph_here(arena):
     """Join the domain of the arena. Yield a replacement for open_graph() in this process."""
     with pytest.MonkeyPatch.context() as environment, restored_signal_handlers():
         environment.setenv('ROS_DOMAIN_ID', str(arena.context.get_domain_id()))
-        with cli_graph.open_graph():  # waits until the graph has been discovered
+        with cli_graph.open_graph():  # This call waits for discovery.
 
             @contextlib.contextmanager
             def open_graph(found=None, name=None):
@@ -250,7 +250,7 @@ MAY_DIFFER = (
     # These interfaces were added or removed after the recordings.
     (r'.*(/brick_state|/catcher_decision|/catcher_state|/tf2_frames)\b.*\n', ''),
     (r'.*(/parameter_events|qos_overrides)\b.*\n', ''),
-    (r'.*RTPS_TRANSPORT_SHM.*\n', ''),  # DDS on a busy machine
+    (r'.*RTPS_TRANSPORT_SHM.*\n', ''),  # DDS prints this on a busy machine.
     (r'\$MORE\n?', ''),
     (r'waiting for service to become available\.\.\.\n(?=requester)', ''),
     (r'(Waiting for at least 1 matching subscription\(s\)\.\.\.\n)+(?=publisher)', ''),
@@ -272,9 +272,9 @@ MAY_DIFFER = (
 ANSWERS = {
     'call_place_refused': r'(message=).*()',
     'topic_list_verbose': r'(/(?:tf_static|rosout) .*\] )\d+( )',
-    'param_set_out_of_range': r'(failed: ).*()',  # the test adds this parameter
+    'param_set_out_of_range': r'(failed: ).*()',  # The test adds this parameter.
     'param_list_all': r'(/(?:arena|catcher|turtle_robot):\n)(?:  .*\n)+()',
-    'param_dump': r'(background_b:).*()',  # other tests set it
+    'param_dump': r'(background_b:).*()',  # Other tests set this parameter.
 }
 """Parts of responses that depend on a node's version, keyed by the name of the recording."""
 
@@ -299,7 +299,7 @@ def matches(name, recorded, printed, files):
     pattern = re.sub(r'\\\$([A-Z]+)', lambda token: tokens.get(token[1], r'\d[\d.]*'),
                      re.escape(comparable(name, recorded)))
     if RECORDS[name].get('signals') and recorded:
-        pattern += r'[\s\S]*'  # output until the signal arrived
+        pattern += r'[\s\S]*'  # More lines may appear before the signal arrives.
     return re.fullmatch(pattern, comparable(name, printed)) is not None
 
 

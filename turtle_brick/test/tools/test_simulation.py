@@ -98,7 +98,7 @@ def test_both_guarantees_hold(delays):
         for _ in range(3):
             result = simulation.drop(position_near_the_limit(random, simulation))
             decision, case = result.decision, f'{parameters} {result}'
-            # An unreachable brick is not caught because the robot does not move.
+            # An unreachable brick is missed because the robot does not move.
             assert result.caught is decision.reachable, case
             guaranteed = guaranteed_distance(result.brick[2], parameters)
             assert decision.reachable or dist(result.brick[:2], result.robot) > guaranteed, case
