@@ -185,7 +185,7 @@ class LaunchContext:
             listener(*event)
 
     def visit(self, entity):
-        """Execute an entity and the entities that it returns if the condition is true."""
+        """Execute an entity and all returned entities, unless the entity's condition is false."""
         if entity.condition is None or entity.condition.evaluate(self):
             for each in entity.execute(self) or ():
                 self.visit(each)
