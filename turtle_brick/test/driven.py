@@ -36,7 +36,7 @@ from turtle_brick_interfaces.srv import Place
 PARAMETERS = load()
 
 TICK_NS = 20_000_000
-"""Time step (ns). It is equal to the period of the catcher and to five physics steps."""
+"""Time step (ns), which is equal to the catcher's period and to five physics steps."""
 
 MAX_DURATION = 30.0
 """Timeout (s, in simulated time) for each event."""

@@ -47,7 +47,7 @@ FORKS.set_forkserver_preload([*PROGRAMS.values(), *(f'ros2cli.{name}' for name i
     'graph', 'packages', 'messages', 'topic_statistics')), 'launch_xml', 'numpy', 'rclpy.action'])
 
 _fork_lock = threading.Lock()
-"""Lock that only one thread holds while it forks a process or reads its exit status."""
+"""Lock that a thread holds while it forks a process or reads an exit status."""
 
 
 def records(*files):

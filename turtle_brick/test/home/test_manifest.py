@@ -48,7 +48,7 @@ MAY_IMPORT = {
     'turtle_referee': ['turtle_referee'],
     'standins': ['turtle_brick.core.turtlesim_kinematics'],
 }
-"""Modules and packages of this workspace that each folder or file may import."""
+"""Modules and packages in this workspace that each folder or file may import."""
 
 
 def imports(*patterns):

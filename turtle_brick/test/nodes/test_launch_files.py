@@ -77,8 +77,8 @@ service.include_launch_description(LaunchDescription([IncludeLaunchDescription(
     launch_arguments=[argument.split(':=') for argument in sys.argv[2:]])]))
 sys.exit(service.run())
 """
-"""Program that runs a launch file. It replaces the SIGINT handler of Python, with which the real
-launch did not exit in 6 of 120 runs."""
+"""Program that runs a launch file and replaces Python's SIGINT handler. With Python's handler, the
+real launch did not exit in 6 of 120 runs."""
 
 
 @pytest.fixture(scope='module')

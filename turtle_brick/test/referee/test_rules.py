@@ -443,7 +443,7 @@ FAULTS = (
     ('text: kind', lambda record, text: change_text(record, 3.0, text), (),
      ('unreachable!', 'UNREACHABLE')),
     ('text: kind', lambda record, kind: change_text(record, 3.0, kind=kind), (), (Marker.ARROW,)))
-"""A rule, a value or a function that causes a fault, allowed values and broken values."""
+"""A rule, a fault (a key of CORRECT or a function), allowed values and broken values."""
 
 
 def test_a_correct_record_meets_all_requirements_and_an_empty_record_none():
