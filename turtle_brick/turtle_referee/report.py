@@ -184,7 +184,7 @@ EXPLANATION = (
 
 def read(path: Path, name: str) -> dict[str, Any]:
     """Return the table row for a JSON file, or raise ValueError if the file is invalid."""
-    open_requirements: dict[str, list[str]] = {}  # Names by reason.
+    open_requirements: dict[str, list[str]] = {}  # Requirement names by reason.
     try:
         data = json.loads(path.read_text(encoding='utf-8'))
         requirements = data['requirements']

@@ -96,7 +96,7 @@ class GraphClient:
         return since is not None and since == track[0][0]
 
     def drive_to(self, goal: tuple[float, float]) -> Drive | None:
-        """Send the robot to a goal (m), and wait until it stops. Return None without a robot."""
+        """Drive to a goal (m), and wait until the robot stops. Return None if no robot exists."""
         if not self.wait_until(self.observer.has_goal_subscriber, self.timeout):
             return None
         # On a busy machine, the previous drive may not be over yet.

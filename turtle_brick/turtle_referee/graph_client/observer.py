@@ -137,7 +137,7 @@ class PollingNode(Node):
 
 
 class Observer(Node):
-    """A node that records a graph and sends requests. The graph defines all message types."""
+    """A node that records a graph and sends requests. All message types come from the graph."""
 
     def __init__(self, profile: Profile | None = None, name: str = 'referee',
                  **node_options: Any) -> None:

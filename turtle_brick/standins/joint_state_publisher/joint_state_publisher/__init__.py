@@ -14,10 +14,10 @@
 """
 The stand-in for joint_state_publisher and joint_state_publisher_gui 2.4.0.
 
-Publishes: joint_states (sensor_msgs/JointState), at the frequency in the parameter `rate`.
+Publishes: joint_states (sensor_msgs/JointState), at the rate set by the parameter `rate`.
 Subscribes: robot_description (std_msgs/String, latched).
 Parameters: rate (integer, 10 Hz), zeros.JOINT (double).
-Joints that mimic other joints are not published, because robot_state_publisher computes them.
+Joints that mimic other joints are not published, because robot_state_publisher moves them.
 joint_state_publisher_gui shows a page on 127.0.0.1 instead of a window.
 """
 
@@ -122,7 +122,7 @@ class Gui(JointStatePublisher):
         self.call_in_page(self.create_sliders)
 
     def call_in_page(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function in the thread of viser, because viser is not thread-safe."""
+        """Call a function in the viser thread, because viser is not thread-safe."""
         self.server.get_event_loop().call_soon_threadsafe(function, *arguments)
 
     def create_sliders(self) -> None:

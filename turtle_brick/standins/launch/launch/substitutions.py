@@ -90,7 +90,7 @@ class get_logger:
 # ------------------------------------------------------------------------------ launch.utilities
 
 class Deferred:
-    """Stores arguments, which call() passes to the method `do` after the context."""
+    """Stores the arguments that call() passes to the method `do` after the context."""
 
     def __init__(self, *args, **kwargs):
         signature = inspect.signature(self.do)
@@ -329,7 +329,7 @@ class UnlessCondition(IfCondition):
 
 
 class LaunchConfigurationEquals:
-    """True if a launch configuration has the given value, or does not exist for the value None."""
+    """True if a launch configuration has a given value, or does not exist if the value is None."""
 
     expected = True
 

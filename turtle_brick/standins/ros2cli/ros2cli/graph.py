@@ -62,7 +62,7 @@ _signals: list[int] = []
 
 
 class GraphNode(Node):
-    """The hidden node of a command, which stops spinning after Ctrl-C or SIGTERM."""
+    """The node of a command, which stops spinning after Ctrl-C or SIGTERM."""
 
     def __init__(self, name):
         """Create the node, which is hidden unless a name is given."""

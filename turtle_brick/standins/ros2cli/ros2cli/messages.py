@@ -136,7 +136,7 @@ def message_filter(text):
     def passes(m):
         try:
             return text is None or eval(text)
-        except Exception as error:  # noqa: B902 -- the user's expression can raise anything
+        except Exception as error:  # noqa: B902 -- the user's expression can raise any exception
             raise RuntimeError(f"Invalid filter '{text}': {error}") from None
     return passes
 

@@ -46,7 +46,7 @@ for name in ('buffer', 'static_transform_broadcaster', 'transform_broadcaster',
 
 
 def __getattr__(name: str) -> NoReturn:
-    """Explain why a name is missing."""
+    """Raise an error that explains why a name is missing."""
     raise (ImportError if name[:1].isupper() else AttributeError)(
         f'{name} is not in the stand-in for tf2_ros: check its spelling, use another feature, or '
         'install the real ROS 2 Jazzy')
