@@ -102,7 +102,7 @@ for name in selected:
 if (top / 'broken').exists():
     sys.exit('error: it is broken')
 """
-"""Replacement for colcon that records the selected packages, or fails if a file "broken" exists."""
+"""Replacement for colcon that records the selected packages, and fails if `broken` exists."""
 
 EVERYTHING = ['tf2_msgs', 'tf2_ros', 'turtle_brick_interfaces', 'turtle_brick']
 
