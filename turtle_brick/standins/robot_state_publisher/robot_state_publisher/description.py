@@ -141,5 +141,5 @@ def parse(urdf: str) -> dict[str, Joint]:
                 raise ValueError(f'[{name}] is defined, or is a child, more than once')
     roots = [name for name in links if name not in children]
     if len(roots) != 1:
-        raise ValueError(f'the links do not form one tree, but have the roots {roots}')
+        raise ValueError(f'the links do not form a tree: the roots are {roots}')
     return dict(sorted(joints.items()))
