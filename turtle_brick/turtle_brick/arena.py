@@ -95,7 +95,7 @@ class Arena(Node):
         self.last_run = monotonic()
         """Time (s) of the latest call to on_timer, from a monotonic clock."""
         self.is_answering = False
-        """Whether the service `drop` may not have sent its response yet."""
+        """Whether a response from the service `drop` may still be pending."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self)
@@ -142,7 +142,7 @@ class Arena(Node):
         return response
 
     def on_timer(self) -> None:
-        """Execute all due physics steps, broadcast the brick, and publish a change of state."""
+        """Execute all due physics steps, broadcast the brick's pose, and publish any new state."""
         now = self.get_clock().now().nanoseconds
         if now == 0:
             return  # Simulated time has not started.
@@ -218,7 +218,7 @@ def brick_marker(phase: Phase, size: Vector) -> Marker:
 
 
 def shell_commands(place: str, drop: str, location: Vector) -> tuple[str, str]:
-    """Return two shell commands, which place the brick at a given location (m) and drop it."""
+    """Return the shell commands for placing the brick at a location (m) and for dropping it."""
     x, y, z = location
     return (f'ros2 service call {place} turtle_brick_interfaces/srv/Place '
             f'"{{location: {{x: {x:g}, y: {y:g}, z: {z:g}}}}}"',
@@ -227,7 +227,7 @@ def shell_commands(place: str, drop: str, location: Vector) -> tuple[str, str]:
 
 def box_marker(frame: str, namespace: str, number: int, center: Vector, size: Vector,
                color: Color) -> Marker:
-    """Return a marker for a box (m). A zero timestamp makes the marker valid at any time."""
+    """Return a box marker (lengths in m). A zero timestamp makes the marker valid at any time."""
     marker = Marker(ns=namespace, id=number, type=Marker.CUBE, action=Marker.ADD)
     marker.header.frame_id = frame
     position = marker.pose.position

@@ -217,7 +217,7 @@ class World:
         return self.size[2] / 2.0
 
     def _fall(self) -> None:
-        """Simulate one timestep of a fall, which ends at the platform or at the ground."""
+        """Simulate one timestep of a fall, which ends on the platform or on the ground."""
         x, y, previous_z = self._brick
         self._steps_fallen += 1
         time = self._steps_fallen * self._dt

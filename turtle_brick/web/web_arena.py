@@ -127,7 +127,7 @@ class WebArena:
         self._release_at = self.time + delay
 
     def advance(self, seconds: float) -> str:
-        """Simulate for a duration (s), and return the scene."""
+        """Simulate for a given duration (s), and return the scene as JSON."""
         self._target += seconds
         if self.time < self._target:
             self.simulation.run(lambda: self.time >= self._target)

@@ -55,7 +55,7 @@ BRICK_LAG = 0.5
 transforms of the platform reach the arena late."""
 
 LYING_TIME = 1.0
-"""Time (s) for which a brick must rest on a level, stationary platform before being carried."""
+"""Time (s) for which a brick must rest on a level, stationary platform before the robot moves."""
 
 CLOCK_DIFFERENCE = 0.5
 """Maximum age (s) of a brick position that is used for a decision. After a clock change, positions
@@ -259,7 +259,7 @@ class TiltRamp:
         self._start_angle, self._start_time = self.angle, now
 
     def advance(self, now: int, goal: float) -> bool:
-        """Advance the angle toward `goal` (rad) until `now` (ns). Return whether it changed."""
+        """Move the angle toward `goal` (rad) at `now` (ns). Return whether the angle changed."""
         if self.angle == goal:
             return False
         fraction = min((now - self._start_time) * SECONDS_PER_NS / RAMP_TIME, 1.0)
@@ -395,7 +395,7 @@ class Catcher:
         return self._is_refused or (self.decision is not None and self.decision.fall is fall)
 
     def _drive_goals(self, previous: State, observation: Observation) -> list[Action]:
-        """Return a new goal, or the last goal if it is recent and messages are lost."""
+        """Return a new goal, or the last goal if it is recent and messages are being lost."""
         goal = self._new_goal(previous, observation)
         if goal is not None:
             self._tracker.record_goal(self._now, goal)
@@ -423,7 +423,7 @@ class Catcher:
         return None
 
     def _tilt_commands(self, observation: Observation) -> list[Action]:
-        """Return new tilt commands, or the last one if it is recent and messages are lost."""
+        """Return new tilt commands, or the last one if recent and messages are being lost."""
         commands: list[Action] = []
         if observation.has_reachable_fall:
             self._ramp = TiltRamp(self._now)

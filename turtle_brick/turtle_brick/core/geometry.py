@@ -73,12 +73,12 @@ class Pose2D(NamedTuple):
 
 
 def from_yaw(yaw: float) -> Quaternion:
-    """Return the rotation by a given angle (rad) about the z axis."""
+    """Return the rotation by a given angle (rad) about z."""
     return (0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0))
 
 
 def from_pitch(pitch: float) -> Quaternion:
-    """Return the rotation by an angle (rad) about the y axis. A positive angle lowers +x."""
+    """Return the rotation by an angle (rad) about y. A positive angle lowers the +x side."""
     return (0.0, sin(pitch / 2.0), 0.0, cos(pitch / 2.0))
 
 

@@ -104,7 +104,7 @@ class LatencyMonitor:
         self._robot_stamp: int | None = None
         self._brick_stamp: int | None = None
         self._brick_period = 0.0
-        """Average interval (s) between timestamps of the brick."""
+        """Average interval (s) between the brick's timestamps."""
         self._gaps: deque[int] = deque(maxlen=MIN_GAPS)
         """Timestamps (ns) of the brick transforms that followed a gap."""
 

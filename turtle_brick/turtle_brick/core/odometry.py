@@ -66,11 +66,11 @@ class Odometer:
             self.stem_angle = wrapped(atan2(velocity[1], velocity[0]))
 
     def _roll(self, last: TurtlePose, now: float, pose: TurtlePose) -> None:
-        """Update the wheel and the stem after a motion, unless it was a teleport."""
+        """Update the wheel and the stem after a motion, unless the turtle teleported."""
         self.wheel_velocity = 0.0
         dx, dy = pose.x - last.x, pose.y - last.y
         path = hypot(dx, dy)
-        # If the path is too long for the reported speed and the elapsed ticks, it was a teleport.
+        # If the path is too long for the reported speed and elapsed ticks, the turtle teleported.
         ticks = max(1.0, (now - self._last_time) / TICK + 0.5)
         if path <= MIN_MOTION or path > ticks * TICK * pose.linear_velocity + MIN_MOTION:
             return

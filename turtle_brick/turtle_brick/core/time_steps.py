@@ -32,12 +32,12 @@ class StepClock:
     """
 
     def __init__(self, period: int) -> None:
-        """Create a clock with a given period (ns). It starts at the first call to `due`."""
+        """Create a clock with a given period (ns). The first call to `due` starts the clock."""
         self.period = period
         self.last: int | None = None
         """Time (ns) of the last step."""
         self.jump = 0
-        """Time (ns) skipped by a restart in the latest call to `due`, or 0 for no restart."""
+        """Time (ns) skipped by a restart in the latest call to `due`, or 0 without a restart."""
 
     def due(self, now: int, start: int | None = None) -> list[int]:
         """

@@ -62,10 +62,10 @@ from turtle_referee.graph_client.spinning import NodeSpinner
 LAUNCH = ('ros2', 'launch', 'turtle_brick', 'turtle_arena.launch.py', 'view:=none')
 
 OURS = ('turtle_robot', 'arena', 'catcher')
-"""The nodes of this package."""
+"""Nodes in this package."""
 
 NODES = (*OURS, 'turtlesim_node', 'robot_state_publisher')
-"""All nodes of the graph."""
+"""All nodes in the graph."""
 
 START_TIMEOUT = 60.0
 """Timeout (s) for starting and discovering the graph."""
@@ -82,7 +82,7 @@ MOTION_THRESHOLD = 1e-6
 
 def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | None:
     """
-    Return the delays between a brick's release and the robot's motion in a record.
+    From a record, return the delays between a brick's release and the robot's motion.
 
     :param begin: a time (ns) shortly before the release
     :param end: a time (ns) after the first motion
@@ -151,7 +151,7 @@ def processor_usage(nodes: dict[str, psutil.Process],
 
 
 def measure(seconds: float, drop_count: int) -> dict[str, Any]:
-    """Measure the graph in two idle windows (duration in s) and in a given number of drops."""
+    """Measure the graph in two idle windows (duration in s) and during a number of drops."""
     parameters, random = load(), Random(1)
     make_observer = partial(Observer, name='benchmark',
                             profile=Profile.from_parameters(parameters))

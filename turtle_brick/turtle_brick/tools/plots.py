@@ -139,7 +139,7 @@ def _draw_outcomes(axes: Axes, drops: Sequence[SimulatedDrop], norm: TwoSlopeNor
 
 
 def _draw_limits(axes: Axes, heights: Sequence[float], parameters: Parameters) -> None:
-    """Draw circles for the guaranteed and the latency-free distance for each height (m)."""
+    """For each height (m), draw circles for the guaranteed and the latency-free distance."""
     guarantee = (f'a catch is guaranteed inside: {parameters.max_velocity:g} m/s × (fall time − '
                  f'{GUARANTEED_LATENCY:g} s) + platform radius')
     impossible = 'a catch is impossible outside, even without any latency'

@@ -149,7 +149,7 @@ class Simulation:
                 self._update_catcher(now)
 
     def rest(self, seconds: float) -> None:
-        """Simulate for a duration (s)."""
+        """Simulate for a given duration (s)."""
         self.run(lambda: False, seconds)
 
     def drop(self, brick: Vector) -> DropResult:

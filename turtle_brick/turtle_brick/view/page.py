@@ -172,7 +172,7 @@ class Page:
         self._arrivals[name].append(self._clock())
 
     def toggle_replay(self, speed: float) -> None:
-        """Start or stop the replay of the last drop at a fraction of the real speed."""
+        """Start the replay of the last drop at a fraction of the real speed, or stop it."""
         if not self._replay.toggle(self._clock(), speed):
             self._panel.show_response('replay: no drop has been recorded', False)
 
@@ -230,7 +230,7 @@ class Page:
         self._panel.show_curves(self._points)
 
     def _curve_values(self) -> tuple[float, float, float]:
-        """Return height (m), distance (m) and speed (m/s), with NaN for each unknown value."""
+        """Return the curve values height (m), distance (m) and speed (m/s), or NaN if unknown."""
         brick, robot = self._drawn_pose(BRICK), self._drawn_pose(BASE_LINK)
         before = self._pose(BASE_LINK, max(self._drawn_time - SPEED_WINDOW_NS, 1))
         height = brick.position[2] if brick else nan
@@ -239,7 +239,7 @@ class Page:
         return height, distance, length * NS_PER_SECOND / SPEED_WINDOW_NS
 
     def _find_fixed_frame(self) -> str:
-        """Return world, or the robot's root link if robot and brick have no transform to world."""
+        """Return world, or the root link if neither this link nor the brick is connected to it."""
         root = self._robot.root
         is_in_world = any(
             self._buffer.can_transform(WORLD, frame, Time()) for frame in (root, BRICK))

@@ -64,7 +64,7 @@ class PageServer:
 
 
 def check_address(host: str, port: int) -> None:
-    """Raise ParameterError if a page cannot be served. By itself, viser tries 1000 other ports."""
+    """Raise ParameterError if a page cannot be served, because viser tries 1000 other ports."""
     if not 0 <= port <= 65535:
         raise ParameterError(f'port is {port}, but must be from 0 to 65535')
     try:

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Lesson 3: the fall and the slide in closed form, compared with a simulation in steps."""
+"""Lesson 3: the fall and the slide in closed form, compared with a stepwise simulation."""
 
 from collections.abc import Iterator, Sequence
 from math import cos, degrees, sin
@@ -35,7 +35,7 @@ DT = STEP_NS * SECONDS_PER_NS
 
 
 def fall(parameters: Parameters, world: World | None = None) -> np.ndarray:
-    """Return the heights (m) before and after each step of a fall onto a level platform."""
+    """Return the brick heights (m) before and after each step of a fall onto a level platform."""
     world = world or World.from_parameters(parameters)
     world.platform = platform(parameters, 0.0, world.brick[:2])
     heights = [world.brick[2]]

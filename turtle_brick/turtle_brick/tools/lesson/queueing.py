@@ -88,7 +88,7 @@ NEAR = 0.01
 
 
 def controllers(parameters: Parameters) -> dict[str, Driver]:
-    """Return three simple controllers and the controller of turtle_robot, by name."""
+    """Return three simple controllers and the controller of turtle_robot, keyed by name."""
     speed = parameters.max_velocity
     return {
         'full speed until within 5 cm': NaiveDriver(lambda x: speed if x > 0.05 else 0.0),
@@ -99,7 +99,7 @@ def controllers(parameters: Parameters) -> dict[str, Driver]:
 
 
 def approach(driver: Driver, parameters: Parameters) -> list[tuple[float, float]]:
-    """Drive to a goal at DISTANCE. Return the times (s) and the distances (m) beyond it."""
+    """Drive to a goal at DISTANCE. Return times (s), and distances (m) beyond the goal."""
     simulation = Simulation(parameters, seed=2)
     simulation.driver = driver
     simulation.rest(0.3)
