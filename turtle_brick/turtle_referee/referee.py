@@ -60,13 +60,24 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
             log: Callable[[str], None]) -> Record:
     """Send all requests to a running or newly started graph, and return the record."""
     with ExitStack() as stack:
-        spinner = stack.enter_context(NodeSpinner(
-            partial(Observer, profile=profile), namespace=options.namespace))
+        def start_observer(namespace: str) -> NodeSpinner:
+            return stack.enter_context(
+                NodeSpinner(partial(Observer, profile=profile), namespace=namespace))
+
+        def run_trial(spinner: NodeSpinner) -> None:
+            Trial(spinner, spinner.node, log, START_TIME if command else DISCOVERY_TIME,
+                  is_alive=lambda: process is None or process.running).run()
+
+        spinner = start_observer(options.namespace)
         process = stack.enter_context(Process(
             command, listener=sys.stderr.write if options.verbose else None)) if command else None
+        run_trial(spinner)
+        namespaces = spinner.node.other_namespaces()
+        if command and spinner.node.record.is_empty() and len(namespaces) == 1:
+            # The command started the graph in a namespace, so judge this graph.
+            spinner = start_observer(namespaces.pop())
+            run_trial(spinner)
         record = spinner.node.record
-        Trial(spinner, spinner.node, log, START_TIME if command else DISCOVERY_TIME,
-              is_alive=lambda: process is None or process.running).run()
         if process is not None and not process.running:
             record.notes.append(process.exit_message())
         record.crashes = crashes(process.output) if process is not None else []

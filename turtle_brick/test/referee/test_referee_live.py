@@ -26,7 +26,7 @@ import pytest
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from std_srvs.srv import Empty, Trigger
-from turtle_brick.core.parameters import load
+from turtle_brick.core.parameters import default_path, load
 from turtle_brick.tools.graph import Graph
 from turtle_referee import referee
 from turtle_referee.graph_client.client import GraphClient
@@ -201,6 +201,21 @@ def test_a_graph_in_another_namespace_is_not_used(domain_id):
         record = observe(graph, logged.append, **{**SHORT, 'discovery_time': 4.0})
     assert record.frames and record.is_empty() and logged == ['looking for the graph']
     assert 'pass the namespace of the graph with --namespace' in record.notes[0]
+
+
+def test_a_graph_that_its_command_starts_in_a_namespace_is_judged(domain_id, monkeypatch):
+    namespaces = []
+
+    def run(trial):
+        namespaces.append(trial.observer.get_namespace())
+        trial.wait_until(lambda: len(namespaces) == 2 or trial.observer.other_namespaces(), 30.0)
+
+    monkeypatch.setattr(referee.Trial, 'run', run)
+    arena = [sys.executable, '-m', 'turtle_brick.arena', '--ros-args', '-r', '__ns:=/elsewhere',
+             '--params-file', str(default_path())]
+    options, command = referee.parse(['--', *arena])
+    referee.observe(Profile(), options, command, print)
+    assert namespaces == ['/', '/elsewhere']
 
 
 def test_a_command_that_ends_at_once_is_reported(domain_id, capfd):
