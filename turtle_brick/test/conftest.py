@@ -58,7 +58,7 @@ def is_standin(package: str) -> bool:
 
 LONGEST = ('test_pages', 'test_website', 'test_ros2cli_standin', 'test_launch_standin',
            'test_viewer_browser', 'test_chaos', 'test_referee_live')
-"""Test files with the longest durations."""
+"""The slowest test files."""
 
 EXCLUDED = excluded_files()
 collect_ignore = [file for files in EXCLUDED.values() for file in files]

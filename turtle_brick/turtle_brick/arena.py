@@ -130,7 +130,7 @@ class Arena(Node):
 
     def on_drop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Release the brick, or return the reason why the request is refused."""
-        self.on_timer()  # All steps before this request must show the brick at rest.
+        self.on_timer()  # The brick must be at rest in all steps before this request.
         try:
             self.world.release()
         except ValueError as error:

@@ -45,7 +45,7 @@ PACKAGES = ('turtle_brick', 'turtle_brick_interfaces')
 """Packages to hide from the environment before a workspace is sourced."""
 
 INSTALL_DIRECTORIES = ('install', '.ros/install')
-"""Install directories that colcon and env.bash, respectively, create in a workspace."""
+"""Names of the directories in which colcon and env.bash install a workspace."""
 
 SHARE_DIRECTORIES = ('turtle_brick/share/turtle_brick', 'share/turtle_brick')
 """Share directories of turtle_brick in an isolated and a merged install directory."""
@@ -117,7 +117,7 @@ def judge_workspace(workspace: Path, json: Path, page: Path, options: argparse.N
             with suppress(TimeoutError):
                 process.wait(TIME_LIMIT)
         finally:
-            process.stop(timeout=2.0 * END_TIME)  # The referee must stop its own process first.
+            process.stop(timeout=2.0 * END_TIME)  # The referee first stops the graph.
         if json.exists():
             return process.wait(0.0), ''
         return 2, process.exit_message()

@@ -21,7 +21,8 @@ referee also starts and stops the graph:
 
     ros2 run turtle_brick referee -- ros2 launch turtle_brick turtle_arena.launch.py view:=none
 
-The exit status is 0 if nothing is broken, 1 if something is broken, and 2 if nothing was judged.
+The exit status is 0 if no requirement is broken, 1 if at least one is broken, and 2 if nothing
+was judged.
 """
 
 import argparse

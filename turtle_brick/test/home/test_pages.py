@@ -94,7 +94,7 @@ def block(page, language, word):
 
 
 def commands(page):
-    """Return the commands in the code blocks and the text on a page."""
+    """Return the commands on a page, both in code blocks and in the text."""
     found = []
     for language, text in blocks(page):
         if language == 'bash':

@@ -57,7 +57,7 @@ def test_250_transforms_per_second(live):
 
 
 def test_fall_by_its_stamps(bench):
-    """Each transform follows the closed form for its stamp. A delayed node never skips a step."""
+    """Each transform matches the parabola at its timestamp. A delayed node never skips a step."""
     assert bench.place(3.0, 4.0, 9.0).success
     bench.bricks.clear()
     bench.run(0.1)

@@ -61,7 +61,7 @@ TOPICS = {
     'brick_marker': ('Marker', 'Transient Local'),
     'catcher_marker': ('Marker', 'Volatile'),
 }
-"""Display type and durability of each topic in the rviz configurations."""
+"""The display type and the durability of each topic in the rviz configurations."""
 
 LAUNCH = """
 import signal

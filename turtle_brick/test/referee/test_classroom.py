@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Judge a class with one command, report crashed processes and refuse invalid options."""
+"""Test that one command judges all students, reports crashes and rejects invalid options."""
 
 import csv
 import os

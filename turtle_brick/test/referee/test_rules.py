@@ -207,16 +207,18 @@ def tip(record, off):
 
 
 CORRECT = {
-    'slip': 1.0, 'crooked': 0.0, 'rate': 100.0, 'gravity': NUMBERS['gravity_accel'],
-    'step': 0.008, 'aside': 0.0, 'below': 0.0, 'above': 0.0, 'lean': 0.0, 'pull': 1.0,
-    'stop': NUMBERS['platform_radius'] + LENGTH / 2.0, 'drift': 0.0}
-"""
-Values of a correct record: factor of the wheel's rotation, error of the stem (rad), message rate
-of the robot (Hz), gravity (m/s^2), period of the brick's transforms (s), sideways speed (m/s),
-depth of the brick below the ground (m) and height above the platform (m), its inclination (rad),
-factor of its acceleration on the slope, its position at the end of the slide (m), and its speed
-after that (m/s).
-"""
+    'slip': 1.0,  # Factor of the wheel rotation.
+    'crooked': 0.0,  # Error of the stem angle (rad).
+    'rate': 100.0,  # Message rate of the robot (Hz).
+    'gravity': NUMBERS['gravity_accel'],
+    'step': 0.008,  # Period of the brick transforms (s).
+    'aside': 0.0,  # Sideways speed of the falling brick (m/s).
+    'below': 0.0, 'above': 0.0,  # Brick below the ground and above the platform (m).
+    'lean': 0.0,  # Inclination of the brick (rad).
+    'pull': 1.0,  # Factor of the acceleration on the slope.
+    'stop': NUMBERS['platform_radius'] + LENGTH / 2.0,  # End of the slide (m).
+    'drift': 0.0}  # Speed of the brick after the slide (m/s).
+"""Values of a correct record."""
 
 PARTS = (drive, fall, tip)
 

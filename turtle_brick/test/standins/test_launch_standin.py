@@ -327,7 +327,7 @@ def by_source(text):
     for line in filter(None, text.replace('\r', '').split('\n')):  # print() writes twice
         match = re.match(r'(\[(?:INFO|ERROR|WARNING)\] \[.*?\]:|\[[\w]+-\d+\]) ?', line)
         source = match.group(1) if match else source
-        if "sending signal 'SIGINT'" not in line:  # A process that has ended receives no signal.
+        if "sending signal 'SIGINT'" not in line:  # A process may already have ended.
             lines = lines_by_source.setdefault(re.sub('INFO|ERROR|WARNING', '', source), [])
             if 'ignored SIGINT' not in line or line not in lines:  # Two signals may merge.
                 lines.append(line)

@@ -151,7 +151,7 @@ def test_reachable_bricks_are_caught_by_a_robot_that_turns_back():
         speed = random.uniform(1.0, 6.0)
         parameters = replace(PARAMETERS, max_velocity=speed)
         simulation = simulate(parameters, seed, DELAYS[1], (5.5, 5.5, 0.0))
-        # From this height, the robot has time to reach every point.
+        # A fall from this height gives the robot time to reach every point.
         for x, pause in ((10.5, random.uniform(0.3, 0.36)), (0.5, random.uniform(0.02, 0.2))):
             simulation.world.brick = (x, 5.5, 1000.0)
             simulation.world.release()

@@ -67,7 +67,7 @@ def test_the_site_is_built_and_catches_a_brick_without_any_packages(tmp_path):
 
 @pytest.fixture(scope='module')
 def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
-    """Open the page in phone screen size, with libraries from the npm registry."""
+    """Open the page at the size of a phone screen, with libraries from the npm registry."""
     if find_chromium() is None or shutil.which('npm') is None:
         pytest.skip('Chromium or npm is not installed. Run: apt-get install chromium npm')
     folder = tmp_path_factory.mktemp('web')

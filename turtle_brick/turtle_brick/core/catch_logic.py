@@ -423,7 +423,7 @@ class Catcher:
         return None
 
     def _tilt_commands(self, observation: Observation) -> list[Action]:
-        """Return new tilt commands, or the last one if recent and messages are being lost."""
+        """Return new tilt commands, or repeat a recent command if messages are being lost."""
         commands: list[Action] = []
         if observation.has_reachable_fall:
             self._ramp = TiltRamp(self._now)

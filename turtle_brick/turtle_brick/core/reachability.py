@@ -15,8 +15,8 @@
 """
 Decide whether the robot can be under a falling brick in time.
 
-A brick is reachable if a robot is available, the landing point is inside the arena, and the needed
-time is at most the time until the landing. For a level platform, the needed time is
+A brick is reachable if a robot is available, the landing point is inside the arena, and the
+required time is at most the time until the landing. For a level platform, the required time is
 
     0                                                          if distance <= platform_radius
     latency + (distance - platform_radius) / max_velocity      otherwise
@@ -30,7 +30,7 @@ time is at most the time until the landing. For a level platform, the needed tim
 - The latency is COMMAND_LATENCY plus the excess latency. COMMAND_LATENCY applies to nodes on one
   machine. The excess latency is due to slow links and busy machines. `latency` estimates it.
 - A brick cannot land on a tilted platform. Leveling takes LEVEL_LATENCY plus the excess latency.
-  Therefore, the needed time is at least this sum if the platform is not level.
+  Therefore, the required time is at least this sum if the platform is not level.
 - If transforms are late, the landing may be in the past. If so, the time until the landing is 0.
 
 `robot_tracking` computes the motion of the robot. All timestamps (ns) come from one clock.
@@ -51,8 +51,8 @@ begins at the first turtlesim tick after the arrival of six newer commands."""
 
 COMMAND_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + QUEUE_LATENCY + COMMAND_PERIOD + 0.010
 """Maximum time (0.108 s) from a decision until the arena receives a pose of the moving robot. It
-covers three messages (goal, pose and transform), two robot cycles and turtlesim's queue. A reserve
-of 10 ms covers the next physics step and the operating system."""
+covers three messages (goal, pose and transform), two robot cycles and turtlesim's queue. A margin
+of 10 ms covers the wait for the next physics step and delays of the operating system."""
 
 GUARANTEED_LATENCY = 0.13
 """Guaranteed upper limit (s) for the time from the release of a brick to the robot's first motion.
@@ -82,7 +82,7 @@ class Decision(NamedTuple):
 
     @property
     def margin(self) -> float:
-        """Difference (s) between the available time and the needed time."""
+        """Difference (s) between the available time and the required time."""
         return self.available - self.needed
 
     @property

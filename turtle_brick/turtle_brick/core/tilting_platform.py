@@ -33,7 +33,7 @@ class Platform:
 
     @cached_property
     def axes(self) -> tuple[Vector, Vector, Vector]:
-        """Unit vectors of the platform frame in the world frame. The y axis is the hinge."""
+        """Return the unit vectors of the platform frame in the world frame. The hinge is y."""
         return axes(self.pose.orientation)
 
     @cached_property

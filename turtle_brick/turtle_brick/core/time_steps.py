@@ -20,7 +20,7 @@ NS_PER_SECOND = 1_000_000_000
 SECONDS_PER_NS = 1e-9
 
 LONGEST_GAP = NS_PER_SECOND
-"""Maximum time (ns) since the last step at which a clock continues without a restart."""
+"""Maximum pause (ns) between two steps. After a longer pause, a step clock restarts."""
 
 
 class StepClock:

@@ -37,7 +37,7 @@ NARROW_ASPECT = 0.8
 """Aspect ratio (width / height) below which the panel covers the lower part of the picture."""
 
 FREE_FRACTION = 0.4
-"""Fraction of the height of a narrow picture that the panel never covers."""
+"""Fraction of the picture height that the panel never covers if the picture is narrow."""
 
 NARROW_CORRECTION = (0.0, 0.0, -0.8)
 """Vector added to the view direction in a narrow picture so that the camera looks down steeply."""

@@ -143,7 +143,7 @@ class Page:
         """Store the state of the brick."""
         self._brick_state = message.data
         # Messages on different topics can arrive in any order, so a decision can arrive before
-        # the state `falling`. A decision is valid until a brick hovers or rides.
+        # the state `falling`. A decision expires when the brick hovers or rides on the platform.
         if message.data in ('hovering', 'riding'):
             self._decision = ''
 

@@ -51,7 +51,7 @@ class PageServer:
 
     def update(self, function: Callable[[], Result]) -> Result:
         """
-        Call a function that changes the page, and send all changes to the browsers at once.
+        Call a function that changes the page, and send all changes to the browsers together.
 
         The function runs in viser's thread. A change in any other thread can raise "deque
         mutated during iteration" while a browser connects.

@@ -180,7 +180,7 @@ rule('rate: brick', 'The node should simulate the physics at 250 Hz',
 
 
 def velocity(message: Any) -> tuple[float, float, float]:
-    """Return the velocities x, y (m/s) and yaw (rad/s) in a Twist or a message with a twist."""
+    """Return the x and y velocities (m/s) and the yaw rate (rad/s) from a message."""
     twist = getattr(message, 'twist', message)
     return twist.linear.x, twist.linear.y, twist.angular.z
 
@@ -211,7 +211,7 @@ def odometry_equals_tf(record: Record) -> Finding:
             off.append(dist(there.position[:2], sample.pose.position[:2]))
             turned.append(angle_between(there.axes[:, 0], sample.pose.axes[:, 0]))
     require(off or None, 'no transform at the time of any odometry message')
-    # The position between two transforms is uncertain by one turtlesim tick.
+    # Between two transforms, the robot may drive for one turtlesim tick.
     allowed = number(record, 'max_velocity') * 0.016 + EXACT
     text = f'at most {largest(off):.3f} m and {largest(turned):.3f} rad off in {len(off)} messages'
     return Finding(largest(off) <= allowed and largest(turned) <= SAME_ANGLE, text)

@@ -203,6 +203,6 @@ def within(limit: float, values: list[float], reason: str,
 
 def from_faults(faults: Sequence[str], count: int, items: str,
                 plot: Plot | None = None) -> Finding:
-    """Return a finding for a number of items. The requirement is met if there are no faults."""
+    """Return a finding about `count` items. The requirement is met if there are no faults."""
     text = f'{count - len(faults)} of {count} {items}'
     return Finding(not faults, f'{text}: {"; ".join(faults[:5])}' if faults else text, plot)

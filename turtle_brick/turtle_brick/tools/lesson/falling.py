@@ -82,7 +82,7 @@ def euler_fall(time: np.ndarray, parameters: Parameters) -> np.ndarray:
 
 
 def report(parameters: Parameters) -> Iterator[str]:
-    """Yield the numbers of this lesson, line by line."""
+    """Yield the results for this lesson, one line at a time."""
     *heights, landed = fall(parameters)
     time = DT * np.arange(len(heights))
     exact = fall_time(heights[0], parameters)

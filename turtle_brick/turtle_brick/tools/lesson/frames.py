@@ -61,7 +61,7 @@ def drive(parameters: Parameters) -> tuple[list[Pose2D], list[tuple[Pose2D, Pose
 
 
 def report(parameters: Parameters) -> Iterator[str]:
-    """Yield the numbers of this lesson, line by line."""
+    """Yield the results for this lesson, one line at a time."""
     _, stops = drive(parameters)
     yield ' ' * 9 + '   world: x       y   theta       odom: x       y   theta    distance'
     for name, stop, before in zip('SABC', stops, (None, *stops)):

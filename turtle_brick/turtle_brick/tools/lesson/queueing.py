@@ -113,7 +113,7 @@ def approach(driver: Driver, parameters: Parameters) -> list[tuple[float, float]
 
 
 def report(parameters: Parameters) -> Iterator[str]:
-    """Yield the numbers of this lesson, line by line."""
+    """Yield the results for this lesson, one line at a time."""
     every = commands_for_all_phases()
     latencies = [1e3 * sent.latency for sent in every]
     typical = median(latencies)

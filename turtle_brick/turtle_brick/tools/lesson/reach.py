@@ -65,7 +65,7 @@ def largest_caught_distance(height: float, parameters: Parameters) -> float:
 
 
 def report(parameters: Parameters) -> Iterator[str]:
-    """Yield the numbers of this lesson, line by line."""
+    """Yield the results for this lesson, one line at a time."""
     drops = all_drops(parameters)
     yield f'  {outcome_counts(drops)}'
     yield '  height      fall   guaranteed distance    simulated distance'

@@ -54,7 +54,7 @@ def roll(parameters: Parameters) -> np.ndarray:
 
 
 def report(parameters: Parameters) -> Iterator[str]:
-    """Yield the numbers of this lesson, line by line."""
+    """Yield the results for this lesson, one line at a time."""
     rolls = roll(parameters)
     radius, speed = parameters.wheel_radius, parameters.max_velocity
     yield f'  wheel_radius {radius:g} m: one turn is {2.0 * pi * radius:.3f} m'
