@@ -45,7 +45,7 @@ class Fall(NamedTuple):
         return (self.x, self.y, self.z)
 
     def height(self, stamp: int, gravity: float) -> float:
-        """Return the height (m) of the brick at a given time (ns): z - v t - g t^2 / 2."""
+        """Return the height z - v t - g t^2 / 2 (m) of the brick at a given time (ns)."""
         time = (stamp - self.stamp) * SECONDS_PER_NS
         return self.z - self.speed * time - 0.5 * gravity * time * time
 
