@@ -175,7 +175,8 @@ class TurtleRobot(Node):
         goal = frame.transform(point)[:2]
         if not all(map(isfinite, goal)):
             self.get_logger().warning(
-                'Ignored the goal ({:g}, {:g}, {:g}) because it is too far away'.format(*point),
+                'Ignored the goal ({:g}, {:g}, {:g}) because its position in the world frame is '
+                'not finite'.format(*point),
                 throttle_duration_sec=WARNING_PERIOD)
             return
         x, y = within_arena(*goal)

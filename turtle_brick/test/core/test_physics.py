@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Plain examples for the members of World, beginning with those that the assignment requires."""
+"""Test the members of World with plain examples, starting with the required members."""
 
 import inspect
 from math import inf, nan, pi

@@ -50,7 +50,7 @@ class Shape(NamedTuple):
     """A colored solid, line or text in a frame."""
 
     kind: str  # 'box', 'cylinder' (about z), 'sphere', 'line' or 'text' (facing the camera).
-    size: Vector  # Size (m) along x, y and z. A line has the width x, and text has the height z.
+    size: Vector  # Size (m) along x, y and z: for lines, x is the width; for text, z is the height.
     color: Color
     pose: Pose = ORIGIN  # Pose of the center of the shape.
     text: str = ''

@@ -141,7 +141,7 @@ class Observer(Node):
 
     def __init__(self, profile: Profile | None = None, name: str = 'referee',
                  **node_options: Any) -> None:
-        """Record the topics in a profile. The options are passed to rclpy.node.Node."""
+        """Record the topics that a profile lists. The options are passed to rclpy.node.Node."""
         super().__init__(name, **{'start_parameter_services': False, **node_options})
         self.poller = PollingNode(f'{name}_poller', **node_options)
         self.record = Record(profile or Profile())

@@ -125,7 +125,7 @@ def join_namespaces(base, namespace):
 
 
 def _collect(kind, context, *values):
-    # As in the real launch_ros, a group changes lists that already existed permanently.
+    # As in the real launch_ros, a group permanently changes lists that already existed.
     context.launch_configurations.setdefault(kind, []).extend(values)
 
 
