@@ -97,7 +97,7 @@ class WebArena:
         return json.dumps({'sliders': sliders, 'size': ARENA_SIZE, 'brick': brick, 'wall': wall})
 
     def update(self, form: str) -> None:
-        """Apply the changed values in the form (JSON)."""
+        """Apply the changed values of the HTML form, given as JSON."""
         before, self.form = self.form, json.loads(form)
         changed = {name for name, value in self.form.items() if value != before.get(name)}
         if changed.intersection(ADJUSTABLE):

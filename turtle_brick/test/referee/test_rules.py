@@ -213,7 +213,7 @@ CORRECT = {
     'gravity': NUMBERS['gravity_accel'],
     'step': 0.008,  # Period of the brick transforms (s).
     'aside': 0.0,  # Sideways speed of the falling brick (m/s).
-    'below': 0.0, 'above': 0.0,  # Brick below the ground and above the platform (m).
+    'below': 0.0, 'above': 0.0,  # Distances (m) of the brick.
     'lean': 0.0,  # Inclination of the brick (rad).
     'pull': 1.0,  # Factor of the acceleration on the slope.
     'stop': NUMBERS['platform_radius'] + LENGTH / 2.0,  # End of the slide (m).

@@ -67,7 +67,7 @@ def test_shapes_are_read_from_the_robot_description():
 
 def test_invalid_robot_description_is_rejected():
     for before, after, reason in (
-            ('</robot>', '', 'is not XML'), ('radius="0.5"', 'radius="wide"', 'wide'),
+            ('</robot>', '', 'is not valid XML'), ('radius="0.5"', 'radius="wide"', 'wide'),
             ('rgba="1 0 0 1"', 'rgba="1 0 0"', "rgba of <color> is '1 0 0'"),
             ('length="3"', 'length="nan"', "length of <cylinder> is 'nan'"),
             ('<child link="bare"/>', '<child link="other"/>', 'must have one root link')):

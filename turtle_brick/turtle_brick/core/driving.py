@@ -21,7 +21,7 @@ discarded. A controller that uses the latest pose overshoots and oscillates. Thi
 uses a Smith predictor. `CommandQueue` models the queue and predicts the position at which the next
 command takes effect. `Driver` computes the command for the predicted position.
 
-All times (s) come from one steady clock. The caller passes the current time.
+All times (s) come from one monotonic clock. The caller passes the current time.
 """
 
 from collections import deque

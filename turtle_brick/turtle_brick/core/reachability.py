@@ -56,7 +56,7 @@ of 10 ms covers the wait for the next physics step and delays of the operating s
 
 GUARANTEED_LATENCY = 0.13
 """Guaranteed upper limit (s) for the time from the release of a brick to the robot's first motion.
-The limit covers COMMAND_LATENCY and the detection of the fall from three positions."""
+The limit covers COMMAND_LATENCY and the time for observing the three positions of a fall."""
 
 LEVEL_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + 0.015
 """Maximum time (s) from a tilt command of 0 until the arena receives a level platform pose."""

@@ -151,7 +151,7 @@ def processor_usage(nodes: dict[str, psutil.Process],
 
 
 def measure(seconds: float, drop_count: int) -> dict[str, Any]:
-    """Measure the graph in two idle windows (duration in s) and during a number of drops."""
+    """Measure the graph during two idle periods of a given duration (s) and several drops."""
     parameters, random = load(), Random(1)
     make_observer = partial(Observer, name='benchmark',
                             profile=Profile.from_parameters(parameters))

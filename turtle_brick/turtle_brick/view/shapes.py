@@ -50,7 +50,7 @@ class Shape(NamedTuple):
     """A colored solid, line or text in a frame."""
 
     kind: str  # 'box', 'cylinder' (about z), 'sphere', 'line' or 'text' (facing the camera).
-    size: Vector  # Size (m) along x, y and z: for lines, x is the width; for text, z is the height.
+    size: Vector  # Size (m) along x, y and z. x is the width of a line, and z is the height of text.
     color: Color
     pose: Pose = ORIGIN  # Pose of the center of the shape.
     text: str = ''
@@ -126,7 +126,7 @@ def robot_shapes(description: str) -> RobotShapes:
     try:
         robot = ElementTree.fromstring(description)
     except ElementTree.ParseError as error:
-        raise ValueError(f'robot_description is not XML: {error}') from None
+        raise ValueError(f'robot_description is not valid XML: {error}') from None
     colors = {material.get('name'): _numbers(color, 'rgba', 4)
               for material in robot.iter('material')
               if (color := material.find('color')) is not None}

@@ -229,7 +229,7 @@ class LaunchService:
         return status
 
     async def run_async(self):
-        """Launch until all processes have exited, and return the exit code."""
+        """Run the launch description until all processes have exited, and return the exit code."""
         context, self._loop = self.context, asyncio.get_running_loop()
         launch_config.level, launch_config.on_closed_stdout = self._level, self._on_closed_stdout
         signals = []

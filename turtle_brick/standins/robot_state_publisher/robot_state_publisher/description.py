@@ -122,7 +122,7 @@ def parse(urdf: str) -> dict[str, Joint]:
         # Encode the URDF because ElementTree rejects a str with an encoding declaration.
         robot = ElementTree.fromstring(urdf.encode())
     except ElementTree.ParseError as error:
-        raise ValueError(f'robot_description is not XML: {error}') from None
+        raise ValueError(f'robot_description is not valid XML: {error}') from None
     if robot.tag != 'robot':
         raise ValueError(f'robot_description begins with <{robot.tag}>, not with <robot>')
     links = [link.get('name', '') for link in robot.findall('link')]
