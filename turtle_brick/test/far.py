@@ -17,9 +17,9 @@ Drop bricks in a graph on three hosts with slow links between them.
 
     python3 turtle_brick/test/far.py --delay 30 --jitter 5 --loss 1 --drops 40
 
-The hosts are network namespaces on this machine. One host runs the robot, one the catcher, and one
-the arena with a client. A software switch delays and drops Ethernet frames. The program requires
-user namespaces (`unshare --user`) and /dev/net/tun, but not root privileges.
+The hosts are network namespaces on this machine. The first host runs the robot, the second runs
+the catcher, and the third runs the arena. A software switch delays and drops Ethernet frames. The
+program requires user namespaces (`unshare --user`) and /dev/net/tun, but not root privileges.
 """
 
 import argparse

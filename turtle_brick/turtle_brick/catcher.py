@@ -199,7 +199,7 @@ class CatcherNode(Node):
         self.marker_publisher.publish(marker)
 
     def log_missing(self) -> None:
-        """Log once which parts of the graph are missing, and once that all parts are found."""
+        """Log the missing parts of the graph once, and log a message when all parts are found."""
         missing = [f'the transform of {frame}' for frame in (PLATFORM, BRICK)
                    if latest_transform(self.tf_buffer, frame) is None]
         if not self.has_subscribers():

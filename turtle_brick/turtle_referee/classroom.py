@@ -48,7 +48,7 @@ INSTALL_DIRECTORIES = ('install', '.ros/install')
 """Names of the directories in which colcon and env.bash install a workspace."""
 
 SHARE_DIRECTORIES = ('turtle_brick/share/turtle_brick', 'share/turtle_brick')
-"""Share directories of turtle_brick in an isolated and a merged install directory."""
+"""Paths of the `share` directory in isolated and in merged install directories."""
 
 LAUNCH_FILES = ('turtle_arena.launch.py', 'turtle_arena.launch.xml')
 """Launch files for the arena, in order of preference."""

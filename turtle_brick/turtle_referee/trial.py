@@ -159,7 +159,7 @@ class Trial(GraphClient):
         self.drive_to(CENTER)
 
     def tilt(self) -> None:
-        """Tilt the platform to each angle in the program."""
+        """Tilt the platform to each angle in the test program."""
         self.log('tilting')
         for angle in self.program.tilts:
             begin = time_ns()

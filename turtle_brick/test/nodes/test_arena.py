@@ -93,7 +93,7 @@ def test_place_and_drop_refuse_invalid_requests(bench):
 
 
 def test_brick_rides_with_a_moving_platform(bench):
-    """A riding brick is broadcast in the platform frame, once per physics step."""
+    """The pose of a brick on the platform is broadcast in the platform frame once per step."""
     bench.platform = (1.0, 5.0, 0.0, 0.0)
     assert bench.place(1.2, 5.1, 3.0).success and bench.drop().success
     bench.until(Phase.RIDING)

@@ -67,7 +67,7 @@ FAR, CLOSE = (1.5, 1.5, 8.0), (CENTER[0] + OFFSET, CENTER[1], 4.0)
 """Starting positions (m) of a brick beside the robot and of a brick above its platform."""
 
 ANGLE, TILT, LEVEL = 0.5, 6.7, 7.9
-"""Platform angle (rad) for tipping off a brick, and the times (s) of tilting and leveling."""
+"""Tilt angle (rad) of the platform, and the times (s) when the platform tilts and levels."""
 
 
 def at(seconds):
@@ -207,15 +207,15 @@ def tip(record, off):
 
 
 CORRECT = {
-    'slip': 1.0,  # Factor of the wheel rotation.
-    'crooked': 0.0,  # Error of the stem angle (rad).
+    'slip': 1.0,  # Factor applied to the wheel rotation.
+    'crooked': 0.0,  # Error (rad) added to the stem angle.
     'rate': 100.0,  # Message rate of the robot (Hz).
     'gravity': NUMBERS['gravity_accel'],
     'step': 0.008,  # Period of the brick transforms (s).
     'aside': 0.0,  # Sideways speed of the falling brick (m/s).
     'below': 0.0, 'above': 0.0,  # Distances (m) of the brick.
     'lean': 0.0,  # Inclination of the brick (rad).
-    'pull': 1.0,  # Factor of the acceleration on the slope.
+    'pull': 1.0,  # Factor applied to the acceleration on the slope.
     'stop': NUMBERS['platform_radius'] + LENGTH / 2.0,  # End of the slide (m).
     'drift': 0.0}  # Speed of the brick after the slide (m/s).
 """Values of a correct record."""

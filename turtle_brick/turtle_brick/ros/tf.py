@@ -44,7 +44,7 @@ MAX_AGE_NS = 500_000_000
 """Age (ns) beyond which the transform of a moving frame is ignored."""
 
 MAX_AHEAD_NS = NS_PER_SECOND
-"""Maximum time (ns) by which a timestamp can be in the future. tf2 discards transforms that are
+"""Maximum time (ns) by which a timestamp may be in the future. tf2 discards transforms that are
 10 s older than the latest one, so a timestamp far ahead would block all later transforms."""
 
 BUFFER_DURATION_NS = 10_000_000_000

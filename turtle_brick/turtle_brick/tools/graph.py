@@ -104,7 +104,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         return node
 
     def remove(self, node: Node) -> None:
-        """Remove a node from the graph and destroy it."""
+        """Remove a node from the graph, and destroy the node."""
         self.nodes.remove(node)
         self.executor.remove_node(node)
         # The executor removes the node in its next cycle.

@@ -78,7 +78,7 @@ class InvalidLaunchFileError(Exception):
 
 
 class InvalidPythonLaunchFileError(InvalidLaunchFileError):
-    """A Python launch file has no function generate_launch_description."""
+    """A Python launch file does not define generate_launch_description."""
 
 
 def get_launch_description_from_python_launch_file(path):
