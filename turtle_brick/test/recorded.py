@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Repeat `ros2` and other commands that were recorded with the real ROS 2 programs."""
+"""Replay `ros2` and other commands recorded with the real ROS 2 programs."""
 
 from contextlib import contextmanager, suppress
 import gc

@@ -29,7 +29,7 @@ ground. The brick always has the same inclination as the platform.
 
 A brick lands if its center is above the platform, because the assignment specifies only a radius
 for the platform and only a position for the robot. A sliding brick leaves the platform when its
-whole bottom is outside the radius, because the assignment requires this for its trailing edge.
+entire bottom is outside the radius. The assignment requires that the trailing edge be outside.
 """
 
 from enum import Enum
@@ -45,7 +45,7 @@ STEP_NS = 4_000_000
 """Duration (ns) of one physics step in the arena. The step rate is 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
-"""Maximum distance (m) below its resting height at which a brick can still land."""
+"""Maximum distance (m) that a brick may be below its resting height and still land."""
 
 MIN_NORMAL_Z = 1e-9
 """Minimum vertical component of the unit normal at which the platform supports the brick."""

@@ -128,7 +128,7 @@ def judge_class(rules: Rules, options: argparse.Namespace, command: Sequence[str
     workspaces = sorted(path for path in options.classroom.iterdir()
                         if path.is_dir() and not path.name.startswith('.'))
     if not workspaces:
-        raise ValueError(f'{options.classroom} has no subdirectory, but --class requires '
+        raise ValueError(f'{options.classroom} has no subdirectories, but --class requires '
                          'one subdirectory per student')
     RESULTS.mkdir(exist_ok=True)
     statuses = set()

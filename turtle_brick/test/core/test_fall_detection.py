@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples of fall detection, and properties of falls and other motions."""
+"""Test fall detection with examples and with random falls and other motions."""
 
 from collections import deque
 from math import cos, isnan, pi, sin, sqrt

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples and properties of reachability and robot tracking."""
+"""Test reachability and robot tracking with examples and random input."""
 
 from dataclasses import replace
 from math import hypot, inf, sqrt

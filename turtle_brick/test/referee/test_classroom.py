@@ -89,7 +89,7 @@ def test_an_interrupt_ends_all_processes(students):
 
 @pytest.mark.parametrize('options, reason', (
     (['--class', 'missing'], '--class missing is not a directory'),
-    (['--class', '.'], '. has no subdirectory'),
+    (['--class', '.'], '. has no subdirectories'),
     (['--class', '.', '--summary', '.'], '--class cannot be combined with'),
     (['--summary', '.'], 'there is no JSON file in .'),
     (['--summary', '.', '--', 'true'], '--summary cannot be combined with'),

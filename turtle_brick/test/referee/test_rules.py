@@ -445,7 +445,7 @@ FAULTS = (
     ('text: kind', lambda record, text: change_text(record, 3.0, text), (),
      ('unreachable!', 'UNREACHABLE')),
     ('text: kind', lambda record, kind: change_text(record, 3.0, kind=kind), (), (Marker.ARROW,)))
-"""A rule, a fault (a key of CORRECT or a function), allowed values and broken values."""
+"""A rule, a fault (a key in CORRECT or a function), allowed values, and values that break it."""
 
 
 def test_a_correct_record_meets_all_requirements_and_an_empty_record_none():

@@ -269,7 +269,7 @@ def test_timeouts_and_emulate_tty_are_launch_arguments(environment, tmp_path, mo
 
 
 def run(record, files, top, before):
-    """Run a recorded command with its signals. Return the command and its remaining processes."""
+    """Run a recorded command, and return it and the processes that remain after its signals."""
     environment = {
         **before, 'ROS_LOG_DIR': str(top / 'log'), 'HOME': str(top / 'home'),
         'COLUMNS': '100', 'PYTHON_COLORS': '0',  # Python 3.13 colors tracebacks.

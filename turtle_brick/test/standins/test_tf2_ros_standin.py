@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Compare the stand-in for tf2_ros with recordings, and type hashes with the real hashes."""
+"""Compare the stand-in for tf2_ros and its type hashes with the real ones."""
 
 import json
 from pathlib import Path

@@ -35,7 +35,7 @@ from turtle_brick.tools.simulation import Delays, Simulation
 PARAMETERS = load()
 STEP = 0.004
 
-# Delays as in the live graph without jitter, and longer delays with jitter.
+# The delays in the live graph (no jitter), and longer delays (with jitter).
 DELAYS = [Delays(), Delays(0.0010, 0.0040, 0.002, 0.0003)]
 
 
@@ -183,5 +183,5 @@ def test_command_latency_is_neither_too_short_nor_too_long(delays):
         (decided, _), = simulation.decisions
         latencies.append((simulation.now - decided) * 1e-9 - travel)
     assert COMMAND_LATENCY - 0.025 <= max(latencies) <= COMMAND_LATENCY
-    # The third sample of the fall follows the release after at most 12 ms.
+    # The third sample of the fall arrives at most 12 ms after the release.
     assert COMMAND_LATENCY + 0.012 <= GUARANTEED_LATENCY == 0.13

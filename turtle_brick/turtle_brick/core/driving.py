@@ -33,10 +33,10 @@ COMMAND_PERIOD = 0.010
 """Interval (s) between commands on cmd_vel."""
 
 TRANSPORT_DELAY = 0.0004
-"""Delay (s) of a message between two nodes on one machine. Measurements gave 0.2 to 0.6 ms."""
+"""Delay (s) of a message between two nodes on one machine. Measured: 0.2 to 0.6 ms."""
 
 POSE_TIMEOUT = 0.25
-"""Maximum age (s) of a pose that is used for driving."""
+"""Maximum age (s) of a pose used for driving."""
 
 APPROACH_FRACTION = 0.5
 """Fraction of the remaining distance that the turtle covers per tick near its goal. A fraction of
@@ -224,7 +224,7 @@ class Driver:
             self.arrived = False
 
     def observe(self, now: float, pose: TurtlePose) -> None:
-        """Record a pose of the turtle that arrives at `now` (s)."""
+        """Record a turtle pose received at `now` (s)."""
         self._queue.observe(now, pose)
 
     def command(self, now: float) -> tuple[float, float]:

@@ -32,7 +32,7 @@ WINDOW = 10.0
 """Time (s) for which a measurement is used."""
 
 OUTLIER_FRACTION = 0.01
-"""Fraction of transforms that are ignored as outliers, for example after a single stall."""
+"""Fraction of transforms ignored as outliers, for example after a single stall."""
 
 OVERLOAD_FRACTION = 0.2
 """Fraction of late timer callbacks above which the machine is considered overloaded."""

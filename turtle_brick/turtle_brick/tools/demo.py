@@ -18,8 +18,8 @@ demo: run the whole graph in one process and drop bricks.
 By default, the demo drops two bricks: one that can be caught and one that cannot. With --arenas N,
 the demo runs N arenas in parallel, each in its own process and namespace.
 
-The exit status is 0 if every brick that the catcher accepted was caught and tipped off, and no
-brick within the guaranteed distance was refused. Otherwise the exit status is 1.
+The exit status is 0 if the robot caught and tipped off every accepted brick, and the catcher
+accepted every brick within the guaranteed distance. Otherwise, the exit status is 1.
 """
 
 import argparse

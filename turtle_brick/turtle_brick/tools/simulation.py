@@ -314,7 +314,7 @@ def guaranteed_distance_to(brick: Vector, parameters: Parameters, excess: float 
 
 
 def start_simulation(parameters: Parameters, seed: int) -> Simulation:
-    """Return a running simulation that includes jitter, with the robot at rest in the center."""
+    """Return a running simulation with jitter, in which the robot is at rest in the center."""
     simulation = Simulation(parameters, seed, JITTER)
     simulation.rest(0.3)  # The robot, the arena and the catcher exchange their first messages.
     return simulation
@@ -347,7 +347,7 @@ class TraceSample(NamedTuple):
 
 
 def trace(parameters: Parameters, drop: SimulatedDrop) -> list[TraceSample]:
-    """Repeat a drop and return one sample per physics step until 0.3 s after its end."""
+    """Repeat a drop. Return one sample per physics step until 0.3 s after the drop has ended."""
     simulation = start_simulation(parameters, drop.seed)
     samples: list[TraceSample] = []
 

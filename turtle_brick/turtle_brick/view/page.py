@@ -239,7 +239,7 @@ class Page:
         return height, distance, length * NS_PER_SECOND / SPEED_WINDOW_NS
 
     def _find_fixed_frame(self) -> str:
-        """Return world, or the root link if neither this link nor the brick is connected to it."""
+        """Return world, or the root link if neither the root link nor the brick is below world."""
         root = self._robot.root
         is_in_world = any(
             self._buffer.can_transform(WORLD, frame, Time()) for frame in (root, BRICK))
@@ -277,7 +277,7 @@ class Page:
             return None
 
     def _warn_once(self, sentence: str) -> None:
-        """Log a warning if the same sentence has not been logged before."""
+        """Log a warning unless the same warning has already been logged."""
         if sentence not in self._warnings:
             self._warnings.add(sentence)
             self._warn(sentence)

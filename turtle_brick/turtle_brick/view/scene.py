@@ -38,7 +38,7 @@ POSITION_TOLERANCE = 1e-3
 LABEL_ANCHORS: dict[str, Any] = {
     'world': 'bottom-right', 'odom': 'top-right', 'base_link': 'bottom-left', 'stem': 'top-left',
     'wheel': 'top-right', 'platform': 'bottom-right', 'brick': 'top-left'}
-"""Label corner at the origin of each frame. Different corners keep labels apart."""
+"""Corner of each label that lies at the origin of the frame. Different corners avoid overlaps."""
 
 
 class BrowserCamera:

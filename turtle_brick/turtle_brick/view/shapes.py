@@ -50,7 +50,7 @@ class Shape(NamedTuple):
     """A colored solid, line or text in a frame."""
 
     kind: str  # 'box', 'cylinder' (about z), 'sphere', 'line' or 'text' (facing the camera).
-    size: Vector  # Size (m) along x, y and z. x is the width of a line, and z is the height of text.
+    size: Vector  # Size (m) along x, y and z. x is the width of a line, z the height of text.
     color: Color
     pose: Pose = ORIGIN  # Pose of the center of the shape.
     text: str = ''

@@ -58,7 +58,7 @@ def load_type(name: str) -> Any:
 
 
 def fill_position(message: Any, position: Sequence[float]) -> bool:
-    """Set the first fields x, y and z in a message, and return whether these fields exist."""
+    """Set the first x, y and z fields found in a message. Return whether there are any."""
     fields = message.get_fields_and_field_types()
     if {'x', 'y', 'z'} <= set(fields):
         message.x, message.y, message.z = map(float, position)

@@ -30,7 +30,7 @@ MAX_GAP_NS = 120_000_000
 """Maximum interval (ns) between two transforms for interpolation."""
 
 EXTRAPOLATION_NS = 50_000_000
-"""Time (ns) for which a frame is known before its first and after its last transform."""
+"""Margin (ns) before the first and after the last transform in which a frame is still known."""
 
 MAX_LATENESS_NS = 15_000_000
 """Maximum delay (ns) of the observer that does not count as a stall."""
@@ -288,7 +288,7 @@ def message_rate(times: Sequence[float]) -> float:
 
 def rest_start(track: Sequence[tuple[int, Any]], tolerance: float, duration: int) -> int | None:
     """
-    Return the time (ns) since which a position has been constant, or None if the position changes.
+    Return the time (ns) at which a position last changed, or None if it is still changing.
 
     :param track: times (ns) and positions (m)
     :param tolerance: maximum distance (m) from the last position

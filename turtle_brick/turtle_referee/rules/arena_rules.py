@@ -247,7 +247,7 @@ class MeasuredFall(NamedTuple):
 
 
 def fit_fall(times: Array, depths: Array) -> tuple[float, float, float]:
-    """Fit a fall from rest, and return its start (s), acceleration and maximum deviation (m)."""
+    """Fit a fall from rest. Return its start (s), its acceleration, and the largest error (m)."""
     # In a fall from rest, the square root of the depth is a linear function of time.
     slope, offset = numpy.polyfit(times, numpy.sqrt(2.0 * depths), 1)
     begin, acceleration = -float(offset / slope), float(slope) ** 2

@@ -161,7 +161,7 @@ class Rules(list[Rule]):
 
 
 def number(record: Record, name: str) -> float:
-    """Return a physical parameter of the robot, or raise Open if it is unknown."""
+    """Return a physical parameter of the robot, or raise Open if the value is unknown."""
     if name not in record.profile.numbers:
         raise Open(f'{name} is unknown because no node has this parameter; add it to a profile')
     return record.profile.numbers[name]

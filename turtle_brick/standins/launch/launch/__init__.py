@@ -53,7 +53,7 @@ class LaunchDescription:
     execute = get_sub_entities
 
     def declared_arguments(self, entity=None, given=(), conditional=False):
-        """Return all arguments, also from included files, and whether each is required."""
+        """Return all arguments, also those in included files, and whether each one is required."""
         found = []
         for each in (entity or self).get_sub_entities():
             under = conditional or each.condition is not None

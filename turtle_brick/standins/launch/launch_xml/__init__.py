@@ -141,7 +141,7 @@ TYPES.update({f'list_of_{name}': list[each] for name, each in TYPES.items()})
 
 
 def attributes(element, known, needed=()):
-    """Return the attributes of an element by their Python names."""
+    """Return a dictionary of the attributes of an element, keyed by Python name."""
     found = {PYTHON.get(name, name): text for name, text in element.attrib.items()}
     for name in needed:
         if name not in found:

@@ -115,7 +115,7 @@ class RobotStatePublisher(Node):
         return True
 
     def _find_sources(self, names: tuple[str, ...]) -> list[tuple[Joint, int, float, float]]:
-        """Return joints with i, m and b, so that each joint is at m * positions[i] + b."""
+        """Return each joint with i, m and b. Its position is m * positions[i] + b."""
         sources: dict[str, tuple[int, float, float]] = {}
         for index, name in enumerate(names):
             sources.setdefault(name, (index, 1.0, 0.0))

@@ -349,7 +349,7 @@ class BufferCore:
 
     def _climb(self, frame: str, goal: str, other: str, time: int
                ) -> tuple[str, Transform, NoDataError | None]:
-        """Return the last reachable ancestor, the pose in this ancestor, and the gap above it."""
+        """Return the last reachable ancestor, the pose in it, and the error beyond it, if any."""
         pose = _IDENTITY
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]
