@@ -151,7 +151,7 @@ class TurtleRobot(Node):
             self.drive_to(frame_pose, point)
             return
         if self.tf_listener is None:
-            # A listener from the start would add 70 % to the processor time of this node.
+            # Creating the listener at the start would add 70 % to the processor time of this node.
             self.tf_listener = GuardedListener(self.tf_buffer, self)
         self.pending_goal = (frame, point, monotonic() + FRAME_TIMEOUT)
         self.try_pending_goal(*self.pending_goal)

@@ -61,7 +61,7 @@ PROCESSES = [name for name, record in RECORDS.items() if signals_of(record) or r
 
 INTERFACE_LISTS = {'interface_list': 'turtle|:', 'interface_package': '',
                    'interface_packages': 'turtle|std_'}
-"""Recorded commands, with a pattern for the lines that are in the recordings."""
+"""Recorded commands, each with a pattern for the lines in its recording."""
 
 # Verbs that set parameters or call services run last, because they affect the other verbs.
 HERE = sorted(set(RECORDS).difference(PROCESSES, INTERFACE_LISTS), key=lambda name: (

@@ -66,7 +66,7 @@ class ParameterRule(NamedTuple):
         numbers = [value] if self.length == 1 else value
         if not isinstance(numbers, (list, tuple)) or len(numbers) != self.length:
             return False
-        # NaN is invalid because every comparison with NaN is false.
+        # NaN is invalid because NaN is neither above nor below any number.
         return all(isinstance(number, (int, float)) and not isinstance(number, bool)
                    and self.lower <= number <= self.upper for number in numbers)
 

@@ -31,7 +31,7 @@ from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import TICK
 
 COMMITTED_TIME = QUEUE_LATENCY + 2 * COMMAND_PERIOD + TICK
-"""Maximum time (s) for which a moving robot may continue from its last observed position. The
+"""Maximum time (s) for which a robot can keep moving after its last observed position. The
 position is up to one tick and one robot cycle old, and the queued commands are still executed."""
 
 REST_TIME = 0.07
@@ -132,7 +132,7 @@ class RobotTracker:
                 self._departure = None
             return
         self._departure = None
-        # If the robot was not observed at rest after COMMAND_LATENCY, it may have moved in time.
+        # If no pose at rest follows COMMAND_LATENCY, the robot may have been on time.
         if (self._last_at_departure - sent) * SECONDS_PER_NS > COMMAND_LATENCY:
             self._latency.record_response_delay(
                 now, (now - sent) * SECONDS_PER_NS - COMMAND_LATENCY)

@@ -11,4 +11,4 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Shared code for starting and ending nodes, for TF, and for parameters."""
+"""Shared code for starting and stopping nodes, for TF, and for parameters."""

@@ -18,10 +18,10 @@ benchmark: measure processor time, message intervals and reaction times of the l
 The machine must be otherwise idle. The measurements are taken as follows:
 
 * `ros2 launch turtle_brick turtle_arena.launch.py view:=none` runs in a separate ROS domain.
-* Processor time is the user and system time of each process in two windows. In the idle
-  window, the brick hovers, the robot is at rest, and no client subscribes to fast topics (100 Hz
-  or more). In the catching window, a client drops one brick after another and records all topics.
-* Message intervals are measured in another idle window, with the client connected. An interval is
+* Processor time is the user and system time of each process in two periods. In the idle
+  period, the brick hovers, the robot is at rest, and no client subscribes to fast topics (100 Hz
+  or more). In the catching period, a client drops one brick after another and records all topics.
+* Message intervals are measured in another idle period, with the client connected. An interval is
   the difference between two source timestamps, which the publisher's middleware sets.
 * Reaction times start when the brick is released. At that time, the robot is at rest at a random
   distance from the brick and must drive to catch it. The release time is the timestamp of the

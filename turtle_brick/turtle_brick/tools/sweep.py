@@ -205,7 +205,7 @@ def make_plan(options: argparse.Namespace, parameters: Parameters) -> Plan:
     heights = options.height or [parameters.brick_start[2]]
     if len(heights) > 2 or not lowest <= heights[0] <= heights[-1] < inf:
         raise ValueError(f'--height is {" ".join(map(str, heights))}, but must be one height or '
-                         f'a minimum and a maximum height of at least {lowest:g} m')
+                         f'a minimum and a maximum, each at least {lowest:g} m')
     return Plan(options.grid is not None, options.grid or options.drops,
                 (heights[0], heights[-1]), options.seed)
 

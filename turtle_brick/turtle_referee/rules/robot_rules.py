@@ -375,7 +375,7 @@ def goals_are_reached(record: Record) -> Finding:
 
 
 def deviations(record: Record) -> Iterator[tuple[float, float]]:
-    """Yield the overshoot (m) beyond the goal and the lateral distance (m) from the line to it."""
+    """Yield the overshoot (m) and the lateral deviation (m) from the line to the goal."""
     for drive in drives(record):
         (x0, y0), (x1, y1) = drive.start, drive.goal
         ux, uy = (x1 - x0) / drive.length, (y1 - y0) / drive.length

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Rules that use a record to judge the requirements of the assignment, without ROS.
+Rules that check whether a record meets the requirements of the assignment, without ROS.
 
 A rule is a function that returns a `Finding`. The function raises `Broken` if required data is
 absent, and `Open` if the record is insufficient for a judgment.

@@ -220,7 +220,7 @@ class LaunchService:
             self._loop.call_soon_threadsafe(self.context.shutdown)
 
     def run(self, *, shutdown_when_idle=True):
-        """Launch in the main thread until all processes have exited. Return the exit code."""
+        """Run in the main thread until all processes have exited, and return the exit code."""
         status = asyncio.run(self.run_async())
         number = self.context.signal
         if number != signal.SIGINT:

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Stand in for logging, utilities, substitutions and conditions in the package launch."""
+"""Stand in for logging, utilities, substitutions and conditions from the `launch` package."""
 
 from datetime import datetime
 from functools import lru_cache
