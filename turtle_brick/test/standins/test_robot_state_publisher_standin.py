@@ -137,7 +137,7 @@ def joint(inside='', kind='fixed', name='j', parent='a', child='b'):
 
 
 @pytest.mark.parametrize('description, reason', [
-    ('<robot', 'not XML'),
+    ('<robot', 'not valid XML'),
     ('<car/>', '<car>'),
     (robot(links=('a', 'a')), r'\[a\] is defined'),
     (robot(joint(), joint(name='k')), r'\[b\] is defined, or is a child, more than once'),
