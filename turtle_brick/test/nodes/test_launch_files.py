@@ -12,7 +12,12 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the launch files, mostly with programs that only report arguments and parameters."""
+"""
+Test the launch files.
+
+Each launch file starts programs that only report their arguments and parameters, so the tests do
+not require rviz2 or a display. One test starts the real nodes.
+"""
 
 import json
 import os
@@ -21,7 +26,11 @@ import signal
 import subprocess
 import sys
 
-from geometry_msgs.msg import Point
+from geometry_msgs.msg import Point, Twist
+from launch import LaunchContext
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+from launch.launch_description_sources import AnyLaunchDescriptionSource
+from launch.utilities import perform_substitutions
 from live_graph import graph, process, TIMEOUT
 import pytest
 from std_srvs.srv import Trigger
@@ -30,6 +39,7 @@ from turtle_brick_interfaces.srv import Place
 import yaml
 
 SHARE = default_path().parents[1]
+NAMES = ('show_turtle', 'run_turtle', 'turtle_arena')
 
 PROGRAMS = {
     'joint_state_publisher': ['joint_state_publisher'],
@@ -50,10 +60,10 @@ while '--params-file' in words:
         for node, section in yaml.safe_load(file).items():
             parameters.setdefault(node, {{}}).update(section['ros__parameters'])
     del words[index:index + 2]
-report = [os.path.basename(sys.argv[0]), ' '.join(words), parameters]
+report = [os.path.basename(sys.argv[0]), words, parameters, os.environ.get('QT_QPA_PLATFORM')]
 print('report:', json.dumps(report), file=sys.stderr)
 """
-"""Program that prints its name, its arguments and its parameters."""
+"""Program that prints its name, its arguments, its parameters and the Qt platform."""
 
 TOPICS = {
     'robot_description': ('RobotModel', 'Transient Local'),
@@ -99,15 +109,17 @@ def prefix(tmp_path_factory):
 
 
 def launched(prefix, file, *arguments, **environment):
-    """Run a launch file, and return its programs' reports and the messages from launch."""
-    variables = {name: value for name, value in os.environ.items() if name != 'TURTLE_BRICK_VIEW'}
+    """Run a launch file, and return the reports from its programs and the messages from launch."""
+    variables = {name: value for name, value in os.environ.items()
+                 if name not in ('TURTLE_BRICK_VIEW', 'QT_QPA_PLATFORM')}
     variables['AMENT_PREFIX_PATH'] = f'{prefix}:{os.environ["AMENT_PREFIX_PATH"]}'
     done = subprocess.run(
         [sys.executable, '-c', LAUNCH, str(SHARE / 'launch' / file), *arguments], text=True,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env={**variables, **environment})
     assert done.returncode == 0, done.stdout
     reports = map(json.loads, re.findall('report: (.*)', done.stdout))
-    return ({name: (words, parameters) for name, words, parameters in reports},
+    return ({name: (' '.join(words), parameters, platform)
+             for name, words, parameters, platform in reports},
             re.findall(r'\[launch.user\]: (.*)', done.stdout))
 
 
@@ -128,17 +140,50 @@ def test_python_and_xml_start_the_same_programs(prefix, name, arguments, environ
     assert set(programs) == expected
     assert bool(messages) == ('rviz2' in programs)
     namespace = '/alice' if 'namespace:=alice' in arguments else '/'
-    for program, (words, _) in programs.items():
+    for program, (words, parameters, platform) in programs.items():
         assert f'__ns:={namespace}' in words.split()
         no_tf = program == 'turtlesim_node' or 'joint_state' in program
         assert ('/tf:=tf' in words and '/tf_static:=tf_static' in words) is not no_tf
+        is_own_node = program in ('arena', 'catcher', 'turtle_robot')
+        assert ('wheel_radius' in str(parameters)) is is_own_node
+    description = programs['robot_state_publisher'][1]['/**']
+    assert description['ignore_timestamp'] is True
+    assert '<robot name="turtle"' in description['robot_description']
     if 'rviz2' in programs:
         config = 'own' if 'rviz_config:=config/own.rviz' in arguments else name
         assert programs['rviz2'][0].split()[1] == str(
             prefix / 'share' / 'turtle_brick' / 'config' / f'{config}.rviz')
+    if 'turtle_robot' in programs:
+        assert 'cmd_vel:=turtle1/cmd_vel' in programs['turtle_robot'][0]
+        _, parameters, platform = programs['turtlesim_node']
+        assert parameters['/**'] == {'holonomic': True}
+        assert platform == 'xcb;wayland;offscreen'
 
 
-@pytest.mark.parametrize('name', ['show_turtle', 'run_turtle', 'turtle_arena'])
+@pytest.mark.parametrize('language', ['py', 'xml'])
+@pytest.mark.parametrize('name', NAMES)
+def test_arguments_have_defaults_and_descriptions(name, language):
+    context = LaunchContext()
+    file = IncludeLaunchDescription(
+        AnyLaunchDescriptionSource(str(SHARE / 'launch' / f'{name}.launch.{language}')))
+    file.execute(context)
+    description = file.launch_description_source.get_launch_description(context)
+    arguments = {argument.name: argument for argument in description.entities
+                 if isinstance(argument, DeclareLaunchArgument)}
+    if name == 'show_turtle':
+        use_jsp = arguments.pop('use_jsp')
+        assert perform_substitutions(context, use_jsp.default_value) == 'gui'
+        assert use_jsp.choices == ['gui', 'jsp', 'none']
+        assert 'joint_state' in use_jsp.description
+    assert list(arguments) == ['rviz_config', 'view', 'namespace']
+    rviz_config = arguments['rviz_config']
+    assert perform_substitutions(context, rviz_config.default_value) == f'config/{name}.rviz'
+    assert 'share directory' in rviz_config.description
+    assert arguments['view'].choices == ['rviz', 'web', 'none']
+    assert arguments['view'].description and arguments['namespace'].description
+
+
+@pytest.mark.parametrize('name', NAMES)
 def test_rviz_configuration_matches_the_published_topics(name):
     manager = yaml.safe_load(
         (SHARE / 'config' / f'{name}.rviz').read_text(encoding='utf-8'))['Visualization Manager']
@@ -166,6 +211,8 @@ def test_turtle_arena(domain_id):
                  domain_id, stop=None) as launching:
         launching.wait_for_output('waiting for a fall', TIMEOUT)
         with graph(domain_id, namespace='bob') as live:
+            commands = live.record('turtle1/cmd_vel', Twist)
+            assert live.rates([commands], 300) == [pytest.approx(100.0, rel=0.02)]
             # Even on a busy machine, the robot can reach a brick that falls from this height.
             beside = Place.Request(location=Point(x=6.5, y=6.0, z=20.0))
             assert live.call('place', Place, beside).success
