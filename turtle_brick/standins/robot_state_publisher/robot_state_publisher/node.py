@@ -30,6 +30,7 @@ ROS parameters (read-only):
     frame_prefix (string, empty): prefix of all frame names
 """
 
+from functools import lru_cache
 from signal import SIG_DFL, SIGINT, signal, SIGTERM
 from threading import Event
 from typing import Any
@@ -67,6 +68,8 @@ class RobotStatePublisher(Node):
 
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._joints = parse(description)
+        # The result is cached because a publisher always sends the same joint names.
+        self._sources = lru_cache(self._find_sources)
         self._published: dict[str, int] = {}
         """Timestamp (ns) of the last published state of each joint."""
         self._last_call = 0
@@ -94,7 +97,7 @@ class RobotStatePublisher(Node):
             return
         self._tf_publisher.publish(TFMessage(transforms=[
             self._transform(joint, multiplier * positions[index] + offset, state.header.stamp)
-            for joint, index, multiplier, offset in self._find_sources(names)]))
+            for joint, index, multiplier, offset in self._sources(names)]))
 
     def _is_due(self, names: tuple[str, ...], state: JointState) -> bool:
         """Return whether to publish a message, and if so, record its timestamp."""
