@@ -111,6 +111,7 @@ class Page:
         self._next_panel_update = 0
         self._fixed_frame = WORLD
         self._drawn_time = 0
+        self._poses: dict[str, Pose | None] = {}
 
     def on_description(self, message: String) -> None:
         """Read the robot description."""
@@ -181,6 +182,7 @@ class Page:
         now = self._clock()
         self._fixed_frame = self._find_fixed_frame()
         self._drawn_time = self._find_drawn_time()
+        self._poses.clear()
         robot = {f'robot/{link}': SceneObject(shapes, pose)
                  for link, shapes in self._robot.links.items()
                  if (pose := self._drawn_pose(link)) is not None}
@@ -260,8 +262,10 @@ class Page:
 
     def _drawn_pose(self, frame: str) -> Pose | None:
         """Return the pose of a frame at the drawn time, or None if the pose is unknown."""
-        # If the transforms have stopped, the latest pose is shown.
-        return self._pose(frame, self._drawn_time) or self._pose(frame)
+        if frame not in self._poses:
+            # If the transforms have stopped, the latest pose is shown.
+            self._poses[frame] = self._pose(frame, self._drawn_time) or self._pose(frame)
+        return self._poses[frame]
 
     def _pose(self, frame: str, stamp: int = 0) -> Pose | None:
         """Return the pose of a frame at a given time (ns), or the latest pose if the time is 0."""
