@@ -29,7 +29,6 @@ from turtle_brick.core.catch_logic import State
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.parameters import PARAMETER_RULES, Parameters
 from turtle_brick.core.reachability import guaranteed_distance, resting_height
-from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TurtlePose
 from turtle_brick.physics import Phase
 from turtle_brick.tools.simulation import JITTER, Simulation
@@ -70,7 +69,7 @@ class WebArena:
         self._last_pose: TurtlePose | None = None
         self._samples: list[tuple[float, float, float, float]] = []
         self._released_at = -PLOT_TIME
-        self.time = self._target = 0.0
+        self._target = 0.0
         self.place(*self.placed)
 
     def call(self, name: str, *arguments: str) -> str:
@@ -124,13 +123,13 @@ class WebArena:
             self.place(*self.placed)
         if world.phase is not Phase.HOVERING:
             world.release()  # This raises a ValueError with the reason.
-        self._release_at = self.time + delay
+        self._release_at = self.simulation.time + delay
 
     def advance(self, seconds: float) -> str:
         """Simulate for a given duration (s), and return the scene as JSON."""
         self._target += seconds
-        if self.time < self._target:
-            self.simulation.run(lambda: self.time >= self._target)
+        if self.simulation.time < self._target:
+            self.simulation.run(lambda: self.simulation.time >= self._target)
         simulation, world = self.simulation, self.simulation.world
         decision = simulation.decisions[-1][1] if simulation.decisions else None
         warning = 'Unreachable' if decision and not decision.reachable else ''
@@ -166,17 +165,16 @@ class WebArena:
         """Continue the drop, and update the odometry, the samples and the counts."""
         simulation, world, driver = self.simulation, self.simulation.world, self.simulation.driver
         driver.predicts = 'last_pose' not in self.form
-        self.time = simulation.now * SECONDS_PER_NS
         self.odometer.steer(simulation.commanded)
         if driver.pose is not None and driver.pose is not self._last_pose:
             self._last_pose = driver.pose
-            self.odometer.observe(self.time, driver.pose)
-            if (time := self.time - self._released_at) < PLOT_TIME:
+            self.odometer.observe(self.simulation.time, driver.pose)
+            if (time := self.simulation.time - self._released_at) < PLOT_TIME:
                 self._samples.append((time, world.brick[2], math.hypot(*simulation.commanded),
                                       driver.pose.linear_velocity))
-        if self.time >= self._release_at:
+        if self.simulation.time >= self._release_at:
             world.release()
-            self._release_at, self._released_at = math.inf, self.time
+            self._release_at, self._released_at = math.inf, self.simulation.time
             self._is_undecided, self._samples = True, []
         elif self._is_undecided and world.phase is not Phase.FALLING:
             self._is_undecided = False

@@ -116,6 +116,11 @@ class Simulation:
         self._catcher_at = self.random.randrange(CATCHER_PERIOD_NS)
         self._decided_at = 0
 
+    @property
+    def time(self) -> float:
+        """Get the simulated time in seconds."""
+        return self.now * SECONDS_PER_NS
+
     def drive_to(self, x: float, y: float) -> None:
         """Send the robot to a point (m) in the world frame, like a goal_pose message."""
         self._to_robot.append((self.now + self._transport, DriveGoal(x, y)))
@@ -354,7 +359,7 @@ def trace(parameters: Parameters, drop: SimulatedDrop) -> list[TraceSample]:
     def record_sample() -> None:
         turtle = simulation.turtle.pose
         samples.append(TraceSample(
-            simulation.now * SECONDS_PER_NS, simulation.world.brick, (turtle.x, turtle.y),
+            simulation.time, simulation.world.brick, (turtle.x, turtle.y),
             simulation.tilt_angle, hypot(*simulation.commanded), turtle.linear_velocity,
             simulation.world.phase, simulation.catcher.state))
 
