@@ -357,7 +357,7 @@ def test_statistics_are_those_of_the_real_ros2(report):
 
 @pytest.mark.parametrize('words, sentence', [
     ('topic echo /odom --raw',
-     'ros2 topic echo --raw is in the real ros2cli, but not in this stand-in'),
+     'this stand-in for ros2cli does not support ros2 topic echo --raw'),
     ('pkg xml turtle_brick -h',
      'ros2 pkg xml is not in this stand-in: use `cat $(ros2 pkg prefix --share PACKAGE)/'
      'package.xml`'),

@@ -48,7 +48,7 @@ CLOCK_TOLERANCE = 0.006
 the arena simulates a riding brick one step (0.004 s) ahead."""
 
 MIN_GAPS = 3
-"""Minimum number of gaps between brick timestamps in WINDOW if messages are being lost."""
+"""If WINDOW contains at least this number of gaps between brick timestamps, messages are lost."""
 
 LOSS_RESERVE = 0.06
 """Excess latency (s) due to lost messages. The reserve covers two catcher updates (0.02 s each)

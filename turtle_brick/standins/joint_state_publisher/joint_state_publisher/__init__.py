@@ -55,7 +55,7 @@ class JointStatePublisher(Node):
         for name in LEFT_OUT:
             if self.get_parameters_by_prefix(name) or self.has_parameter(name):
                 raise ValueError(
-                    f'{name} is in the real joint_state_publisher, but not in this stand-in')
+                    f'this stand-in for joint_state_publisher does not support {name}')
         rate = self.get_parameter_or('rate', Parameter('rate', value=10)).value
         if not rate > 0:
             raise ValueError(f'rate is {rate}, but must be more than 0')

@@ -192,7 +192,7 @@ def main():
         parser.error(f"Test file '{path}' does not exist")
     for given, name in ((options.show_args, '-s'), (options.junit_xml, '--junit-xml')):
         if given:
-            parser.error(f'{name} is in the real launch_testing, but not in this stand-in')
+            parser.error(f'this stand-in for launch_testing does not support {name}')
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Only the launch service handles Ctrl-C.
     name = os.path.splitext(os.path.basename(path))[0]
     spec = importlib.util.spec_from_file_location(name, path)

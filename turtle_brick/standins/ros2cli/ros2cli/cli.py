@@ -42,7 +42,7 @@ class LeftOut(argparse.Action):
 
     def __call__(self, parser, namespace, values, option_string=None):
         """Exit with an error that names the option."""
-        sys.exit(f'{parser.prog} {option_string} is in the real ros2cli, but not in this stand-in')
+        sys.exit(f'this stand-in for ros2cli does not support {parser.prog} {option_string}')
 
 
 TYPES = {'int': int, 'float': float, 'positive': positive, 'left out': LeftOut}
