@@ -29,6 +29,9 @@ from turtle_brick.view.camera import ground_point, NEAR_VIEW, TOP_VIEW
 from turtle_brick.view.scene import Scene
 import viser
 
+GREEN = (46, 125, 70)
+"""Color (0 to 255) of the controls."""
+
 SLIDER_LIMIT = round(pi / 2.0, 2)
 """Maximum angle (rad) of the slider, in both directions."""
 
@@ -68,8 +71,7 @@ class Panel:
         self._slider_time = -inf
         self._suggestion: Vector | None = None
         gui = server.gui
-        gui.configure_theme(
-            show_logo=False, show_share_button=False, brand_color=(46, 125, 70))
+        gui.configure_theme(show_logo=False, show_share_button=False, brand_color=GREEN)
         gui.main_panel.dock_right()
         self._add_brick_folder(gui)
         self.response = gui.add_html('')

@@ -17,6 +17,7 @@
 from collections.abc import Iterator
 from math import degrees, hypot, pi
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from turtle_brick.core.odometry import Odometer
@@ -25,32 +26,40 @@ from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TIC
 from turtle_brick.tools.plots import INK, new_figure
 
 
-def roll(parameters: Parameters) -> np.ndarray:
-    """
-    Drive for 1 s, stop, teleport at 2 s, and drive for 1.5 s toward a wall that is 1 s away.
+class RollSample(NamedTuple):
+    """A time (s), and three candidates (m) for the distance rolled by the wheel."""
 
-    Each row contains a time (s) and three distances (m): the integral of the commanded speed, the
-    sum of the distances between poses, and the wheel angle times the wheel radius.
-    """
+    time: float
+    commanded: float  # Integral of the commanded speed.
+    pose_distance: float  # Sum of the distances between poses.
+    rolled: float  # Wheel angle times wheel radius.
+
+
+TELEPORT = 2.0
+"""Time (s) of the teleport."""
+
+
+def roll(parameters: Parameters) -> list[RollSample]:
+    """Drive for 1 s, stop, teleport, and drive for 1.5 s toward a wall that is 1 s away."""
     turtle = Turtle(1.0, ARENA_CENTER, holonomic=True)
     odometer = Odometer(parameters.wheel_radius)
     speed = parameters.max_velocity
-    rows = [(0.0, 0.0, 0.0, 0.0)]
+    rolls = [RollSample(0.0, 0.0, 0.0, 0.0)]
     pose = turtle.pose
     odometer.observe(0.0, pose)
     for tick in range(1, round(4.5 / TICK)):
         now = tick * TICK
-        before, commanded, pose_distance, _ = rows[-1]
-        if before < 2.0 <= now:
+        if rolls[-1].time < TELEPORT <= now:
             turtle.teleport_absolute(ARENA_SIZE - speed, ARENA_CENTER, 0.0)
         drives = now <= 1.0 or 2.5 < now <= 4.0
         turtle.command(speed if drives else 0.0, 0.0, 0.0)
         last, pose = pose, turtle.tick(now)
         odometer.observe(now, pose)
-        rows.append((now, commanded + pose.linear_velocity * TICK,
-                     pose_distance + hypot(pose.x - last.x, pose.y - last.y),
-                     odometer.wheel_angle * odometer.wheel_radius))
-    return np.array(rows)
+        rolls.append(RollSample(
+            now, rolls[-1].commanded + pose.linear_velocity * TICK,
+            rolls[-1].pose_distance + hypot(pose.x - last.x, pose.y - last.y),
+            odometer.wheel_angle * odometer.wheel_radius))
+    return rolls
 
 
 def report(parameters: Parameters) -> Iterator[str]:
@@ -63,14 +72,14 @@ def report(parameters: Parameters) -> Iterator[str]:
     yield '                                     commanded   between poses   wheel'
     for label, time in (('after 1 s of driving', 1.2), ('after the teleport', 2.3),
                         ('after 1.5 s toward a wall 1 s away', 4.4)):
-        _, commanded, pose_distance, rolled = next(row for row in rolls if row[0] >= time)
-        yield (f'  {label:35}{commanded:9.3f} m{pose_distance:13.3f} m'
-               f'{rolled:9.3f} m = {rolled / radius:.2f} rad')
+        then = next(one for one in rolls if one.time >= time)
+        yield (f'  {label:35}{then.commanded:9.3f} m{then.pose_distance:13.3f} m'
+               f'{then.rolled:9.3f} m = {then.rolled / radius:.2f} rad')
 
 
 def draw(parameters: Parameters, path: Path) -> None:
     """Draw the three candidates for the distance rolled by the wheel."""
-    time, commanded, pose_distance, rolled = roll(parameters).T
+    time, commanded, pose_distance, rolled = np.array(roll(parameters)).T
     with new_figure(path, 7.6, 3.8) as figure:
         lengths = figure.subplots()
         # The widths differ so that coinciding curves are visible.
