@@ -57,6 +57,10 @@ def test_camera_does_not_move_while_all_points_are_visible():
         assert pose[0] == pytest.approx(position)
 
 
+def test_ground_point_is_where_the_ray_meets_the_ground():
+    assert ground_point((1.0, 2.0, 10.0), (1.0, 0.0, -2.0)) == (6.0, 2.0)
+
+
 @law(40)
 @given(VIEWS, POINTS, ASPECTS)
 def test_camera_shows_all_points_from_the_nearest_position(view, points, aspect):
