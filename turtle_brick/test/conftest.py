@@ -56,8 +56,8 @@ def is_standin(package: str) -> bool:
     return False
 
 
-LONGEST = ('test_pages', 'test_website', 'test_ros2cli_standin', 'test_launch_standin',
-           'test_viewer_browser', 'test_chaos', 'test_referee_live')
+LONGEST = ('test_pages', 'test_website', 'test_ros2cli_standin', 'test_launch_files',
+           'test_launch_standin', 'test_viewer_browser', 'test_chaos', 'test_referee_live')
 """The slowest test files."""
 
 EXCLUDED = excluded_files()

@@ -36,10 +36,14 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from tf2_msgs.msg import TFMessage
+from turtle_brick.core.parameters import load
 from turtle_brick.tools.graph import Graph
-from turtle_referee.graph_client.observer import DEPTH, PollingNode
+from turtle_referee.graph_client.observer import DEPTH, Observer, PollingNode
 from turtle_referee.graph_client.processes import Process
-from turtle_referee.graph_client.record import message_rate
+from turtle_referee.graph_client.profiles import Profile
+from turtle_referee.graph_client.record import message_rate, Record
+from turtle_referee.referee import RULES
+from turtle_referee.trial import FAR_OUT, IN_REACH, Program, Trial
 
 FETCH_PERIOD = 0.005
 """Minimum time (s) between two fetches of received messages."""
@@ -49,6 +53,9 @@ LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 TIMEOUT = 30.0
 """Timeout (s) for events that are immediate on an idle machine."""
+
+PROGRAM = Program(1.0, 3, (0.5, 0.0), (FAR_OUT, IN_REACH))
+"""A short program of the referee that includes each kind of request."""
 
 
 class Recording:
@@ -153,6 +160,18 @@ def add_nodes(graph: Graph) -> dict[str, Any]:
     """Add all nodes of the assignment to a graph, and return them by name."""
     return {name: getattr(graph, f'add_{name}')() for name in (
         'turtlesim', 'robot_state_publisher', 'robot', 'arena', 'catcher')}
+
+
+def observe(graph: Graph, log: Callable[[str], Any] = lambda text: None, **options: Any) -> Record:
+    """Run a trial of the referee on a graph, with options for Trial, and return the record."""
+    observer = graph.add(Observer, parameters=False, profile=Profile.from_parameters(load()))
+    Trial(graph, observer, log, **options).run()
+    return observer.record
+
+
+def marks(record: Record, mark: str) -> dict[str, str]:
+    """Return the names and results of all requirements that have a given mark."""
+    return {one.name: one.measured for one in RULES.judge(record) if one.mark == mark}
 
 
 class NodeProcess(Process):

@@ -20,13 +20,13 @@ import sys
 from time import monotonic
 
 from geometry_msgs.msg import Quaternion, TransformStamped
-from live_graph import add_nodes, LiveGraph
+from live_graph import add_nodes, LiveGraph, marks, observe, PROGRAM
 from nav_msgs.srv import GetPlan
 import pytest
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from std_srvs.srv import Empty, Trigger
-from turtle_brick.core.parameters import default_path, load
+from turtle_brick.core.parameters import default_path
 from turtle_brick.tools.graph import Graph
 from turtle_referee import referee
 from turtle_referee.graph_client.client import GraphClient
@@ -35,38 +35,10 @@ from turtle_referee.graph_client.geometry import CENTER
 from turtle_referee.graph_client.observer import fill_position, Observer
 from turtle_referee.graph_client.profiles import Profile
 from turtle_referee.rules.rule import BROKEN, MET, OPEN
-from turtle_referee.trial import DISCOVERY_TIME, FAR_OUT, IN_REACH, Program, Trial
+from turtle_referee.trial import DISCOVERY_TIME, FAR_OUT, Program
 
 SHORT = {'program': Program(0.2, 2, (0.5,), (FAR_OUT,)), 'discovery_time': 0.5, 'timeout': 0.3}
 """Options for the trial of an incomplete graph."""
-
-PROGRAM = Program(1.0, 3, (0.5, 0.0), (FAR_OUT, IN_REACH))
-"""A short program that includes each kind of request."""
-
-
-def observe(graph, log=lambda text: None, **options):
-    """Run a trial on a graph and return the record."""
-    observer = graph.add(Observer, parameters=False,
-                         profile=Profile.from_parameters(load()))
-    Trial(graph, observer, log, **options).run()
-    return observer.record
-
-
-def marks(record, mark):
-    """Return the names and results of all requirements that have a given mark."""
-    return {one.name: one.measured for one in referee.RULES.judge(record) if one.mark == mark}
-
-
-def test_our_graph_meets_every_requirement(domain_id):
-    with Graph(domain_id, namespace='judged', quiet=True, tf_inside=True) as graph:
-        add_nodes(graph)
-        record = observe(graph, discovery_time=60.0, program=PROGRAM)
-    assert marks(record, BROKEN) == {}
-    # On an overloaded machine, only the rules for the URDF are sure to be judged.
-    expected = {rule.name for rule in referee.RULES
-                if not record.stall_summary() or rule.name.startswith('URDF')}
-    assert expected <= marks(record, MET).keys()
-
 
 def alter(path, new):
     """Return a function that replaces the value of a field in a message."""
