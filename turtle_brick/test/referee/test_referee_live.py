@@ -40,6 +40,7 @@ from turtle_referee.trial import DISCOVERY_TIME, FAR_OUT, Program
 SHORT = {'program': Program(0.2, 2, (0.5,), (FAR_OUT,)), 'discovery_time': 0.5, 'timeout': 0.3}
 """Options for the trial of an incomplete graph."""
 
+
 def alter(path, new):
     """Return a function that replaces the value of a field in a message."""
     *parents, last = path.split('.')
