@@ -551,3 +551,12 @@ def test_nan_and_infinity_are_judged(odd):
     assert len(found) == len(referee.RULES)
     assert MET not in {found[name] for name in (
         'walls: size', 'drive: goal', 'odom: pose', 'slide: law', 'place')}
+
+
+def test_a_record_can_be_limited_to_the_newest_messages():
+    record = make_record()
+    latest = record.frames['brick'].samples[-1]
+    record.keep_newest(10)
+    assert record.frames['brick'].samples[-1] is latest
+    assert max(len(frame.samples) for frame in record.frames.values()) == 10
+    assert max(map(len, record.topics.values())) == 10

@@ -65,6 +65,9 @@ DISCOVERY_TIME = 5.0
 """Time (s) for discovering other nodes in a domain. Discovery usually takes less than 1 s, but a
 lost announcement is repeated only after 3 s."""
 
+KEPT_MESSAGES = 1000
+"""Number of messages of each topic that the observer keeps before a drop, from 4 s or longer."""
+
 FIRST_PORT = 8080
 """Port of the first arena's page. The port number increases by one for each additional arena."""
 
@@ -165,11 +168,13 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
     client = GraphClient(graph, observer)
     graph.spin_until(client.is_complete, START_TIMEOUT,
                      'turtlesim, robot, arena and catcher are connected')
-    freeze()  # Otherwise, garbage collection would take tens of milliseconds.
     prefix = f'{options.namespace}: ' if options.namespace else ''
     watches, faulty = [], 0
     for brick in bricks(options, client, parameters):
         client.place(brick, HOVERING_TIME).check()
+        observer.record.keep_newest(KEPT_MESSAGES)
+        # Otherwise, a garbage collection could stop all nodes for 0.3 s while the brick falls.
+        freeze()
         watch = client.drop(brick)
         watches.append(watch)
         # The guaranteed distance is shorter if commands are slower than on an idle machine.

@@ -192,6 +192,14 @@ class Record:
         frame.add(published, number, Sample(stamp, transform.header.frame_id.removeprefix('/'),
                                             pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))))
 
+    def keep_newest(self, count: int) -> None:
+        """Keep only the newest `count` messages of each topic and transforms of each frame."""
+        lists: list[list[Any]] = list(self.topics.values())
+        for frame in self.frames.values():
+            lists += [frame.samples, frame.published, frame.sequence_numbers]
+        for entries in lists:
+            del entries[:-count]
+
     def ancestors(self, frame: str) -> list[str]:
         """Return a frame and its latest ancestors, at most MAX_DEPTH frames in total."""
         chain = [frame]
