@@ -161,9 +161,8 @@ class CommandQueue:
                 if taken >= self._count:
                     break
                 _, linear_x, linear_y = sent[max(taken - first, 0)]
-            if linear_x or linear_y:
-                x, y = within_arena(x + (c * linear_x - s * linear_y) * TICK,
-                                    y + (s * linear_x + c * linear_y) * TICK)
+            x, y = within_arena(x + (c * linear_x - s * linear_y) * TICK,
+                                y + (s * linear_x + c * linear_y) * TICK)
         return x, y
 
     @staticmethod
