@@ -256,6 +256,7 @@ MAY_DIFFER = (
     (r'(Waiting for at least 1 matching subscription\(s\)\.\.\.\n)+(?=publisher)', ''),
     (r'WARNING: topic .* does not appear to be published yet\n(?=average|Subscribed)', ''),
     (r'A message was lost!!!\n.*\n.*---\n', ''),
+    (r'no new messages\n', ''),  # `ros2 topic delay` prints this on a busy machine.
     (r'\nThis is a stand-in for ros2cli.*\n', ''),
     (rf' +({"|".join(name.split()[-1] for name in TABLE["instead"])}) +[A-Z].*\n', ''),
     (r'\(choose from .*\)', ''),
