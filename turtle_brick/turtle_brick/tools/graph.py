@@ -21,6 +21,7 @@ packages are installed, the real programs run in separate processes instead.
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from gc import freeze
 import importlib
 from importlib.util import find_spec
 import os
@@ -69,6 +70,8 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         :param quiet: whether the nodes log only warnings and errors
         :param tf_inside: whether the namespace applies to TF, as in the launch files
         """
+        # Otherwise, a garbage collection of all existing objects could stop all nodes.
+        freeze()
         self.namespace = namespace
         self._files = TemporaryDirectory()
         self.params_file = default_path()
