@@ -49,7 +49,7 @@ COMMON_TOPICS = ('/rosout', '/parameter_events')
 SERVICE_TIMEOUT = 5.0
 """Timeout (s) for the discovery of a parameter service, and for the service response."""
 
-END_TIMEOUT = 4
+END_TIMEOUT = 10
 """Shutdown timeout (s), necessary because Fast DDS blocked the shutdown of 1 in 700 processes."""
 
 TYPES = ('not set', 'boolean', 'integer', 'double', 'string', 'byte array', 'boolean array',
