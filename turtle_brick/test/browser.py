@@ -105,7 +105,7 @@ class Chromium:
         while not self.evaluate(f'Boolean({expression})'):
             if monotonic() > deadline:
                 return False
-            sleep(0.02)
+            sleep(0.1)
         return True
 
     def click_element(self, tag: str, text: str) -> None:

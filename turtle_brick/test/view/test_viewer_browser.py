@@ -111,7 +111,7 @@ def running_graph(domain_id):
 
 def test_brick_is_shown_placed_and_caught_on_the_page(domain_id):
     x, y, z = load().brick_start
-    with Page(960, 480) as page, running_graph(domain_id) as (url, goals):
+    with Page(720, 400) as page, running_graph(domain_id) as (url, goals):
         page.open_page(url)
         page.wait_for_text('brick', f'hovering, height {z:.2f} m')
         page.wait_for('[...document.querySelectorAll(\'[data-turtle-brick="rate"]\')]'
