@@ -22,7 +22,7 @@ from xml.etree import ElementTree
 from browser import Chromium, find_chromium
 import pytest
 from turtle_referee import referee, report
-from turtle_referee.graph_client.profiles import Profile, ProfileError
+from turtle_referee.graph_client.profiles import Profile
 from turtle_referee.rules.rule import BROKEN, Judgment, MET, OPEN, Plot, Series
 
 JUDGMENTS = [
@@ -133,7 +133,7 @@ def test_an_invalid_file_is_skipped(judged, capsys, tmp_path, text, reason):
 def test_invalid_profiles_are_refused(tmp_path, text, reason):
     path = tmp_path / 'profile.yaml'
     path.write_text(text)
-    with pytest.raises(ProfileError) as caught:
+    with pytest.raises(ValueError) as caught:
         Profile().load(path)
     assert f'{path}: ' in str(caught.value) and reason in str(caught.value)
 

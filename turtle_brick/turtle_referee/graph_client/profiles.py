@@ -36,10 +36,6 @@ NUMBERS = {'platform_height': 1.0, 'platform_radius': 0.5, 'wheel_radius': 0.2,
 """Typical values of the robot's physical parameters (m, m/s, m/s^2)."""
 
 
-class ProfileError(ValueError):
-    """A profile is invalid."""
-
-
 @dataclass
 class Profile:
     """The names and the physical parameters that an implementation uses."""
@@ -56,7 +52,7 @@ class Profile:
         return cls(numbers={name: getattr(parameters, name) for name in NUMBERS})
 
     def load(self, path: Path) -> None:
-        """Update the profile from a YAML file, or raise ProfileError if the file is invalid."""
+        """Update the profile from a YAML file, or raise ValueError if the file is invalid."""
         known: dict[str, tuple[Iterable[str], tuple[type, ...]]] = {
             'topics': (TOPICS, (str,)), 'services': (SERVICES, (str,)),
             'numbers': (NUMBERS, (int, float))}
@@ -65,10 +61,10 @@ class Profile:
             entries = [(section, name, value) for section, content in sections.items()
                        for name, value in content.items()]
         except (OSError, UnicodeDecodeError, yaml.YAMLError, AttributeError) as error:
-            raise ProfileError(f'{path}: {" ".join(str(error).split())}') from None
+            raise ValueError(f'{path}: {" ".join(str(error).split())}') from None
         for section, name, value in entries:
             names, types = known.get(section, (known, ()))
             if name not in names or type(value) not in types or not value:
-                raise ProfileError(f'{path}: {section}.{name}: {value!r:.60} is not valid; the '
-                                   f'names here are {", ".join(names)}')
+                raise ValueError(f'{path}: {section}.{name}: {value!r:.60} is not valid; the '
+                                 f'names here are {", ".join(names)}')
             getattr(self, section)[name] = value
