@@ -135,10 +135,8 @@ def as_json(judgments: Sequence[Judgment], about: dict[str, Any]) -> str:
 
 def draw(plot: Plot) -> str:
     """Return a plot as SVG."""
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
     figure = Figure(figsize=(4.6, 3.1), layout='constrained')
-    FigureCanvasSVG(figure)
     axes = figure.subplots()
     axes.plot(plot.line.x, plot.line.y, color='#8a94a3', label=plot.line.label)
     for series in plot.points:
