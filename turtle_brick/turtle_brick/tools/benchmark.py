@@ -114,10 +114,8 @@ def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | N
 
 def first_motion(positions: Sequence[tuple[int, Any]]) -> int | None:
     """Return the publication time (ns) of the first position that differs from the initial one."""
-    for published, position in positions:
-        if dist(position, positions[0][1]) > MOTION_THRESHOLD:
-            return published
-    return None
+    return next((published for published, position in positions
+                 if dist(position, positions[0][1]) > MOTION_THRESHOLD), None)
 
 
 def message_intervals(record: Record, begin: int) -> dict[str, np.ndarray]:
