@@ -96,7 +96,7 @@ class Simulation:
         self.turtle = Turtle(*start, holonomic=True)
         self.catcher = Catcher(parameters)
         self.now = 0  # Simulated time (ns).
-        self.after_step: Callable[[], None] | None = None  # Called after each physics step.
+        self.after_step: Callable[[], None] = lambda: None  # Called after each physics step.
         self.commanded = (0.0, 0.0)  # Latest velocity command (m/s) in the turtle's frame.
         self.decisions: list[tuple[int, Decision]] = []  # Decisions and their times (ns).
         self._hinge = parameters.platform_height - parameters.platform_thickness
@@ -227,8 +227,7 @@ class Simulation:
         world.step()
         if self.catcher.observe_brick(now, world.brick):
             self._update_catcher(now + self._transport)
-        if self.after_step is not None:
-            self.after_step()
+        self.after_step()
 
     def _update_catcher(self, now: int) -> None:
         """Update the catcher at the time `now` (ns), and send its commands to the robot."""
