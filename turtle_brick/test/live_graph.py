@@ -94,9 +94,9 @@ class LiveGraph(Graph):
         self.listener = self.add(Node, parameters=False, node_name='listener',
                                  start_parameter_services=False)
 
-    def close(self) -> None:
+    def __exit__(self, *_: object) -> None:
         self._recorder.destroy_node()
-        super().close()
+        super().__exit__()
 
     def wait_for(self, predicate: Callable[[], Any], timeout: float, what: str) -> Any:
         """Run the nodes until a predicate is true and return its value, or raise TimeoutError."""

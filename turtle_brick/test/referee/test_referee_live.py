@@ -215,8 +215,9 @@ def test_a_domain_with_a_node_is_not_empty():
     with reserved_domain() as free:
         pass
     first, second = LiveGraph(free), LiveGraph(free)
-    first.close()
-    with pytest.raises(DomainError, match='in use'), reserved_domain([free]):
-        pass
-    second.close()
+    with second:
+        with first:
+            pass
+        with pytest.raises(DomainError, match='in use'), reserved_domain([free]):
+            pass
     assert is_empty(free)

@@ -87,7 +87,12 @@ class Graph(Spinner, AbstractContextManager['Graph']):
 
     def __exit__(self, *_: object) -> None:
         """End all nodes and processes."""
-        self.close()
+        close_all(self._processes)
+        self.executor.shutdown()
+        for node in self.nodes:
+            node.destroy_node()
+        self.context.try_shutdown()
+        self._files.cleanup()
 
     def add(self, node_type: type[AnyNode], *ros_arguments: str, parameters: bool = True,
             **options: Any) -> AnyNode:
@@ -147,14 +152,13 @@ class Graph(Spinner, AbstractContextManager['Graph']):
     def add_process(self, package: str, name: str, *arguments: str,
                     listener: Callable[[str], object] = sys.stderr.write) -> Process:
         """Start an installed executable, and pass each printed line to a listener."""
-        ros_arguments = [*self._log_level, *self._remaps]
+        ros_arguments = ['--ros-args', *self._log_level, *self._remaps]
         if self.namespace:
             # rclcpp nodes require the leading slash.
             ros_arguments += ['-r', f'__ns:=/{self.namespace.lstrip("/")}']
-        if ros_arguments:
-            arguments = (*arguments, '--ros-args', *ros_arguments)
         domain = {} if self.domain_id is None else {'ROS_DOMAIN_ID': str(self.domain_id)}
-        process = Process([executable(package, name), *arguments], domain, listener)
+        command = [executable(package, name), *arguments, *ros_arguments]
+        process = Process(command, domain, listener)
         self._processes.append(process)
         return process
 
@@ -174,12 +178,3 @@ class Graph(Spinner, AbstractContextManager['Graph']):
             return self.add(stand_in, *arguments, parameters=False)
         self.add_process(package, executable, '--ros-args', *arguments)
         return None
-
-    def close(self) -> None:
-        """End all nodes and processes."""
-        close_all(self._processes)
-        self.executor.shutdown()
-        for node in self.nodes:
-            node.destroy_node()
-        self.context.try_shutdown()
-        self._files.cleanup()
