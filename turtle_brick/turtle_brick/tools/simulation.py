@@ -99,7 +99,6 @@ class Simulation:
         self.after_step: Callable[[], None] = lambda: None  # Called after each physics step.
         self.commanded = (0.0, 0.0)  # Latest velocity command (m/s) in the turtle's frame.
         self.decisions: list[tuple[int, Decision]] = []  # Decisions and their times (ns).
-        self._hinge = parameters.platform_height - parameters.platform_thickness
         self.tilt_angle = 0.0  # Angle (rad) of the platform.
         self._last_state: tuple[TurtlePose | None, float] = (None, 0.0)
         # Messages in transit as tuples (arrival time in ns, content), sorted by arrival time.
@@ -214,8 +213,7 @@ class Simulation:
         if driver.pose is not None and state != self._last_state:
             self._last_state = state
             x, y, yaw = driver.pose.x, driver.pose.y, driver.pose.theta
-            platform = Platform(Pose((x, y, self._hinge),
-                                     multiply(from_yaw(yaw), from_pitch(self.tilt_angle))))
+            platform = platform_at(x, y, yaw, self.tilt_angle, self.parameters)
             self._to_arena.append((now + self._transform_delay, platform))
 
     def _step_physics(self, now: int) -> None:
@@ -244,6 +242,12 @@ class Simulation:
         if deviation:
             time += round(self.random.gauss(0.0, deviation) / SECONDS_PER_NS)
         return max(time, self.now + 1)
+
+
+def platform_at(x: float, y: float, yaw: float, angle: float, parameters: Parameters) -> Platform:
+    """Return the platform of a robot at x and y (m), with a yaw (rad) and a tilt angle (rad)."""
+    hinge = parameters.platform_height - parameters.platform_thickness
+    return Platform(Pose((x, y, hinge), multiply(from_yaw(yaw), from_pitch(angle))))
 
 
 class SimulatedDrop(NamedTuple):

@@ -22,13 +22,13 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 import numpy as np
-from turtle_brick.core.geometry import from_pitch, Pose, Vector
+from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.reachability import fall_time, resting_height
-from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.physics import Phase, STEP_NS, World
 from turtle_brick.tools.plots import CAUGHT, FAINT, INK, MISSED, new_figure, REFUSED
+from turtle_brick.tools.simulation import platform_at
 
 DT = STEP_NS * SECONDS_PER_NS
 """Duration (s) of a physics step."""
@@ -37,7 +37,8 @@ DT = STEP_NS * SECONDS_PER_NS
 def fall(parameters: Parameters, world: World | None = None) -> np.ndarray:
     """Return the brick heights (m) before and after each step of a fall onto a level platform."""
     world = world or World.from_parameters(parameters)
-    world.platform = platform(parameters, 0.0, world.brick[:2])
+    x, y, _ = world.brick
+    world.platform = platform_at(x, y, 0.0, 0.0, parameters)
     heights = [world.brick[2]]
     while world.phase is not Phase.RIDING:
         world.drop()
@@ -50,19 +51,12 @@ def slide(parameters: Parameters) -> tuple[list[Vector], np.ndarray]:
     world = World.from_parameters(parameters)
     world.brick = (0.0, 0.0, resting_height(parameters) + DT ** 2)
     fall(parameters, world)
-    world.platform = tilted = platform(parameters, parameters.tilt_angle)
+    world.platform = tilted = platform_at(0.0, 0.0, 0.0, parameters.tilt_angle, parameters)
     bricks = []
     while world.phase is Phase.RIDING:
         world.step()
         bricks.append(world.brick)
     return bricks, np.array([tilted.coordinates_of(brick)[0] for brick in bricks])
-
-
-def platform(parameters: Parameters, angle: float,
-             position: tuple[float, float] = (0.0, 0.0)) -> Platform:
-    """Return a platform with a given tilt angle (rad) and position (x and y in m, world frame)."""
-    hinge = parameters.platform_height - parameters.platform_thickness
-    return Platform(Pose((*position, hinge), from_pitch(angle)))
 
 
 def closed_fall(time: np.ndarray, parameters: Parameters) -> np.ndarray:
