@@ -45,7 +45,7 @@ STEP_NS = 4_000_000
 """Duration (ns) of one physics step in the arena. The step rate is 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
-"""Maximum distance (m) that a brick may be below its resting height and still land."""
+"""Maximum distance (m) below its resting height at which a brick still lands."""
 
 MIN_NORMAL_Z = 1e-9
 """Minimum vertical component of the unit normal at which the platform supports the brick."""

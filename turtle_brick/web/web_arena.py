@@ -73,7 +73,7 @@ class WebArena:
         self.place(*self.placed)
 
     def call(self, name: str, *arguments: str) -> str:
-        """Call a method, and return the message of a ValueError, or an empty string on success."""
+        """Call a method. Return the message if it raises ValueError, or else an empty string."""
         try:
             getattr(self, name)(*arguments)
         except ValueError as error:

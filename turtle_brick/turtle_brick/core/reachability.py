@@ -46,8 +46,8 @@ from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK, within_arena
 
 QUEUE_LATENCY = (QUEUE_DEPTH - 1) * COMMAND_PERIOD + TICK + TRANSPORT_DELAY
-"""Maximum time (0.0764 s) from a command to the first pose that shows its effect. The effect
-begins at the first turtlesim tick after the arrival of six newer commands."""
+"""Maximum time (0.0764 s) from a command to the first pose that shows its effect. A
+command takes effect at the first turtlesim tick after six newer commands have arrived."""
 
 COMMAND_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + QUEUE_LATENCY + COMMAND_PERIOD + 0.010
 """Maximum time (0.108 s) from a decision until the arena receives a pose of the moving robot. It

@@ -24,10 +24,10 @@ Subscribes:
 
 ROS parameters (read-only):
     robot_description (string): the URDF of the robot; required
-    publish_frequency (double, 20.0): maximum rate of /tf (Hz), measured by the timestamps of
+    publish_frequency (double, 20.0): maximum rate (Hz) of /tf, based on the timestamps of
         joint_states; at most 1000, or 0 for no limit
     ignore_timestamp (bool, false): whether to publish for each message, regardless of timestamps
-    frame_prefix (string, empty): prefix of all frame names
+    frame_prefix (string, empty): prefix added to all frame names
 """
 
 from functools import lru_cache

@@ -129,7 +129,7 @@ class TransformListener:
 
 
 def as_list(transform: TransformStamped | Iterable[TransformStamped]) -> list[TransformStamped]:
-    """Return one or several transforms as a list."""
+    """Return one or more transforms as a list."""
     return list(transform) if hasattr(transform, '__iter__') else [transform]
 
 
@@ -141,7 +141,7 @@ class TransformBroadcaster:
         self.pub_tf = node.create_publisher(TFMessage, '/tf', qos or QoSProfile(depth=100))
 
     def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
-        """Publish one or several transforms in one message."""
+        """Publish one or more transforms in one message."""
         self.pub_tf.publish(TFMessage(transforms=as_list(transform)))
 
 
@@ -161,7 +161,7 @@ class StaticTransformBroadcaster:
         self._child_frame_ids: set[str] = set()
 
     def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
-        """Publish one or several transforms together with all earlier transforms."""
+        """Publish one or more transforms together with all earlier transforms."""
         for item in as_list(transform):
             if item.child_frame_id not in self._child_frame_ids:
                 self._child_frame_ids.add(item.child_frame_id)
