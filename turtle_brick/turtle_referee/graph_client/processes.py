@@ -13,7 +13,7 @@
 # limitations under the License.
 """Run programs in separate processes, read their output, and stop them."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 import os
 import re
@@ -95,9 +95,7 @@ class Process(AbstractContextManager['Process']):
         return self._popen.poll() is None
 
     def exit_message(self) -> str:
-        """Return the exit status and the last lines of output, or '' if the process is running."""
-        if self.running:
-            return ''
+        """Return the exit status and the last lines of output of a process that has exited."""
         self._reader.join(1.0)
         lines = ' / '.join(self.output.strip().splitlines()[-3:])
         return (f'{self.command[0]} exited with status {self._popen.returncode}: '
@@ -143,9 +141,8 @@ class Process(AbstractContextManager['Process']):
             self._popen.stdout.close()
 
 
-def close_all(processes: Iterable[Process]) -> None:
+def close_all(processes: Sequence[Process]) -> None:
     """Send SIGINT to all processes, wait for them to exit, and kill all remaining processes."""
-    processes = list(processes)
     for process in processes:
         process.send(signal.SIGINT)
     for process in processes:
