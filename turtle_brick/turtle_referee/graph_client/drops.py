@@ -112,7 +112,7 @@ class DropWatch:
             heights = [(time, position[2:]) for time, position in track]
             self.down = rest_start(heights, STILL / 10.0, LANDING_NS)
             if self.down is not None:
-                self._land(pose)
+                self._land(pose, self.down)
         elif self.caught and self.floated is None:
             self._ride(stamp)
         elif self.floated is not None and self.leveled is None:
@@ -120,14 +120,13 @@ class DropWatch:
             if platform is not None and inclination(platform) < LEVEL:
                 self.leveled = stamp
 
-    def _land(self, pose: Pose) -> None:
-        """Determine whether the brick landed on the platform."""
-        assert self.down is not None
+    def _land(self, pose: Pose, down: int) -> None:
+        """Determine whether the brick landed on the platform at the time `down` (ns)."""
         record = self._record
         numbers = {**NUMBERS, **record.profile.numbers}
-        self.landed = (record.pose('brick', self.down) or pose).position
+        self.landed = (record.pose('brick', down) or pose).position
         self.caught = bool(self.landed[2] > numbers['platform_height'] / 2.0)
-        platform = record.pose('platform', self.down)
+        platform = record.pose('platform', down)
         if platform is not None:  # After a stall, the pose may be unknown.
             self.caught &= bool(dist(self.landed[:2], platform.position[:2])
                                 <= numbers['platform_radius'] + MARGIN)
