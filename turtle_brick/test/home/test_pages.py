@@ -19,8 +19,7 @@ The test runs each command that does not match a pattern in NOT_RUN.
 """
 
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, nullcontext
-from functools import partial
+from contextlib import contextmanager
 from importlib.util import find_spec
 from itertools import pairwise
 import os
@@ -29,7 +28,7 @@ import re
 import shlex
 import signal
 import subprocess
-from threading import Event, Lock
+from threading import Event
 from time import monotonic
 
 from live_graph import NodeProcess
@@ -165,7 +164,7 @@ def arena(directory):
         deadline, listed = monotonic() + TIMEOUT, ''
         while not {'/arena', '/catcher', '/catcher_state', '/odom', '/tf'} <= set(listed.split()):
             assert monotonic() < deadline, listed
-            listed = ''.join(run(f'ros2 {what} list', domain)[1] for what in ('node', 'topic'))
+            _, listed = run('ros2 node list & ros2 topic list & wait', domain)
         try:
             yield domain
             assert interrupt(process) == 0, process.output
@@ -178,27 +177,26 @@ def arena(directory):
 @pytest.fixture(scope='module')
 def outcomes(tmp_path_factory):
     """Run the commands on all pages, several at a time, and return a future for each command."""
-    futures, brick = {}, Lock()
+    futures = {}
+
+    def check(domain, command):
+        check_command(command, domain, tmp_path_factory.mktemp('reader'))
 
     def check_alone(command):
         with reserved_domain() as domain:
-            check_command(command, domain, tmp_path_factory.mktemp('reader'))
-
-    def check_beside_arena(domain, command):
-        with brick if re.search('/drop|/place|own_node', command) else nullcontext():
-            if '/drop' in command:
-                run(next(place for place in COMMANDS if ' /place ' in place), domain)
-            check_command(command, domain, tmp_path_factory.mktemp('reader'))
+            check(domain, command)
 
     def check_all(commands, workers, check):
         with ThreadPoolExecutor(workers) as pool:
             futures.update((command, pool.submit(check, command)) for command in commands)
 
     def check_with_arena(_):
-        # The longest commands start first.
-        commands = sorted(talking, key=lambda command: not re.search('own_node|/drop', command))
-        with arena(tmp_path_factory.mktemp('arena')) as domain:
-            check_all(commands, 6, partial(check_beside_arena, domain))
+        with arena(tmp_path_factory.mktemp('arena')) as domain, \
+                ThreadPoolExecutor(1) as in_order, ThreadPoolExecutor(5) as several:
+            for command in talking:
+                # Only one command at a time may use the brick.
+                pool = in_order if re.search('/place|/drop|own_node', command) else several
+                futures[command] = pool.submit(check, domain, command)
 
     possible = [command for command in COMMANDS
                 if not matching(command, [*NOT_RUN, *SKIPPED])]
