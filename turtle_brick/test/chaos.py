@@ -84,7 +84,7 @@ EASY_HEIGHT, EASY_DISTANCE, UNREACHABLE_HEIGHT = 8.0, 2.0, 12.0
 unreachable bricks. Even on a busy machine, falls from these heights are detected."""
 
 BATCH, PERIOD = 1000, 0.005
-"""Number of random messages before each easy brick, and time (s) between two messages."""
+"""Number of random messages before each easy catch, and time (s) between messages."""
 
 EXCLUDED = ('/rosout', '/parameter_events', '/turtle1/cmd_vel', '/joint_states')
 """Topics without random messages. The real turtlesim keeps a NaN from cmd_vel in its pose, and the

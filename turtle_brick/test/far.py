@@ -121,7 +121,7 @@ def switch(taps: list[int], delay: float, jitter: float, loss: float,
 
 def distance_at_latency(height: float, latency: float) -> float:
     """Return the guaranteed catching distance (m) for a given height (m) and latency (s)."""
-    # The measured latency includes two link delays, for the command and for the motion. The
+    # The measured latency includes two link delays: one for the command and one for the pose. The
     # transforms after the release arrive over a third link.
     return guaranteed_distance(height, load(), 1.5 * (latency - COMMAND_LATENCY))
 

@@ -132,7 +132,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
             'RobotStatePublisher', self.robot_parameters())
 
     def robot_parameters(self) -> dict[str, Any]:
-        """Return the parameters of robot_state_publisher, as in the launch files."""
+        """Return the robot_state_publisher parameters that the launch files use."""
         path = self.params_file.parents[1] / 'urdf' / 'turtle.urdf.xacro'
         urdf = xacro.process_file(str(path), mappings={'params_file': str(self.params_file)})
         return {'robot_description': urdf.toxml(), 'ignore_timestamp': True}

@@ -128,7 +128,7 @@ class Page:
             self.record_arrival(BRICK_TF)
 
     def on_walls(self, message: MarkerArray) -> None:
-        """Store the wall markers with a limited opacity."""
+        """Store the wall markers, and make them translucent."""
         for marker in message.markers:
             marker.color.a = min(marker.color.a, WALL_OPACITY)
             self.on_marker('walls', marker)

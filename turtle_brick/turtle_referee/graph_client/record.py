@@ -239,7 +239,7 @@ class Record:
                 if joint == name]
 
     def trial_spans(self) -> list[tuple[int, int]]:
-        """Return the time spans (ns) of all observations at rest and all requests."""
+        """Return the time spans (ns) of all requests and all rest periods."""
         return [*self.idle, *((trial.begin, trial.end)
                               for trial in (*self.drives, *self.tilts, *self.drops))]
 
