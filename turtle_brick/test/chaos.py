@@ -79,7 +79,7 @@ START_TIME = 1.5 if 'FASTRTPS_DEFAULT_PROFILES_FILE' in os.environ else 5.0
 """Time (s) until all nodes have discovered a new process. DDS may lose the first announcement. The
 second announcement follows after 3 s, or after 0.3 s with this project's DDS profile."""
 
-EASY_HEIGHT, EASY_DISTANCE, UNREACHABLE_HEIGHT = 8.0, 2.0, 12.0
+EASY_HEIGHT, EASY_DISTANCE, UNREACHABLE_HEIGHT = 20.0, 2.0, 12.0
 """Height (m) of easy bricks, maximum distance (m) of easy bricks from the robot, and height (m) of
 unreachable bricks. Even on a busy machine, falls from these heights are detected."""
 
