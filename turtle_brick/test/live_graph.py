@@ -43,7 +43,7 @@ from turtle_referee.graph_client.processes import Process
 from turtle_referee.graph_client.profiles import Profile
 from turtle_referee.graph_client.record import message_rate, Record
 from turtle_referee.referee import RULES
-from turtle_referee.rules.rule import BROKEN, MET, OPEN
+from turtle_referee.rules.rule import FAILED, MET, OPEN
 from turtle_referee.trial import FAR_OUT, IN_REACH, Program, Trial
 
 FETCH_PERIOD = 0.005
@@ -176,7 +176,7 @@ def observe(graph: Graph, log: Callable[[str], Any] = lambda text: None, **optio
 
 def results(record: Record) -> dict[str, dict[str, str]]:
     """Judge a record, and return the names and results of the requirements with each mark."""
-    found: dict[str, dict[str, str]] = {BROKEN: {}, OPEN: {}, MET: {}}
+    found: dict[str, dict[str, str]] = {FAILED: {}, OPEN: {}, MET: {}}
     for one in RULES.judge(record):
         found[one.mark][one.name] = one.measured
     return found

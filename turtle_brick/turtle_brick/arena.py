@@ -95,7 +95,7 @@ class Arena(Node):
         self.last_run = monotonic()
         """Time (s) of the latest call to on_timer, from a monotonic clock."""
         self.is_answering = False
-        """Whether a response from the service `drop` may still be pending."""
+        """Whether a response from the `drop` service may still be pending."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self)
@@ -153,7 +153,7 @@ class Arena(Node):
         self.warn_of_clock_jump()
         if not times:
             return
-        # The service `drop` has already sent its response. If several steps have become
+        # The `drop` service has already sent its response. If several steps have become
         # due in the meantime, the brick does not move before the last one.
         first_moving = times[-1] if self.is_answering else times[0]
         self.is_answering = False

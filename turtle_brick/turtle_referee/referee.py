@@ -15,13 +15,13 @@
 referee: judge an implementation of the assignment by its topics, services and TF.
 
 The referee sends the same commands as a user (goal_pose, tilt, place, drop). It reports the
-measured and expected results for each requirement of the assignment. A requirement is met, broken
-or (if it cannot be judged) open. If the command that starts the graph is passed after "--", the
-referee also starts and stops the graph:
+measured and expected results for each requirement of the assignment. A requirement can be
+met, failed, or, if it cannot be judged, open. If the command that starts the graph is passed after
+"--", the referee also starts and stops the graph:
 
     ros2 run turtle_brick referee -- ros2 launch turtle_brick turtle_arena.launch.py view:=none
 
-The exit status is 0 if no requirement is broken, 1 if at least one is broken, and 2 if nothing
+The exit status is 0 if no requirement failed, 1 if at least one failed, and 2 if no requirement
 was judged.
 """
 
@@ -48,7 +48,7 @@ from turtle_referee.graph_client.profiles import Profile
 from turtle_referee.graph_client.record import Record
 from turtle_referee.graph_client.spinning import NodeSpinner
 from turtle_referee.rules import arena_rules, catcher_rules, robot_rules
-from turtle_referee.rules.rule import BROKEN, Judgment, Rules
+from turtle_referee.rules.rule import FAILED, Judgment, Rules
 from turtle_referee.trial import DISCOVERY_TIME, Trial
 
 RULES = Rules((*robot_rules.RULES, *arena_rules.RULES, *catcher_rules.RULES))
@@ -188,7 +188,7 @@ def main(args: Sequence[str] | None = None) -> int:
     except (OSError, RuntimeError, ValueError) as error:
         print(f'referee: {error}', file=sys.stderr)
         return 2
-    return 1 if any(judgment.mark == BROKEN for judgment in judgments) else 0
+    return 1 if any(judgment.mark == FAILED for judgment in judgments) else 0
 
 
 if __name__ == '__main__':

@@ -31,9 +31,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 from turtle_referee.graph_client.record import OVERLOADED
-from turtle_referee.rules.rule import BROKEN, Judgment, MET, OPEN, Plot
+from turtle_referee.rules.rule import FAILED, Judgment, MET, OPEN, Plot
 
-COLORS = {MET: 'green', BROKEN: 'red', OPEN: 'yellow'}
+COLORS = {MET: 'green', FAILED: 'red', OPEN: 'yellow'}
 
 STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; color: #1c2430; background: #f6f7f9; }
@@ -64,13 +64,13 @@ def date() -> str:
 
 
 def tally(marks: Iterable[str]) -> str:
-    """Return the numbers of met, broken and open requirements as text."""
+    """Return the numbers of met, failed and open requirements as text."""
     count = Counter(marks)
-    return f'{count[MET]} {MET} met, {count[BROKEN]} {BROKEN} broken, {count[OPEN]} {OPEN} open'
+    return f'{count[MET]} {MET} met, {count[FAILED]} {FAILED} failed, {count[OPEN]} {OPEN} open'
 
 
 def result(judgment: Judgment) -> str:
-    """Return the measured result and the broken requirements that may have caused it."""
+    """Return the measured result and the failed requirements that may have caused it."""
     causes = f'; may follow from: {", ".join(judgment.follows)}' if judgment.follows else ''
     return judgment.measured + causes
 
@@ -111,7 +111,7 @@ def html_page(title: str, body: str) -> str:
 
 
 def print_judgments(judgments: Sequence[Judgment], notes: Sequence[str]) -> None:
-    """Print a table of all requirements, and then repeat the broken and open requirements."""
+    """Print a table of all requirements, and then repeat the failed and open requirements."""
     print_table(('', 'requirement', 'measured', 'expected'), (
         (one.mark, one.name, result(one), one.expected) for one in judgments))
     print('', *(f'{one.mark} {one.name}: {result(one)}' for one in judgments if one.mark != MET),
@@ -170,14 +170,14 @@ def page(judgments: Sequence[Judgment], about: dict[str, Any]) -> str:
         + ''.join(draw(one.plot) for one in judgments if one.plot is not None))
 
 
-TITLES = ('student', MET, BROKEN, OPEN, 'broken', 'open', 'date')
+TITLES = ('student', MET, FAILED, OPEN, 'failed', 'open', 'date')
 
 EXPLANATION = (
-    f'The columns {MET}, {BROKEN} and {OPEN} contain the numbers of met, broken and open '
-    'requirements. The reason in parentheses states why a requirement is open. The column '
-    '“broken” omits requirements that may be broken only because of another broken requirement. '
+    f'The columns {MET}, {FAILED} and {OPEN} contain the numbers of met, failed and open '
+    'requirements. The reason in parentheses states why a requirement is open. The “failed” '
+    'column omits requirements that may have failed only because another requirement failed. '
     'The student’s page contains all requirements. The second table shows the number of students '
-    'for each entry in the column “broken”.')
+    'for each entry in the “failed” column.')
 
 
 def read(path: Path, name: str) -> dict[str, Any]:
@@ -188,7 +188,7 @@ def read(path: Path, name: str) -> dict[str, Any]:
         requirements = data['requirements']
         marks = {one['name']: one['mark'] for one in requirements}
         causes = [one['name'] for one in requirements
-                  if one['mark'] == BROKEN and not one['follows']]
+                  if one['mark'] == FAILED and not one['follows']]
         faults = data.get('crashes', []) + ([] if marks else data['notes'])
         for one in requirements:
             if one['mark'] == OPEN:
@@ -198,7 +198,7 @@ def read(path: Path, name: str) -> dict[str, Any]:
         count = Counter(marks.values())
         reasons = [f'{", ".join(names)} ({reason})' for reason, names in open_requirements.items()]
         return {'student': name, **{mark: count[mark] for mark in COLORS}, 'date': data['date'],
-                'broken': '; '.join([*faults, *causes]), 'open': '; '.join(reasons), **marks,
+                'failed': '; '.join([*faults, *causes]), 'open': '; '.join(reasons), **marks,
                 'faults': faults, 'causes': causes}
     except (LookupError, OSError, TypeError, ValueError) as error:
         raise ValueError(f'{path} is not a JSON file from the referee: {error!r}') from None
@@ -206,9 +206,9 @@ def read(path: Path, name: str) -> dict[str, Any]:
 
 def class_cells(row: dict[str, Any], address: str) -> list[object]:
     """Return the table cells for a student, with links if the student's page exists."""
-    causes = [link(f'{BROKEN} {name}', address and f'{address}#{quote(name)}')
+    causes = [link(f'{FAILED} {name}', address and f'{address}#{quote(name)}')
               for name in row['causes']]
-    return [link(row['student'], address), row[MET], link(str(row[BROKEN]), address), row[OPEN],
+    return [link(row['student'], address), row[MET], link(str(row[FAILED]), address), row[OPEN],
             Html('<br>'.join([*map(escape, row['faults']), *causes])), row['open'], row['date']]
 
 
@@ -246,7 +246,7 @@ def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | Non
         cells = [class_cells(row, links.get(row['student'], '')) for row in rows]
         page_path.write_text(html_page(
             'turtle_brick: the class', f'<p>{EXPLANATION}</p>' + html_table(TITLES, cells)
-            + html_table(('broken', 'students'), count.most_common())
+            + html_table(('failed', 'students'), count.most_common())
             + ''.join(f'<p>{escape(fault)}</p>' for fault in faults)), encoding='utf-8')
     if not rows:
         return 2

@@ -33,7 +33,7 @@ from turtle_referee.graph_client.profiles import NUMBERS
 from turtle_referee.graph_client.record import Request
 from turtle_referee.graph_client.spinning import Spinner
 from turtle_referee.rules.robot_model import model
-from turtle_referee.rules.rule import Broken
+from turtle_referee.rules.rule import Failed
 
 REACTION_TIME = 0.3
 """Maximum permitted time (s) between a brick's release and the robot's reaction."""
@@ -65,7 +65,7 @@ IN_REACH = PlannedDrop('brick in reach', 0.10, 0.4, REACTION_TIME + 0.15)
 
 
 class Program(NamedTuple):
-    """The numbers and kinds of all requests."""
+    """The requests that a trial sends."""
 
     idle: float = 3.0  # observation time (s) at rest
     legs: int = 8  # number of drives, which together form a closed polygon
@@ -133,7 +133,7 @@ class Trial(GraphClient):
                 for value in map(parameter_value_to_python, response.message.values):
                     if type(value) in (int, float) and 0.0 < value < 1e9:
                         numbers.setdefault(name, float(value))
-        with suppress(Broken):  # The assignment does not name the parameter for the radius.
+        with suppress(Failed):  # The assignment does not name the parameter for the radius.
             robot = model(self.record)
             numbers.setdefault('platform_radius', robot.solid('platform', 'cylinder').size[0])
 

@@ -47,7 +47,7 @@ def test_nanoseconds_of_a_timestamp():
 
 @pytest.mark.parametrize('first', (0.0, 0.9))
 def test_each_timer_callback_has_one_step(first):
-    """The first step is at the time when the timer was due, not at the first callback."""
+    """The first step has the due time of the timer, not the time of the first callback."""
     clock, random = StepClock(PERIOD), Random(1)
     due = 1_700_000_000_000_000_123
     assert clock.due(due + round(first * PERIOD), due) == [due]

@@ -105,7 +105,7 @@ def test_a_bouncing_brick_passes_the_tests_of_the_physics(copy):
 
 
 def test_a_second_brick_lands_on_the_waiting_robot(copy, domain_id):
-    """The catcher does not respond, but the referee confuses the markers of the two bricks."""
+    """The catcher ignores the second brick, but the referee confuses the two markers."""
     apply('second_brick.yaml', copy / 'turtle_brick/arena.py')
     spec = spec_from_file_location('arena2', copy / 'turtle_brick/arena.py')
     module = module_from_spec(spec)

@@ -71,8 +71,8 @@ def test_only_the_packages_of_the_student_are_used(students):
     command = ['bash', '-c', 'python3 -c "import turtle_brick"; echo for $STUDENT']
     assert referee.main(['--class', students, '--hour', '3', '--', *command]) == 2
     ann, bob = csv.DictReader(open('class.csv', newline=''))
-    assert "No module named 'turtle_brick' / for ann" in ann['broken']
-    assert (bob['student'], bob['broken']) == ('bob', 'not built')
+    assert "No module named 'turtle_brick' / for ann" in ann['failed']
+    assert (bob['student'], bob['failed']) == ('bob', 'not built')
     assert 'drop' in ann and 'tilt' not in ann
     assert 'not built' in Path('class.html').read_text()
 

@@ -34,7 +34,7 @@ from turtle_referee.graph_client.domains import DomainError, is_empty, reserved_
 from turtle_referee.graph_client.geometry import CENTER
 from turtle_referee.graph_client.observer import fill_position, Observer
 from turtle_referee.graph_client.profiles import Profile
-from turtle_referee.rules.rule import BROKEN, MET, OPEN
+from turtle_referee.rules.rule import FAILED, MET, OPEN
 from turtle_referee.trial import DISCOVERY_TIME, FAR_OUT, Program
 
 SHORT = {'program': Program(0.2, 2, (0.5,), (FAR_OUT,)), 'discovery_time': 0.5, 'timeout': 0.3}
@@ -94,7 +94,7 @@ FAULTS = (
 
 
 def test_faults_are_found(domain_id, monkeypatch):
-    """Each of these independent faults breaks only its own requirement and the dependent ones."""
+    """Each of these faults violates only its own requirement and the dependent ones."""
     publish = Publisher.publish
 
     def publish_with_faults(publisher, message):
@@ -108,11 +108,11 @@ def test_faults_are_found(domain_id, monkeypatch):
         record = observe(graph, discovery_time=60.0, timeout=1.5, program=PROGRAM)
     expected = {**{rule: [] for rule, *_ in FAULTS},
                 'tilt': ['rate: joint_states'], 'verdict: kept': ['verdict: in reach']}
-    broken = {one.name: one.follows for one in referee.RULES.judge(record) if one.mark == BROKEN}
+    failed = {one.name: one.follows for one in referee.RULES.judge(record) if one.mark == FAILED}
     if record.stall_summary():
-        assert {'frames: world', 'odom: pose', 'walls: size'} <= broken.keys() <= expected.keys()
+        assert {'frames: world', 'odom: pose', 'walls: size'} <= failed.keys() <= expected.keys()
     else:
-        assert broken == expected
+        assert failed == expected
 
 
 def test_nodes_that_die_are_judged(domain_id):
@@ -128,8 +128,8 @@ def test_nodes_that_die_are_judged(domain_id):
         record = observe(graph, end_node, **{**SHORT, 'discovery_time': DISCOVERY_TIME})
     assert not ends
     found = results(record)
-    expected = OPEN if record.stall_summary() else BROKEN
-    assert {'drive: goal', 'place'} <= found[BROKEN].keys() | found[expected].keys()
+    expected = OPEN if record.stall_summary() else FAILED
+    assert {'drive: goal', 'place'} <= found[FAILED].keys() | found[expected].keys()
     assert {'URDF: base_link', 'walls: size'} <= found[MET].keys()
 
 

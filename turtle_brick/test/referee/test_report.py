@@ -23,11 +23,11 @@ from browser import Chromium, find_chromium
 import pytest
 from turtle_referee import referee, report
 from turtle_referee.graph_client.profiles import Profile
-from turtle_referee.rules.rule import BROKEN, Judgment, MET, OPEN, Plot, Series
+from turtle_referee.rules.rule import FAILED, Judgment, MET, OPEN, Plot, Series
 
 JUDGMENTS = [
-    Judgment('b', 'ж', 'ö', BROKEN, '-' * 300, Plot('Empty', '', '', [], Series('x', [], []))),
-    Judgment('d', '', '', BROKEN, 'wrong', follows=['b']),
+    Judgment('b', 'ж', 'ö', FAILED, '-' * 300, Plot('Empty', '', '', [], Series('x', [], []))),
+    Judgment('d', '', '', FAILED, 'wrong', follows=['b']),
     Judgment('c', '', '', OPEN, '50 Hz; not judged: the machine was overloaded in 1 of 9 trials'),
     Judgment('e', '', '', OPEN, 'no data'),
     Judgment('a', 'words <b> & "more"', 'x [red]', MET, '1 < 2 & [bold]3[/bold]', Plot(
@@ -67,7 +67,7 @@ def test_the_pages_do_not_overflow(tmp_path, judged):
 
 def test_the_json_contains_all_data():
     data = json.loads(report.as_json(JUDGMENTS, ABOUT), parse_constant=pytest.fail)
-    assert [one['mark'] for one in data['requirements']] == [BROKEN, BROKEN, OPEN, OPEN, MET]
+    assert [one['mark'] for one in data['requirements']] == [FAILED, FAILED, OPEN, OPEN, MET]
     assert data['requirements'][4]['plot']['points'][0]['y'] == [1.0, None, 2.0]
     assert data['requirements'][1]['follows'] == ['b']
     assert data['seconds'] is None and data['notes'] == ['ö']
@@ -78,9 +78,9 @@ def test_the_terminal_repeats_what_is_not_met(capsys):
     table, _, repeated = capsys.readouterr().out.partition('\n\n')
     assert '[bold]3[/bold]' in table and 'x [red]' in table
     assert repeated.splitlines() == [
-        f'{BROKEN} b: {"-" * 300}', f'{BROKEN} d: wrong; may follow from: b',
+        f'{FAILED} b: {"-" * 300}', f'{FAILED} d: wrong; may follow from: b',
         f'{OPEN} c: {JUDGMENTS[2].measured}', f'{OPEN} e: no data', 'note: ö',
-        '1 ✔ met, 2 ✗ broken, 2 – open']
+        '1 ✔ met, 2 ✗ failed, 2 – open']
 
 
 @pytest.fixture
@@ -100,9 +100,9 @@ def test_the_summary_has_one_row_per_student(judged, tmp_path, monkeypatch, caps
     table, page = tmp_path / 'class.csv', tmp_path / 'class.html'
     assert referee.main(['--summary', str(judged), '--csv', str(table), '--page', str(page)]) == 0
     assert list(csv.reader(table.open(newline=''))) == [
-        ['student', MET, BROKEN, OPEN, 'broken', 'open', 'date', 'f', 'b', 'a'],
+        ['student', MET, FAILED, OPEN, 'failed', 'open', 'date', 'f', 'b', 'a'],
         ['ann', '1', '2', '2', 'b', 'c (judge again on a less busy machine); e (no data)',
-         '2026-11-23', '', BROKEN, MET],
+         '2026-11-23', '', FAILED, MET],
         ['bob', '1', '0', '0', '', '', '2026-11-23', '', '', MET],
         ['dora/late', '0', '0', '0', 'ö', '', '2026-11-23', '', '', '']]
     students, hardest = parse(page.read_text()).findall('.//table')

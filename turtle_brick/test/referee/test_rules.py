@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""A correct synthetic record meets all rules, and each fault breaks its own rule."""
+"""A correct synthetic record meets all rules, and each fault violates its own rule."""
 
 from functools import partial
 from math import atan2, inf, nan, pi, radians, sin, sqrt
@@ -34,7 +34,7 @@ from turtle_referee.graph_client.record import (Drive, Frame, NS_PER_SECOND, Rec
                                                 SECONDS_PER_NS)
 from turtle_referee.rules import robot_rules
 from turtle_referee.rules.robot_model import model
-from turtle_referee.rules.rule import BROKEN, MET, OPEN, Rules
+from turtle_referee.rules.rule import FAILED, MET, OPEN, Rules
 from visualization_msgs.msg import Marker
 import xacro
 
@@ -445,23 +445,23 @@ FAULTS = (
     ('text: kind', lambda record, text: change_text(record, 3.0, text), (),
      ('unreachable!', 'UNREACHABLE')),
     ('text: kind', lambda record, kind: change_text(record, 3.0, kind=kind), (), (Marker.ARROW,)))
-"""A rule, a fault (a key in CORRECT or a function), allowed values, and values that break it."""
+"""A rule, a fault (a key in CORRECT or a function), allowed values, and values that violate it."""
 
 
 def test_a_correct_record_meets_all_requirements_and_an_empty_record_none():
     found = referee.RULES.judge(make_record())
     assert len(found) == 60
     assert [one for one in found if one.mark != MET] == []
-    assert {one.mark for one in referee.RULES.judge(Record(Profile()))} == {BROKEN, OPEN}
+    assert {one.mark for one in referee.RULES.judge(Record(Profile()))} == {FAILED, OPEN}
 
 
-@pytest.mark.parametrize('rule, off, allowed, broken', FAULTS)
-def test_allowed_values_meet_the_rule_and_faults_break_it(rule, off, allowed, broken):
-    """All other broken requirements are reported as consequences."""
+@pytest.mark.parametrize('rule, off, allowed, failed', FAULTS)
+def test_allowed_values_meet_the_rule_and_faults_violate_it(rule, off, allowed, failed):
+    """All other failed requirements are reported as consequences."""
     # A low rate is sufficient for the rules about bricks.
     parts, others, rate = ((drive,), ROBOT_RULES, 100.0) if rule in ROBOT_RULES else (
         PARTS, NAMES - ROBOT_RULES, 10.0)
-    for value in (*allowed, *broken):
+    for value in (*allowed, *failed):
         if isinstance(off, str):
             record = make_record(parts, **{'rate': rate, off: value})
         else:
@@ -470,7 +470,7 @@ def test_allowed_values_meet_the_rule_and_faults_break_it(rule, off, allowed, br
         if value in allowed:
             assert judge(record, rule)[0].mark == MET, value
         else:
-            found = [one for one in judge(record, *others) if one.mark == BROKEN]
+            found = [one for one in judge(record, *others) if one.mark == FAILED]
             assert [one.name for one in found if not one.follows] == [rule], value
 
 
@@ -480,14 +480,14 @@ def test_rates_are_measured_by_stamps(rate, met):
     """A message with an old timestamp does not change the rate."""
     names = {f'rate: {name}' for name in ('cmd_vel', 'odom', 'joint_states', 'base_link')}
     found = judge(make_record((drive,), rate=rate), *names)
-    assert {one.name for one in found if one.mark == BROKEN} == (set() if met else names)
+    assert {one.name for one in found if one.mark == FAILED} == (set() if met else names)
 
 
 def test_a_fault_outside_a_stall_is_broken():
     record = make_record((drive,))
     change_request(record, 'drives', goal=CENTER, start=(0.0, 0.0))
     # The effects of a stall last one second longer than the stall. The second drive has no fault.
-    for begin, expected in ((-3.0, BROKEN), (-0.9, OPEN), (0.2, OPEN), (1.5, BROKEN)):
+    for begin, expected in ((-3.0, FAILED), (-0.9, OPEN), (0.2, OPEN), (1.5, FAILED)):
         record.stalls = [(at(begin), at(begin + 0.1))]
         found, = judge(record, 'drive: goal')
         assert found.mark == expected
@@ -498,8 +498,8 @@ def test_a_fault_during_a_stall_is_open():
     record = make_record(rate=10.0, gravity=15.0, slip=2.0, drift=1.0)
     remove_verdict(record, None)
     record.stalls = [(at(-1.0), at(10.0))]
-    broken = {one.name for one in referee.RULES.judge(record) if one.mark == BROKEN}
-    assert broken == set()
+    failed = {one.name for one in referee.RULES.judge(record) if one.mark == FAILED}
+    assert failed == set()
 
 
 def test_velocities_are_judged_only_if_they_are_published():
@@ -517,7 +517,7 @@ def test_dependencies_are_rules_without_circles():
 def test_an_absent_topic_breaks_many_rules_with_one_cause():
     record = make_record()
     record.topics['robot_description'].clear()
-    found = [one for one in referee.RULES.judge(record) if one.mark == BROKEN]
+    found = [one for one in referee.RULES.judge(record) if one.mark == FAILED]
     assert {one.measured for one in found} == {'there is no robot_description'}
     assert [one.follows for one in found] == [[], *[['frames: robot']] * (len(found) - 1)]
 

@@ -91,7 +91,7 @@ def test_line_is_drawn_between_its_points(page):
 
 def test_unknown_kind_of_shape_is_an_error(page):
     cone = Shape('cone', (1.0, 2.0, 3.0), RED)
-    with pytest.raises(ValueError, match="cannot draw a shape of the kind 'cone'"):
+    with pytest.raises(ValueError, match="cannot draw shapes of kind 'cone'"):
         Scene(page.viser).show({'cone': SceneObject((cone,), ORIGIN)})
 
 

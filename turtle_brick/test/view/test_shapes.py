@@ -121,8 +121,8 @@ def test_line_strip_becomes_a_line():
 
 
 @pytest.mark.parametrize(('fields', 'reason'), [
-    ({'type': Marker.MESH_RESOURCE}, 'cannot draw the type MESH_RESOURCE'),
-    ({'type': 99}, 'cannot draw the type unknown'),
+    ({'type': Marker.MESH_RESOURCE}, 'cannot draw markers of type MESH_RESOURCE'),
+    ({'type': 99}, 'cannot draw markers of type unknown'),
     ({'points': [Point(z=nan)]}, 'too large or not finite'),
     ({'scale': Vector3(x=-1e308)}, 'too large or not finite'),
     ({'pose': Pose(position=Point(y=nan))}, 'too large or not finite'),

@@ -38,7 +38,7 @@ from rclpy.signals import SignalHandlerOptions
 from turtle_brick.core.parameters import ParameterError
 
 SPIN_TIMEOUT = 0.1
-"""Timeout (s) for each wait in the executor, which limits the shutdown delay. Without a
+"""Timeout (s) for each wait in the executor. This timeout limits the shutdown delay. Without a
 timeout, the EventsExecutor of the PyPI environment never sleeps."""
 
 _shutdown_requested = Event()

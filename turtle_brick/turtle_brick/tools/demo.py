@@ -66,7 +66,7 @@ DISCOVERY_TIME = 5.0
 lost announcement is repeated only after 3 s."""
 
 KEPT_MESSAGES = 1000
-"""Number of messages of each topic that the observer keeps before a drop, from 4 s or longer."""
+"""Number of messages per topic that the observer keeps before a drop (at least the last 4 s)."""
 
 FIRST_PORT = 8080
 """Port of the first arena's page. The port number increases by one for each additional arena."""

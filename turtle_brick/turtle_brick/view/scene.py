@@ -97,7 +97,7 @@ class Scene:
             section_color=GRID_COLOR, plane_color=GROUND_COLOR, plane_opacity=1.0,
             shadow_opacity=0.45, fade_distance=60.0, position=(0.0, 0.0, -1e-3))
         self._scene.set_background_image(numpy.full((1, 1, 3), SKY_COLOR, numpy.uint8))
-        # viser's environment map uses ten seconds of processor time without a graphics card.
+        # Without a graphics card, viser's environment map takes ten seconds of processor time.
         self._scene.configure_environment_map(None)
         self._scene.add_light_hemisphere('/daylight', ground_color=GROUND_COLOR, intensity=2.0)
 
@@ -163,7 +163,7 @@ class Scene:
                 self._scene.add_line_segments(
                     path, segments.reshape(-1, 2, 3), color, thickness=shape.size[0], **pose)
             case _:
-                raise ValueError(f'The page cannot draw a shape of the kind {shape.kind!r}')
+                raise ValueError(f'The page cannot draw shapes of kind {shape.kind!r}')
 
 
 def _wxyz(pose: Pose) -> tuple[float, float, float, float]:

@@ -106,7 +106,7 @@ def shape_of(message: Marker) -> Shape:
     """Return the shape of a marker, or raise ValueError if the marker cannot be drawn."""
     if message.type not in MARKER_KINDS:
         name = MARKER_TYPES.get(message.type, 'unknown')
-        raise ValueError(f'the page cannot draw the type {name}')
+        raise ValueError(f'the page cannot draw markers of type {name}')
     position, orientation = message.pose.position, message.pose.orientation
     quaternion = (orientation.x, orientation.y, orientation.z, orientation.w)
     # rviz2 also draws markers whose quaternion is zero.

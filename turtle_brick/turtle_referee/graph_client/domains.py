@@ -29,7 +29,7 @@ PARTICIPANTS = 32
 """Number of ports to check per domain. The first ports may be free in a domain that is in use."""
 
 MARK_PORT_BASE = 32768
-"""Lowest TCP port that reserves a domain, as in the ROS 2 package domain_coordinator."""
+"""Lowest TCP port used to reserve a domain, as in the ROS 2 package domain_coordinator."""
 
 RANGE_VARIABLES = ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_STATIC_PEERS', 'ROS_LOCALHOST_ONLY')
 """Environment variables that set the discovery range."""

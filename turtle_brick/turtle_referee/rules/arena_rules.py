@@ -25,7 +25,7 @@ from turtle_referee.graph_client.geometry import (angle_between, ARENA_SIZE, Arr
                                                   distance_to_rectangle, inclination, Pose, pose)
 from turtle_referee.graph_client.record import (NS_PER_SECOND, ReceivedMarker, Record,
                                                 SECONDS_PER_NS)
-from turtle_referee.rules.rule import (Broken, Finding, from_faults, largest, NEAR, number, Open,
+from turtle_referee.rules.rule import (Failed, Finding, from_faults, largest, NEAR, number, Open,
                                        PHYSICS_RATE, Plot, RATE_TOLERANCE, require,
                                        require_accepted, require_data, Rules, SAME_ANGLE, Series,
                                        within)
@@ -71,7 +71,7 @@ def max_motion(positions: Iterable[Any]) -> float:
 
 
 def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
-    """Return a marker's world pose at a given time (ns), or raise Broken if it is unknown."""
+    """Return a marker's world pose at a given time (ns), or raise Failed if it is unknown."""
     name = received.marker.header.frame_id.lstrip('/')
     parent = require(record.pose(name, time), f'the frame {name!r} of a marker is unknown')
     p, q = received.marker.pose.position, received.marker.pose.orientation
@@ -80,7 +80,7 @@ def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
 
 
 def walls(record: Record) -> list[ReceivedMarker]:
-    """Return all long box markers, or raise Broken if there are none."""
+    """Return all long box markers, or raise Failed if there are none."""
     boxes = [received for received in record.markers if received.marker.type == CUBE]
     return require([box for box in boxes if max(box.marker.scale.x, box.marker.scale.y)
                     >= MIN_WALL_LENGTH] or None, 'no box marker is as long as a wall')
@@ -100,7 +100,7 @@ def walls_are_at_the_edges(record: Record) -> Finding:
         ends += [half_length - middle, middle + half_length - ARENA_SIZE]
         heights.append(there.position[2])
     if not all(sides):
-        raise Broken('some sides have no wall')
+        raise Failed('some sides have no wall')
     found = [end(side) for side in sides for end in (min, max)]
     off = largest(abs(a - b) for a, b in zip(found, (0.0, ARENA_SIZE) * 2))
     met = off <= WALL_TOLERANCE and largest(ends) <= 2.0 * WALL_TOLERANCE and min(heights) >= 0.0
@@ -110,7 +110,7 @@ def walls_are_at_the_edges(record: Record) -> Finding:
 
 
 def brick_markers(record: Record) -> list[ReceivedMarker]:
-    """Return the markers of the brick, or raise Broken if there are none."""
+    """Return the markers of the brick, or raise Failed if there are none."""
     return require([
         received for received in record.markers
         if received.marker.type != TEXT and received.marker.action == ADD and 'brick' in (
@@ -359,7 +359,7 @@ def brick_rides(record: Record) -> Finding:
         places = [place[:2] for stamp, _ in track
                   if (place := record.on_platform(stamp)) is not None]
         if len(places) < 2:
-            raise Broken('the pose of the brick or of the platform is unknown')
+            raise Failed('the pose of the brick or of the platform is unknown')
         rest.append(dist(places[-1], places[0]))
         moving.append(max_motion(places))
         driven = max_motion(platform.position for lag in LAGS if (

@@ -24,7 +24,7 @@ from turtle_referee.graph_client.profiles import NUMBERS
 from turtle_referee.graph_client.record import (nanoseconds_of, ReceivedMarker, Record,
                                                 SECONDS_PER_NS)
 from turtle_referee.rules.arena_rules import ADD, catches, dropped, TEXT
-from turtle_referee.rules.rule import (Broken, Finding, from_faults, Plot, require_data, Rules,
+from turtle_referee.rules.rule import (Failed, Finding, from_faults, Plot, require_data, Rules,
                                        Series, within)
 
 RULES = Rules()
@@ -96,11 +96,11 @@ def verdicts_come_true(record: Record) -> Finding:
 
 
 def texts(record: Record) -> list[ReceivedMarker]:
-    """Return the "Unreachable" markers, or raise Broken or Open if there are none."""
+    """Return the "Unreachable" markers, or raise Failed or Open if there are none."""
     found = [received for received in record.markers
              if UNREACHABLE.lower() in received.marker.text.lower()]
     if not found and any(drop.should_be_caught is False for drop in completed(record)):
-        raise Broken('no marker says Unreachable')
+        raise Failed('no marker says Unreachable')
     return require_data(found, 'no brick was out of reach')
 
 
@@ -142,7 +142,7 @@ def bricks_are_carried_to_the_center(record: Record) -> Finding:
     off = []
     for drop in catches(record):
         if drop.carried_to is None:
-            raise Broken(f'{name_of(drop)} was never tilted')
+            raise Failed(f'{name_of(drop)} was never tilted')
         off.append(dist(drop.carried_to, CENTER))
     return within(CENTER_DISTANCE, off, '', 'at most {:.3f} m from the center in {} catches')
 

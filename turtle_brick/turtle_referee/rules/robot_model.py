@@ -22,7 +22,7 @@ from xml.etree import ElementTree
 import numpy
 from turtle_referee.graph_client.geometry import Array, Pose, pose, turn, UPRIGHT
 from turtle_referee.graph_client.record import Record
-from turtle_referee.rules.rule import Broken, require
+from turtle_referee.rules.rule import Failed, require
 
 SIZES = {'box': ('size',), 'cylinder': ('radius', 'length'), 'sphere': ('radius',)}
 """URDF attributes that define the size of each shape."""
@@ -57,7 +57,7 @@ class RobotModel:
     """The links and joints in a URDF."""
 
     def __init__(self, description: str) -> None:
-        """Parse a URDF, or raise Broken if the URDF is invalid."""
+        """Parse a URDF, or raise Failed if the URDF is invalid."""
         try:
             robot = ElementTree.fromstring(description)
             self.links = {
@@ -65,7 +65,7 @@ class RobotModel:
                 for link in robot.findall('link')}
             self.joints = [_joint(element) for element in robot.findall('joint')]
         except (ElementTree.ParseError, ValueError) as error:
-            raise Broken(f'the robot_description is invalid: {error}') from None
+            raise Failed(f'the robot_description is invalid: {error}') from None
         self._joint_above = {joint.child: joint for joint in self.joints}
 
     def joints_to(self, link: str) -> list[Joint]:
@@ -89,7 +89,7 @@ class RobotModel:
         return self.pose(joint.child, positions).axes @ joint.axis
 
     def solid(self, link: str, kind: str) -> Solid:
-        """Return a link's first solid of a given kind, or raise Broken if there is none."""
+        """Return a link's first solid of a given kind, or raise Failed if there is none."""
         return require(next((solid for solid in self.links.get(link, ()) if solid.kind == kind),
                             None), f'{link} has no {kind}')
 
@@ -98,13 +98,13 @@ class RobotModel:
         return self.pose(link).transform(solid.pose.position)
 
     def joint(self, link: str) -> Joint:
-        """Return the last movable joint above a link, or raise Broken if no such joint exists."""
+        """Return the last movable joint above a link, or raise Failed if no such joint exists."""
         return require(next((joint for joint in reversed(self.joints_to(link)) if joint.movable),
                             None), f'no joint turns {link}')
 
 
 def model(record: Record) -> RobotModel:
-    """Return a model of the latest robot_description, or raise Broken if there is no valid one."""
+    """Return a model of the latest robot_description, or raise Failed if there is no valid one."""
     descriptions = require(record.topics['robot_description'] or None,
                            'there is no robot_description')
     return _parse(descriptions[-1].message.data)

@@ -23,7 +23,7 @@ from turtle_referee.graph_client.geometry import angle_between, Array, CENTER, i
 from turtle_referee.graph_client.record import (Drive, Frame, message_rate, Received, Record,
                                                 Sample, SECONDS_PER_NS, stamp_of)
 from turtle_referee.rules.robot_model import model
-from turtle_referee.rules.rule import (Broken, Finding, from_faults, largest, NEAR, number, Open,
+from turtle_referee.rules.rule import (Failed, Finding, from_faults, largest, NEAR, number, Open,
                                        PHYSICS_RATE, Plot, RATE_TOLERANCE, require,
                                        require_accepted, require_data, Rules, SAME_ANGLE, Series,
                                        within)
@@ -58,16 +58,16 @@ GLOBAL_TOPICS = ('/tf', '/tf_static', '/rosout', '/parameter_events', '/clock')
 
 
 def frame(record: Record, name: str, parent: str = '') -> Frame:
-    """Return a frame, or raise Broken if the frame is absent or has another parent."""
+    """Return a frame, or raise Failed if the frame is absent or has another parent."""
     found = require(record.frames.get(name), f'no node broadcasts {name}')
     parents = {sample.parent for sample in found.samples}
     if parent and parents != {parent}:
-        raise Broken(f'the parent of {name} is {", ".join(sorted(parents))}')
+        raise Failed(f'the parent of {name} is {", ".join(sorted(parents))}')
     return found
 
 
 def messages(record: Record, name: str) -> list[Received]:
-    """Return the messages on a topic, or raise Broken if there are none."""
+    """Return the messages on a topic, or raise Failed if there are none."""
     return require(record.topics[name] or None, f'no messages on {record.profile.topics[name]}')
 
 
@@ -203,7 +203,7 @@ def odometry_equals_tf(record: Record) -> Finding:
     for odometry in messages(record, 'odom'):
         frames = (odometry.message.header.frame_id, odometry.message.child_frame_id)
         if frames != ('odom', 'base_link'):
-            raise Broken(f'the odometry is the pose of {frames[1]!r} in {frames[0]!r}')
+            raise Failed(f'the odometry is the pose of {frames[1]!r} in {frames[0]!r}')
         sample = frame(record, 'base_link').at(stamp_of(odometry))
         if sample is not None:
             p, q = odometry.message.pose.pose.position, odometry.message.pose.pose.orientation
@@ -496,7 +496,7 @@ def platform_has_the_tilt(record: Record) -> Finding:
         stamp = request.end - 50_000_000
         platform, base = record.pose('platform', stamp), record.pose('base_link', stamp)
         if not positions or platform is None or base is None:
-            raise Broken('the joint or the frame of the platform is not published')
+            raise Failed('the joint or the frame of the platform is not published')
         angle = positions[-1][1]
         expected = base.axes @ robot.pose('platform', {joint.name: request.value}).upright
         off = angle_between(platform.upright, expected)

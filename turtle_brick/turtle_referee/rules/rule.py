@@ -14,7 +14,7 @@
 """
 Rules that check whether a record meets the requirements of the assignment, without ROS.
 
-A rule is a function that returns a `Finding`. The function raises `Broken` if required data is
+A rule is a function that returns a `Finding`. The function raises `Failed` if required data is
 absent, and `Open` if the record is insufficient for a judgment.
 """
 
@@ -36,14 +36,14 @@ NEAR = 0.01
 SAME_ANGLE = 0.02
 """Tolerance (rad) for equal angles."""
 
-MET, BROKEN, OPEN = '✔', '✗', '–'
+MET, FAILED, OPEN = '✔', '✗', '–'
 
 ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
 """Pattern for a plural noun after the number 1, such as '1 rides'."""
 
 
-class Broken(Exception):
-    """The reason why a requirement is broken."""
+class Failed(Exception):
+    """The reason why a requirement is not met."""
 
 
 class Open(Exception):
@@ -85,7 +85,7 @@ class Judgment(NamedTuple):
     mark: str
     measured: str
     plot: Plot | None = None
-    follows: Sequence[str] = ()  # Other broken requirements that may be the cause.
+    follows: Sequence[str] = ()  # Other failed requirements that may be the cause.
 
 
 Judge = Callable[[Record], Finding]
@@ -106,14 +106,14 @@ class Rule(NamedTuple):
         try:
             with numpy.errstate(all='ignore'):
                 met, measured, plot = self.judge(record)
-            mark = MET if met else BROKEN
-        except Broken as error:
-            mark, measured = BROKEN, str(error)
+            mark = MET if met else FAILED
+        except Failed as error:
+            mark, measured = FAILED, str(error)
         except Open as error:
             mark, measured = OPEN, str(error)
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             # Unexpected data must not stop the referee.
-            mark = BROKEN
+            mark = FAILED
             measured = f'the received data is inconsistent ({type(error).__name__}: {error})'
         return Judgment(self.name, self.sentence, self.expected, mark, measured, plot)
 
@@ -130,29 +130,29 @@ class Rules(list[Rule]):
         return add
 
     def judge(self, record: Record) -> list[Judgment]:
-        """Return all judgments on a record: first broken, then open, then met requirements."""
+        """Return all judgments on a record: first failed, then open, then met requirements."""
         judgments, overload = [rule(record) for rule in self], record.stall_summary()
         if overload:
-            # A requirement is open if it is broken only because of trials with stalls.
+            # A requirement is open if it failed only in trials with stalls.
             calm = record.without_stalls()
             judgments = [
                 one._replace(mark=OPEN, measured=f'{one.measured}; not judged: {overload}')
-                if one.mark == BROKEN and rule(calm).mark != BROKEN else one
+                if one.mark == FAILED and rule(calm).mark != FAILED else one
                 for rule, one in zip(self, judgments)]
-        causes = self.causes({one.name: one.measured for one in judgments if one.mark == BROKEN})
+        causes = self.causes({one.name: one.measured for one in judgments if one.mark == FAILED})
         judgments = [one._replace(measured=ONE.sub(r'1 \1', one.measured),
                                   follows=causes.get(one.name, ())) for one in judgments]
-        order = (BROKEN, OPEN, MET)
+        order = (FAILED, OPEN, MET)
         return sorted(judgments, key=lambda one: (order.index(one.mark), bool(one.follows)))
 
-    def causes(self, broken: Mapping[str, str]) -> dict[str, list[str]]:
-        """Return the possible causes of broken requirements, given their measured results."""
-        above = {name: self.all_dependencies(name) for name in broken}
-        roots = [name for name in broken if not above[name] & broken.keys()]
+    def causes(self, failed: Mapping[str, str]) -> dict[str, list[str]]:
+        """Return the possible causes of failed requirements, given their measured results."""
+        above = {name: self.all_dependencies(name) for name in failed}
+        roots = [name for name in failed if not above[name] & failed.keys()]
         # If several rules report the same fault, only the first rule counts as the cause.
-        first = {broken[root]: root for root in reversed(roots)}
-        return {name: sorted({first[broken[root]] for root in roots
-                              if root in {name, *above[name]}} - {name}) for name in broken}
+        first = {failed[root]: root for root in reversed(roots)}
+        return {name: sorted({first[failed[root]] for root in roots
+                              if root in {name, *above[name]}} - {name}) for name in failed}
 
     def all_dependencies(self, name: str) -> set[str]:
         """Return the direct and indirect dependencies of a rule."""
@@ -175,16 +175,16 @@ def require_data(items: list[Value], reason: str) -> list[Value]:
 
 
 def require(value: Value | None, fault: str) -> Value:
-    """Return the value, or raise Broken with the given fault if the value is None."""
+    """Return the value, or raise Failed with the given fault if the value is None."""
     if value is None:
-        raise Broken(fault)
+        raise Failed(fault)
     return value
 
 
 def require_accepted(request: Request | None) -> Request:
-    """Return an accepted request, or raise Broken with the response to a refused request."""
+    """Return an accepted request, or raise Failed with the response to a refused request."""
     if request is None or not request.accepted:
-        raise Broken(request and request.message or 'the request was refused')
+        raise Failed(request and request.message or 'the request was refused')
     return request
 
 

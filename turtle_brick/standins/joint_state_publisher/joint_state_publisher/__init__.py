@@ -14,7 +14,7 @@
 """
 The stand-in for joint_state_publisher and joint_state_publisher_gui 2.4.0.
 
-Publishes: joint_states (sensor_msgs/JointState), at the rate set by the parameter `rate`.
+Publishes: joint_states (sensor_msgs/JointState), at the rate set by the `rate` parameter.
 Subscribes: robot_description (std_msgs/String, latched).
 Parameters: rate (integer, 10 Hz), zeros.JOINT (double).
 Joints that mimic other joints are not published, because robot_state_publisher moves them.

@@ -69,7 +69,7 @@ class Processes:
         return iter(list(self.found.values()))
 
     def select(self, process=None):
-        """Return the processes with a given action or text in their names (default: all)."""
+        """Return the processes of an action or with a text in their names (default: all)."""
         return [each for each in self if process in (None, each.action) or (
             isinstance(process, str) and process in each.process_name)]
 

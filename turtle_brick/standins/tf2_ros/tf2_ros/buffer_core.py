@@ -349,7 +349,7 @@ class BufferCore:
 
     def _climb(self, frame: str, goal: str, other: str, time: int
                ) -> tuple[str, Transform, NoDataError | None]:
-        """Return the last reachable ancestor, the pose in it, and the error beyond it, if any."""
+        """Return the last reachable ancestor, the pose in its frame, and the error, if any."""
         pose = _IDENTITY
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]
