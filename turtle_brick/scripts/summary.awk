@@ -1,4 +1,4 @@
-# Add up the output of `colcon test-result --all`, which has one line per result file:
+# Add up the counts from `colcon test-result --all`, which prints one line per result file:
 #   .../pytest.xml: 5 tests, 0 errors, 1 failures, 2 skipped
 # The ctest results (Test.xml) are not counted because each ctest test writes its own result file.
 # The exit status is 0 if at least one test passed and none failed.

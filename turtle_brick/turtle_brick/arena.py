@@ -64,7 +64,7 @@ from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
 MARKER_PERIOD = 1.0
-"""Time (s) between two brick markers. rviz2 discards markers in an unknown frame."""
+"""Period (s) of the brick marker. rviz2 discards it until the brick frame is known."""
 
 WALL_THICKNESS = 0.1
 """Thickness (m) of the walls."""
@@ -117,7 +117,7 @@ class Arena(Node):
         self.timer = self.create_timer(STEP_NS * SECONDS_PER_NS, self.on_timer)
 
     def on_place(self, request: Place.Request, response: Place.Response) -> Place.Response:
-        """Place the brick, or return the reason why the request is refused."""
+        """Place the brick, or return the reason for refusing the request."""
         location = (request.location.x, request.location.y, request.location.z)
         try:
             self.world.brick = location
@@ -129,8 +129,8 @@ class Arena(Node):
         return response
 
     def on_drop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Release the brick, or return the reason why the request is refused."""
-        self.on_timer()  # The brick must be at rest in all steps before this request.
+        """Release the brick, or return the reason for refusing the request."""
+        self.on_timer()  # The steps that are already due precede the release.
         try:
             self.world.release()
         except ValueError as error:
@@ -167,7 +167,7 @@ class Arena(Node):
             self.publish_state()
 
     def warn_of_clock_jump(self) -> None:
-        """Log the cause if the step clock has just restarted."""
+        """If the step clock has just restarted, log a warning with the cause."""
         jump = self.step_clock.jump * SECONDS_PER_NS
         pause, self.last_run = monotonic() - self.last_run, monotonic()
         if not jump:
@@ -185,7 +185,7 @@ class Arena(Node):
         """
         Execute the physics step at a given time (ns), and return the transform of the brick.
 
-        :param is_held: whether the brick must not move in this step
+        :param is_held: whether to keep the brick at rest in this step
         """
         pose = recent_pose(self.tf_buffer, PLATFORM, time)
         self.world.platform = Platform(pose) if pose else None
@@ -211,7 +211,7 @@ class Arena(Node):
 
 
 def brick_marker(phase: Phase, size: Vector) -> Marker:
-    """Return the marker of a brick that has a given phase and size (m)."""
+    """Return a marker for a brick with a given phase and size (m)."""
     marker = box_marker(BRICK, 'brick', 0, (0.0, 0.0, 0.0), size, BRICK_COLORS[phase])
     marker.frame_locked = True
     return marker
@@ -227,7 +227,7 @@ def shell_commands(place: str, drop: str, location: Vector) -> tuple[str, str]:
 
 def box_marker(frame: str, namespace: str, number: int, center: Vector, size: Vector,
                color: Color) -> Marker:
-    """Return a box marker (lengths in m). A zero timestamp makes the marker valid at any time."""
+    """Return a box marker that is valid at any time. All lengths are in meters."""
     marker = Marker(ns=namespace, id=number, type=Marker.CUBE, action=Marker.ADD)
     marker.header.frame_id = frame
     position = marker.pose.position

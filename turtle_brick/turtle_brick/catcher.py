@@ -26,10 +26,10 @@ Publishes:
         reason, once per fall
 
 Subscribes:
-    /tf, /tf_static: poses of the brick and the robot, which are the only input
+    /tf, /tf_static: poses of the brick and the robot (the only input)
 
-The nodes can run on several machines, because the catcher measures the latency of messages. The
-clocks of the machines must be synchronized, for example with chrony.
+The nodes can run on several machines because the catcher measures the message latency. The clocks
+of the machines must be synchronized, for example with chrony.
 
 Parameters, read-only:
     max_velocity (double, m/s): maximum speed of the robot
@@ -37,7 +37,7 @@ Parameters, read-only:
     platform_radius (double, m): radius of the platform
     gravity_accel (double, m/s^2): acceleration due to gravity
     brick_size (double[3], m): size of the brick along its x, y and z axes
-    tilt_angle (double, rad): angle of the platform for tipping off the brick
+    tilt_angle (double, rad): platform angle for tipping off the brick
 """
 
 from typing import Any
@@ -64,7 +64,7 @@ COMMANDS = QoSProfile(depth=1)
 """QoS for goals and tilt commands. With a depth of 1, a lost command does not delay newer ones."""
 
 MOVING_FRAMES = (BRICK, PLATFORM, BASE_LINK)
-"""Frames that move. The ages of their transforms show the message latency."""
+"""Moving frames whose transforms are used to measure the message latency."""
 
 MAX_TIMER_DELAY = 0.005
 """Delay (s) beyond which a timer callback counts as late."""
@@ -88,7 +88,7 @@ class CatcherNode(Node):
         self.is_complete = False
         """Whether the robot and the brick have been found."""
         self.ages: dict[str, float] = {}
-        """Age on arrival (s) of the latest transform for each moving frame."""
+        """Age (s) that the latest transform of each moving frame had on arrival."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self, self.on_transform)
@@ -199,7 +199,7 @@ class CatcherNode(Node):
         self.marker_publisher.publish(marker)
 
     def log_missing(self) -> None:
-        """Log the missing parts of the graph once, and log a message when all parts are found."""
+        """Log the missing parts of the graph once, and report when all of them have been found."""
         missing = [f'the transform of {frame}' for frame in (PLATFORM, BRICK)
                    if latest_transform(self.tf_buffer, frame) is None]
         if not self.has_subscribers():

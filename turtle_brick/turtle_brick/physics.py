@@ -24,12 +24,12 @@ A release starts a fall. Placing the brick changes any phase to HOVERING.
 The height of a falling brick is z = z0 - g t^2 / 2, where t is the time since the release. This
 closed form does not accumulate errors. A sliding brick accelerates at g sin(tilt).
 
-The location of the brick is its center. The bottom of the brick touches the platform or the
-ground. The brick always has the same inclination as the platform.
+The location of the brick is its center. Contact with the platform or the ground occurs at the
+bottom of the brick. The brick always has the same inclination as the platform.
 
 A brick lands if its center is above the platform, because the assignment specifies only a radius
 for the platform and only a position for the robot. A sliding brick leaves the platform when its
-entire bottom is outside the radius. The assignment requires that the trailing edge be outside.
+entire bottom is outside the radius. In the assignment, the brick's trailing edge must be outside.
 """
 
 from enum import Enum
@@ -45,10 +45,10 @@ STEP_NS = 4_000_000
 """Duration (ns) of one physics step in the arena. The step rate is 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
-"""Maximum distance (m) below its resting height at which a brick still lands."""
+"""Maximum distance (m) below the resting height at which a brick can still land."""
 
 MIN_NORMAL_Z = 1e-9
-"""Minimum vertical component of the unit normal at which the platform supports the brick."""
+"""Minimum vertical component of the platform's unit normal for supporting the brick."""
 
 
 class Phase(Enum):
@@ -68,8 +68,8 @@ class World:
     By default, the brick is a point and there is no platform. Set `size`, `thickness` and
     `platform` to change these defaults.
 
-    The constructor and the setter of `brick` raise ValueError if the location is not finite or too
-    far away, or if the bottom of the brick would be below the ground.
+    The constructor and the `brick` setter raise ValueError if the location is not finite, is too
+    far away, or puts the brick below the ground.
     """
 
     def __init__(self, brick, gravity, radius, dt):  # noqa: D406,D407,D413,D417
@@ -102,11 +102,11 @@ class World:
         """Number of steps since the start of the fall."""
 
         self._slide_position: tuple[float, float] = (0.0, 0.0)
-        """Coordinates x and y (m) of the riding brick in the platform frame."""
+        """x and y coordinates (m) of the riding brick in the platform frame."""
         self._slide_velocity: tuple[float, float] = (0.0, 0.0)
-        """Velocity (m/s) of the riding brick along x and y of the platform frame."""
+        """Velocity (m/s) of the riding brick along the x and y axes of the platform frame."""
         self._relative_yaw = 0.0
-        """Heading (rad) of the riding brick, relative to the heading of the hinge."""
+        """Heading (rad) of the riding brick relative to the heading of the hinge."""
         self.brick = brick
 
     @classmethod
@@ -140,8 +140,8 @@ class World:
         if not (isfinite(x) and isfinite(y) and isfinite(z)):
             raise ValueError(f'the location ({x:g}, {y:g}, {z:g}) is not finite')
         if abs(x) + abs(y) + abs(z) > MAX_COORDINATE:
-            raise ValueError(f'the location ({x:g}, {y:g}, {z:g}) is too far away: the sum of its '
-                             f'coordinates must be at most {MAX_COORDINATE:g} m')
+            raise ValueError(f'the location ({x:g}, {y:g}, {z:g}) is too far away because the '
+                             f'sum of its absolute coordinates exceeds {MAX_COORDINATE:g} m')
         if z < self._half_height:
             raise ValueError(f'z is {z:g} m, but must be at least {self._half_height:g} m so that '
                              'the bottom of the brick is not below the ground')
@@ -217,7 +217,6 @@ class World:
         return self.size[2] / 2.0
 
     def _fall(self) -> None:
-        """Simulate one timestep of a fall, which ends on the platform or on the ground."""
         x, y, previous_z = self._brick
         self._steps_fallen += 1
         time = self._steps_fallen * self._dt
@@ -250,7 +249,6 @@ class World:
         self._follow(platform)
 
     def _slide(self, platform: Platform) -> None:
-        """Simulate one timestep of sliding. The brick floats when it has left the platform."""
         axis_x, axis_y, normal = platform.axes
         x, y = before = self._slide_position
         velocity_x, velocity_y = self._slide_velocity

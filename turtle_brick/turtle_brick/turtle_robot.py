@@ -18,18 +18,18 @@ turtle_robot: drive the turtle in turtlesim as a robot with odometry and joints.
 Units and axes follow REP 103. The frames follow REP 105, with world instead of map.
 
 Publishes at 100 Hz, even while the robot is at rest:
-    cmd_vel (geometry_msgs/Twist): velocity command (m/s) in the frame base_link; zero at the goal,
-        and if there is no goal or no current pose of the turtle. The launch files remap this topic
-        to turtle1/cmd_vel, the command topic of turtlesim.
-    odom (nav_msgs/Odometry): pose of base_link in the frame odom, and the latest command as the
-        twist; published after the first pose of the turtle
+    cmd_vel (geometry_msgs/Twist): velocity command (m/s) in the base_link frame; zero if the
+        robot is at its goal, has no goal, or has no current turtle pose. The launch files remap
+        this topic to turtle1/cmd_vel, the command topic of turtlesim.
+    odom (nav_msgs/Odometry): pose of base_link in the odom frame, and the latest command as the
+        twist; published after the first turtle pose has arrived
     joint_states (sensor_msgs/JointState): positions (rad) and velocities (rad/s) of these joints:
-        stem_joint: direction of motion or, while the robot is at rest, of the last command to move
+        stem_joint: direction of motion, or of the last nonzero command if the robot is at rest
         wheel_joint: angle of the wheel, which rolls without slipping
-        platform_joint: angle received on the topic tilt
+        platform_joint: angle received on the tilt topic
 
 Broadcasts:
-    odom -> base_link, at 100 Hz: same pose as on the topic odom; base_link is on the ground
+    odom -> base_link, at 100 Hz: same pose as on the odom topic; base_link is on the ground
     world -> odom, static: first pose of the turtle, including its heading
 
 Subscribes:
@@ -37,7 +37,7 @@ Subscribes:
     goal_pose (geometry_msgs/PoseStamped): goal of the robot, in any frame connected to world; the
         orientation is ignored because the robot is omnidirectional
     tilt (turtle_brick_interfaces/Tilt): angle (rad) of the platform about its y axis
-    /tf, /tf_static: subscribed when a goal arrives in a frame other than world, odom or base_link
+    /tf, /tf_static: only after a goal has arrived in a frame other than world, odom or base_link
 
 Parameters, read-only:
     max_velocity (double, m/s): maximum speed of the robot
@@ -68,14 +68,14 @@ from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage
 
 FRAME_TIMEOUT = 1.0
-"""Time (s) for which a goal waits for the transform of its frame."""
+"""Maximum time (s) that a goal waits for the transform of its frame."""
 
 
 class TurtleRobot(Node):
     """Drive the turtle, and publish odometry, joint states and transforms."""
 
     def __init__(self, **node_options: Any) -> None:
-        """Create a node whose platform is level. The options are for rclpy.node.Node."""
+        """Create a node that starts with a level platform. The options are for rclpy.node.Node."""
         super().__init__('turtle_robot', **node_options)
         parameters = declare_parameters(self, RobotParameters)
         self.driver = Driver(parameters.max_velocity)
@@ -157,7 +157,7 @@ class TurtleRobot(Node):
         self.try_pending_goal(*self.pending_goal)
 
     def try_pending_goal(self, frame: str, point: Vector, deadline: float) -> None:
-        """Drive to the pending goal if its frame is known, or discard it after its deadline."""
+        """Drive to the pending goal if its frame is known, or discard the goal at its deadline."""
         try:
             transform = self.tf_buffer.lookup_transform(WORLD, frame, LATEST_TIME).transform
         except TransformException as error:

@@ -286,7 +286,7 @@ def test_invalid_messages_are_ignored_with_one_warning_each(bench):
         bench.page.on_walls(MarkerArray(markers=[Marker(type=-1), Marker(type=Marker.POINTS)]))
     robot, mesh, *walls = (call.args[0] for call in bench.warn.call_args_list)
     assert robot.startswith('The robot is not shown: robot_description is not valid XML')
-    assert mesh == 'The page cannot draw the kind <mesh> in robot_description'
+    assert mesh == 'The page cannot draw <mesh> in robot_description'
     assert walls == [
         'A marker on walls is not shown: the page cannot draw markers of type unknown',
         'A marker on walls is not shown: the page cannot draw markers of type POINTS']

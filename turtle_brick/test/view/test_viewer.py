@@ -89,7 +89,7 @@ def test_commands_on_the_page_are_executed_and_their_responses_shown(domain_id, 
         live.viewer = live.add(viewer.Viewer, '-p', 'port:=0', parameters=False)
         place = partial(response_to, live, live.viewer.place)
         drop = partial(response_to, live, live.viewer.drop)
-        assert drop() == 'drop: the service /drop is not available'
+        assert drop() == 'drop: the /drop service is not available'
         world = live.add_arena().world
         goals, tilts = live.record('goal_pose', PoseStamped), live.record('tilt', Tilt)
         live.wait_for(lambda: all(client.service_is_ready() for client in live.viewer.clients)

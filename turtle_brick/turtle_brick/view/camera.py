@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-Compute camera positions from which given points are visible, without ROS.
+Compute camera positions from which given points are visible.
 
-A view has a fixed direction. The camera moves to the nearest position from which all points are
-visible, and stays there while they remain visible.
+This module does not depend on ROS. A view has a fixed direction. The camera moves to the nearest
+position from which all points are visible, and stays there while the points remain visible.
 """
 
 from collections.abc import Sequence
@@ -31,13 +31,13 @@ FIELD_OF_VIEW = 0.75
 """Vertical field of view (rad) of all cameras."""
 
 MARGIN = 0.7
-"""Visible margin (m) around each point."""
+"""Margin (m) that remains visible around each point."""
 
 NARROW_ASPECT = 0.8
 """Aspect ratio (width / height) below which the panel covers the lower part of the picture."""
 
 FREE_FRACTION = 0.4
-"""Fraction of the picture height that the panel never covers if the picture is narrow."""
+"""Fraction of the height of a narrow picture that the panel never covers."""
 
 NARROW_CORRECTION = (0.0, 0.0, -0.8)
 """Vector added to the view direction in a narrow picture so that the camera looks down steeply."""
@@ -53,7 +53,7 @@ class View(NamedTuple):
     direction: Vector
     """Direction in the world frame. A vertical direction is not allowed."""
     fixed_points: Sequence[Vector] = ()
-    """Points (m) to keep in the picture. If there are none, the camera follows moving objects."""
+    """Points (m) to keep in the picture. Without points, the camera follows moving objects."""
 
     def camera_pose(self, points: Sequence[Vector], aspect: float,
                     previous: Vector | None = None) -> tuple[Vector, Vector]:
@@ -72,9 +72,8 @@ class View(NamedTuple):
         top = tan(FIELD_OF_VIEW / 2.0)
         bottom = top * (1.0 - 2.0 * FREE_FRACTION) if is_narrow else -top
         slopes = ((-aspect * top, aspect * top), (bottom, top))
-        # A camera at c and depth f shows a point at p and depth d if p - c is between
-        # low * (d - f) and high * (d - f) on both axes of the picture. These are the bounds of c
-        # for f = 0.
+        # On each axis of the picture, a camera at c and depth f shows a point at p and depth d if
+        # low * (d - f) < p - c < high * (d - f). The bounds below limit c for f = 0.
         bounds = [(max(across - high * depths) + MARGIN, min(across - low * depths) - MARGIN)
                   for across, (low, high) in zip(coordinates, slopes)]
         depth = min((upper - lower) / (high - low)
@@ -103,7 +102,7 @@ TOP_VIEW = View((0.0, 1e-3, -1.0), [
 
 
 def ground_point(origin: Vector, direction: Vector) -> tuple[float, float] | None:
-    """Return x and y (m) of a ray's intersection with the ground, or None if there is none."""
+    """Return x and y (m) of a ray's intersection with the ground, or None if the ray misses it."""
     if direction[2] * origin[2] >= 0.0:
         return None
     length = -origin[2] / direction[2]

@@ -13,13 +13,13 @@
 # limitations under the License.
 
 """
-The content of the page, which consists of data from messages.
+Store data from messages, and draw the data on the page.
 
     messages ─→ on_…() ─→ stored data ─→ draw() ─┬─→ scene: the objects, by name
                                                  └─→ panel: text and curves
 
-This module does not depend on a node or a server. All times are in nanoseconds. Timestamps and
-the drawn time are ROS times. All other times come from a monotonic clock.
+This module does not depend on a node or a server. Times (ns) come from a monotonic clock, except
+for timestamps and the drawn time, which are ROS times.
 """
 
 from collections import deque
@@ -51,17 +51,16 @@ RATE_NAMES = ('cmd_vel', 'odom', 'joint_states', BRICK_TF)
 """Names in the list of rates."""
 
 FRAMES = (WORLD, ODOM, BASE_LINK, 'stem', 'wheel', PLATFORM, BRICK)
-"""Frames that are drawn with axes and a label."""
+"""Frames drawn with axes and a label."""
 
 SECTION_TOPICS = ('brick_marker', 'odom', 'catcher_marker')
-"""Topics from the arena, robot and catcher. A section of the panel is visible if its topic has a
-publisher."""
+"""Topics whose publishers make the panel's arena, robot and catcher sections visible."""
 
 GOAL = Shape('cylinder', (0.24, 0.24, 0.01), (0.10, 0.75, 0.25, 1.0))
 """Mark on the ground at the robot's goal."""
 
 GOAL_TOLERANCE = 0.05
-"""Distance (m) between the robot and its goal below which the mark is hidden."""
+"""Minimum distance (m) between the robot and its goal at which the mark is shown."""
 
 WALL_OPACITY = 0.3
 """Maximum opacity of the walls, which must not hide the robot or the brick."""
@@ -81,7 +80,7 @@ CURVE_LENGTH = 120
 
 
 class Page:
-    """The data on the page, and the functions that draw the data."""
+    """Stores data from messages, and draws the data on the page."""
 
     def __init__(self, scene: 'Scene', panel: 'Panel', buffer: Buffer,
                  warn: Callable[[str], Any], count_publishers: Callable[[str], int],
@@ -91,7 +90,7 @@ class Page:
 
         :param warn: function that logs a warning
         :param count_publishers: function that returns the number of publishers on a topic
-        :param clock: function that returns the current time (ns) of a monotonic clock
+        :param clock: function that returns the current time (ns) from a monotonic clock
         """
         self._scene = scene
         self._panel = panel
@@ -120,10 +119,10 @@ class Page:
         except ValueError as error:
             self._warn_once(f'The robot is not shown: {error}')
         for kind in self._robot.skipped:
-            self._warn_once(f'The page cannot draw the kind <{kind}> in robot_description')
+            self._warn_once(f'The page cannot draw <{kind}> in robot_description')
 
     def on_transform(self, transform: TransformStamped) -> None:
-        """Record the arrival of a transform that is already in the buffer."""
+        """Record the arrival time of a transform if it belongs to the brick."""
         if transform.child_frame_id == BRICK:
             self.record_arrival(BRICK_TF)
 
@@ -144,7 +143,7 @@ class Page:
         """Store the state of the brick."""
         self._brick_state = message.data
         # Messages on different topics can arrive in any order, so a decision can arrive before
-        # the state `falling`. A decision expires when the brick hovers or rides on the platform.
+        # the `falling` state. A decision expires when the brick hovers or rides on the platform.
         if message.data in ('hovering', 'riding'):
             self._decision = ''
 
@@ -173,12 +172,12 @@ class Page:
         self._arrivals[name].append(self._clock())
 
     def toggle_replay(self, speed: float) -> None:
-        """Start the replay of the last drop at a fraction of the real speed, or stop it."""
+        """Start replaying the last drop at a fraction of the real speed, or stop the replay."""
         if not self._replay.toggle(self._clock(), speed):
             self._panel.show_response('replay: no drop has been recorded', False)
 
     def draw(self) -> None:
-        """Draw the scene, or its replay, and update the panel."""
+        """Draw the scene or its replay, and update the panel."""
         now = self._clock()
         self._fixed_frame = self._find_fixed_frame()
         self._drawn_time = self._find_drawn_time()
@@ -232,7 +231,7 @@ class Page:
         self._panel.show_curves(self._points)
 
     def _curve_values(self) -> tuple[float, float, float]:
-        """Return the curve values height (m), distance (m) and speed (m/s), or NaN if unknown."""
+        """Return height (m), distance (m) and speed (m/s) for the curves, with NaN if unknown."""
         brick, robot = self._drawn_pose(BRICK), self._drawn_pose(BASE_LINK)
         before = self._pose(BASE_LINK, max(self._drawn_time - SPEED_WINDOW_NS, 1))
         height = brick.position[2] if brick else nan
@@ -241,7 +240,7 @@ class Page:
         return height, distance, length * NS_PER_SECOND / SPEED_WINDOW_NS
 
     def _find_fixed_frame(self) -> str:
-        """Return world, or the root link if neither the root link nor the brick is below world."""
+        """Return world, or the root link if neither robot nor brick is connected to world."""
         root = self._robot.root
         is_in_world = any(
             self._buffer.can_transform(WORLD, frame, Time()) for frame in (root, BRICK))
@@ -249,10 +248,10 @@ class Page:
 
     def _find_drawn_time(self) -> int:
         """
-        Return the latest time (ns) at which the poses of the robot and the brick are known, or 0.
+        Return the latest time (ns) with known robot and brick poses, or 0 if no pose is known.
 
         If each object were drawn at its own latest time, objects that move together would appear
-        separated. An object without new transforms does not delay the others.
+        separated. An object whose transforms have stopped does not delay other objects.
         """
         times = [nanoseconds_of(transform.header.stamp)
                  for frame in {BASE_LINK, BRICK, *self._robot.links}
@@ -281,7 +280,6 @@ class Page:
             return None
 
     def _warn_once(self, sentence: str) -> None:
-        """Log a warning unless the same warning has already been logged."""
         if sentence not in self._warnings:
             self._warnings.add(sentence)
             self._warn(sentence)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The panel with text, curves, buttons and a slider beside the scene."""
+"""The panel beside the scene, with text, curves, buttons and a slider."""
 
 from collections.abc import Callable, Sequence
 from html import escape
@@ -147,7 +147,7 @@ class Panel:
             for name, rate in rates)
 
     def show_tilt(self, angle: float) -> None:
-        """Move the slider to the platform angle (rad), except during SLIDER_PAUSE."""
+        """Move the slider to the platform angle (rad) unless a user has just moved the slider."""
         shown = round(min(max(angle, -SLIDER_LIMIT), SLIDER_LIMIT), 2)
         if monotonic() - self._slider_time >= SLIDER_PAUSE and shown != self.tilt.value:
             self.tilt.value = shown
@@ -156,7 +156,7 @@ class Panel:
             'tilt_warning', f'The tilt is {angle:g} rad, outside the range of the slider.')
 
     def show_curves(self, points: Sequence[tuple[float, ...]]) -> None:
-        """Plot points, each with a time (s) and the values of CURVES (NaN if unknown)."""
+        """Plot points that each contain a time (s) and one value per curve (NaN if unknown)."""
         # A chart with a NaN would be empty. Only curves with a known latest value are plotted.
         values = numpy.array(points)
         known = numpy.flatnonzero(~numpy.isnan(values[-1]))
@@ -240,7 +240,7 @@ def _legend() -> str:
 
 
 def _html(name: str, text: str, is_alarm: bool = False) -> str:
-    """Return a text as an HTML element with a name that tests use. An alarm is red."""
+    """Return text in an HTML element whose name is used by tests. An alarm is red."""
     color = 'color:#c92a2a;font-weight:600;' if is_alarm else ''
     return (f'<div data-turtle-brick="{name}" style="{color}padding:0.2em 1em;font-size:0.9em">'
             f'{escape(text)}</div>')

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The replay of the last drop, without ROS. Times (ns) come from a monotonic clock."""
+"""Record and replay the last drop without ROS. Times (ns) come from a monotonic clock."""
 
 from bisect import bisect
 from collections.abc import Mapping, Sequence

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The 3D scene of the page (objects, ground and cameras), without ROS."""
+"""The 3D scene on the page (objects, ground and cameras). This module does not depend on ROS."""
 
 from collections import deque
 from collections.abc import Mapping, Sequence
@@ -38,7 +38,7 @@ POSITION_TOLERANCE = 1e-3
 LABEL_ANCHORS: dict[str, Any] = {
     'world': 'bottom-right', 'odom': 'top-right', 'base_link': 'bottom-left', 'stem': 'top-left',
     'wheel': 'top-right', 'platform': 'bottom-right', 'brick': 'top-left'}
-"""Corner of each label that lies at the origin of the frame. Different corners avoid overlaps."""
+"""Label corner placed at the origin of each frame. Different corners prevent overlaps."""
 
 
 class BrowserCamera:
@@ -116,7 +116,7 @@ class Scene:
                 self._shown[name] = (node, scene_object)
 
     def set_view(self, client: viser.ClientHandle, view: View) -> None:
-        """Set the view of one browser."""
+        """Set the view in one browser."""
         self._cameras[client.client_id].set_view(view)
 
     def keep_in_view(self, points: Sequence[Vector]) -> None:

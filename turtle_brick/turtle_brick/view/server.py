@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The web server for the page, without ROS."""
+"""The web server for the page. This module does not depend on ROS."""
 
 import asyncio
 from collections.abc import Callable
@@ -64,7 +64,7 @@ class PageServer:
 
 
 def check_address(host: str, port: int) -> None:
-    """Raise ParameterError if a page cannot be served, because viser tries 1000 other ports."""
+    """Raise ParameterError if a page cannot be served. Otherwise, viser would try 1000 ports."""
     if not 0 <= port <= 65535:
         raise ParameterError(f'port is {port}, but must be from 0 to 65535')
     try:

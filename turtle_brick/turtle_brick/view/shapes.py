@@ -29,7 +29,7 @@ GRAY: Color = (0.7, 0.7, 0.7, 1.0)
 """Color of a URDF visual without a material."""
 
 ORIGIN = Pose((0.0, 0.0, 0.0), IDENTITY)
-"""Identity pose, at the origin of a frame and without rotation."""
+"""Pose at the origin of a frame, without rotation."""
 
 MAX_NUMBER = 1e6
 """Maximum absolute value of a drawable number."""
@@ -49,8 +49,8 @@ MARKER_TYPES = {getattr(Marker, name): name for name in (
 class Shape(NamedTuple):
     """A colored solid, line or text in a frame."""
 
-    kind: str  # 'box', 'cylinder' (about z), 'sphere', 'line' or 'text' (facing the camera).
-    size: Vector  # Size (m) along x, y and z. x is the width of a line, z the height of text.
+    kind: str  # 'box', 'cylinder' (along z), 'sphere', 'line' or 'text' (facing the camera).
+    size: Vector  # Size (m) along x, y and z. x is the line width, and z is the text height.
     color: Color
     pose: Pose = ORIGIN  # Pose of the center of the shape.
     text: str = ''
@@ -78,7 +78,7 @@ class Markers:
 
     def __init__(self) -> None:
         """Start without markers."""
-        # Frame, shape and expiration time by topic, namespace and ID.
+        # Frame, shape and expiration time (ns), keyed by topic, namespace and ID.
         self._shown: dict[tuple[str, str, int], tuple[str, Shape, float]] = {}
 
     def update(self, topic: str, message: Marker, now: int) -> None:
@@ -140,7 +140,7 @@ def robot_shapes(description: str) -> RobotShapes:
 
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return the rotation by three angles (rad) about the fixed axes x, y and z (REP 103)."""
+    """Return the rotation by three angles (rad) about the fixed x, y and z axes (REP 103)."""
     about_x = (sin(roll / 2.0), 0.0, 0.0, cos(roll / 2.0))
     return multiply(from_yaw(yaw), multiply(from_pitch(pitch), about_x))
 

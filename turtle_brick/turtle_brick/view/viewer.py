@@ -30,7 +30,7 @@ Subscribes:
     goal_pose (geometry_msgs/PoseStamped): the goal of the robot
     tilt (turtle_brick_interfaces/Tilt): the angle of the platform (rad)
     cmd_vel, turtle1/cmd_vel (geometry_msgs/Twist), odom (nav_msgs/Odometry),
-        joint_states (sensor_msgs/JointState): only their message rates
+        joint_states (sensor_msgs/JointState): used only for their message rates
 
 Publishes commands from the page:
     goal_pose (geometry_msgs/PoseStamped): the clicked point on the ground
@@ -211,7 +211,7 @@ class Viewer(Node):
             self._show_response(f'{name}: waiting for the response', True)
             client.call_async(request).add_done_callback(on_response)
         else:
-            self._show_response(f'{name}: the service {service} is not available', False)
+            self._show_response(f'{name}: the {service} service is not available', False)
 
     def _show_response(self, text: str, is_success: bool) -> None:
         self.server.update(lambda: self.panel.show_response(text, is_success))
