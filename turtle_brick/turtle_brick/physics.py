@@ -27,9 +27,9 @@ closed form does not accumulate errors. A sliding brick accelerates at g sin(til
 The location of the brick is its center. Contact with the platform or the ground occurs at the
 bottom of the brick. The brick always has the same inclination as the platform.
 
-A brick lands if its center is above the platform, because the assignment specifies only a radius
-for the platform and only a position for the robot. A sliding brick leaves the platform when its
-entire bottom is outside the radius. In the assignment, the brick's trailing edge must be outside.
+A brick lands if its center is above the platform, because the assignment specifies only the
+platform's radius and the robot's position. A sliding brick leaves the platform when its entire
+bottom is outside the radius. In the assignment, the brick's trailing edge must be outside.
 """
 
 from enum import Enum
