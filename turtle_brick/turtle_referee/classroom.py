@@ -14,8 +14,8 @@
 """
 Judge the workspaces of a class one by one, each in its own environment and ROS domain.
 
-Each subdirectory of the class directory is a built workspace. The environment of a workspace
-contains only the packages in this workspace and the ROS installation.
+Each subdirectory of the class directory is a built workspace. Each workspace's environment
+contains only its own packages and the ROS installation.
 """
 
 import argparse
@@ -39,22 +39,22 @@ HOURS = {
 """Name prefixes of the requirements that are judged in each hour of class."""
 
 RESULTS = Path('judged')
-"""Directory for each student's JSON file and HTML page."""
+"""Directory for the JSON files and HTML pages of all students."""
 
 PACKAGES = ('turtle_brick', 'turtle_brick_interfaces')
 """Packages to hide from the environment before a workspace is sourced."""
 
 INSTALL_DIRECTORIES = ('install', '.ros/install')
-"""Names of the directories in which colcon and env.bash install a workspace."""
+"""Directories, relative to a workspace, in which colcon and env.bash install packages."""
 
 SHARE_DIRECTORIES = ('turtle_brick/share/turtle_brick', 'share/turtle_brick')
-"""Paths of the `share` directory in isolated and in merged install directories."""
+"""Paths to the package's `share` directory in isolated and in merged installations."""
 
 LAUNCH_FILES = ('turtle_arena.launch.py', 'turtle_arena.launch.xml')
 """Launch files for the arena, in order of preference."""
 
 SOURCE = 'IFS= source "$0" && exec "$@"'
-"""Bash script that sources a workspace and runs a command. An empty IFS keeps spaces in paths."""
+"""Bash code that sources a workspace and runs a command. The empty IFS keeps spaces in paths."""
 
 JUDGE = ('import sys; sys.path[0] = sys.argv.pop(1); '
          'from turtle_referee.referee import main; sys.exit(main())')
@@ -71,7 +71,7 @@ def rules_in_hour(rules: Rules, hour: int | None) -> Rules:
 
 
 def clean_environment() -> dict[str, str]:
-    """Return environment variables that hide all sourced workspaces that contain PACKAGES."""
+    """Return environment variables without the workspaces that contain any of PACKAGES."""
     hidden = [prefix for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
               if any(Path(prefix, 'share', package).is_dir() for package in PACKAGES)]
 
@@ -85,7 +85,7 @@ def clean_environment() -> dict[str, str]:
 
 
 def find_install(workspace: Path) -> tuple[Path, Path] | None:
-    """Return a workspace's setup file and share directory, or None if the package is not built."""
+    """Return a workspace's setup file and share directory, or None if either is missing."""
     for install, share in product(INSTALL_DIRECTORIES, SHARE_DIRECTORIES):
         setup = workspace / install / 'local_setup.bash'
         if setup.is_file() and (workspace / install / share).is_dir():
@@ -95,7 +95,7 @@ def find_install(workspace: Path) -> tuple[Path, Path] | None:
 
 def judge_workspace(workspace: Path, json: Path, page: Path, options: argparse.Namespace,
                     command: Sequence[str]) -> tuple[int, str]:
-    """Judge a workspace, and return the exit status and, if there is no result, the reason."""
+    """Judge a workspace. Return the exit status, and the reason if there is no result."""
     found = find_install(workspace)
     if found is None:
         return 2, 'not built'
@@ -117,7 +117,7 @@ def judge_workspace(workspace: Path, json: Path, page: Path, options: argparse.N
             with suppress(TimeoutError):
                 process.wait(TIME_LIMIT)
         finally:
-            process.stop(timeout=2.0 * END_TIME)  # The referee first stops the graph.
+            process.stop(timeout=2.0 * END_TIME)  # The referee stops the graph before it exits.
         if json.exists():
             return process.wait(0.0), ''
         return 2, process.exit_message()

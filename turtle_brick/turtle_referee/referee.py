@@ -15,9 +15,9 @@
 referee: judge an implementation of the assignment by its topics, services and TF.
 
 The referee sends the same commands as a user (goal_pose, tilt, place, drop). It reports the
-measured and expected results for each requirement of the assignment. A requirement can be
-met, failed, or, if it cannot be judged, open. If the command that starts the graph is passed after
-"--", the referee also starts and stops the graph:
+measured and expected results for each requirement of the assignment. Each requirement is either
+met or failed, or it is open because it cannot be judged. To let the referee start and stop the
+graph, pass the launch command after "--":
 
     ros2 run turtle_brick referee -- ros2 launch turtle_brick turtle_arena.launch.py view:=none
 
@@ -104,10 +104,10 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
     parser.add_argument('--namespace', default='', metavar='NAME', help='namespace of the graph')
     for name, kind, text in (
             ('profile', 'FILE', 'YAML file with other names for topics and services, and with '
-             'numbers that no node has as parameters'),
+             'numbers that no node provides as parameters'),
             ('json', 'FILE', 'write all results as JSON'),
             ('page', 'FILE', 'write an HTML page with plots'),
-            ('summary', 'DIR', 'summarize all JSON files below a directory, and do not judge'),
+            ('summary', 'DIR', 'summarize all JSON files below a directory, but judge no graph'),
             ('csv', 'FILE', 'write the summary or the class table as CSV')):
         parser.add_argument(f'--{name}', type=Path, metavar=kind, help=text)
     parser.add_argument(
@@ -116,7 +116,7 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
              'class.csv and class.html')
     parser.add_argument('--hour', type=int, choices=HOURS,
                         help='judge only the requirements for one hour of class')
-    parser.add_argument('--student', metavar='NAME', help='name of the student on the page')
+    parser.add_argument('--student', metavar='NAME', help='student name shown on the page')
     parser.add_argument('--verbose', action='store_true', help='show the output of the command')
     # `ros2 run` removes the "--" if it is the first argument.
     parser.add_argument('command', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
@@ -141,7 +141,7 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
 
 def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: Sequence[str]
           ) -> list[Judgment]:
-    """Judge a graph and write all reports, or raise RuntimeError if no graph exists."""
+    """Judge a graph and write all reports, or raise RuntimeError if no graph was found."""
     begin = monotonic()
 
     def log(text: str) -> None:

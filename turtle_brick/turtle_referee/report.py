@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Report the judgments on one graph or a class in the terminal and as HTML, JSON and CSV."""
+"""Report judgments on a graph or on a whole class in the terminal and as HTML, JSON and CSV."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -111,7 +111,7 @@ def html_page(title: str, body: str) -> str:
 
 
 def print_judgments(judgments: Sequence[Judgment], notes: Sequence[str]) -> None:
-    """Print a table of all requirements, and then repeat the failed and open requirements."""
+    """Print a table of all requirements, and then list the failed and open requirements again."""
     print_table(('', 'requirement', 'measured', 'expected'), (
         (one.mark, one.name, result(one), one.expected) for one in judgments))
     print('', *(f'{one.mark} {one.name}: {result(one)}' for one in judgments if one.mark != MET),
@@ -119,7 +119,7 @@ def print_judgments(judgments: Sequence[Judgment], notes: Sequence[str]) -> None
 
 
 def as_json(judgments: Sequence[Judgment], about: dict[str, Any]) -> str:
-    """Return information about the run and all judgments, including their plots, as JSON."""
+    """Return all judgments with their plots, and information about the run, as JSON."""
     def plain(value: Any) -> Any:
         if isinstance(value, float):
             return float(f'{value:.7g}') if isfinite(value) else None
@@ -174,7 +174,7 @@ TITLES = ('student', MET, FAILED, OPEN, 'failed', 'open', 'date')
 
 EXPLANATION = (
     f'The columns {MET}, {FAILED} and {OPEN} contain the numbers of met, failed and open '
-    'requirements. The reason in parentheses states why a requirement is open. The “failed” '
+    'requirements. In the “open” column, each reason is in parentheses. The “failed” '
     'column omits requirements that may have failed only because another requirement failed. '
     'The student’s page contains all requirements. The second table shows the number of students '
     'for each entry in the “failed” column.')
@@ -215,7 +215,7 @@ def class_cells(row: dict[str, Any], address: str) -> list[object]:
 def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | None,
               page_path: Path | None, students: Sequence[str] | None = None) -> int:
     """
-    Summarize all JSON files below a directory in a table that has one row per student.
+    Summarize the JSON files below a directory in a table with one row per student.
 
     :param students: names of the JSON files without the suffix ".json" (default: all files)
     :return: the exit status: 0 if all files are valid, 1 if some are invalid, 2 if none is valid

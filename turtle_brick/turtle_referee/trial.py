@@ -181,7 +181,7 @@ class Trial(GraphClient):
         return *offset_by(CENTER, drop.direction, distance), height
 
     def drop_all(self, drops: Sequence[PlannedDrop]) -> None:
-        """Drop the bricks one after the other, each while the robot is at the center."""
+        """Drop each brick after the robot has returned to the center."""
         for drop in drops:
             if monotonic() > self.end:
                 self.record.notes.append(f'not dropped for lack of time: {drop.description}')

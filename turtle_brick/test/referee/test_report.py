@@ -124,8 +124,8 @@ def test_an_invalid_file_is_skipped(judged, capsys, tmp_path, text, reason):
 
 
 @pytest.mark.parametrize('text, reason', (
-    ('topics: {tlit: x}', "topics.tlit: 'x' is not valid; the names here are cmd_vel, odom"),
-    ('names: {tilt: x}', "names.tilt: 'x' is not valid; the names here are topics, services, n"),
+    ('topics: {tlit: x}', "topics.tlit: 'x' is not valid; the valid names are cmd_vel, odom"),
+    ('names: {tilt: x}', "names.tilt: 'x' is not valid; the valid names are topics, services, n"),
     ('topics: {tilt: ""}', "topics.tilt: '' is not valid"),
     ('numbers: {platform_radius: true}', 'platform_radius: True is not valid'),
     ('topics: tilt', 'has no attribute'),

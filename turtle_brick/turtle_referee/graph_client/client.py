@@ -29,7 +29,7 @@ TIMEOUT = 3.0
 """Timeout (s) for immediate actions."""
 
 MAX_TIMEOUT = 60.0
-"""Upper limit (s) for timeouts that are computed from parameters of the robot."""
+"""Upper limit (s) for timeouts computed from the robot's parameters."""
 
 REST_TIME = 0.3
 """Duration (s) without motion after which the robot is considered to be at rest."""
@@ -42,7 +42,7 @@ class GraphClient:
     """A client that sends commands to a running graph. Every wait has a timeout."""
 
     def __init__(self, graph: Spinner, observer: Observer, timeout: float = TIMEOUT) -> None:
-        """Create a client. `graph` spins `observer`. `timeout` (s) is for immediate actions."""
+        """Create a client. `graph` spins `observer`. `timeout` (s) limits immediate actions."""
         self.timeout = timeout
         self.graph = graph
         self.observer = observer
@@ -57,7 +57,7 @@ class GraphClient:
         return True
 
     def number(self, name: str) -> float:
-        """Return a physical parameter of the robot, or a typical value if it is unknown."""
+        """Return a physical parameter of the robot, with a typical value as the default."""
         return self.record.profile.numbers.get(name, NUMBERS[name])
 
     def is_complete(self) -> bool:
@@ -106,7 +106,6 @@ class GraphClient:
             return None
         begin, distance = time_ns(), self.distance_to(goal)
         self.observer.send_goal(*goal)
-        # Wait until the robot moves, and then until it stops.
         if distance < 0.02 or self.wait_until(
                 lambda: self.distance_to(start) > 0.01, self.timeout):
             self.wait_until(self.is_at_rest,
@@ -146,8 +145,8 @@ class GraphClient:
         """
         Drop the brick, which hovers at the given position (m), and wait until the drop ends.
 
-        The drop of a caught brick ends when the platform is level again. Otherwise, the drop ends
-        shortly after the brick lands.
+        The drop of a caught brick ends when the platform is level again. The drop of any other
+        brick ends shortly after the brick lands.
         """
         now = time_ns()
         # On a busy machine, the latest transforms may not have been received yet.

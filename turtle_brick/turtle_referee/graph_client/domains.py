@@ -26,21 +26,21 @@ LAST_DOMAIN = 232
 """Maximum domain number that DDS supports."""
 
 PARTICIPANTS = 32
-"""Number of ports to check per domain. The first ports may be free in a domain that is in use."""
+"""Number of ports to check per domain. The first ports may be free even in a used domain."""
 
 MARK_PORT_BASE = 32768
-"""Lowest TCP port used to reserve a domain, as in the ROS 2 package domain_coordinator."""
+"""Lowest TCP port used to reserve a domain, as in the domain_coordinator package of ROS 2."""
 
 RANGE_VARIABLES = ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_STATIC_PEERS', 'ROS_LOCALHOST_ONLY')
 """Environment variables that set the discovery range."""
 
 
 class DomainError(RuntimeError):
-    """A ROS domain cannot be used."""
+    """Error raised if a ROS domain cannot be used."""
 
 
 def restrict_to_localhost() -> None:
-    """Limit discovery to this machine, unless the environment sets a range."""
+    """Limit discovery to this machine, unless the environment sets a discovery range."""
     if not any(os.environ.get(name) for name in RANGE_VARIABLES):
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
@@ -70,4 +70,4 @@ def reserved_domain(candidates: Iterable[int] | None = None) -> Iterator[int]:
             if is_empty(domain):
                 yield domain
                 return
-    raise DomainError('every ROS domain from 0 to 100 is in use on this machine')
+    raise DomainError('all candidate ROS domains are in use on this machine')

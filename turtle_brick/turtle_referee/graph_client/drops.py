@@ -37,13 +37,13 @@ FLOATING_NS = 150_000_000
 """Time (ns) without motion after which a brick that has slid is considered to be floating."""
 
 MIN_SLIDE = 0.02
-"""Minimum sliding distance (m) of a brick that floats."""
+"""Minimum distance (m) that a brick slides before it floats."""
 
 TILTED, LEVEL = 0.05, 0.02
 """Minimum inclination (rad) of a tilted platform, and maximum inclination of a level platform."""
 
 MARGIN = 0.15
-"""Maximum distance (m) between the platform's edge and the center of a brick on the platform."""
+"""Maximum distance (m) of a caught brick's center beyond the platform's edge."""
 
 HISTORY = 400
 """Number of stored brick positions."""
@@ -53,7 +53,7 @@ class DropWatch:
     """The timestamps (ns) of all events in one drop."""
 
     def __init__(self, record: Record, begin: int, place: Vector) -> None:
-        """Start observing a brick that hovers at `place` (m). `begin` is the start time (ns)."""
+        """Start observing a brick that hovers at `place` (m) at the time `begin` (ns)."""
         platform = record.pose('platform', begin)
         self._record = record
         self._track: deque[tuple[int, Array]] = deque(maxlen=HISTORY)
@@ -74,13 +74,13 @@ class DropWatch:
         self.floated: int | None = None
         self.leveled: int | None = None
         self.refusals: list[int] = []
-        self.goal: int | None = None  # Publication time of the first goal after the request.
+        self.goal: int | None = None  # Publication time (ns) of the first goal after the request.
         self.request: Request | None = None
-        self.should_be_caught: bool | None = None  # None if both verdicts are correct.
+        self.should_be_caught: bool | None = None  # None if either verdict is acceptable.
 
     @property
     def decided(self) -> int | None:
-        """Return the publication time (ns) of the first verdict, or None without a verdict."""
+        """Return the publication time (ns) of the first verdict, or None before any verdict."""
         return min(filter(None, (self.goal, *self.refusals)), default=None)
 
     def update(self) -> None:
@@ -121,7 +121,6 @@ class DropWatch:
                 self.leveled = stamp
 
     def _land(self, pose: Pose, down: int) -> None:
-        """Determine whether the brick landed on the platform at the time `down` (ns)."""
         record = self._record
         numbers = {**NUMBERS, **record.profile.numbers}
         self.landed = (record.pose('brick', down) or pose).position
@@ -132,7 +131,6 @@ class DropWatch:
                                 <= numbers['platform_radius'] + MARGIN)
 
     def _ride(self, stamp: int) -> None:
-        """Determine whether the platform was tilted and whether the brick slid off."""
         platform, place = self._record.pose('platform', stamp), self._record.on_platform(stamp)
         if platform is None or place is None:
             return

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Nodes that receive the messages on some topics or record a whole graph."""
+"""Nodes that receive messages from selected topics or record a whole graph."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -34,13 +34,13 @@ from turtle_referee.graph_client.record import (MAX_LATENESS_NS, NS_PER_SECOND, 
                                                 ReceivedMarker, Record)
 
 DEPTH = 2000
-"""Queue size of each subscription, which is sufficient for several seconds of messages."""
+"""Queue size of each subscription, sufficient for several seconds of messages."""
 
 FETCH_PERIOD = 0.02
-"""Period (s) at which messages are fetched."""
+"""Period (s) for fetching messages."""
 
 DISCOVERY_PERIOD = 0.5
-"""Period (s) at which new topics are discovered and the processor load is measured."""
+"""Period (s) for discovering new topics and measuring the processor load."""
 
 MAX_LOAD = 95.0
 """Minimum processor load (%) that may delay a graph."""
@@ -58,7 +58,7 @@ def load_type(name: str) -> Any:
 
 
 def fill_position(message: Any, position: Sequence[float]) -> bool:
-    """Set the first x, y and z fields found in a message. Return whether there are any."""
+    """Set the first x, y and z fields found in a message. Return whether such fields exist."""
     fields = message.get_fields_and_field_types()
     if {'x', 'y', 'z'} <= set(fields):
         message.x, message.y, message.z = map(float, position)
@@ -80,7 +80,7 @@ Callback = Callable[[Any, Any], None]
 
 
 def append_to(messages: list[Received]) -> Callback:
-    """Return a callback that appends each message with its publication time to a list."""
+    """Return a callback that appends each message and its publication time to a list."""
     return lambda message, info: messages.append(Received(info['source_timestamp'], message))
 
 
@@ -89,12 +89,12 @@ class PollingNode(Node):
     A node that receives messages only in `fetch`.
 
     Polling avoids a thousand wake-ups per second and preserves publication times, which the
-    EventsExecutor of rclpy 7.1 does not pass to callbacks. The method `fetch` therefore reads
+    EventsExecutor of rclpy 7.1 does not pass to callbacks. The `fetch` method therefore reads
     from the subscription handles, as rclpy.wait_for_message does.
     """
 
     def __init__(self, name: str = 'listener', **node_options: Any) -> None:
-        """Create a node without subscriptions. The options are passed to rclpy.node.Node."""
+        """Create a node without subscriptions, and pass `node_options` to rclpy.node.Node."""
         super().__init__(name, **{
             'start_parameter_services': False, 'enable_rosout': False, **node_options})
         self._callbacks: list[tuple[Subscription, Callback]] = []
@@ -137,11 +137,11 @@ class PollingNode(Node):
 
 
 class Observer(Node):
-    """A node that records a graph and sends requests. All message types come from the graph."""
+    """A node that records a graph and sends requests. Message types are read from the graph."""
 
     def __init__(self, profile: Profile | None = None, name: str = 'referee',
                  **node_options: Any) -> None:
-        """Record the topics that a profile lists. The options are passed to rclpy.node.Node."""
+        """Record the topics in a profile, and pass `node_options` to rclpy.node.Node."""
         super().__init__(name, **{'start_parameter_services': False, **node_options})
         self.poller = PollingNode(f'{name}_poller', **node_options)
         self.record = Record(profile or Profile())
@@ -222,7 +222,6 @@ class Observer(Node):
                                       info['publication_sequence_number'] or 0, transform, static)
 
     def _client(self, service: str, service_type: Any) -> Client:
-        """Return the client for a full service name."""
         if service not in self._clients_by_service:
             self._clients_by_service[service] = self.poller.create_client(service_type, service)
         return self._clients_by_service[service]
@@ -262,7 +261,7 @@ class Observer(Node):
         return self._client(service, load_type(types[0]))
 
     def other_namespaces(self) -> set[str]:
-        """Return all namespaces that contain nodes, except the namespace of the graph."""
+        """Return all namespaces that contain nodes, except '/' and the namespace of the graph."""
         return {namespace for _, namespace in self.get_node_names_and_namespaces()
                 } - {'/', self.get_namespace()}
 

@@ -28,11 +28,11 @@ DEATH = re.compile(r'^\[ERROR\] \[((\S+)-\d+)\]: process has died .*exit code (-
 """Pattern for a ros2 launch message with the label, name and exit status of a failed process."""
 
 TRACEBACK = re.compile(r'^Traceback .*\n(?:(?: .*)?\n)*(.+)', re.M)
-"""Pattern for a Python traceback, which has the error in its last line."""
+"""Pattern for a Python traceback, with a group for the error in the last line."""
 
 
 def crashes(output: str) -> list[str]:
-    """Return the name and the error of each failed process in the output of ros2 launch."""
+    """Extract the name and error of each failed process from the output of ros2 launch."""
     found = []
     for label, name, status in DEATH.findall(output):
         lines = ''.join(f'{line.removeprefix(f"[{label}] ")}\n' for line in output.splitlines()
@@ -47,7 +47,7 @@ class Process(AbstractContextManager['Process']):
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str] = {},
                  listener: Callable[[str], object] | None = None) -> None:
-        """Start a program with extra variables. A thread passes each output line to `listener`."""
+        """Start a program with extra environment variables, and pass its output to `listener`."""
         self.command = list(command)
         self._listener = listener
         self._output_changed = threading.Condition()
@@ -95,7 +95,7 @@ class Process(AbstractContextManager['Process']):
         return self._popen.poll() is None
 
     def exit_message(self) -> str:
-        """Return the exit status and the last lines of output of a process that has exited."""
+        """Return the exit status and last output lines after the process has exited."""
         self._reader.join(1.0)
         lines = ' / '.join(self.output.strip().splitlines()[-3:])
         return (f'{self.command[0]} exited with status {self._popen.returncode}: '

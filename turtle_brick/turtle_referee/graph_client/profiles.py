@@ -14,7 +14,7 @@
 """
 Names of topics and services in an implementation, and physical parameters of the robot.
 
-The default names are the names in the assignment. A YAML file can define other names and values:
+The default names come from the assignment. A YAML file can define other names and values:
 
     topics: {cmd_vel: robot/cmd_vel, tilt: platform_tilt}
     services: {place: put}
@@ -48,7 +48,7 @@ class Profile:
 
     @classmethod
     def from_parameters(cls, parameters: Any) -> 'Profile':
-        """Return a profile with default names and with physical parameters from an object."""
+        """Return a profile with the default names and an object's physical parameters."""
         return cls(numbers={name: getattr(parameters, name) for name in NUMBERS})
 
     def load(self, path: Path) -> None:
@@ -66,5 +66,5 @@ class Profile:
             names, types = known.get(section, (known, ()))
             if name not in names or type(value) not in types or not value:
                 raise ValueError(f'{path}: {section}.{name}: {value!r:.60} is not valid; the '
-                                 f'names here are {", ".join(names)}')
+                                 f'valid names are {", ".join(names)}')
             getattr(self, section)[name] = value

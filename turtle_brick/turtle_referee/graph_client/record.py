@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Store the messages from a graph and the requests to the graph (times in ns, lengths in m)."""
+"""Store messages from a graph and requests to the graph. Times are in ns, and lengths in m."""
 
 from bisect import bisect_left, insort
 from collections.abc import Callable, Iterator, Sequence
@@ -27,16 +27,16 @@ NS_PER_SECOND = 1_000_000_000
 SECONDS_PER_NS = 1e-9
 
 MAX_GAP_NS = 120_000_000
-"""Maximum interval (ns) between two transforms for interpolation."""
+"""Maximum interval (ns) between two transforms that are interpolated."""
 
 EXTRAPOLATION_NS = 50_000_000
-"""Margin (ns) before the first and after the last transform in which a frame is still known."""
+"""Maximum time (ns) before the first or after the last transform at which a pose is known."""
 
 MAX_LATENESS_NS = 15_000_000
 """Maximum delay (ns) of the observer that does not count as a stall."""
 
 STALL_AFTERMATH_NS = NS_PER_SECOND
-"""Duration (ns) for which a stall has effects after its end."""
+"""Duration (ns) of a stall's effects after the stall ends."""
 
 MAX_AHEAD_NS = 5_000_000_000
 """Maximum time (ns) by which a timestamp may be ahead of the publication time."""
@@ -45,7 +45,7 @@ MAX_DEPTH = 30
 """Maximum number of frames between a frame and the world frame."""
 
 OVERLOADED = 'the machine was overloaded'
-"""First words of the reason why a requirement is open after stalls."""
+"""Phrase in the measured result of a requirement that is open because of stalls."""
 
 
 class Received(NamedTuple):
@@ -102,7 +102,7 @@ class Request(NamedTuple):
 
 def in_time_span(items: list[Any], begin: int, end: int | None,
                  time_of: Callable[[Any], int]) -> list[Any]:
-    """Return the items between two times (ns) in a list sorted by `time_of`."""
+    """Return the items between two times (ns) from a list sorted by `time_of`."""
     last = len(items) if end is None else bisect_left(items, end, key=time_of)
     return items[bisect_left(items, begin, key=time_of):last]
 
@@ -111,14 +111,14 @@ stamp_of_sample = attrgetter('stamp')
 
 
 class Frame:
-    """All transforms of a frame."""
+    """All transforms received for a frame."""
 
     def __init__(self, static: bool) -> None:
         """Create a frame without transforms. Transforms of a static frame are always valid."""
         self.static = static
-        self.on_both_topics = False  # True for a frame on both /tf and /tf_static.
+        self.on_both_topics = False  # True if the frame is on both /tf and /tf_static.
         self.samples: list[Sample] = []  # The samples are sorted by timestamp.
-        self.published: list[tuple[int, Sample]] = []  # Each time is a publication time (ns).
+        self.published: list[tuple[int, Sample]] = []  # With publication times (ns).
         self.sequence_numbers: list[int] = []  # Each publisher numbers its own messages.
 
     def add(self, published: int, number: int, sample: Sample) -> None:
@@ -128,7 +128,7 @@ class Frame:
         insort(self.samples, sample, key=stamp_of_sample)
 
     def published_between(self, begin: int, end: int | None = None) -> list[tuple[int, Sample]]:
-        """Return the transforms published from `begin` to `end` (ns), with publication times."""
+        """Return the transforms published between two times (ns), with their publication times."""
         return in_time_span(self.published, begin, end, itemgetter(0))
 
     def between(self, begin: int, end: int) -> list[Sample]:
@@ -164,21 +164,21 @@ class Record:
         self.frames: dict[str, Frame] = {}
         self.markers: list[ReceivedMarker] = []
         self.namespace = '/'
-        self.publishers: dict[str, set[str]] = {}  # Full node names for each topic.
+        self.publishers: dict[str, set[str]] = {}  # Full names of the publishing nodes per topic.
         self.latched: dict[str, bool] = {}  # Whether all publishers on a topic are latched.
         self.idle: list[tuple[int, int]] = []
-        self.driving: list[tuple[int, int]] = []  # Time spans that contain several drives.
+        self.driving: list[tuple[int, int]] = []  # Time spans (ns) that contain several drives.
         self.drives: list[Drive] = []
         self.tilts: list[Request] = []
         self.places: list[Request] = []
         self.drops: list[Any] = []
-        # Time spans in which the observer was late or all processors were busy.
+        # Time spans (ns) in which the observer was late or all processors were busy.
         self.stalls: list[tuple[int, int]] = []
         self.notes: list[str] = []  # Problems during the observation.
         self.crashes: list[str] = []
 
     def is_empty(self) -> bool:
-        """Return whether the record is empty, except for TF, which namespaces may share."""
+        """Return whether the record is empty, ignoring TF, which several namespaces may share."""
         return not (self.places or any(self.topics.values()))
 
     def add_transform(self, published: int, number: int, transform: Any, static: bool) -> None:
@@ -186,14 +186,14 @@ class Record:
         p, q = transform.transform.translation, transform.transform.rotation
         stamp = nanoseconds_of(transform.header.stamp)
         if stamp - published > MAX_AHEAD_NS:
-            return  # No later transform would replace this one.
+            return  # This transform would always remain the newest.
         frame = self.frames.setdefault(transform.child_frame_id.removeprefix('/'), Frame(static))
         frame.on_both_topics = frame.on_both_topics or frame.static is not static
         frame.add(published, number, Sample(stamp, transform.header.frame_id.removeprefix('/'),
                                             pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))))
 
     def keep_newest(self, count: int) -> None:
-        """Keep only the newest `count` messages of each topic and transforms of each frame."""
+        """Keep only the newest `count` messages per topic and `count` transforms per frame."""
         lists: list[list[Any]] = list(self.topics.values())
         for frame in self.frames.values():
             lists += [frame.samples, frame.published, frame.sequence_numbers]
@@ -249,7 +249,7 @@ class Record:
                        for first, last in self.stalls)
 
     def stall_summary(self) -> str:
-        """Return a phrase with the number of trials with stalls, or '' if there are none."""
+        """Return a phrase that states how many trials had stalls, or '' if none did."""
         spans = self.trial_spans()
         stalled = [span for span in spans if not self.is_calm(*span)]
         return f'{OVERLOADED} in {len(stalled)} of {len(spans)} trials' if stalled else ''

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Spin nodes until a condition holds, or until Ctrl-C or SIGTERM."""
+"""Spin nodes until a condition holds, Ctrl-C is pressed or SIGTERM arrives."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -30,7 +30,7 @@ LONGEST_WAIT = 0.02
 """Timeout (s) for each spin_once. A constant timeout lets the executor serve all nodes in turn."""
 
 INTERRUPTED = Event()
-"""Event that Ctrl-C and SIGTERM set after handle_interrupts is called."""
+"""Event set by Ctrl-C and SIGTERM after handle_interrupts is called."""
 
 
 def handle_interrupts() -> dict[int, Any]:
@@ -47,7 +47,7 @@ class Spinner:
     executor: Executor
 
     def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
-        """Spin until a condition holds, or raise TimeoutError with `what` after a timeout (s)."""
+        """Spin until a condition holds, or raise TimeoutError about `what` after a timeout (s)."""
         deadline = monotonic() + timeout
         while not condition():
             if monotonic() > deadline:

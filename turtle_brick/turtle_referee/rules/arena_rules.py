@@ -71,7 +71,7 @@ def max_motion(positions: Iterable[Any]) -> float:
 
 
 def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
-    """Return a marker's world pose at a given time (ns), or raise Failed if it is unknown."""
+    """Return a marker's world pose at a given time (ns), or raise Failed for an unknown frame."""
     name = received.marker.header.frame_id.lstrip('/')
     parent = require(record.pose(name, time), f'the frame {name!r} of a marker is unknown')
     p, q = received.marker.pose.position, received.marker.pose.orientation
@@ -80,7 +80,7 @@ def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
 
 
 def walls(record: Record) -> list[ReceivedMarker]:
-    """Return all long box markers, or raise Failed if there are none."""
+    """Return the box markers of at least MIN_WALL_LENGTH, or raise Failed if there are none."""
     boxes = [received for received in record.markers if received.marker.type == CUBE]
     return require([box for box in boxes if max(box.marker.scale.x, box.marker.scale.y)
                     >= MIN_WALL_LENGTH] or None, 'no box marker is as long as a wall')
@@ -170,21 +170,21 @@ def markers_can_be_drawn(record: Record) -> Finding:
             faults.add('an orientation is not a unit quaternion')
         sizes = {CUBE: (scale.x, scale.y, scale.z), TEXT: (scale.z,)}.get(marker.type, (1.0,))
         if not min(sizes) > 0.0:
-            faults.add('a size is not above 0')
+            faults.add('a size is not positive')
         if not marker.color.a > 0.0 and not marker.colors:
             faults.add('a color is transparent')
     return Finding(not faults, '; '.join(sorted(faults)) or f'{len(record.markers)} markers')
 
 
 @rule('place', 'a service called place … that moves the brick to a specified location',
-      f'the service responds, and the brick is at rest within {NEAR} m of the place')
+      f'the service responds, and the brick is at rest within {NEAR} m of its target')
 def bricks_are_placed(record: Record) -> Finding:
     off, drift = [], []
     for request in require_data(record.places, 'nothing was placed'):
         place = require_accepted(request).value
         track = [brick.position for _, brick in record.brick_track(
             request.end - 3 * BEFORE_NS, request.end - BEFORE_NS)]
-        off.append(dist(require(track or None, 'the brick is not broadcast')[-1], place))
+        off.append(dist(require(track or None, 'no node broadcasts brick')[-1], place))
         drift.append(max_motion(track))
     return Finding(largest(off) <= NEAR and largest(drift) <= STILL,
                    f'at most {largest(off):.4f} m off, moved by {largest(drift):.4f} m '
@@ -209,7 +209,7 @@ def bricks_are_dropped(record: Record) -> Finding:
 
 
 @rule('drop: answer first', 'After the service responds, the brick starts falling in gravity',
-      'the brick moves after the response and is at rest until one step before it',
+      'the brick rests until one step before the response and moves only after the response',
       ['drop', 'brick: hovers', 'fall: course'])
 def response_comes_first(record: Record) -> Finding:
     moving, begins = [], []
@@ -235,7 +235,7 @@ def brick_hovers(record: Record) -> Finding:
 
 
 class MeasuredFall(NamedTuple):
-    """A fall from rest, fitted to the transforms of a brick."""
+    """A fall from rest, fitted to a brick's transforms."""
 
     drop: DropWatch
     begin: float  # start (s) of the fitted fall, measured from the last transform at rest
@@ -247,7 +247,7 @@ class MeasuredFall(NamedTuple):
 
 
 def fit_fall(times: Array, depths: Array) -> tuple[float, float, float]:
-    """Fit a fall from rest. Return its start (s), its acceleration, and the largest error (m)."""
+    """Fit a fall from rest. Return its start (s), acceleration (m/s^2) and largest error (m)."""
     # In a fall from rest, the square root of the depth is a linear function of time.
     slope, offset = numpy.polyfit(times, numpy.sqrt(2.0 * depths), 1)
     begin, acceleration = -float(offset / slope), float(slope) ** 2
@@ -299,7 +299,7 @@ def falls_are_parabolas(record: Record) -> Finding:
     aside = largest(fall.aside.max() for fall in found)
     text = f'at most {off:.4f} m off along the fall and {aside:.4f} m aside'
     for fall in found:
-        # The deviation begins when the positions up to then no longer fit one fall from rest.
+        # The deviation begins when the positions so far no longer fit a single fall from rest.
         begin = next((number for number in range(10, len(fall.times)) if fall.aside[number] > NEAR
                       or fit_fall(fall.times[:number + 1], fall.depths[:number + 1])[2]
                       > FALL_DEVIATION), None)
@@ -350,8 +350,8 @@ def catches(record: Record) -> list[DropWatch]:
 
 
 @rule('brick: rides', 'If the brick hits the platform it should move with the platform',
-      f'the brick keeps its place on the platform within {NEAR} m at rest, and is at most '
-      f'{MAX_LAG:g} s behind while driving', ['frames: robot'])
+      f'the brick keeps its place on the platform within {NEAR} m while the robot is at rest, and '
+      f'lags by at most {MAX_LAG:g} s while the robot drives', ['frames: robot'])
 def brick_rides(record: Record) -> Finding:
     rest, moving, landing = [], [], []
     for drop in catches(record):

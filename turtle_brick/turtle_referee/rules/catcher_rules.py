@@ -47,7 +47,7 @@ def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda d
     landed = require_data([drop for drop in dropped(record) if drop.down is not None],
                           'no brick has landed')
     return require_data([drop for drop in landed if is_relevant(drop)],
-                        'no landed brick tests this requirement')
+                        'no brick landed in a drop that tests this requirement')
 
 
 def name_of(drop: DropWatch) -> str:
@@ -105,7 +105,7 @@ def texts(record: Record) -> list[ReceivedMarker]:
 
 
 @rule('text: kind', 'the node publishes a Text marker … that says "Unreachable"',
-      'a marker of the type TEXT_VIEW_FACING (9) with the text "Unreachable"',
+      'a marker of type TEXT_VIEW_FACING (9) with the text "Unreachable"',
       ['verdict: out of reach'])
 def text_is_a_text(record: Record) -> Finding:
     published = {(received.marker.text, received.marker.type) for received in texts(record)}

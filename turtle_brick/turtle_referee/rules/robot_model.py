@@ -104,7 +104,7 @@ class RobotModel:
 
 
 def model(record: Record) -> RobotModel:
-    """Return a model of the latest robot_description, or raise Failed if there is no valid one."""
+    """Return a model of the latest robot_description, or raise Failed if none is valid."""
     descriptions = require(record.topics['robot_description'] or None,
                            'there is no robot_description')
     return _parse(descriptions[-1].message.data)
@@ -119,7 +119,7 @@ def _numbers(element: ElementTree.Element | None, attribute: str, default: str =
 
 
 def _origin(element: ElementTree.Element) -> Pose:
-    """Return the origin of a joint or visual element. The angles rpy are about fixed axes."""
+    """Return the origin of a joint or visual element. The rpy angles are about fixed axes."""
     origin = element.find('origin')
     roll, pitch, yaw = _numbers(origin, 'rpy', '0 0 0')
     return Pose(_numbers(origin, 'xyz', '0 0 0'), turn(UPRIGHT[2], yaw) @ turn(
@@ -127,7 +127,6 @@ def _origin(element: ElementTree.Element) -> Pose:
 
 
 def _solid(visual: ElementTree.Element, robot: ElementTree.Element) -> Solid:
-    """Parse a visual element, whose material may be defined in the robot element."""
     element, material = visual.find('geometry/*'), visual.find('material')
     kind = '' if element is None else element.tag
     size = tuple(number for name in SIZES.get(kind, ()) for number in _numbers(element, name))

@@ -54,7 +54,7 @@ COMMAND_AGE_NS = 50_000_000
 """Maximum interval (ns) between an odometry message and its command."""
 
 GLOBAL_TOPICS = ('/tf', '/tf_static', '/rosout', '/parameter_events', '/clock')
-"""Topics that ROS itself publishes outside all namespaces."""
+"""Topics that ROS itself publishes outside any namespace."""
 
 
 def frame(record: Record, name: str, parent: str = '') -> Frame:
@@ -86,7 +86,7 @@ def all_below_world(record: Record) -> Finding:
 
 
 @rule('frames: odom', 'odom … a fixed offset from world … the initial location of the turtle',
-      'odom is a fixed child of world at the start of the turtle')
+      'odom is a fixed child of world at the initial position of the turtle')
 def odom_is_fixed(record: Record) -> Finding:
     places = [sample.pose.position[:2] for sample in frame(record, 'odom', 'world').samples]
     moved = largest(dist(place, places[0]) for place in places)
@@ -157,7 +157,7 @@ def names_are_relative(record: Record) -> Finding:
 
 
 def judge_rate(record: Record, name: str, nominal: float) -> Finding:
-    """Compare the rate of a topic or frame with a nominal rate (Hz), at rest and driving."""
+    """Compare the rate of a topic or frame with a nominal rate (Hz) in each observed interval."""
     rates = []
     require_data(record.idle, 'the graph was not observed')
     for begin, end in (*record.idle, *record.driving):
@@ -246,7 +246,7 @@ def joints_are_published(record: Record) -> Finding:
 
 
 @rule('joint_states: velocity', 'based on the wheel radius and the forward velocity',
-      f"0 at rest; its integral equals the wheel's rotation within {VELOCITY_TOLERANCE:.0%}")
+      f"0 at rest, with an integral within {VELOCITY_TOLERANCE:.0%} of the wheel's rotation")
 def joints_have_their_velocity(record: Record) -> Finding:
     if not any(len(state.message.velocity) for state in messages(record, 'joint_states')):
         raise Open('no velocity is published, and none is required')
@@ -297,7 +297,7 @@ def platform_clears_the_base(record: Record) -> Finding:
 
 
 @rule('URDF: post', 'A fixed cylindrical link should connect the base_link to the platform',
-      'a cylinder between cube and platform that is fixed to base_link')
+      'a cylinder that is between the cube and the platform and is fixed to base_link')
 def post_is_fixed(record: Record) -> Finding:
     robot = model(record)
     base, hinge = robot.solid('base_link', 'box'), robot.pose('platform').position
@@ -314,7 +314,7 @@ def post_is_fixed(record: Record) -> Finding:
 
 
 @rule('URDF: stem', 'a cylindrical link that turns about the vertical z-axis and is below',
-      'a cylinder below the cube that turns about z')
+      'a cylinder that is below the cube and turns about z')
 def stem_turns(record: Record) -> Finding:
     robot, joint = model(record), model(record).joint('stem')
     stem, base = robot.solid('stem', 'cylinder'), robot.solid('base_link', 'box')
@@ -343,7 +343,7 @@ def links_differ_in_color(record: Record) -> Finding:
              *(joint.child for joint in robot.joints_to('platform') if not joint.movable)}
     colors = [robot.links[link][0].color for link in links if robot.links.get(link)]
     return Finding(len(set(colors)) == len(colors) >= 4,
-                   f'{len(set(colors))} colors of {len(colors)} links')
+                   f'{len(set(colors))} colors for {len(colors)} links')
 
 
 @rule('URDF: numbers', 'changing config/turtle.yaml should be the only change required',
@@ -375,7 +375,7 @@ def goals_are_reached(record: Record) -> Finding:
 
 
 def deviations(record: Record) -> Iterator[tuple[float, float]]:
-    """Yield the overshoot (m) and the lateral deviation (m) from the line to the goal."""
+    """Yield each pose's overshoot (m) and lateral deviation (m) from the line to the goal."""
     for drive in drives(record):
         (x0, y0), (x1, y1) = drive.start, drive.goal
         ux, uy = (x1 - x0) / drive.length, (y1 - y0) / drive.length
@@ -410,7 +410,7 @@ def speed_is_limited(record: Record) -> Finding:
 
 
 def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
-    """Return the driven and rolled distances (m). The latter is negative in reverse."""
+    """Return the driven distance (m) and the rolled distance (m, negative if reversed)."""
     joint, radius = model(record).joint('wheel'), number(record, 'wheel_radius')
     driven = rolled = direction = 0.0
     track = [(angle, wheel) for stamp, angle in record.joint(joint.name, drive.begin, drive.end)
@@ -446,7 +446,7 @@ def misalignment(record: Record, sample: Sample, stem: float, motion: Array) -> 
 
 
 @rule('drive: stem first', 'the stem points in that direction and then the robot translates',
-      f'the stem has turned, within {MAX_MISALIGNMENT:g} degrees, before the robot moves',
+      f'the stem has turned to within {MAX_MISALIGNMENT:g} degrees before the robot moves',
       ['drive: stem'])
 def stem_turns_first(record: Record) -> Finding:
     lead_times = []
@@ -487,7 +487,7 @@ def stem_points_along(record: Record) -> Finding:
 
 
 @rule('tilt', 'The tilt angle … is set to the last message received on this topic',
-      'joint and TF have each requested angle', ['frames: robot', 'URDF: platform'])
+      'the joint and TF have each requested angle', ['frames: robot', 'URDF: platform'])
 def platform_has_the_tilt(record: Record) -> Finding:
     robot, joint, texts, met = model(record), model(record).joint('platform'), [], True
     for request in require_data(record.tilts, 'the platform was not tilted'):

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Rules that check whether a record meets the requirements of the assignment, without ROS.
+Rules that check, without ROS, whether a record meets the requirements of the assignment.
 
 A rule is a function that returns a `Finding`. The function raises `Failed` if required data is
 absent, and `Open` if the record is insufficient for a judgment.
@@ -69,7 +69,7 @@ class Plot(NamedTuple):
 
 
 class Finding(NamedTuple):
-    """The result of a rule with an optional plot."""
+    """The result of a rule, with an optional plot."""
 
     met: bool
     measured: str
@@ -119,7 +119,7 @@ class Rule(NamedTuple):
 
 
 class Rules(list[Rule]):
-    """A list of rules that are applied to a record."""
+    """A list of rules to apply to a record."""
 
     def rule(self, name: str, sentence: str, expected: str,
              depends_on: Sequence[str] = ()) -> Callable[[Judge], Judge]:
@@ -130,7 +130,7 @@ class Rules(list[Rule]):
         return add
 
     def judge(self, record: Record) -> list[Judgment]:
-        """Return all judgments on a record: first failed, then open, then met requirements."""
+        """Judge a record, and return the failed, open and met requirements in this order."""
         judgments, overload = [rule(record) for rule in self], record.stall_summary()
         if overload:
             # A requirement is open if it failed only in trials with stalls.
@@ -182,7 +182,7 @@ def require(value: Value | None, fault: str) -> Value:
 
 
 def require_accepted(request: Request | None) -> Request:
-    """Return an accepted request, or raise Failed with the response to a refused request."""
+    """Return a request, or raise Failed with the response message if the request was refused."""
     if request is None or not request.accepted:
         raise Failed(request and request.message or 'the request was refused')
     return request
