@@ -36,7 +36,7 @@ HOURS = {
     3: ('walls', 'brick', 'markers', 'place', 'drop', 'fall', 'slide'),
     4: ('cmd_vel', 'drive: goal', 'drive: overshoot', 'drive: speed', 'drive: straight'),
     5: ('verdict', 'text', 'carry', 'tip off', 'again')}
-"""Name prefixes of the requirements that are judged in each hour of class."""
+"""Name prefixes of the requirements judged in each hour of class."""
 
 RESULTS = Path('judged')
 """Directory for the JSON files and HTML pages of all students."""

@@ -117,7 +117,7 @@ class Process(AbstractContextManager['Process']):
                                f'it printed:\n{self.output}')
 
     def wait(self, timeout: float) -> int:
-        """Return the exit status, or raise TimeoutError after the timeout (s)."""
+        """Wait for the exit status, or raise TimeoutError after the timeout (s)."""
         try:
             status = self._popen.wait(timeout)
         except subprocess.TimeoutExpired:

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Store messages from a graph and requests to the graph. Times are in ns, and lengths in m."""
+"""Store messages from a graph and requests to the graph. Times are in ns, lengths in m."""
 
 from bisect import bisect_left, insort
 from collections.abc import Callable, Iterator, Sequence

@@ -247,7 +247,7 @@ class MeasuredFall(NamedTuple):
 
 
 def fit_fall(times: Array, depths: Array) -> tuple[float, float, float]:
-    """Fit a fall from rest. Return its start (s), acceleration (m/s^2) and largest error (m)."""
+    """Return the start (s), acceleration (m/s^2) and largest error (m) of a fitted free fall."""
     # In a fall from rest, the square root of the depth is a linear function of time.
     slope, offset = numpy.polyfit(times, numpy.sqrt(2.0 * depths), 1)
     begin, acceleration = -float(offset / slope), float(slope) ** 2

@@ -38,7 +38,7 @@ CENTER_DISTANCE = 0.1
 """Maximum distance (m) between the robot and the arena center when a brick is tipped off."""
 
 DELETE_ACTIONS = (2, 3)
-"""Marker actions that delete one marker or all markers, respectively."""
+"""The marker actions DELETE and DELETEALL."""
 
 
 def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda drop: True
