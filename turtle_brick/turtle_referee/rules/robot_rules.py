@@ -410,7 +410,7 @@ def speed_is_limited(record: Record) -> Finding:
 
 
 def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
-    """Return the driven and rolled distances (m). Rolling in the wrong direction is negative."""
+    """Return the driven and rolled distances (m). Wrong-way rolling counts as negative."""
     joint, radius = model(record).joint('wheel'), number(record, 'wheel_radius')
     driven = rolled = direction = 0.0
     track = [(angle, wheel) for stamp, angle in record.joint(joint.name, drive.begin, drive.end)
