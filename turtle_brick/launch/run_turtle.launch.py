@@ -22,7 +22,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description():
-    """Return actions that start turtlesim, turtle_robot and show_turtle.launch.py."""
+    """Return actions that start turtlesim and turtle_robot, and run show_turtle.launch.py."""
     return LaunchDescription([
         DeclareLaunchArgument(
             'rviz_config',
@@ -42,8 +42,8 @@ def generate_launch_description():
             description='The namespace of all nodes, topics and services, including TF. Several '
                         'robots can run in different namespaces.'),
         # The included file starts robot_state_publisher and the view. It inherits the other
-        # arguments. It comes first because launch waits for xacro here, and a Ctrl-C during this
-        # wait would not stop nodes that are already running.
+        # arguments. This file is included first because launch waits for xacro here. A Ctrl-C
+        # during this wait would not stop running nodes.
         IncludeLaunchDescription(
             PathJoinSubstitution([ThisLaunchFileDir(), 'show_turtle.launch.py']),
             launch_arguments=[('use_jsp', 'none')]),
@@ -52,7 +52,7 @@ def generate_launch_description():
             executable='turtlesim_node',
             namespace=LaunchConfiguration('namespace'),
             parameters=[{'holonomic': True}],
-            # Qt uses the first platform that works, which is offscreen without a display.
+            # Qt uses the first platform that works. Without a display, that is offscreen.
             additional_env={
                 'QT_QPA_PLATFORM': EnvironmentVariable(
                     'QT_QPA_PLATFORM', default_value='xcb;wayland;offscreen'),

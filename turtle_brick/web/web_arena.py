@@ -50,7 +50,7 @@ class WebArena:
     """One arena with a robot and a brick."""
 
     def __init__(self) -> None:
-        """Start with the values in turtle.yaml and the robot in the center."""
+        """Start with the parameters from turtle.yaml and with the robot in the center."""
         data = json.loads(get_data('turtle_brick', 'robot.json') or '')
         self.defaults, self.xacro = data['parameters'], data['xacro']
         self.random = Random()
@@ -73,7 +73,7 @@ class WebArena:
         self.place(*self.placed)
 
     def call(self, name: str, *arguments: str) -> str:
-        """Call a method. Return the message if it raises ValueError, or else an empty string."""
+        """Call a method, and return the text of its ValueError or an empty string."""
         try:
             getattr(self, name)(*arguments)
         except ValueError as error:
@@ -81,7 +81,7 @@ class WebArena:
         return ''
 
     def constants(self) -> str:
-        """Return the sliders (name, label, limits, value) and the dimensions (m) of the scene."""
+        """Return the sliders (name, label, limits, value) and scene dimensions (m) as JSON."""
         x, y, z = self.placed
         lowest, tilt = resting_height(self.parameters), PARAMETER_RULES['tilt_angle'].upper
         sliders = [('x', 'x of the brick (m)', 0.0, ARENA_SIZE, x),
@@ -96,7 +96,7 @@ class WebArena:
         return json.dumps({'sliders': sliders, 'size': ARENA_SIZE, 'brick': brick, 'wall': wall})
 
     def update(self, form: str) -> None:
-        """Apply the changed values of the HTML form, given as JSON."""
+        """Apply changes in the HTML form, whose values are given as JSON."""
         before, self.form = self.form, json.loads(form)
         changed = {name for name, value in self.form.items() if value != before.get(name)}
         if changed.intersection(ADJUSTABLE):
@@ -117,7 +117,7 @@ class WebArena:
         self._is_undecided = False
 
     def drop(self, delay: float = 0.1) -> None:
-        """Drop the brick after a delay (s). A fallen brick is first placed again."""
+        """Drop the brick after a delay (s). If the brick has fallen, place it again first."""
         world = self.simulation.world
         if world.phase in (Phase.GROUNDED, Phase.FLOATING):
             self.place(*self.placed)
@@ -147,7 +147,7 @@ class WebArena:
                       'unreachable': warning}})
 
     def plots(self) -> str:
-        """Return an SVG image of the brick's height and the robot's speeds in the last drop."""
+        """Return an SVG plot of the brick's height and the robot's speeds during the last drop."""
         fastest = self.parameters.max_velocity
         lines = ''
         for column, top, base, color in ((1, MAX_HEIGHT, 110, 'red'), (2, fastest, 230, 'gray'),

@@ -54,7 +54,7 @@ str(decisions)
 
 
 def test_the_site_is_built_and_catches_a_brick_without_any_packages(tmp_path):
-    """The site's parameters and robot description are equal to those from yaml and xacro."""
+    """The site's parameters equal those in turtle.yaml, and its URDF equals xacro's output."""
     subprocess.run([*ISOLATED, PACKAGE / 'scripts/website', tmp_path], check=True)
     output = subprocess.run([*ISOLATED, '-c', CATCH, tmp_path / 'turtle_brick.zip'], check=True,
                             capture_output=True).stdout
@@ -67,7 +67,7 @@ def test_the_site_is_built_and_catches_a_brick_without_any_packages(tmp_path):
 
 @pytest.fixture(scope='module')
 def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
-    """Open the page at the size of a phone screen, with libraries from the npm registry."""
+    """Open the page in a window of phone size, with libraries downloaded from npm."""
     if find_chromium() is None or shutil.which('npm') is None:
         pytest.skip('Chromium or npm is not installed. Run: apt-get install chromium npm')
     folder = tmp_path_factory.mktemp('web')
@@ -87,7 +87,6 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
 
 
 def fill_in(page: Chromium, name: str, value: float) -> None:
-    """Change a value in the form."""
     page.evaluate(f'form.{name}.value = {value}; '
                   f'form.{name}.dispatchEvent(new Event("input", {{bubbles: true}}))')
 
@@ -121,7 +120,6 @@ def test_an_impossible_parameter_is_refused_in_the_words_of_the_nodes(page):
 
 def test_the_robot_overshoots_if_it_steers_by_the_last_pose(page):
     def farthest(goal: float) -> float:
-        """Return the maximum x coordinate (m) during a drive from x = 5 m to a goal."""
         return max(page.evaluate(
             'arena.random.seed(1); arena.start(arena.parameters, python.toPy([5, 5, 0]));'
             f'arena.simulation.drive_to({goal}, 5); Array.from({{length: 200}}, () => '

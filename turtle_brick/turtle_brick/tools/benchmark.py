@@ -13,20 +13,20 @@
 # limitations under the License.
 
 """
-benchmark: measure processor time, message intervals and reaction times of the live graph.
+benchmark: measure processor time, message intervals and reaction times in the live graph.
 
 The machine must be otherwise idle. The measurements are taken as follows:
 
 * `ros2 launch turtle_brick turtle_arena.launch.py view:=none` runs in a separate ROS domain.
-* Processor time is the user and system time of each process in two periods. In the idle
+* Processor time is the sum of each process's user and system time, in two periods. In the idle
   period, the brick hovers, the robot is at rest, and no client subscribes to fast topics (100 Hz
   or more). In the catching period, a client drops one brick after another and records all topics.
 * Message intervals are measured in another idle period, with the client connected. An interval is
-  the difference between two source timestamps, which the publisher's middleware sets.
-* Reaction times start when the brick is released. At that time, the robot is at rest at a random
-  distance from the brick and must drive to catch it. The release time is the timestamp of the
-  last brick position before the fall. The decision time is the publication time of the goal. The
-  motion starts with the first changed pose.
+  the difference between consecutive source timestamps, which the publisher's middleware sets.
+* Reaction times are measured from the release of the brick. At that time, the robot is at rest at
+  a random distance from the brick and must drive to catch it. The release time is the timestamp of
+  the last brick position before the fall. The decision time is the publication time of the goal.
+  The motion starts when the first changed pose is published.
 """
 
 import argparse
@@ -74,7 +74,7 @@ WARM_UP_TIME = 3.0
 """Duration (s) for which the graph runs before the first measurement."""
 
 LEAD_TIME_NS = 100_000_000
-"""Brick positions are examined from this time (ns) before each drop request."""
+"""Time (ns) from the first examined brick position to the drop request."""
 
 MOTION_THRESHOLD = 1e-6
 """Maximum change (m) in position that does not count as motion."""
@@ -82,7 +82,7 @@ MOTION_THRESHOLD = 1e-6
 
 def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | None:
     """
-    From a record, return the delays between a brick's release and the robot's motion.
+    Extract the delays between a brick's release and the robot's motion from a record.
 
     :param begin: a time (ns) shortly before the release
     :param end: a time (ns) after the first motion
@@ -113,7 +113,7 @@ def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | N
 
 
 def first_motion(positions: Sequence[tuple[int, Any]]) -> int | None:
-    """Return the publication time (ns) of the first position that differs from the initial one."""
+    """Return the publication time (ns) of the first position that differs from positions[0]."""
     return next((published for published, position in positions
                  if dist(position, positions[0][1]) > MOTION_THRESHOLD), None)
 
@@ -123,14 +123,14 @@ def message_intervals(record: Record, begin: int) -> dict[str, np.ndarray]:
     published = {name: [message.published for message in record.messages(name, begin)]
                  for name in ('cmd_vel', 'odom', 'joint_states')}
     for label, frame in (('odom -> base_link', BASE_LINK), ('world -> brick', BRICK)):
-        # One message can contain several physics steps.
+        # A message with the transforms of several physics steps is counted once.
         times = {time for time, _ in record.frames[frame].published_between(begin)}
         published[label] = sorted(times)
     return {label: np.diff(times) * SECONDS_PER_NS for label, times in published.items()}
 
 
 def graph_processes(launch: psutil.Process) -> dict[str, psutil.Process]:
-    """Return the node processes started by a launch process, keyed by the names in NODES."""
+    """Return the node processes that a launch process started, keyed by executable name."""
     return {Path(word).name: process for process in launch.children(recursive=True)
             for word in process.cmdline()[:2]  # An interpreter may precede the program.
             if Path(word).name in NODES}
@@ -149,7 +149,7 @@ def processor_usage(nodes: dict[str, psutil.Process],
 
 
 def measure(seconds: float, drop_count: int) -> dict[str, Any]:
-    """Measure the graph during two idle periods of a given duration (s) and several drops."""
+    """Measure the graph in two idle periods of a given duration (s), and during several drops."""
     parameters, random = load(), Random(1)
     make_observer = partial(Observer, name='benchmark',
                             profile=Profile.from_parameters(parameters))
@@ -198,7 +198,7 @@ def outcome(drop: DropWatch) -> str:
 
 
 def report(found: dict[str, Any]) -> str:
-    """Return the results of `measure` as tables."""
+    """Return the results of `measure` as text tables."""
     lines = ['processor time, % of a core      idle  catching']
     rows = {name: (name,) for name in NODES}
     for title, names in {**rows, 'turtle_brick nodes': OURS, 'all nodes': NODES}.items():
@@ -229,7 +229,7 @@ def main(args: Sequence[str] | None = None) -> int:
     """Run the benchmark and return the exit status."""
     parser = argparse.ArgumentParser(
         prog='benchmark', description='Measure processor time, message intervals and reaction '
-        'times of the live graph. The machine must be otherwise idle.')
+        'times in the live graph. The machine must be otherwise idle.')
     parser.add_argument('--seconds', type=float, default=60.0, metavar='T',
                         help='duration of each of the two idle windows (s, default: 60)')
     parser.add_argument('--drops', type=positive_int, default=20, metavar='N',

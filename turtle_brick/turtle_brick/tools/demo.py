@@ -79,7 +79,7 @@ ROBOT_TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom', 'brick_mar
 
 @contextmanager
 def choose_domain() -> Iterator[bool]:
-    """Use ROS_DOMAIN_ID or an unused domain, and yield whether the domain may be shared."""
+    """Use ROS_DOMAIN_ID or an unused domain, and yield whether it may contain other nodes."""
     restrict_to_localhost()
     local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') == 'LOCALHOST'
     given = os.environ.get('ROS_DOMAIN_ID')
@@ -157,7 +157,7 @@ def bricks(options: argparse.Namespace, client: GraphClient,
 
 
 def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Parameters) -> bool:
-    """Start all nodes in an empty graph, drop bricks, and return whether there were no faults."""
+    """Start all nodes in an empty graph, drop bricks, and return whether no faults occurred."""
     graph.add_turtlesim()
     graph.add_robot_state_publisher()
     graph.add_robot()
@@ -173,11 +173,11 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
     for brick in bricks(options, client, parameters):
         client.place(brick, HOVERING_TIME).check()
         observer.record.keep_newest(KEPT_MESSAGES)
-        # Otherwise, a garbage collection could stop all nodes for 0.3 s while the brick falls.
+        # Without freeze, a garbage collection could stop all nodes for 0.3 s during the fall.
         freeze()
         watch = client.drop(brick)
         watches.append(watch)
-        # The guaranteed distance is shorter if commands are slower than on an idle machine.
+        # The guaranteed distance is shorter if the latency is longer than on an idle machine.
         excess = catcher.decision.latency - COMMAND_LATENCY if catcher.decision else 0.0
         found = faults(watch, guaranteed_distance_to(brick, parameters, excess))
         for fault in found:

@@ -15,7 +15,7 @@
 """
 Run the whole graph in one process, with the real node classes, one executor and real DDS.
 
-The stand-ins for turtlesim and robot_state_publisher run in this process, too. If the real
+The stand-ins for turtlesim and robot_state_publisher also run in this process. If the real
 packages are installed, the real programs run in separate processes instead.
 """
 
@@ -60,17 +60,17 @@ def executable(package: str, name: str) -> str:
 
 
 class Graph(Spinner, AbstractContextManager['Graph']):
-    """Nodes in one process that communicate with all nodes in their ROS domain."""
+    """Nodes that run in one process and communicate with all nodes in their ROS domain."""
 
     def __init__(self, domain_id: int | None = None, namespace: str = '',
                  quiet: bool = False, tf_inside: bool = False) -> None:
         """
-        Create an empty graph in a ROS domain, by default the domain in the environment.
+        Create an empty graph in a ROS domain (default: ROS_DOMAIN_ID in the environment).
 
         :param quiet: whether the nodes log only warnings and errors
         :param tf_inside: whether the namespace applies to TF, as in the launch files
         """
-        # Otherwise, a garbage collection of all existing objects could stop all nodes.
+        # Without freeze, a garbage collection of all existing objects could stop all nodes.
         freeze()
         self.namespace = namespace
         self._files = TemporaryDirectory()
@@ -121,12 +121,12 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         node.destroy_node()
 
     def add_turtlesim(self) -> Node | None:
-        """Add a holonomic turtlesim. Return its node, or None if it runs in a separate process."""
+        """Add a holonomic turtlesim, and return its node (None if it is a separate process)."""
         return self._add_node_or_process('turtlesim', 'turtlesim_node', 'turtlesim_standin.node',
                                          'TurtleSimNode', {'holonomic': True})
 
     def add_robot_state_publisher(self) -> Node | None:
-        """Add robot_state_publisher. Return its node, or None if it runs in a separate process."""
+        """Add robot_state_publisher, and return its node (None if it is a separate process)."""
         return self._add_node_or_process(
             'robot_state_publisher', 'robot_state_publisher', 'robot_state_publisher.node',
             'RobotStatePublisher', self.robot_parameters())
@@ -142,11 +142,9 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         return self.add(TurtleRobot, '-r', 'cmd_vel:=turtle1/cmd_vel')
 
     def add_arena(self) -> Arena:
-        """Add the arena."""
         return self.add(Arena)
 
     def add_catcher(self) -> CatcherNode:
-        """Add the catcher."""
         return self.add(CatcherNode)
 
     def add_process(self, package: str, name: str, *arguments: str,

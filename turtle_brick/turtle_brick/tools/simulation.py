@@ -15,10 +15,10 @@
 """
 Simulate the brick, robot, turtlesim and catcher at their real rates without ROS.
 
-The simulation uses the same modules as the nodes: `physics.World` at 250 Hz, `driving.Driver` at
-100 Hz, `turtlesim_kinematics.Turtle` with its command queue every 16 ms, and `catch_logic.Catcher`
-at 50 Hz and on every new brick position. The delays between the modules are the same as in the
-live graph. The simulated time advances from event to event, so an hour is simulated within a few
+The simulation uses the same modules as the nodes. It updates `physics.World` at 250 Hz,
+`driving.Driver` at 100 Hz, `turtlesim_kinematics.Turtle` every 16 ms, and `catch_logic.Catcher` at
+50 Hz and for every new brick position. The delays between the modules are the same as in the live
+graph. The simulated time advances from event to event, so an hour is simulated within a few
 seconds. All random numbers are generated from one seed, so every run is reproducible.
 
 `simulate_drop` simulates one drop for a table or map. `trace` repeats a drop for a figure.
@@ -72,9 +72,9 @@ class DropResult(NamedTuple):
     caught: bool
     fall_time: float  # Time from the release to contact with the platform or the ground.
     decision_time: float  # Time from the release to the decision.
-    carried_to: tuple[float, float] | None  # Robot position at the start of tilting.
-    slide_time: float  # Time from the start of tilting until the brick floats in place.
-    finished: bool  # Whether the catcher returned to waiting.
+    carried_to: tuple[float, float] | None  # Robot position when the tilt starts.
+    slide_time: float  # Time from the start of the tilt until the brick floats in place.
+    finished: bool  # Whether the catcher returned to the waiting state.
 
 
 class Simulation:
@@ -121,18 +121,18 @@ class Simulation:
         return self.now * SECONDS_PER_NS
 
     def drive_to(self, x: float, y: float) -> None:
-        """Send the robot to a point (m) in the world frame, like a goal_pose message."""
+        """Send the robot to a point (m) in the world frame, as a goal_pose message does."""
         self._to_robot.append((self.now + self._transport, DriveGoal(x, y)))
 
     def tilt(self, angle: float) -> None:
-        """Tilt the platform to an angle (rad), like a tilt message."""
+        """Tilt the platform to an angle (rad), as a tilt message does."""
         self._to_robot.append((self.now + self._transport, TiltCommand(angle)))
 
     def run(self, until: Callable[[], bool], limit: float = inf) -> bool:
         """
-        Simulate until a condition is true after a physics step or a time limit (s) is reached.
+        Simulate until a physics step makes a condition true or a time limit (s) is reached.
 
-        :return: whether the condition is true
+        :return: whether the condition became true
         """
         end = self.now + limit / SECONDS_PER_NS
         while True:
@@ -238,7 +238,7 @@ class Simulation:
                 self._to_robot.append((now + self._transport, action))
 
     def _add_jitter(self, time: int, deviation: float) -> int:
-        """Add normally distributed jitter to a time (ns). Return a time later than self.now."""
+        """Return a time (ns) with normally distributed jitter, but always later than self.now."""
         if deviation:
             time += round(self.random.gauss(0.0, deviation) / SECONDS_PER_NS)
         return max(time, self.now + 1)
@@ -256,7 +256,7 @@ class SimulatedDrop(NamedTuple):
     number: int  # Index of the drop in the sweep, starting at 0.
     seed: int  # Seed for the simulation.
     result: DropResult
-    guaranteed: float  # Maximum distance of a guaranteed catch, negative if there is none.
+    guaranteed: float  # Guaranteed distance, negative if no catch is guaranteed.
 
     @property
     def distance(self) -> float:
@@ -329,7 +329,7 @@ def start_simulation(parameters: Parameters, seed: int) -> Simulation:
 
 
 def simulate_drop(parameters: Parameters, number: int, seed: int, brick: Vector) -> SimulatedDrop:
-    """Simulate a drop that has a given index, seed and brick position (m, world frame)."""
+    """Simulate a drop with a given index, seed and brick position (m, world frame)."""
     return SimulatedDrop(number, seed, start_simulation(parameters, seed).drop(brick),
                          guaranteed_distance_to(brick, parameters))
 

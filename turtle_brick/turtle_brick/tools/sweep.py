@@ -17,7 +17,7 @@ sweep: simulate many drops without ROS, on all cores, and count the outcomes.
 
 The sweep writes a table (drops.csv, one row per drop), a map of the arena, and a plot of one drop.
 The table depends only on the options and the parameters. The same options produce an identical
-file even if some workers in a Dask cluster fail.
+table even if some workers in a Dask cluster fail.
 """
 
 import argparse
@@ -51,7 +51,7 @@ class Plan:
     """The drops in a sweep. The plan and the parameters determine the table."""
 
     grid: bool  # Whether the bricks are on a grid.
-    count: int  # Number of drops, or of grid cells per arena side.
+    count: int  # Number of drops, or number of grid cells per side.
     heights: tuple[float, float]  # Minimum and maximum release height (m).
     seed: int
 
@@ -77,7 +77,7 @@ class Plan:
             side = ARENA_SIZE / self.count
             cells = [((column + 0.5) * side, (row + 0.5) * side)
                      for row in range(self.count) for column in range(self.count)]
-            bricks.shuffle(cells)  # The first drops already cover the whole arena.
+            bricks.shuffle(cells)  # Even the first drops are spread over the arena.
             positions = iter(cells)
         for number, (x, y) in enumerate(positions):
             yield number, seeds.getrandbits(32), (x, y, bricks.uniform(*self.heights))

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-lesson: print the numbers and draw the figures of the lesson in doc/lesson.
+lesson: print the numbers and draw the figures for the lesson in doc/lesson.
 
 Each part belongs to one page of the lesson. The sketches (sketch-*.svg) were drawn by hand.
 """
@@ -31,10 +31,10 @@ PARTS = {'frames': frames, 'rolling': rolling, 'falling': falling, 'queue': queu
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Print and draw one part or all parts, and return the exit status."""
+    """Run the selected part or all parts, and return the exit status."""
     parser = argparse.ArgumentParser(
         prog='lesson',
-        description='Print the numbers and draw the figures of the lesson in doc/lesson.')
+        description='Print the numbers and draw the figures for the lesson in doc/lesson.')
     parser.add_argument('part', nargs='?', choices=PARTS, help='part of the lesson (default: all)')
     parser.add_argument('--params-file', type=Path, metavar='FILE',
                         help='parameter file (default: config/turtle.yaml of the package)')

@@ -47,7 +47,7 @@ def fall(parameters: Parameters, world: World | None = None) -> np.ndarray:
 
 
 def slide(parameters: Parameters) -> tuple[list[Vector], np.ndarray]:
-    """Return the brick position and sliding distance (m) after each step of a slide."""
+    """Return the brick positions and sliding distances (m) after each step of a slide."""
     world = World.from_parameters(parameters)
     world.brick = (0.0, 0.0, resting_height(parameters) + DT ** 2)
     fall(parameters, world)
@@ -60,12 +60,12 @@ def slide(parameters: Parameters) -> tuple[list[Vector], np.ndarray]:
 
 
 def closed_fall(time: np.ndarray, parameters: Parameters) -> np.ndarray:
-    """Return the brick heights (m) z0 - g t^2 / 2 at given times (s) after the release."""
+    """Return the brick heights z0 - g t^2 / 2 (m) at given times (s) after the release."""
     return parameters.brick_start[2] - 0.5 * parameters.gravity_accel * time ** 2
 
 
 def closed_slide(time: np.ndarray, parameters: Parameters) -> np.ndarray:
-    """Return the sliding distances (m) g sin(angle) t^2 / 2 at given times (s) after the tilt."""
+    """Return the sliding distances g sin(angle) t^2 / 2 (m) at given times (s) after the tilt."""
     return 0.5 * parameters.gravity_accel * sin(parameters.tilt_angle) * time ** 2
 
 
@@ -121,7 +121,7 @@ def draw(parameters: Parameters, path: Path) -> None:
 
 
 def draw_fall(height: Axes, error: Axes, parameters: Parameters) -> None:
-    """Draw the height of a falling brick over time, and the errors of two computations."""
+    """Plot the height of a falling brick, and the errors of physics.World and Euler's method."""
     heights = fall(parameters)
     time = DT * np.arange(len(heights))
     fine = np.linspace(0.0, time[-1], 201)
@@ -145,7 +145,7 @@ def draw_fall(height: Axes, error: Axes, parameters: Parameters) -> None:
 
 def draw_side_view(axes: Axes, bricks: Sequence[Vector], distances: np.ndarray,
                    parameters: Parameters) -> None:
-    """Draw the tilted platform, and the brick at the start, at the rim and at the end."""
+    """Draw the tilted platform, and the brick at the start, rim and end of the slide."""
     angle = parameters.tilt_angle
     normal = np.array((sin(angle), cos(angle)))
     hinge = np.array((0.0, parameters.platform_height - parameters.platform_thickness))

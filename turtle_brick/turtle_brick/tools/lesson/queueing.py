@@ -32,7 +32,7 @@ class SentCommand(NamedTuple):
     """A command sent to turtlesim, and its latency (times in s)."""
 
     published: float
-    latency: float  # Time until a pose shows this command or, if it was dropped, a newer command.
+    latency: float  # Time until a pose reflects this command or, if dropped, a newer command.
     applied: bool
 
 
@@ -60,7 +60,7 @@ def commands(phase: float) -> list[SentCommand]:
 
 
 def commands_for_all_phases() -> list[SentCommand]:
-    """Return the commands sent for each of 16 phases of turtlesim's ticks."""
+    """Return the results of `commands` for 16 phases of turtlesim's ticks."""
     return [sent for phase in range(16) for sent in commands(1e-3 * phase + 1e-4)]
 
 
@@ -99,7 +99,7 @@ def controllers(parameters: Parameters) -> dict[str, Driver]:
 
 
 def approach(driver: Driver, parameters: Parameters) -> list[tuple[float, float]]:
-    """Drive to a goal at DISTANCE. Return times (s), and distances (m) beyond the goal."""
+    """Drive to a goal at DISTANCE, and return the times (s) and positions (m) beyond the goal."""
     simulation = Simulation(parameters, seed=2)
     simulation.driver = driver
     simulation.rest(0.3)

@@ -32,7 +32,7 @@ from turtle_brick.tools.simulation import outcome_counts, simulate_drop, Simulat
 
 HEIGHTS = tuple(float(number) for number in range(1, 11))
 DISTANCES = tuple(0.2 * number for number in range(28))
-"""Heights (m) of the drops, and their distances (m) from the robot in the center."""
+"""Release heights (m), and distances (m) from the robot in the center of the arena."""
 
 WORST_DELAYS = (
     ('third sample of the fall', 3 * DT),
@@ -43,7 +43,7 @@ WORST_DELAYS = (
     ('next physics step, reserve', COMMAND_LATENCY - 3 * TRANSPORT_DELAY - 2 * COMMAND_PERIOD
      - QUEUE_LATENCY),
 )
-"""Maximum delays (s) between a release and the platform's first motion, in order."""
+"""Successive maximum delays (s) from a release to the platform's first motion."""
 
 
 @cache
@@ -58,7 +58,7 @@ def drop_at(distance: float, height: float, parameters: Parameters) -> Simulated
 
 
 def largest_caught_distance(height: float, parameters: Parameters) -> float:
-    """Return the maximum distance (m) at which a brick is caught, found by bisection."""
+    """Use bisection to find the maximum distance (m) at which a brick is caught."""
     millimeters = range(round(1e3 * (ARENA_SIZE - ARENA_CENTER)))
     return 1e-3 * bisect(millimeters, False, key=lambda distance: drop_at(
         1e-3 * distance, height, parameters).outcome != 'caught')
