@@ -42,7 +42,7 @@ CENTER = (ARENA_CENTER, ARENA_CENTER)
 """Center (m) of the arena. The robot carries the bricks to this point."""
 
 RAMP_TIME = 0.5
-"""Time (s) that the platform takes to tilt or to level."""
+"""Time (s) that the platform takes to tilt or to become level."""
 
 TILTING_TIMEOUT = 10.0
 """Timeout (s) for the brick to leave the tilted platform."""
@@ -52,7 +52,7 @@ SETTLING_TIME = 0.05
 
 BRICK_LAG = 0.5
 """Maximum pause (s) in the motion of a brick on a moving or tilted platform. The brick pauses if
-transforms of the platform reach the arena late."""
+platform transforms reach the arena late."""
 
 LYING_TIME = 1.0
 """Time (s) for which a brick must rest on a level, stationary platform before the robot moves."""
@@ -62,7 +62,7 @@ CLOCK_DIFFERENCE = 0.5
 can appear older than they are until the arena and the catcher have detected the change."""
 
 DECISION_DEADLINE = 0.1
-"""Time (s) before contact at which the catcher must decide."""
+"""Time (s) before the landing at which the catcher must decide whether the brick is reachable."""
 
 ROBOT_TIMEOUT = 1.0
 """Time (s) without a platform transform after which the catcher abandons the brick."""
@@ -95,7 +95,7 @@ class Brick(NamedTuple):
     """Last observation of the brick."""
 
     position: Vector = (inf, inf, inf)
-    """Center (m) in the world frame. The coordinates are infinite before the first observation."""
+    """Center (m) of the brick in the world frame, infinite before the first observation."""
     stamp: int = 0
     """Time (ns) of the last observation."""
     last_motion: int = 0
@@ -106,7 +106,7 @@ class Brick(NamedTuple):
     """Whether the brick is at resting height, and has landed or is attached to the platform."""
 
     def observe(self, stamp: int, position: Vector, is_attached: bool) -> 'Brick':
-        """Return an updated brick after an observation at the time `stamp` (ns)."""
+        """Return the brick updated with an observation made at `stamp` (ns)."""
         if (stamp < self.stamp or is_attached is not self.is_attached
                 or dist(position, self.position) > POSITION_TOLERANCE):
             return Brick(position, stamp, stamp, is_attached)
@@ -114,7 +114,7 @@ class Brick(NamedTuple):
 
 
 class Observation(NamedTuple):
-    """The brick and the robot at the time of an update."""
+    """Snapshot of the brick and the robot at the time of an update."""
 
     parameters: CatcherParameters
     now: int
@@ -140,7 +140,7 @@ class Observation(NamedTuple):
 
     @property
     def still_since(self) -> int:
-        """Last time (ns) at which the brick moved or the robot was unavailable."""
+        """Time (ns) at which the brick last moved or the robot was last unavailable."""
         return max(self.brick.last_motion, self.tracker.last_unseen)
 
     @property
@@ -223,7 +223,7 @@ def transition(state: State, observation: Observation) -> State:
         if observation.is_level_commanded:
             return State.WAITING
     elif observation.is_lying:
-        # An unreachable brick was caught, or the catcher started with a brick on the platform.
+        # The brick was declared unreachable but landed on the platform, or was there at startup.
         return State.CARRYING
     return state
 
@@ -302,7 +302,7 @@ class Catcher:
         Record the position of the brick.
 
         :param stamp: timestamp of the position (ns)
-        :param position: center (m) in the world frame, ignored beyond MAX_COORDINATE
+        :param position: center (m) of the brick in the world frame, ignored beyond MAX_COORDINATE
         :param is_attached: whether the platform is the parent frame of the brick
         :return: Whether a new fall was detected. If so, call `update` immediately.
         """
@@ -321,8 +321,8 @@ class Catcher:
         if fall is not None and self._detector.fall is None:
             if not self._is_decided(fall) and z < height - HEIGHT_TOLERANCE:
                 self._finished_fall = fall
-            # The brick landed if it was above the platform and would have reached the platform by
-            # now. Otherwise it was placed.
+            # The brick landed if it was above the platform and should have reached it by now.
+            # Otherwise, the brick was placed.
             if (z_before > height - HEIGHT_TOLERANCE
                     and fall.height(stamp, self._detector.gravity) < height + HEIGHT_TOLERANCE):
                 has_landed = True
@@ -382,8 +382,7 @@ class Catcher:
         decision = self._reachability(fall, robot, excess)
         if decision.reachable or decision.available <= DECISION_DEADLINE:
             return decision
-        # Later observations may show that the robot is at rest or near the brick. Wait for such
-        # observations if they could make the brick reachable.
+        # Wait if later observations of the robot may show that the brick is reachable.
         best_case = robot._replace(uncertainty=0.0) if robot else RobotMotion(fall.x, fall.y)
         return None if self._reachability(fall, best_case, excess).reachable else decision
 
@@ -391,7 +390,6 @@ class Catcher:
         return decide_reachability(fall, self._now, robot, self.parameters, excess)
 
     def _is_decided(self, fall: Fall) -> bool:
-        """Return whether the brick was refused or a decision about the fall has been made."""
         return self._is_refused or (self.decision is not None and self.decision.fall is fall)
 
     def _drive_goals(self, previous: State, observation: Observation) -> list[Action]:

@@ -16,9 +16,9 @@
 Drive the turtle to a goal at full speed, and stop it there.
 
 turtlesim queues up to seven commands and takes the oldest command every 16 ms. Commands at 100 Hz
-keep this queue full. A command therefore takes effect 60 to 70 ms after its publication, or is
-discarded. A controller that uses the latest pose overshoots and oscillates. This module therefore
-uses a Smith predictor. `CommandQueue` models the queue and predicts the position at which the next
+keep this queue full, so a command takes effect 60 to 70 ms after its publication or is discarded.
+A controller that used the latest pose would overshoot and oscillate. This module therefore uses a
+Smith predictor. `CommandQueue` models the queue and predicts the position at which the next
 command takes effect. `Driver` computes the command for the predicted position.
 
 All times (s) come from one monotonic clock. The caller passes the current time.
@@ -71,7 +71,7 @@ class TickClock:
         self._late = 0
 
     def observe(self, now: float) -> float:
-        """Record a pose that arrives at `now` (s), and return the estimated tick time (s)."""
+        """Record a pose received at `now` (s), and return the estimated tick time (s)."""
         self.last += TICK
         deviation = now - self.last
         self._late = self._late + 1 if deviation > TICK / 2.0 else 0
@@ -93,7 +93,7 @@ class CommandQueue:
     """
 
     MEMORY = 64
-    """Number of recorded commands, which is several times the length of turtlesim's queue."""
+    """Maximum number of recorded commands, several times the length of turtlesim's queue."""
 
     def __init__(self) -> None:
         self.pose: TurtlePose | None = None
@@ -109,18 +109,18 @@ class CommandQueue:
         """Index of the last nonzero command."""
 
     def publish(self, now: float, linear_x: float, linear_y: float) -> None:
-        """Record a command (m/s, in the turtle's frame) that is published at `now` (s)."""
+        """Record a command (m/s, in the turtle's frame) published at `now` (s)."""
         self._sent.append((now, linear_x, linear_y))
         if linear_x or linear_y:
             self._moving = self._count
         self._count += 1
 
     def observe(self, now: float, pose: TurtlePose) -> None:
-        """Record a pose that arrives at `now` (s). Ignore poses with NaN or infinity."""
+        """Record a pose received at `now` (s). Ignore poses that contain NaN or infinity."""
         if not all(map(isfinite, pose)):
             return
         if self.is_stale(now):
-            # turtlesim's queue is empty after a pause.
+            # After a long gap between poses, turtlesim's queue is empty.
             self._ticks = TickClock()
             self._taken = self._count - 1
         tick = self._ticks.observe(now)
@@ -206,7 +206,7 @@ class Driver:
         self.arrived = False
         """Whether the published commands stop the turtle at its goal."""
         self.predicts = True
-        """Whether commands are computed for the predicted position. False causes an overshoot."""
+        """Whether the driver uses the predicted position. If not, the turtle overshoots."""
         self._queue = CommandQueue()
 
     @property
@@ -230,15 +230,14 @@ class Driver:
         """
         Return the velocity (m/s, in the turtle's frame) to publish at `now` (s), and record it.
 
-        Call this method at 100 Hz. The velocity is zero at the goal, and also if there is no
-        goal or no recent pose.
+        Call this method at 100 Hz. The velocity is zero at the goal, and whenever there is no goal
+        or no recent pose.
         """
         velocity = self._steer(now)
         self._queue.publish(now, *velocity)
         return velocity
 
     def _steer(self, now: float) -> tuple[float, float]:
-        """Return the velocity (m/s) in the turtle's frame for driving to the goal."""
         pose = self._queue.pose
         if self.goal is None or pose is None or self._queue.is_stale(now):
             return (0.0, 0.0)

@@ -65,7 +65,7 @@ class FallDetector:
     Detect free fall in a sequence of positions.
 
     A fall is detected if three positions form a vertical line and show gravitational acceleration.
-    The detection takes 8 ms at 250 Hz.
+    At 250 positions per second, the detection takes 8 ms.
     """
 
     ACCELERATION_TOLERANCE = 0.1
@@ -76,7 +76,7 @@ class FallDetector:
     steeper than 72 degrees, which ACCELERATION_TOLERANCE does not exclude."""
 
     SIDEWAYS_TOLERANCE = 1e-4
-    """Maximum sideways motion (m) between two positions in a fall."""
+    """Maximum sideways motion (m) between two consecutive positions in a fall."""
 
     HEIGHT_TOLERANCE = 0.01
     """Maximum deviation (m) from the predicted height during a fall."""
@@ -109,7 +109,6 @@ class FallDetector:
         return self.fall is not None
 
     def _detect(self) -> Fall | None:
-        """Return the fall shown by the three samples, or None if they do not show a fall."""
         (t0, x0, y0, z0), (t1, _, _, z1), (t2, x2, y2, z2) = self._samples
         if z0 <= z1 or hypot(x2 - x0, y2 - y0) > self.SIDEWAYS_FRACTION * (z0 - z2):
             return None

@@ -73,12 +73,12 @@ class Pose2D(NamedTuple):
 
 
 def from_yaw(yaw: float) -> Quaternion:
-    """Return the rotation by a given angle (rad) about z."""
+    """Return the rotation by `yaw` (rad) about the z axis."""
     return (0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0))
 
 
 def from_pitch(pitch: float) -> Quaternion:
-    """Return the rotation by an angle (rad) about y. A positive angle lowers the +x side."""
+    """Return the rotation by `pitch` (rad) about the y axis. Positive pitch lowers the +x side."""
     return (0.0, sin(pitch / 2.0), 0.0, cos(pitch / 2.0))
 
 
@@ -93,7 +93,7 @@ def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
 
 
 def axes(q: Quaternion) -> tuple[Vector, Vector, Vector]:
-    """Return the x, y and z unit vectors, in the parent frame, of a frame with orientation q."""
+    """Return the unit vectors of a frame with orientation q, expressed in its parent frame."""
     x, y, z, w = q
     return ((1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)),
             (2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)),
@@ -112,7 +112,7 @@ def distance_to_rectangle(x: float, y: float, yaw: float, length: float, width: 
     """
     Return the distance (m) from the origin to a rectangle, or 0 if the origin is inside.
 
-    The rectangle is centered at (x, y) (m), and its side `length` has the heading `yaw` (rad).
+    The center of the rectangle is (x, y) (m). Its `length` axis has the heading `yaw` (rad).
     """
     c, s = cos(yaw), sin(yaw)
     along = abs(c * x + s * y) - length / 2.0

@@ -16,9 +16,9 @@
 Estimate the excess latency of the command path.
 
 The excess latency is the difference between the actual latency and COMMAND_LATENCY in
-`reachability`. It is due to slow links, lost messages and overloaded machines. `LatencyMonitor`
-estimates the excess latency from the worst values in the last WINDOW seconds. All timestamps (ns)
-come from one clock.
+`reachability`. Slow links, lost messages and overloaded machines cause excess latency.
+`LatencyMonitor` estimates the excess latency from the worst values recorded in the last WINDOW
+seconds. All timestamps (ns) come from one clock.
 """
 
 from bisect import bisect_left, insort
@@ -45,10 +45,10 @@ USUAL_AGE = 0.006
 
 CLOCK_TOLERANCE = 0.006
 """Maximum time (s) by which timestamps can be in the future even if the clocks agree. For example,
-the arena simulates a riding brick one step (0.004 s) ahead."""
+the arena simulates a brick on the platform one step (0.004 s) ahead."""
 
 MIN_GAPS = 3
-"""If WINDOW contains at least this number of gaps between brick timestamps, messages are lost."""
+"""Number of gaps between brick timestamps within WINDOW that indicates lost messages."""
 
 LOSS_RESERVE = 0.06
 """Excess latency (s) due to lost messages. The reserve covers two catcher updates (0.02 s each)
@@ -76,12 +76,12 @@ class RecentValues:
         return values[round(fraction * (len(values) - 1))] if values else 0.0
 
     def largest(self, now: int, rank: int) -> float:
-        """Return the value with a given rank (1 for the largest), or 0 if the rank is too high."""
+        """Return the value with a given rank (1 = largest), or 0 if there are fewer values."""
         values = self.recent(now)
         return values[-rank] if len(values) >= rank else 0.0
 
     def recent(self, now: int) -> list[float]:
-        """Remove values older than WINDOW, and return the other values in ascending order."""
+        """Remove values older than WINDOW, and return the remaining values in ascending order."""
         while self._history and (now - self._history[0][0]) * SECONDS_PER_NS > WINDOW:
             _, value = self._history.popleft()
             del self._sorted[bisect_left(self._sorted, value)]
@@ -99,12 +99,11 @@ class LatencyMonitor:
         self._pauses = RecentValues()
         """Intervals (s) between consecutive poses of the robot, minus the usual interval."""
         self._late_fraction = 0.0
-        """Fraction of late timer callbacks."""
         self._first_robot_stamp = 0
         self._robot_stamp: int | None = None
         self._brick_stamp: int | None = None
         self._brick_period = 0.0
-        """Average interval (s) between the brick's timestamps."""
+        """Average interval (s) between consecutive brick timestamps."""
         self._gaps: deque[int] = deque(maxlen=MIN_GAPS)
         """Timestamps (ns) of the brick transforms that followed a gap."""
 
@@ -112,7 +111,7 @@ class LatencyMonitor:
         """
         Record the ages (s) of the transforms received before a timer callback at `now` (ns).
 
-        A late callback increases the ages, so these ages count only if callbacks are often late.
+        A late callback makes the ages too high, so they are used only if callbacks are often late.
         """
         self._late_fraction += (float(late) - self._late_fraction) / AVERAGED_CALLBACKS
         if late and not self._is_overloaded:
@@ -164,9 +163,9 @@ class LatencyMonitor:
 
     def expected_standstill(self, now: int, duration: float) -> float:
         """
-        Return the expected total time (s) of all pauses in a drive of a given duration (s).
+        Return the total expected pause time (s) during a drive of a given duration (s).
 
-        On an overloaded machine, the robot pauses. The result is the duration times the
+        On an overloaded machine, the robot sometimes pauses. The result is the duration times the
         fraction of recent time spent in pauses, plus the longest recent pause.
         """
         observed = (now - self._first_robot_stamp) * SECONDS_PER_NS
@@ -178,9 +177,9 @@ class LatencyMonitor:
         Return the excess latency (s) at the time `now` (ns).
 
         The goal and the resulting pose each cross one link, so the delay of the slowest link
-        counts twice. A single late response can be caused by a node that stopped briefly, so this
-        response counts only if messages are late or lost. If the clocks disagree, the ages are
-        unreliable, so the clock error and the response delay are added.
+        counts twice. A brief stall of one node can cause a single late response. Such a response
+        counts only if messages are late or lost. If the clocks disagree, the ages are unreliable,
+        so the result includes the clock error and the response delay.
         """
         clock_error = self.clock_error(now)
         link = max(

@@ -19,8 +19,8 @@ Valid ranges of the parameters in config/turtle.yaml, and the parameter set of e
 `turtle_brick.ros.node_parameters.declare_parameters`. Both functions raise a ParameterError if a
 value is missing or invalid.
 
-To add a parameter, add a line to config/turtle.yaml, a rule to PARAMETER_RULES, and a field to the
-parameter set of each node that uses the parameter.
+To add a parameter, add it to config/turtle.yaml, to PARAMETER_RULES, and to the parameter set of
+each node that uses it.
 """
 
 from collections.abc import Mapping
@@ -57,7 +57,7 @@ class ParameterRule(NamedTuple):
     """Number of components, which is 1 for a number and 3 for a vector."""
 
     def allowed_values(self) -> str:
-        """Return a phrase such as 'a number from 0.01 to 10 m'."""
+        """Return the allowed values as text, such as 'a number from 0.01 to 10 m'."""
         kind = 'a number' if self.length == 1 else f'{self.length} numbers'
         return f'{kind} from {self.lower:g} to {self.upper:g} {self.unit}'.rstrip()
 
@@ -66,7 +66,7 @@ class ParameterRule(NamedTuple):
         numbers = [value] if self.length == 1 else value
         if not isinstance(numbers, (list, tuple)) or len(numbers) != self.length:
             return False
-        # NaN is invalid because NaN is neither above nor below any number.
+        # NaN is invalid because every comparison with NaN is false.
         return all(isinstance(number, (int, float)) and not isinstance(number, bool)
                    and self.lower <= number <= self.upper for number in numbers)
 
@@ -122,7 +122,7 @@ class ParameterSet:
 
 @dataclass(frozen=True)
 class RobotParameters(ParameterSet):
-    """Parameters of turtle_robot in SI units."""
+    """Parameters of the `turtle_robot` node in SI units."""
 
     max_velocity: float
     wheel_radius: float
@@ -163,7 +163,7 @@ class CatcherParameters(ParameterSet):
 
 @dataclass(frozen=True)
 class Parameters(RobotParameters, ArenaParameters, CatcherParameters):
-    """All parameters in config/turtle.yaml in SI units."""
+    """All parameters in config/turtle.yaml, in SI units."""
 
     def __post_init__(self) -> None:
         """Check all values, and check that the robot can be built."""
@@ -196,7 +196,7 @@ def least_height(platform_radius: float, platform_thickness: float, wheel_radius
 
 
 def default_path() -> Path:
-    """Return the path of the installed config/turtle.yaml, or of the file in the source tree."""
+    """Return the path of config/turtle.yaml in the installed package or else the source tree."""
     try:
         from ament_index_python.packages import get_package_share_path
         share = get_package_share_path('turtle_brick')
@@ -210,7 +210,7 @@ def load(path: str | Path | None = None) -> Parameters:
     """
     Read all parameters from a ROS parameter file, by default config/turtle.yaml.
 
-    :raises ParameterError: the file is unreadable or invalid. The message begins with the path.
+    :raises ParameterError: the file is unreadable or invalid (the message begins with its path)
     """
     import yaml  # The page in web/ runs without PyYAML.
     path = default_path() if path is None else path

@@ -15,8 +15,8 @@
 """
 Decide whether the robot can be under a falling brick in time.
 
-A brick is reachable if a robot is available, the landing point is inside the arena, and the
-required time is at most the time until the landing. For a level platform, the required time is
+A brick is reachable if it lands inside the arena and an available robot can be there in time. The
+required time must not exceed the time until landing. For a level platform, the required time is
 
     0                                                          if distance <= platform_radius
     latency + (distance - platform_radius) / max_velocity      otherwise
@@ -28,10 +28,10 @@ required time is at most the time until the landing. For a level platform, the r
 - The distance is the horizontal distance from the robot to the landing point. A moving robot first
   executes the commands already sent, so the largest possible distance counts.
 - The latency is COMMAND_LATENCY plus the excess latency. COMMAND_LATENCY applies to nodes on one
-  machine. The excess latency is due to slow links and busy machines. `latency` estimates it.
+  machine. The `latency` module estimates the excess latency due to slow links and busy machines.
 - A brick cannot land on a tilted platform. Leveling takes LEVEL_LATENCY plus the excess latency.
   Therefore, the required time is at least this sum if the platform is not level.
-- If transforms are late, the landing may be in the past. If so, the time until the landing is 0.
+- If late transforms put the landing in the past, the time until the landing is 0.
 
 `robot_tracking` computes the motion of the robot. All timestamps (ns) come from one clock.
 """
@@ -46,8 +46,8 @@ from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK, within_arena
 
 QUEUE_LATENCY = (QUEUE_DEPTH - 1) * COMMAND_PERIOD + TICK + TRANSPORT_DELAY
-"""Maximum time (0.0764 s) from a command to the first pose that shows its effect. A
-command takes effect at the first turtlesim tick after six newer commands have arrived."""
+"""Maximum time (0.0764 s) from a command to the first pose that shows its effect. A command
+takes effect at the first turtlesim tick after six newer commands have arrived."""
 
 COMMAND_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + QUEUE_LATENCY + COMMAND_PERIOD + 0.010
 """Maximum time (0.108 s) from a decision until the arena receives a pose of the moving robot. It
@@ -56,7 +56,7 @@ of 10 ms covers the wait for the next physics step and delays of the operating s
 
 GUARANTEED_LATENCY = 0.13
 """Guaranteed upper limit (s) for the time from the release of a brick to the robot's first motion.
-The limit covers COMMAND_LATENCY and the time for observing the three positions of a fall."""
+The limit covers COMMAND_LATENCY and the time needed to observe three positions of the brick."""
 
 LEVEL_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + 0.015
 """Maximum time (s) from a tilt command of 0 until the arena receives a level platform pose."""
@@ -78,7 +78,7 @@ class Decision(NamedTuple):
     distance: float
     """Current horizontal distance (m) from the robot to the brick."""
     reason: str
-    """Reason why the brick is unreachable, or an empty string."""
+    """Reason why the brick is unreachable, or an empty string if it is reachable."""
 
     @property
     def margin(self) -> float:
@@ -99,7 +99,7 @@ class RobotMotion(NamedTuple):
     """Current position and possible future positions of the robot."""
 
     x: float
-    """x coordinate (m) in the world frame."""
+    """x coordinate (m) of the robot in the world frame."""
     y: float
     destinations: tuple[tuple[float, float], ...] = ()
     """Points (m) that the robot may reach with the commands already sent."""
@@ -110,7 +110,7 @@ class RobotMotion(NamedTuple):
 
     @property
     def at_rest(self) -> bool:
-        """Whether the robot is at rest and remains at rest without a new command."""
+        """Whether the robot is at rest and will remain at rest until it receives a new command."""
         return not self.destinations and self.uncertainty == 0.0
 
     def distance_to(self, point: tuple[float, ...]) -> float:
@@ -124,7 +124,7 @@ class RobotMotion(NamedTuple):
 
 
 def resting_height(parameters: CatcherParameters) -> float:
-    """Return the height (m) of a brick's center on the level platform."""
+    """Return the height (m) of the center of a brick that rests on the level platform."""
     return parameters.platform_height + parameters.brick_size[2] / 2.0
 
 
@@ -182,14 +182,14 @@ def time_needed(fall: Fall, robot: RobotMotion, parameters: CatcherParameters,
     distance = robot.longest_distance_to(fall.position)
     time = 0.0
     if distance > parameters.platform_radius:
-        # For tiny platforms, travel_time is larger than the quotient in the formula.
+        # For tiny platforms, travel_time exceeds the quotient in the module's formula.
         time = COMMAND_LATENCY + excess + travel_time(
             distance, parameters.platform_radius, parameters.max_velocity)
     return time if robot.level else max(time, LEVEL_LATENCY + excess)
 
 
 def _landing_problem(fall: Fall, time: float, parameters: CatcherParameters) -> str:
-    """Return the reason why the brick cannot land on a platform, or an empty string."""
+    """Return the reason why the brick cannot land on a platform, or an empty string if it can."""
     if isnan(time):
         return (f'the brick, at {fall.z:.4g} m, falls from below its resting height on the '
                 f'platform, {resting_height(parameters):.4g} m')

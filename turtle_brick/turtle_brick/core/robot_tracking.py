@@ -35,14 +35,14 @@ COMMITTED_TIME = QUEUE_LATENCY + 2 * COMMAND_PERIOD + TICK
 position is up to one tick and one robot cycle old, and the queued commands are still executed."""
 
 REST_TIME = 0.07
-"""Time (s) without motion after which the robot is considered to be at rest. This time
-exceeds four turtlesim ticks."""
+"""Time (s) without motion after which the robot is considered to be at rest. This time exceeds
+four turtlesim ticks."""
 
 MIN_GOAL_DISTANCE = 0.05
 """Distance (m) beyond which a new goal is sure to move a robot at rest."""
 
 POSITION_TOLERANCE = 1e-9
-"""Maximum difference (m) between positions of an object at rest, due to interpolation in tf2."""
+"""Maximum apparent motion (m) of an object at rest, caused by interpolation in tf2."""
 
 
 class RobotTracker:
@@ -65,7 +65,7 @@ class RobotTracker:
         self._goals: deque[tuple[int, tuple[float, float]]] = deque()
         """Times (ns) and goals (m). The first goal may already be in effect."""
         self._departure: tuple[int, float, float] | None = None
-        """Time (ns) of a goal and position (m) of the robot at rest, or None after a motion."""
+        """Time (ns) of a goal, and x and y (m) of a robot at rest, or None if the robot moved."""
         self._last_at_departure = 0
         """Last time (ns) at which the robot was at the position in `_departure`."""
 
@@ -80,7 +80,7 @@ class RobotTracker:
         return self._max_velocity * (COMMITTED_TIME + self.excess)
 
     def record_goal(self, now: int, goal: tuple[float, float]) -> None:
-        """Record a goal (m, world frame) that is published at `now` (ns)."""
+        """Record a goal (m, in the world frame) published at `now` (ns)."""
         self._goals.append((now, goal))
         if not self._positions or not self._is_rest_known(now) or self._extrapolate() is not None:
             return
@@ -132,7 +132,7 @@ class RobotTracker:
                 self._departure = None
             return
         self._departure = None
-        # If no pose at rest follows COMMAND_LATENCY, the robot may have been on time.
+        # The robot was late if it was still at rest after COMMAND_LATENCY.
         if (self._last_at_departure - sent) * SECONDS_PER_NS > COMMAND_LATENCY:
             self._latency.record_response_delay(
                 now, (now - sent) * SECONDS_PER_NS - COMMAND_LATENCY)
@@ -143,7 +143,7 @@ class RobotTracker:
         extrapolated = self._extrapolate()
         points = [] if extrapolated is None else [extrapolated]
         for sent, (goal_x, goal_y) in self._goals:
-            # If the last goal is recent, the robot may still drive to the previous goal.
+            # If the last goal is recent, the robot may still be driving to the previous goal.
             if extrapolated is None and len(self._goals) == 1 and not self._is_recent(now, sent):
                 continue
             distance = hypot(goal_x - x, goal_y - y)
@@ -173,6 +173,6 @@ class RobotTracker:
 
 
 def _remove_old(entries: deque, now: int, max_age: float) -> None:
-    """Remove the entries older than `max_age` (s), except for the latest of these entries."""
+    """Remove the entries older than `max_age` (s), but keep the latest of them."""
     while len(entries) > 1 and (now - entries[1][0]) * SECONDS_PER_NS > max_age:
         entries.popleft()

@@ -50,7 +50,7 @@ class Platform:
         return x * x + y * y < (LEVEL_TOLERANCE / 2.0) ** 2
 
     def coordinates_of(self, point: Vector) -> tuple[float, float]:
-        """Transform a point (m) in the world frame, and return its x and y (m) on the platform."""
+        """Convert a point (m) in the world frame to x and y (m) in the platform frame."""
         ex, ey, _ = self.axes
         dx, dy, dz = (a - b for a, b in zip(point, self.pose.position))
         return (dx * ex[0] + dy * ex[1] + dz * ex[2], dx * ey[0] + dy * ey[1] + dz * ey[2])

@@ -43,8 +43,8 @@ class StepClock:
         """
         Return the times (ns) of the steps that have become due since the last call.
 
-        If the last step is more than LONGEST_GAP in the past or more than one period in the
-        future, the step clock restarts with a single step.
+        The step clock restarts with a single step if the last step is more than LONGEST_GAP old or
+        more than one period ahead of `now`.
 
         :param now: current time (ns)
         :param start: time (ns) of the first step after a start or restart, by default `now`

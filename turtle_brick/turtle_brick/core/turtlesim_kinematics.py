@@ -55,7 +55,7 @@ ARENA_CENTER = float32(ARENA_SIZE / 2)
 """x and y (m) of the arena's center."""
 
 _PI = 3.14159265
-"""Value of pi in turtlesim. It has fewer digits than math.pi, so the headings differ."""
+"""Value of pi in turtlesim. With math.pi, which has more digits, the headings would differ."""
 
 _TWO_PI = 2.0 * _PI
 
@@ -105,7 +105,7 @@ class Turtle:
         self._queue: deque[tuple[float, float, float]] = deque(maxlen=QUEUE_DEPTH)
         self._teleports: list[tuple[bool, float, float, float]] = []
         self.holonomic = holonomic
-        """Whether the turtle can move sideways. If not, the sideways velocity does not change."""
+        """Whether commands change the sideways velocity."""
         self.clamped: tuple[float, float] | None = None
         """Position (m, y down) that the last tick would have reached without the walls, or None if
         the turtle did not hit a wall."""
@@ -125,7 +125,7 @@ class Turtle:
         self._teleports.append((True, float32(linear), 0.0, float32(angular)))
 
     def take_command(self, now: float) -> None:
-        """Execute the first half of a tick, which takes the oldest command from the queue."""
+        """Take the oldest command from the queue in the first half of a tick."""
         if self._queue:
             self._linear_x, linear_y, self._angular = self._queue.popleft()
             if self.holonomic:
@@ -133,12 +133,11 @@ class Turtle:
             self._commanded_at = now
 
     def update(self, now: float) -> TurtlePose:
-        """Execute the second half of a tick, which moves the turtle, and return the new pose."""
+        """Move the turtle in the second half of a tick, and return the new pose."""
         self._teleport()
         if now - self._commanded_at > COMMAND_TIMEOUT:
             self._linear_x = self._linear_y = self._angular = 0.0
         linear_x, linear_y = self._linear_x, self._linear_y
-        # Like turtlesim, turn first and then move along the new heading.
         theta = _normalize(self._theta + self._angular * TICK)
         cos = math.cos(theta)
         sin = math.sin(theta)
@@ -179,7 +178,7 @@ class Turtle:
 
 
 class TurtleSim:
-    """A simulator for several turtles, which starts with turtle1 in the center of the arena."""
+    """Simulate several turtles, starting with turtle1 in the center of the arena."""
 
     def __init__(self, holonomic: bool = False, now: float = 0.0) -> None:
         """Create a simulator that starts at the time `now` (s)."""

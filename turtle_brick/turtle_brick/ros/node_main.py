@@ -80,7 +80,7 @@ def make_executor(context: Context | None = None) -> Executor:
     """
     Return an EventsExecutor, or a SingleThreadedExecutor if rclpy is older than 7.1.4.
 
-    The experimental EventsExecutor uses a third of the processor time of a SingleThreadedExecutor.
+    A SingleThreadedExecutor uses three times the processor time of the experimental EventsExecutor.
     """
     try:
         from rclpy.experimental import EventsExecutor
@@ -93,6 +93,6 @@ def _request_shutdown(number: int, _: object) -> None:
     """Make `spin` return, and ignore the same signal from now on."""
     signal.signal(number, signal.SIG_IGN)  # `ros2 launch` repeats a Ctrl-C.
     if number == signal.SIGINT:
-        # Fast DDS blocked 1 in 700 shutdowns. A SIGTERM from `ros2 launch` must end such a node.
+        # Fast DDS blocked 1 in 700 shutdowns. SIGTERM from `ros2 launch` must end a blocked node.
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _shutdown_requested.set()

@@ -25,7 +25,7 @@ from turtle_brick.core.parameters import (AnyParameterSet, default_path, Missing
 
 def declare_parameters(node: Node, parameter_set: type[AnyParameterSet]) -> AnyParameterSet:
     """
-    Declare the parameters of a set as read-only, and return their values.
+    Declare all parameters in a parameter set as read-only, and return their values.
 
     There are no defaults. The values come from a parameter file or from `-p name:=value`.
 
@@ -34,7 +34,7 @@ def declare_parameters(node: Node, parameter_set: type[AnyParameterSet]) -> AnyP
     values = {}
     for field in fields(parameter_set):
         rule = PARAMETER_RULES[field.name]
-        # Dynamic typing accepts 3 for 3.0. PARAMETER_RULES rejects all other types.
+        # Dynamic typing accepts 3 instead of 3.0. PARAMETER_RULES rejects all other types.
         value = node.declare_parameter(field.name, None, ParameterDescriptor(
             description=rule.description,
             additional_constraints=f'{field.name} must be {rule.allowed_values()}',

@@ -34,18 +34,18 @@ PLATFORM = 'platform'
 BRICK = 'brick'
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""QoS for topics that change rarely and that late-joining subscribers require."""
+"""QoS for infrequent messages that late-joining subscribers also require."""
 
 BEST_EFFORT = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""QoS for state subscriptions. A lost message does not delay the following ones. The queue holds
-messages for 0.2 s, because the nodes broadcast 450 transforms per second."""
+"""QoS for state subscriptions. A lost message does not delay later messages. The queue covers
+0.2 s at a rate of 450 transforms per second."""
 
 MAX_AGE_NS = 500_000_000
 """Age (ns) beyond which the transform of a moving frame is ignored."""
 
 MAX_AHEAD_NS = NS_PER_SECOND
-"""Maximum time (ns) by which a timestamp may be in the future. tf2 discards transforms that are
-10 s older than the latest one, so a timestamp far ahead would block all later transforms."""
+"""Maximum time (ns) by which a timestamp may be in the future. A buffer discards transforms
+over 10 s older than the latest one, so a timestamp far ahead would block all later transforms."""
 
 BUFFER_DURATION_NS = 10_000_000_000
 """Age (ns) beyond which tf2 discards a transform and logs a message."""
@@ -62,7 +62,7 @@ WARNING_PERIOD = 10.0
 
 def transform_message(parent: str, child: str, pose: Pose = Pose((0.0, 0.0, 0.0), IDENTITY),
                       stamp: TimeMessage | None = None) -> TransformStamped:
-    """Return a message with the pose of the frame `child` in the frame `parent`."""
+    """Return a message with the pose of the `child` frame in the `parent` frame."""
     message = TransformStamped(child_frame_id=child)
     message.header.frame_id = parent
     if stamp is not None:
@@ -79,7 +79,7 @@ def set_transform(transform: Transform, pose: Pose) -> None:
 
 
 def pose_of(transform: Transform) -> Pose:
-    """Return the pose in a transform message."""
+    """Convert a transform message to a pose."""
     translation, rotation = transform.translation, transform.rotation
     return Pose((translation.x, translation.y, translation.z),
                 (rotation.x, rotation.y, rotation.z, rotation.w))
@@ -109,7 +109,7 @@ def recent_pose(buffer: Buffer, frame: str, now: int) -> Pose | None:
 
 def rejection_reason(transform: TransformStamped, static: bool, now: int) -> str:
     """
-    Return the reason why a transform must not be stored in a buffer, or an empty string.
+    Return the reason for rejecting a transform, or an empty string if the transform is valid.
 
     Only transforms that would permanently corrupt the buffer are rejected.
 
