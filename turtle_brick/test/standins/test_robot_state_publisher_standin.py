@@ -140,7 +140,7 @@ def joint(inside='', kind='fixed', name='j', parent='a', child='b'):
     ('<robot', 'not valid XML'),
     ('<car/>', '<car>'),
     (robot(links=('a', 'a')), r'\[a\] is defined'),
-    (robot(joint(), joint(name='k')), r'\[b\] is defined, or is a child, more than once'),
+    (robot(joint(), joint(name='k')), r'\[b\] is defined more than once or has several parents'),
     (robot(links='ab'), r"the roots are \['a', 'b'\]"),
     (robot(joint(), joint(parent='b', child='a', name='k')), r'tree: the roots are \[\]'),
     (robot(joint(child='x')), r'joint \[j\]: link \[x\] does not exist'),

@@ -103,10 +103,9 @@ class JointStatePublisher(Node):
 
 
 class Gui(JointStatePublisher):
-    """Publishes joint positions from sliders on a page in the browser."""
+    """Publishes joint positions that the user sets with sliders on a web page."""
 
     def __init__(self) -> None:
-        """Start the web server for the page."""
         import rich  # These modules are slow to import and are only used here.
         import viser
         rich.get_console().quiet = True  # suppresses the messages from viser
@@ -142,12 +141,12 @@ class Gui(JointStatePublisher):
                 {name: event.target.value}))
 
     def set_positions(self, positions: dict[str, float]) -> None:
-        """Set the positions of joints and of their sliders."""
+        """Set joint positions, and move the sliders to match."""
         for name, position in positions.items():
             self.sliders[name].value = self.positions[name] = position
 
     def destroy_node(self) -> None:
-        """Stop the web server for the page, and destroy the node."""
+        """Stop the web server, and destroy the node."""
         self.server.stop()
         super().destroy_node()
 
@@ -167,7 +166,7 @@ def main(node_type: type[JointStatePublisher] = JointStatePublisher) -> str | No
     executor.add_node(node)
     while not stopped.is_set():
         executor.spin_once(timeout_sec=0.1)
-    # Fast DDS blocked the shutdown of 1 in 700 processes. `ros2 launch` then sends SIGTERM.
+    # Let SIGTERM end the node, because Fast DDS blocked 1 in 700 shutdowns.
     signal(SIGTERM, SIG_DFL)
     executor.shutdown()
     node.destroy_node()

@@ -53,7 +53,7 @@ class LaunchDescription:
     execute = get_sub_entities
 
     def declared_arguments(self, entity=None, given=(), conditional=False):
-        """Return all arguments, also those in included files, and whether each one is required."""
+        """Return all arguments, even those in included files, and whether each one is required."""
         found = []
         for each in (entity or self).get_sub_entities():
             under = conditional or each.condition is not None
@@ -66,7 +66,7 @@ class LaunchDescription:
         return found
 
     def get_launch_arguments(self):
-        """Return all arguments, also from included files, without duplicate names."""
+        """Return all arguments, even those in included files, without duplicate names."""
         found = {}
         for argument, _ in self.declared_arguments():
             found.setdefault(argument.name, argument)
@@ -119,11 +119,11 @@ class LaunchDescriptionSource:
         return get_launch_description_from_any_launch_file(self.location)
 
     def try_get_launch_description_without_context(self):
-        with suppress(Exception):  # The path may depend on configurations.
+        with suppress(Exception):  # The path may depend on launch configurations.
             return self.get_launch_description(LaunchContext())
 
 
-# The suffix of the file selects the parser.
+# The file name suffix selects the parser.
 AnyLaunchDescriptionSource = PythonLaunchDescriptionSource = LaunchDescriptionSource
 XMLLaunchDescriptionSource = FrontendLaunchDescriptionSource = LaunchDescriptionSource
 
@@ -166,11 +166,11 @@ class LaunchContext:
         self.launch_file = ''
         self.shutting_down = asyncio.Event()
         self.tasks = []
-        self.processes = []  # ExecuteProcess actions
-        self.handlers = []  # OnProcessExit handlers, the latest first
+        self.processes = []
+        self.handlers = []  # latest OnProcessExit handler first
         self.process_count = 0
-        self.listeners = []  # functions called for each event
-        self.signal = signal.SIGINT  # first signal sent to end a process
+        self.listeners = []
+        self.signal = signal.SIGINT  # the first signal sent to end a process
         self.perform_substitution = lambda substitution: substitution.perform(self)
         self.create_task = lambda coroutine: self.tasks.append(asyncio.ensure_future(coroutine))
 
@@ -185,13 +185,13 @@ class LaunchContext:
             listener(*event)
 
     def visit(self, entity):
-        """Execute an entity and all returned entities, unless the entity's condition is false."""
+        """Execute an entity and the entities that it returns, unless its condition is false."""
         if entity.condition is None or entity.condition.evaluate(self):
             for each in entity.execute(self) or ():
                 self.visit(each)
 
     async def pause(self, seconds):
-        """Wait for a duration (s), or until the launch ends."""
+        """Wait until a given duration (s) has passed or the launch ends."""
         with suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self.shutting_down.wait(), seconds)
 
@@ -203,7 +203,7 @@ class LaunchContext:
 
 
 class LaunchService:
-    """Starts and ends the processes of launch descriptions."""
+    """Starts and ends the processes in launch descriptions."""
 
     def __init__(self, *, argv=None, noninteractive=False, debug=False):
         self.context = LaunchContext(argv=argv, noninteractive=noninteractive)
@@ -243,9 +243,9 @@ class LaunchService:
             for description in self._descriptions:
                 context.visit(description)
         except Exception as error:
-            if not signals:  # A signal also stops a Command.
+            if not signals:  # A signal also ends the process of a Command substitution.
                 self._fail(error)
-        await asyncio.sleep(0)  # lets the loop handle pending signals
+        await asyncio.sleep(0)  # handle pending signals
         while context.tasks:
             done, _ = await asyncio.wait(context.tasks, return_when=asyncio.FIRST_COMPLETED)
             context.tasks = [task for task in context.tasks if task not in done]

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The actions and event handlers of launch."""
+"""Stand in for the actions and event handlers from the `launch` package."""
 
 import asyncio
 import codecs
@@ -31,7 +31,7 @@ __getattr__ = missing_name('launch')
 
 
 class Action(Deferred):
-    """An action that calls its method `do` if its condition is true."""
+    """An action that calls its `do` method if its condition is true."""
 
     actions = ()
     execute = Deferred.call
@@ -41,7 +41,7 @@ class Action(Deferred):
         self.condition = condition
 
     def get_sub_entities(self):
-        """Return the known entities that the action may return."""
+        """Return the actions nested in this action."""
         return self.actions
 
 
@@ -228,7 +228,7 @@ class ExecuteProcess(Action):
             self.ended.set_result, self.popen.wait())).start()
         code = await self.ended
         for stream in streams:
-            for _ in range(20):  # A pipe holds at most 1 MiB, which is 16 reads.
+            for _ in range(20):  # A pipe holds at most 1 MiB, so 16 reads would be enough.
                 stream.read()
         if code == 0:
             self.logger.info(f'process has finished cleanly [pid {pid}]')

@@ -33,7 +33,7 @@ import yaml
 
 
 def missing_name(package):
-    """Return a module function __getattr__ that explains why a name is missing."""
+    """Return a module-level __getattr__ function that explains why a name is missing."""
     def __getattr__(name):
         kind = ImportError if name[:1].isupper() else AttributeError
         raise kind(f'{name} is not in the stand-in for {package}: check its spelling, use another '
@@ -90,7 +90,7 @@ class get_logger:
 # ------------------------------------------------------------------------------ launch.utilities
 
 class Deferred:
-    """Stores the arguments that call() passes to the method `do` after the context."""
+    """Stores the arguments that call() passes to the `do` method after the context."""
 
     def __init__(self, *args, **kwargs):
         signature = inspect.signature(self.do)
@@ -106,7 +106,7 @@ class Deferred:
 
 
 def normalize_to_list_of_substitutions(value):
-    """Convert a string, a substitution, or a list of these to a list of substitutions."""
+    """Convert a string, a substitution or a mixed list to a list of substitutions."""
     return [part if isinstance(part, Substitution) else TextSubstitution(text=part)
             for part in (value if isinstance(value, (list, tuple)) else [value])]
 
@@ -141,7 +141,7 @@ class SubstitutionFailure(RuntimeError):
 
 
 class Substitution(Deferred):
-    """A substitution with a method `do` that returns its value as a string."""
+    """A substitution whose `do` method returns the value as a string."""
 
     perform = Deferred.call
 
@@ -263,7 +263,6 @@ PythonExpression = substitution(
 
 
 def _to_text(context, side):
-    """Convert one side of a comparison to a string."""
     if isinstance(side, Substitution) or isinstance(side, (list, tuple)) and any(
             isinstance(part, Substitution) for part in side):
         return perform(context, side)
@@ -329,7 +328,7 @@ class UnlessCondition(IfCondition):
 
 
 class LaunchConfigurationEquals:
-    """True if a launch configuration has a given value, or does not exist if the value is None."""
+    """True if a launch configuration equals a given value, or is unset if that value is None."""
 
     expected = True
 

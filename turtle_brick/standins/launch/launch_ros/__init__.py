@@ -52,7 +52,7 @@ ExecutableInPackage = substitution(
 
 
 class ParameterValue:
-    """A parameter value. A type can be given if the value is a string."""
+    """A parameter value. A string is converted to the type `value_type`."""
 
     def __init__(self, value, *, value_type=None):
         self.value = [value] if isinstance(value, Substitution) else value
@@ -84,7 +84,7 @@ class ParameterFile:
 
 
 def evaluate(context, value):
-    """Return the parameter value to be written to the parameter file."""
+    """Return a parameter value in which all substitutions are expanded."""
     if isinstance(value, ParameterValue):
         return value.evaluate(context)
     if not isinstance(value, (list, tuple, Substitution)):
@@ -105,7 +105,7 @@ def evaluate(context, value):
 
 
 def evaluate_dict(context, parameters, prefix=''):
-    """Return nested parameters as one dictionary with full names."""
+    """Return nested parameters as a flat dictionary keyed by full parameter name."""
     found = {}
     for name, value in parameters.items():
         name = prefix + perform(context, name)
@@ -115,7 +115,7 @@ def evaluate_dict(context, parameters, prefix=''):
 
 
 def join_namespaces(base, namespace):
-    """Join two namespaces, which may be None. An absolute namespace replaces the base."""
+    """Join two optional namespaces. An absolute namespace replaces the base."""
     from rclpy.validate_namespace import validate_namespace
     if base is None or namespace and namespace.startswith('/'):
         base = ''
@@ -125,7 +125,7 @@ def join_namespaces(base, namespace):
 
 
 def _collect(kind, context, *values):
-    # As in the real launch_ros, a group permanently changes lists that already existed.
+    # As in the real launch_ros, leaving a group does not undo additions to an existing list.
     context.launch_configurations.setdefault(kind, []).extend(values)
 
 

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The stand-in for launch_testing 3.4.3: a pytest plugin and the command launch_test."""
+"""The stand-in for launch_testing 3.4.3: a pytest plugin and the `launch_test` command."""
 
 import argparse
 import functools
@@ -46,7 +46,7 @@ def post_shutdown_test():
 
 
 class Processes:
-    """The exit codes and outputs of processes, passed to tests as proc_info and proc_output."""
+    """Process exit codes and outputs, which tests receive as proc_info and proc_output."""
 
     def __init__(self):
         self.changed, self.ready, self.found = threading.Condition(), threading.Event(), {}
@@ -69,7 +69,7 @@ class Processes:
         return iter(list(self.found.values()))
 
     def select(self, process=None):
-        """Return the processes of an action or with a text in their names (default: all)."""
+        """Return the processes that match an action or part of a process name (default: all)."""
         return [each for each in self if process in (None, each.action) or (
             isinstance(process, str) and process in each.process_name)]
 
@@ -111,7 +111,7 @@ assertInStderr = functools.partial(assertInStdout, stream='stderr')
 
 
 def tests_of(module, given):
-    """Return one suite of tests to run before the shutdown, and one to run after the shutdown."""
+    """Return the test suites to run before and after the shutdown."""
     suites = unittest.TestSuite(), unittest.TestSuite()
     for suite in unittest.defaultTestLoader.loadTestsFromModule(module):
         for test in suite:
@@ -129,7 +129,7 @@ def has_ready_to_test(entity):
 
 
 def run(module, arguments=(), debug=False):
-    """Launch and test a module, and return the name and text of each failure."""
+    """Run the launch tests in a module, and return the name and text of each failure."""
     unexpected = list(inspect.signature(module.generate_test_description).parameters)
     if unexpected:
         raise Exception(
@@ -174,7 +174,7 @@ def run(module, arguments=(), debug=False):
 
 
 def main():
-    """Run the command launch_test."""
+    """Run the `launch_test` command."""
     parser = argparse.ArgumentParser(description='Launch integration testing tool.')
     parser.add_argument('launch_test_file', help='Path to the launch test.')
     parser.add_argument('--package-name', help='Name of the package the test is in. Useful to '
@@ -212,7 +212,7 @@ def pytest_configure(config):
 
 
 def pytest_pycollect_makemodule(module_path, parent):
-    """Collect a module with a marked generate_test_description as a single test."""
+    """Collect a module as one test if generate_test_description has the launch_test mark."""
     if b'launch_test' not in module_path.read_bytes():
         return None
     module = pytest.Module.from_parent(parent, path=module_path)

@@ -59,7 +59,7 @@ NOT_IN_FILES = {'self', 'context', 'options', 'actions', 'choices', 'launch_argu
 
 
 def arguments(function):
-    """Return all XML attributes and the required XML attributes for a function's arguments."""
+    """Return the function arguments that XML attributes can set, and the required arguments."""
     found = {name: each for name, each in inspect.signature(function).parameters.items()
              if name not in NOT_IN_FILES}
     return list(found), [name for name, each in found.items() if each.default is each.empty]
@@ -75,7 +75,7 @@ def unescape(text):
 
 
 class ToSubstitutions(Transformer):
-    """Converter from syntax trees to substitutions."""
+    """Converts syntax trees to substitutions."""
 
     def template(self, parts):
         return [part if isinstance(part, Substitution) else TextSubstitution(text=unescape(part))
@@ -122,7 +122,7 @@ def split(text):
 
 
 def on_exit(text):
-    """Return the actions for the attribute on_exit."""
+    """Return the actions for an `on_exit` attribute."""
     if text == 'shutdown':
         return [actions.Shutdown()]
     raise ValueError('Attribute on_exit of Entity node expected to be shutdown but got '
@@ -141,7 +141,7 @@ TYPES.update({f'list_of_{name}': list[each] for name, each in TYPES.items()})
 
 
 def attributes(element, known, needed=()):
-    """Return a dictionary of the attributes of an element, keyed by Python name."""
+    """Return an element's attributes as a dictionary keyed by Python name."""
     found = {PYTHON.get(name, name): text for name, text in element.attrib.items()}
     for name in needed:
         if name not in found:
@@ -195,7 +195,7 @@ def take(elements, tag, *names):
 
 
 def nested_options(element, inner):
-    """Remove the nested elements that an action allows, and return them as arguments."""
+    """Remove the nested elements that an action supports, and return them as its arguments."""
     if element.tag == 'arg':
         choices = [perform(None, value) for value, in take(inner, 'choice', 'value')]
         return {'name': unescape(element.attrib['name']), 'choices': choices or None}
@@ -219,7 +219,7 @@ def nested_options(element, inner):
 
 
 def action(element):
-    """Return the action for an element."""
+    """Convert an XML element to an action."""
     if element.tag not in ACTIONS:
         raise RuntimeError(f'Unrecognized entity of the type: {element.tag}')
     kind, options, inner = ACTIONS[element.tag], {}, list(element)
@@ -239,7 +239,7 @@ def action(element):
 
 
 def parse(path):
-    """Read a launch description from a file."""
+    """Read a launch description from an XML file."""
     try:
         root = ElementTree.parse(path).getroot()
     except ElementTree.ParseError as error:

@@ -71,9 +71,9 @@ def rotate(rotation: Quaternion, vector: Vector) -> Vector:
 
 def signed(rotation: Quaternion) -> Quaternion:
     """
-    Return the unit quaternion of a rotation, with the same sign as in robot_state_publisher.
+    Return a unit quaternion with the same sign as in the real robot_state_publisher.
 
-    w is positive if its magnitude exceeds 1/2. Otherwise, the largest component is positive.
+    w is positive if |w| > 1/2. Otherwise, the component with the largest magnitude is positive.
     """
     x, y, z, w = rotation
     sign = w if 4.0 * w * w - 1.0 > 1e-12 else max(z, y, x, key=abs)
@@ -138,7 +138,7 @@ def parse(urdf: str) -> dict[str, Joint]:
     for names in (links, children, [joint.get('name') for joint in robot.findall('joint')]):
         for name in names:
             if names.count(name) > 1:
-                raise ValueError(f'[{name}] is defined, or is a child, more than once')
+                raise ValueError(f'[{name}] is defined more than once or has several parents')
     roots = [name for name in links if name not in children]
     if len(roots) != 1:
         raise ValueError(f'the links do not form a tree: the roots are {roots}')

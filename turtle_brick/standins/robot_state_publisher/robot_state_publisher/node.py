@@ -17,7 +17,7 @@ The stand-in for the node in robot_state_publisher 3.3.3.
 Publishes:
     /tf (tf2_msgs/msg/TFMessage): transforms of moving joints, one message per JointState
     /tf_static (tf2_msgs/msg/TFMessage): transforms of fixed joints, latched
-    robot_description (std_msgs/msg/String): the parameter robot_description, latched
+    robot_description (std_msgs/msg/String): the `robot_description` parameter, latched
 
 Subscribes:
     joint_states (sensor_msgs/msg/JointState): joint positions
@@ -71,7 +71,7 @@ class RobotStatePublisher(Node):
         # The result is cached because a publisher always sends the same joint names.
         self._sources = lru_cache(self._find_sources)
         self._published: dict[str, int] = {}
-        """Timestamp (ns) of the last published state of each joint."""
+        """Timestamp (ns) of each joint's last published state."""
         self._last_call = 0
 
         self._tf_publisher = self.create_publisher(TFMessage, '/tf', QoSProfile(depth=100))
@@ -100,7 +100,7 @@ class RobotStatePublisher(Node):
             for joint, index, multiplier, offset in self._sources(names)]))
 
     def _is_due(self, names: tuple[str, ...], state: JointState) -> bool:
-        """Return whether to publish a message, and if so, record its timestamp."""
+        """Return whether to publish transforms for a state, and if so, record its timestamp."""
         now = self.get_clock().now().nanoseconds
         published = self._published
         if now < self._last_call:
@@ -118,7 +118,7 @@ class RobotStatePublisher(Node):
         return True
 
     def _find_sources(self, names: tuple[str, ...]) -> list[tuple[Joint, int, float, float]]:
-        """Return each joint with i, m and b. Its position is m * positions[i] + b."""
+        """Return (joint, i, m, b) for each joint, whose position is m * positions[i] + b."""
         sources: dict[str, tuple[int, float, float]] = {}
         for index, name in enumerate(names):
             sources.setdefault(name, (index, 1.0, 0.0))
@@ -156,7 +156,7 @@ def main(args: list[str] | None = None) -> str | None:
     executor.add_node(node)
     while not stopped.is_set():
         executor.spin_once(timeout_sec=0.1)
-    # Fast DDS blocked the shutdown of 1 in 700 processes. `ros2 launch` then sends SIGTERM.
+    # Let SIGTERM end the node, because Fast DDS blocked 1 in 700 shutdowns.
     signal(SIGTERM, SIG_DFL)
     executor.shutdown()
     node.destroy_node()

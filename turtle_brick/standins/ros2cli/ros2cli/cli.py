@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The command `ros2`, which runs the verb on its command line."""
+"""The `ros2` command, which runs a verb such as `topic list`."""
 
 import argparse
 from collections import defaultdict
@@ -38,10 +38,9 @@ def positive(text):
 
 
 class LeftOut(argparse.Action):
-    """An option that the stand-in does not support."""
+    """An option that causes an error because the stand-in does not support it."""
 
     def __call__(self, parser, namespace, values, option_string=None):
-        """Exit with an error that names the option."""
         sys.exit(f'this stand-in for ros2cli does not support {parser.prog} {option_string}')
 
 
@@ -83,7 +82,7 @@ def add_commands(parser, prefix, typed, table):
 
 
 def add_command(parser, command, typed, table):
-    """Add the arguments of a command, and its function or its subcommands."""
+    """Add the arguments of a command, and the command's function or subcommands."""
     add_arguments(parser, table['arguments'].get(command, ()))
     for module, commands in table['modules'].items():
         if command in commands:
@@ -95,7 +94,7 @@ def add_command(parser, command, typed, table):
 
 
 def parse(argv):
-    """Return the parsed command line with an attribute `function` that runs the verb."""
+    """Return the parsed command line with a `function` attribute that runs the verb."""
     text = Path(__file__).with_name('command_line.yaml').read_text(encoding='utf-8')
     table = yaml.load(text, Loader=yaml.CSafeLoader)
     parser = argparse.ArgumentParser(
@@ -144,8 +143,8 @@ def interrupt(number, _):
 
 
 def main():
-    """Run the verb on the command line, and exit with its status."""
-    # Background jobs of a shell ignore SIGINT unless they set a handler.
+    """Run the verb that the user typed, and exit with its status."""
+    # A background job in a shell ignores SIGINT unless it sets a handler.
     signal.signal(signal.SIGTERM, interrupt)
     signal.signal(signal.SIGINT, interrupt)
     try:
@@ -162,7 +161,7 @@ def main():
     except RuntimeError as error:
         status = str(error)
     except (ValueError, re.error, yaml.YAMLError) as error:
-        # The real command prints a traceback, which ends with these lines.
+        # Print only the last lines of the traceback that the real command prints.
         status = ''.join(traceback.format_exception_only(type(error), error)).rstrip()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     sys.exit(status)

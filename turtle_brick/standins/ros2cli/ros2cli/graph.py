@@ -39,18 +39,18 @@ KNOWN, FOUND, MISSING, LIMIT = 40, 25, 100, 400
 Numbers of spins. On a busy machine, each spin takes longer, so the timeouts also become longer.
 
 Participants announce themselves every 0.3 s (fastdds.xml) and when a new participant appears. The
-graph is known if it is complete and has not changed for KNOWN spins. FOUND spins are sufficient
-if the graph contains the requested entity. The entity counts as absent after MISSING spins.
+graph is known if it is complete and has not changed for KNOWN spins. FOUND spins are sufficient if
+the graph contains the requested entity. A requested entity counts as absent after MISSING spins.
 """
 
 COMMON_TOPICS = ('/rosout', '/parameter_events')
-"""Topics of every node. Their endpoint counts change whenever another command starts or ends."""
+"""Topics that gain or lose endpoints whenever another command starts or ends."""
 
 SERVICE_TIMEOUT = 5.0
 """Timeout (s) for the discovery of a parameter service, and for the service response."""
 
 END_TIMEOUT = 10
-"""Shutdown timeout (s), necessary because Fast DDS blocked the shutdown of 1 in 700 processes."""
+"""Shutdown timeout (s), required because Fast DDS blocked 1 in 700 shutdowns."""
 
 TYPES = ('not set', 'boolean', 'integer', 'double', 'string', 'byte array', 'boolean array',
          'integer array', 'double array', 'string array')
@@ -58,11 +58,11 @@ TYPES = ('not set', 'boolean', 'integer', 'double', 'string', 'byte array', 'boo
 
 
 _signals: list[int] = []
-"""Signals received since the node was created. rclpy may lose an exception from a handler."""
+"""Received signals, recorded because rclpy may lose an exception raised in a signal handler."""
 
 
 class GraphNode(Node):
-    """The node of a command, which stops spinning after Ctrl-C or SIGTERM."""
+    """A command's node, which stops spinning after Ctrl-C or SIGTERM."""
 
     def __init__(self, name):
         """Create the node, which is hidden unless a name is given."""
@@ -74,7 +74,6 @@ class GraphNode(Node):
             signal.signal(number, lambda number, _: _signals.append(int(number)))
 
     def destroy_node(self):
-        """Destroy the executor and the node."""
         self._executor.shutdown()
         super().destroy_node()
 
@@ -115,16 +114,16 @@ class GraphNode(Node):
                       if hidden or not name.startswith('_'))
 
     def topic_types(self, hidden=True):
-        """Return the types of all topics by name."""
+        """Return a dictionary of topic types, keyed by topic name."""
         return visible(self.get_topic_names_and_types(), hidden)
 
     def service_types(self, hidden=True):
-        """Return the types of all services by name."""
+        """Return a dictionary of service types, keyed by service name."""
         return visible(self.get_service_names_and_types(), hidden)
 
 
 def is_complete(graph):
-    """Return whether all participants announced their nodes and all nodes their services."""
+    """Return whether the nodes of all participants and the services of all nodes are known."""
     known = participants(graph.get_publishers_info_by_topic('ros_discovery_info', no_mangle=True))
     named = participants(end for end in graph.get_publishers_info_by_topic('/parameter_events')
                          if not end.node_name.startswith('_NODE_NAME_UNKNOWN_'))
@@ -138,7 +137,7 @@ def is_complete(graph):
 
 
 def participants(publishers):
-    """Return the identifiers of the participants that own publishers."""
+    """Return the identifiers of the participants that own the given publishers."""
     return {bytes(publisher.endpoint_gid)[:12] for publisher in publishers}
 
 
@@ -167,7 +166,7 @@ def open_graph(found=None, name=None, ros_args=()):
 
 
 def visible(names_and_types, hidden):
-    """Return the types by name, without hidden names unless `hidden` is true."""
+    """Return a dictionary of types keyed by name, without hidden names unless `hidden` is true."""
     return {name: types for name, types in names_and_types
             if hidden or not topic_or_service_is_hidden(name)}
 
@@ -212,7 +211,7 @@ def node_info(args):
 
 
 def print_names(get_types, args):
-    """Print the names of all topics or services, or only the names with a given type."""
+    """Print the names of all topics or services, or only of those with a given type."""
     with open_graph() as graph:
         found = {name: types for name, types in get_types(graph, args.hidden).items()
                  if getattr(args, 'type', None) in (None, *types)}
@@ -285,7 +284,7 @@ def topic_info(args):
 
 
 def matching_nodes(graph, args):
-    """Return the names of the nodes whose parameters the command line selects."""
+    """Return the names of the nodes that the command line selects."""
     return [name for name in dict.fromkeys(graph.node_names(args.include_hidden_nodes))
             if args.node_name in (None, name, name[1:])]
 

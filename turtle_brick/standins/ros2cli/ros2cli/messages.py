@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The verbs that print and send messages: interface proto, topic echo and pub, service call."""
+"""Verbs for messages: `interface proto`, `service call`, `topic echo` and `topic pub`."""
 
 from argparse import Namespace
 from array import array
@@ -45,7 +45,7 @@ def read_values(args):
 
 
 def fill(message, values, stamps=None):
-    """Set message fields. Add fields that require the publishing time to `stamps`."""
+    """Set message fields. `stamps` collects the fields to be set to the publishing time."""
     if not isinstance(values, dict):
         raise TypeError(f"Value '{values}' is expected to be a dictionary but is a "
                         f'{type(values).__name__}')
@@ -85,7 +85,7 @@ def filled(kind, values, stamps=None):
 
 
 class Fields(dict):
-    """The fields of a message, which YAML writes in this order and in block style."""
+    """Message fields, which yaml.dump() writes in block style and in their original order."""
 
 
 yaml.add_representer(Fields, lambda dumper, fields: yaml.MappingNode(
@@ -94,7 +94,7 @@ yaml.add_representer(Fields, lambda dumper, fields: yaml.MappingNode(
 
 
 def to_yaml(value, args, kind=None):
-    """Convert a message or a field to objects for YAML, shortened according to the options."""
+    """Convert a message or a field to objects for YAML. Long values may be shortened."""
     if hasattr(value, 'SLOT_TYPES'):
         return Fields((name, to_yaml(getattr(value, name), args, kind))
                       for name, kind in value.get_fields_and_field_types().items())
@@ -116,7 +116,7 @@ def to_yaml(value, args, kind=None):
 
 
 def to_csv(value):
-    """Convert the result of to_yaml() to a string with all values, separated by commas."""
+    """Convert the result of to_yaml() to a string of comma-separated values."""
     if isinstance(value, (dict, list)):
         return ','.join(map(to_csv, value.values() if isinstance(value, dict) else value))
     return str(value)

@@ -66,7 +66,7 @@ def pkg_prefix(args):
 
 
 def requested_kinds(args):
-    """Return the requested kinds of interfaces by heading, or by default all kinds."""
+    """Return the requested interface kinds (default: all), keyed by heading."""
     kinds = {'Messages': 'msg', 'Services': 'srv', 'Actions': 'action'}
     return {heading: kind for heading, kind in kinds.items()
             if getattr(args, f'only_{kind}s')} or kinds

@@ -25,7 +25,7 @@ from ros2cli.messages import message_filter, topic_class
 
 
 def measure(sample, report, args, **options):
-    """Print statistics about the latest messages on a topic once per second."""
+    """Once per second, print statistics about the latest messages on a topic."""
     passes = message_filter(getattr(args, 'filter_expr', None))
     samples, last = deque(maxlen=args.window_size + 1), None
     with open_graph(lambda graph: topic_class(graph, args.topic_name)) as graph:

@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The stand-in for the Python module tf2_ros from tf2_ros_py 0.36.4, in pure Python.
+The pure Python stand-in for the tf2_ros module from tf2_ros_py 0.36.4.
 
-This module contains the buffer, listener, broadcasters and exceptions. The node's executor calls
-the listener. The README for the stand-ins lists the missing features.
+This module contains the buffer, listener, broadcasters and exceptions. The listener runs in the
+executor of its node. The README for the stand-ins lists the missing features.
 """
 
 from collections.abc import Iterable
@@ -53,7 +53,7 @@ def __getattr__(name: str) -> NoReturn:
 
 
 class Buffer(BufferCore):
-    """A transform buffer whose lookups can wait. The buffer is cleared if the clock jumps back."""
+    """A transform buffer that can wait for transforms. It is cleared if the clock jumps back."""
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None) -> None:
         """Create an empty buffer that keeps transforms for a given duration (default: 10 s)."""
@@ -64,7 +64,7 @@ class Buffer(BufferCore):
                           on_clock_change=True), post_callback=self.time_jump_callback)
 
     def time_jump_callback(self, time_jump: TimeJump) -> None:
-        """Clear the buffer, because the clock has jumped back."""
+        """Clear the buffer after the clock has jumped back."""
         get_logger('tf2_buffer').warning('Detected jump back in time. Clearing tf buffer.')
         self.clear()
 
@@ -97,10 +97,10 @@ class TransformListener:
     """Subscriptions to /tf and /tf_static that fill a buffer."""
 
     def __init__(self, buffer: Buffer, node: Node, *, qos: QoSProfile | int | None = None) -> None:
-        """Create reliable subscriptions with depth 100. `qos` replaces the QoS for /tf."""
+        """Create reliable subscriptions with depth 100. `qos` overrides this default for /tf."""
         self.buffer = buffer
         self.node = node
-        # In a reentrant group, transforms are received while a callback waits for a transform.
+        # A reentrant group can receive transforms while another callback waits for them.
         self.group = ReentrantCallbackGroup()
         self.tf_sub = node.create_subscription(
             TFMessage, '/tf', self.callback, qos or QoSProfile(depth=100),
@@ -137,7 +137,7 @@ class TransformBroadcaster:
     """A publisher of transforms on /tf."""
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
-        """Create the publisher. By default, it is reliable and has a depth of 100."""
+        """Create a publisher, which is reliable with a depth of 100 by default."""
         self.pub_tf = node.create_publisher(TFMessage, '/tf', qos or QoSProfile(depth=100))
 
     def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
@@ -154,7 +154,7 @@ class StaticTransformBroadcaster:
     """
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
-        """Create the publisher. By default, it is reliable and latched with a depth of 1."""
+        """Create a publisher, which is reliable and latched with a depth of 1 by default."""
         self.pub_tf = node.create_publisher(TFMessage, '/tf_static', qos or QoSProfile(
             depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         self.net_message = TFMessage()

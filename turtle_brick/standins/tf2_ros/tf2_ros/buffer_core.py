@@ -15,7 +15,7 @@
 Store transforms, and compute the transform between any two frames.
 
 A cache stores the recent transforms of a frame as tuples (parent, x, y, z, qx, qy, qz, qw). A
-point p in the frame has the coordinates q p q* + (x, y, z) in the parent. Times are integers (ns).
+point p in the frame is at q p q* + (x, y, z) in the parent frame. Times are integers (ns).
 """
 
 from bisect import bisect_left, bisect_right
@@ -72,7 +72,7 @@ class NoDataError(Exception):
 
 
 def display_time(time: int) -> str:
-    """Format a time (ns) in seconds in the same way as tf2."""
+    """Format a time (ns) in seconds, as tf2 does."""
     seconds, nanoseconds = divmod(time, _NS_PER_SECOND)
     return f'{seconds + 1e-9 * nanoseconds:.6f}'
 
@@ -81,7 +81,7 @@ def canonical(x: float, y: float, z: float, w: float) -> Rotation:
     """
     Return the unit quaternion of a rotation, with the same sign as in tf2.
 
-    w is positive if its magnitude exceeds 1/2. Otherwise the largest of x, y and z is positive.
+    w is positive if |w| > 1/2. Otherwise, the largest of x, y and z in magnitude is positive.
     """
     xx, yy, zz, ww = x * x, y * y, z * z, w * w
     square = xx + yy + zz + ww
@@ -96,7 +96,7 @@ def canonical(x: float, y: float, z: float, w: float) -> Rotation:
 
 
 def interpolate(one: Entry, two: Entry, ratio: float) -> Entry:
-    """Interpolate between two transforms along a straight line and the shortest rotation."""
+    """Interpolate positions along a straight line, and rotations along the shortest arc."""
     cosine = sum(p * q for p, q in zip(one[4:], two[4:]))
     half_angle = acos(min(1.0, abs(cosine)))
     translation = ((1.0 - ratio) * u + ratio * v for u, v in zip(one[1:4], two[1:4]))
@@ -118,7 +118,7 @@ class Cache:
         self._entries: list[Entry] = []
 
     def latest(self) -> tuple[int, str | None]:
-        """Return the latest time and parent frame, or (0, None) if the cache is empty."""
+        """Return the latest time (ns) and parent frame, or (0, None) if the cache is empty."""
         return (self._times[-1], self._entries[-1][0]) if self._times else (0, None)
 
     def clear(self) -> None:
@@ -146,7 +146,7 @@ class Cache:
         return True
 
     def get(self, time: int) -> Entry:
-        """Return the (interpolated) transform at a given time (ns), or raise NoDataError."""
+        """Return or interpolate the transform at a given time (ns), or raise NoDataError."""
         times = self._times
         if not times:
             raise NoDataError('')
@@ -219,7 +219,7 @@ class BufferCore:
         self._frames: dict[str, Cache | None] = {}
         """Transforms from each frame to its parent, or None for a frame without a parent."""
         self._changed = Condition()
-        """Condition that is notified of each new transform. Its lock protects the frames."""
+        """Condition notified when a transform is added. Its lock protects the frames."""
 
     def set_transform(self, transform: TransformStamped, authority: str) -> None:
         """Add a transform, or log an error if the transform is invalid."""
@@ -230,7 +230,7 @@ class BufferCore:
         self._insert(transform, authority, True)
 
     def clear(self) -> None:
-        """Remove all transforms that are not static, and keep the frames."""
+        """Remove all non-static transforms, but keep the frames."""
         with self._changed:
             for cache in filter(None, self._frames.values()):
                 cache.clear()
@@ -269,7 +269,7 @@ class BufferCore:
                            *self._between(target_frame, source_frame, nanoseconds))
 
     def all_frames_as_string(self) -> str:
-        """Return a line for each frame that has a parent."""
+        """Return a string with one line for each frame that has a parent."""
         with self._changed:
             return ''.join(f'Frame {name} exists with parent {cache.latest()[1] or "NO_PARENT"}.\n'
                            for name, cache in self._frames.items() if cache is not None)
@@ -283,7 +283,7 @@ class BufferCore:
         x, y, z = translation.x, translation.y, translation.z
         qx, qy, qz, qw = rotation.x, rotation.y, rotation.z, rotation.w
         square = qx * qx + qy * qy + qz * qz + qw * qw
-        # Quaternions of other lengths are normalized later, as in tf2. NaN fails these conditions.
+        # Nonzero quaternions are normalized later, as in tf2. NaN fails these conditions.
         if not (0.0 < square < inf and parent_name and child_name and parent_name != child_name
                 and x == x and y == y and z == z):
             get_logger('tf2').error(
@@ -335,7 +335,7 @@ class BufferCore:
         top, of_source, source_gap = self._climb(source, target, target, time)
         if top == target:
             return time, of_source
-        # The two paths may meet before a gap in the path from the source.
+        # The paths may meet before the gap, if any, in the path from the source.
         end, of_target, gap = self._climb(target, source, top, time)
         if end == source:
             return time, invert(of_target)
@@ -349,7 +349,7 @@ class BufferCore:
 
     def _climb(self, frame: str, goal: str, other: str, time: int
                ) -> tuple[str, Transform, NoDataError | None]:
-        """Return the last reachable ancestor, the pose in its frame, and the error, if any."""
+        """Return the last reachable ancestor, the frame's pose in it, and the error, if any."""
         pose = _IDENTITY
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]
@@ -376,7 +376,7 @@ class BufferCore:
         raise self._unconnected(target, source)
 
     def _ancestors(self, frame: str) -> Iterator[tuple[str, int]]:
-        """Yield each ancestor of a frame with the latest common time (ns) on the path to it."""
+        """Yield each ancestor of a frame, and the latest common time (ns) up to that ancestor."""
         common = 0
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]
@@ -402,7 +402,7 @@ class BufferCore:
 
 def stamped(target_name: str, source_name: str, time: int, transform: Transform
             ) -> TransformStamped:
-    """Return a message with a transform and its time (ns)."""
+    """Return a TransformStamped message for a transform at a given time (ns)."""
     message = TransformStamped(child_frame_id=source_name)
     message.header.frame_id = target_name
     message.header.stamp.sec, message.header.stamp.nanosec = divmod(time, _NS_PER_SECOND)

@@ -16,7 +16,7 @@ The stand-in for turtlesim_node from turtlesim 1.8.2, without a window.
 
 turtle_brick.core.turtlesim_kinematics computes the motion and is tested against recordings.
 
-Publishes, for each turtle, every 16 ms:
+Publishes every 16 ms for each turtle:
     <turtle>/pose (turtlesim/msg/Pose): pose and commanded velocity
 
 Subscribes, for each turtle:
@@ -24,8 +24,8 @@ Subscribes, for each turtle:
         one message is applied every 16 ms.
 
 Serves, for each turtle:
-    <turtle>/teleport_absolute (turtlesim/srv/TeleportAbsolute): move to a pose at once
-    <turtle>/teleport_relative (turtlesim/srv/TeleportRelative): turn, then move forward at once
+    <turtle>/teleport_absolute (turtlesim/srv/TeleportAbsolute): jump to a pose
+    <turtle>/teleport_relative (turtlesim/srv/TeleportRelative): turn and then jump forward
     <turtle>/set_pen (turtlesim/srv/SetPen): only logs a warning
 
 Serves:
@@ -95,7 +95,6 @@ class TurtleTopics:
         ]
 
     def publish(self, pose: TurtlePose) -> None:
-        """Publish a pose."""
         self._publisher.publish(Pose(**pose._asdict()))
 
     def close(self) -> None:
@@ -128,7 +127,7 @@ class TurtleSimNode(Node):
         self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _now(self) -> float:
-        """Return the time (s) of the node's clock."""
+        """Return the time (s) from the node's clock."""
         return self.get_clock().now().nanoseconds * 1e-9
 
     def _tick(self) -> None:
@@ -157,7 +156,6 @@ class TurtleSimNode(Node):
         return result
 
     def _open(self, name: str) -> None:
-        """Create the topics of a new turtle, and log its pose."""
         turtle = self._sim.turtles[name]
         self._topics[name] = TurtleTopics(self, name, turtle)
         self.get_logger().info('Spawning turtle [%s] at x=[%f], y=[%f], theta=[%f]'
@@ -207,7 +205,7 @@ def main(args: list[str] | None = None) -> str | None:
     executor.add_node(node)
     while not stopped.is_set():
         executor.spin_once(timeout_sec=0.1)
-    # Fast DDS blocked the shutdown of 1 in 700 processes. `ros2 launch` then sends SIGTERM.
+    # Let SIGTERM end the node, because Fast DDS blocked 1 in 700 shutdowns.
     signal(SIGTERM, SIG_DFL)
     executor.shutdown()
     node.destroy_node()
