@@ -104,7 +104,7 @@ class CommandQueue:
         self._count = 0
         """Number of published commands."""
         self._taken = -1
-        """Index of the last command taken by turtlesim."""
+        """Index of the last command that turtlesim took from its queue."""
         self._moving = -1
         """Index of the last nonzero command."""
 

@@ -48,7 +48,7 @@ CLOCK_TOLERANCE = 0.006
 the arena simulates a brick on the platform one step (0.004 s) ahead."""
 
 MIN_GAPS = 3
-"""Number of gaps between brick timestamps within WINDOW that indicates lost messages."""
+"""Messages are lost if WINDOW contains at least this number of gaps between brick timestamps."""
 
 LOSS_RESERVE = 0.06
 """Excess latency (s) due to lost messages. The reserve covers two catcher updates (0.02 s each)

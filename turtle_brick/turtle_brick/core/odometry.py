@@ -30,7 +30,7 @@ MIN_MOTION = 1e-5
 
 
 class Odometer:
-    """Compute the pose in the odom frame, the wheel angle and the stem angle."""
+    """Compute the robot's pose in the odom frame, the wheel angle and the stem angle."""
 
     def __init__(self, wheel_radius: float) -> None:
         """Create an odometer for a wheel with a given radius (m)."""

@@ -16,7 +16,7 @@ Kinematics of turtlesim 1.8 without ROS. The results are bitwise equal to those 
 
 Every 16 ms, each turtle executes these steps (TurtleFrame::onUpdate, Turtle::update):
 
-1. Take one velocity command from its queue of seven.
+1. Take one velocity command from a queue of up to seven.
 2. Execute all requested teleports.
 3. Stop if the last command is more than one second old.
 4. Turn, move along the new heading, and stay inside the arena.

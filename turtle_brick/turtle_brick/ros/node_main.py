@@ -78,9 +78,9 @@ def spin(node: Node) -> None:
 
 def make_executor(context: Context | None = None) -> Executor:
     """
-    Return an EventsExecutor, or a SingleThreadedExecutor if rclpy is older than 7.1.4.
+    Return an experimental EventsExecutor, or a SingleThreadedExecutor if rclpy is older than 7.1.4.
 
-    A SingleThreadedExecutor uses three times the processor time of the experimental EventsExecutor.
+    A SingleThreadedExecutor uses three times as much processor time as an EventsExecutor.
     """
     try:
         from rclpy.experimental import EventsExecutor

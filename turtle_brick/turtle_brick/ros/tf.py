@@ -54,7 +54,7 @@ LENGTH_TOLERANCE = 0.01
 """Maximum deviation of a valid quaternion's squared length from 1."""
 
 LATEST_TIME = Time()
-"""Time that requests the latest transform from tf2."""
+"""Time value for which tf2 returns the latest transform."""
 
 WARNING_PERIOD = 10.0
 """Minimum time (s) between two warnings of the same kind."""
