@@ -78,7 +78,7 @@ def spin(node: Node) -> None:
 
 def make_executor(context: Context | None = None) -> Executor:
     """
-    Return an experimental EventsExecutor, or a SingleThreadedExecutor if rclpy is older than 7.1.4.
+    Return an experimental EventsExecutor, or a SingleThreadedExecutor before rclpy 7.1.4.
 
     A SingleThreadedExecutor uses three times as much processor time as an EventsExecutor.
     """
