@@ -237,7 +237,7 @@ class LaunchTestFile(pytest.File):
 
 
 class Failures(Exception):
-    """The failures of a launch test."""
+    """An exception that lists the failures of a launch test."""
 
     @property
     def reprcrash(self):
@@ -254,7 +254,7 @@ class Failures(Exception):
 
 
 class LaunchTest(pytest.Item):
-    """The launch test in a file."""
+    """A pytest item that runs the launch test in a file."""
 
     def runtest(self):
         failures = run(self.parent.module)

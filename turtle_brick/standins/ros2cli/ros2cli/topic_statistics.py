@@ -25,7 +25,7 @@ from ros2cli.messages import message_filter, topic_class
 
 
 def measure(sample, report, args, **options):
-    """Once per second, print statistics about the latest messages on a topic."""
+    """Print statistics about a topic's latest messages once per second."""
     passes = message_filter(getattr(args, 'filter_expr', None))
     samples, last = deque(maxlen=args.window_size + 1), None
     with open_graph(lambda graph: topic_class(graph, args.topic_name)) as graph:
@@ -77,7 +77,7 @@ def delay_report(samples, window, now, is_new):
 
 
 def bandwidth_report(samples, window, now, is_new):
-    """Return the data rate and the message sizes for the latest messages."""
+    """Return the data rate and sizes of the latest messages."""
     times, sizes = zip(*list(samples)[-window:])
     bandwidth = sum(sizes) / (now - times[0])
     if bandwidth < 1e3:

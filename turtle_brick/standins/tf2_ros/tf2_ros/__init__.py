@@ -53,7 +53,7 @@ def __getattr__(name: str) -> NoReturn:
 
 
 class Buffer(BufferCore):
-    """A transform buffer that can wait for transforms. It is cleared if the clock jumps back."""
+    """A transform buffer that can wait for transforms and is cleared if the clock jumps back."""
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None) -> None:
         """Create an empty buffer that keeps transforms for a given duration (default: 10 s)."""

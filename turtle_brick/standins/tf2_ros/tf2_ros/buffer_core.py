@@ -81,7 +81,7 @@ def canonical(x: float, y: float, z: float, w: float) -> Rotation:
     """
     Return the unit quaternion of a rotation, with the same sign as in tf2.
 
-    w is positive if |w| > 1/2. Otherwise, the largest of x, y and z in magnitude is positive.
+    w is positive if |w| > 1/2. Otherwise, the component with the largest magnitude is positive.
     """
     xx, yy, zz, ww = x * x, y * y, z * z, w * w
     square = xx + yy + zz + ww
@@ -335,7 +335,7 @@ class BufferCore:
         top, of_source, source_gap = self._climb(source, target, target, time)
         if top == target:
             return time, of_source
-        # The paths may meet before the gap, if any, in the path from the source.
+        # Even if the path from the source has a gap, the paths may meet before the gap.
         end, of_target, gap = self._climb(target, source, top, time)
         if end == source:
             return time, invert(of_target)
