@@ -52,7 +52,7 @@ def generate_launch_description():
             executable='turtlesim_node',
             namespace=LaunchConfiguration('namespace'),
             parameters=[{'holonomic': True}],
-            # Qt uses the first platform that works. Without a display, that is offscreen.
+            # Qt uses the first platform that works (offscreen if there is no display).
             additional_env={
                 'QT_QPA_PLATFORM': EnvironmentVariable(
                     'QT_QPA_PLATFORM', default_value='xcb;wayland;offscreen'),

@@ -14,7 +14,7 @@
 """
 Run the complete arena, in which the turtle robot catches dropped bricks.
 
-The arena provides the `place` and `drop` services. The TF topics are in the namespace.
+The arena provides the `place` and `drop` services. The `namespace` argument also applies to TF.
 """
 
 from launch import LaunchDescription

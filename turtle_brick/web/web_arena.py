@@ -73,7 +73,7 @@ class WebArena:
         self.place(*self.placed)
 
     def call(self, name: str, *arguments: str) -> str:
-        """Call a method, and return the text of its ValueError or an empty string."""
+        """Call a method, and return an empty string on success or the text of a ValueError."""
         try:
             getattr(self, name)(*arguments)
         except ValueError as error:
@@ -223,7 +223,7 @@ def _expand_children(parent: Element, scope: dict[str, Any]) -> Iterator[Element
 
 
 def _evaluate(text: str, scope: dict[str, Any]) -> Any:
-    """Evaluate the expressions in a text, and return a number if possible."""
+    """Evaluate the expressions in a text, and return the result, as a number if possible."""
     if whole := re.fullmatch(r'\${([^{}]*)}', text):
         return eval(whole[1], scope)
     value = re.sub(r'\${(.*?)}', lambda match: str(eval(match[1], scope)), text)

@@ -67,7 +67,7 @@ def test_the_site_is_built_and_catches_a_brick_without_any_packages(tmp_path):
 
 @pytest.fixture(scope='module')
 def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
-    """Open the page in a window of phone size, with libraries downloaded from npm."""
+    """Open the page in a phone-sized window, with libraries downloaded from npm."""
     if find_chromium() is None or shutil.which('npm') is None:
         pytest.skip('Chromium or npm is not installed. Run: apt-get install chromium npm')
     folder = tmp_path_factory.mktemp('web')

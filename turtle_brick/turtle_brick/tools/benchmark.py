@@ -18,7 +18,7 @@ benchmark: measure processor time, message intervals and reaction times in the l
 The machine must be otherwise idle. The measurements are taken as follows:
 
 * `ros2 launch turtle_brick turtle_arena.launch.py view:=none` runs in a separate ROS domain.
-* Processor time is the sum of each process's user and system time, in two periods. In the idle
+* Processor time is each process's user time plus system time, measured in two periods. In the idle
   period, the brick hovers, the robot is at rest, and no client subscribes to fast topics (100 Hz
   or more). In the catching period, a client drops one brick after another and records all topics.
 * Message intervals are measured in another idle period, with the client connected. An interval is

@@ -89,7 +89,7 @@ def choose_domain() -> Iterator[bool]:
                               f'from 0 to {LAST_DOMAIN}')
         yield not local or not is_empty(int(given))
         return
-    # Skip the default domain 0, because another graph could be launched in it later.
+    # Skip the default domain 0 because another graph could be launched in it later.
     with reserved_domain(DOMAINS[1:]) as domain:
         os.environ['ROS_DOMAIN_ID'] = str(domain)
         print(f'Using ROS domain {domain}. In another terminal: export ROS_DOMAIN_ID={domain}',
@@ -236,7 +236,7 @@ def run_arenas(names: Sequence[str], args: Sequence[str]) -> int:
     if is_interactive():
         print(KEEPS_RUNNING, flush=True)
     command = [sys.executable, '-m', 'turtle_brick.tools.demo', *args]
-    # In a new session, the process does not receive Ctrl-C from the terminal.
+    # A process in a new session does not receive Ctrl-C from the terminal.
     arenas = [subprocess.Popen([*command, '--namespace', name, '--port', str(FIRST_PORT + number)],
                                start_new_session=True) for number, name in enumerate(names)]
     try:

@@ -65,7 +65,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
     def __init__(self, domain_id: int | None = None, namespace: str = '',
                  quiet: bool = False, tf_inside: bool = False) -> None:
         """
-        Create an empty graph in a ROS domain (default: ROS_DOMAIN_ID in the environment).
+        Create an empty graph in a given ROS domain, or in ROS_DOMAIN_ID if none is given.
 
         :param quiet: whether the nodes log only warnings and errors
         :param tf_inside: whether the namespace applies to TF, as in the launch files
@@ -168,7 +168,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
 
     def _add_node_or_process(self, package: str, executable: str, module: str, node_type: str,
                              parameters: dict[str, Any]) -> Node | None:
-        """Add the stand-in node if it is installed, and otherwise start the real executable."""
+        """Add the stand-in node if it is installed. Otherwise, start the real executable."""
         # A URDF is too complex for a parameter value on the command line.
         arguments = ['--params-file', str(self.parameter_file(parameters))]
         if find_spec(module.partition('.')[0]) is not None:

@@ -245,13 +245,13 @@ class Simulation:
 
 
 def platform_at(x: float, y: float, yaw: float, angle: float, parameters: Parameters) -> Platform:
-    """Return the platform of a robot at x and y (m), with a yaw (rad) and a tilt angle (rad)."""
+    """Return the platform of a robot at x, y (m) with a given yaw (rad) and tilt angle (rad)."""
     hinge = parameters.platform_height - parameters.platform_thickness
     return Platform(Pose((x, y, hinge), multiply(from_yaw(yaw), from_pitch(angle))))
 
 
 class SimulatedDrop(NamedTuple):
-    """One drop in a sweep, with lengths (m) in the world frame and times in s."""
+    """One drop in a sweep, with lengths in m (world frame) and times in s."""
 
     number: int  # Index of the drop in the sweep, starting at 0.
     seed: int  # Seed for the simulation.
@@ -335,7 +335,7 @@ def simulate_drop(parameters: Parameters, number: int, seed: int, brick: Vector)
 
 
 def outcome_counts(drops: Sequence[SimulatedDrop]) -> str:
-    """Return one line with the total number of drops and the number of each outcome."""
+    """Return one line with the number of drops in total and per outcome."""
     count = Counter(drop.outcome for drop in drops)
     return f'{len(drops):,} drops: ' + ', '.join(
         f'{count[outcome]:,} {outcome}' for outcome in ('caught', 'refused', 'missed'))

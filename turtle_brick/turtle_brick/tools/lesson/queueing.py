@@ -37,7 +37,7 @@ class SentCommand(NamedTuple):
 
 
 def commands(phase: float) -> list[SentCommand]:
-    """Return the commands sent to a full queue at 100 Hz if the first tick is at `phase` (s)."""
+    """Return the commands sent to a full queue at 100 Hz, with the first tick at `phase` (s)."""
     turtle = Turtle(holonomic=True)
     first, count = 32, round(0.5 / COMMAND_PERIOD)
     arrivals: list[tuple[int, float]] = []
@@ -84,7 +84,7 @@ DISTANCE = 3.0
 """Length (m) of a drive."""
 
 NEAR = 0.01
-"""Distance (m) from the goal within which a robot counts as settled."""
+"""A robot within this distance (m) of the goal counts as settled."""
 
 
 def controllers(parameters: Parameters) -> dict[str, Driver]:
@@ -99,7 +99,7 @@ def controllers(parameters: Parameters) -> dict[str, Driver]:
 
 
 def approach(driver: Driver, parameters: Parameters) -> list[tuple[float, float]]:
-    """Drive to a goal at DISTANCE, and return the times (s) and positions (m) beyond the goal."""
+    """Drive to a goal at DISTANCE, and return times (s) and positions (m) relative to the goal."""
     simulation = Simulation(parameters, seed=2)
     simulation.driver = driver
     simulation.rest(0.3)

@@ -43,7 +43,7 @@ WORST_DELAYS = (
     ('next physics step, reserve', COMMAND_LATENCY - 3 * TRANSPORT_DELAY - 2 * COMMAND_PERIOD
      - QUEUE_LATENCY),
 )
-"""Successive maximum delays (s) from a release to the platform's first motion."""
+"""Maximum values (s) of the successive delays from a release to the platform's motion."""
 
 
 @cache
