@@ -151,7 +151,6 @@ class Chromium:
             'x': x, 'y': y, 'width': width, 'height': height, 'scale': 1})['data'])
 
     def _call(self, method: str, **parameters: Any) -> Any:
-        """Call a DevTools protocol method, and return the result."""
         self._calls += 1
         message = {'id': self._calls, 'method': method, 'params': parameters}
         if self._session:

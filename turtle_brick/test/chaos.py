@@ -95,7 +95,7 @@ class Scene(Graph):
     """A graph with a client, and with each node in a separate process."""
 
     def __init__(self, domain_id: int, random: Random, names: Iterable[str] = NODES) -> None:
-        """Start the named nodes in a ROS domain. All random values come from `random`."""
+        """Start the named nodes in a ROS domain, and use `random` for all random values."""
         super().__init__(domain_id)
         self.random = random
         self.parameters = (self.params_file, self.parameter_file(self.robot_parameters()))

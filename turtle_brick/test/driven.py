@@ -36,13 +36,13 @@ from turtle_brick_interfaces.srv import Place
 PARAMETERS = load()
 
 TICK_NS = 20_000_000
-"""Time step (ns), which is equal to the catcher's period and to five physics steps."""
+"""Time step (ns), equal to the catcher's period and to five physics steps."""
 
 MAX_DURATION = 30.0
 """Timeout (s, in simulated time) for each event."""
 
 PUNCTUAL_TIMER = SimpleNamespace(timer_period_ns=STEP_NS, time_until_next_call=lambda: STEP_NS)
-"""Replacement for the timer of a node. The replacement is never late."""
+"""Replacement for a node's timer that is never late."""
 
 
 def record_published(publisher: Any) -> list[Any]:
@@ -59,7 +59,7 @@ def record_published(publisher: Any) -> list[Any]:
 
 
 class SteppedGraph:
-    """The arena and other nodes. The test calls their callbacks, so no message is late or lost."""
+    """The arena and other nodes. The test calls all callbacks, so no message is late or lost."""
 
     def __init__(self, live: LiveGraph, *node_types: type[Node]) -> None:
         """Create the arena, one node of each given type, and a level platform at (5, 5)."""

@@ -122,7 +122,7 @@ class LiveGraph(Graph):
 
     def record_transforms(self, child: str, topic: str = '/tf',
                           qos: QoSProfile | int = DEPTH) -> Recording:
-        """Start to record the transforms of a child frame."""
+        """Start recording the transforms of a child frame."""
         recording = Recording()
 
         def add(message: TFMessage, info: Mapping[str, int]) -> None:
@@ -198,7 +198,7 @@ def process(command: Sequence[str], domain_id: int, *, stop: int | None = signal
     """
     Run a program with its arguments, and check that it exits with status 0.
 
-    :param stop: signal that stops the program, or None to kill the program without the check
+    :param stop: signal that stops the program, or None to kill the program without this check
     :param timeout: time (s) within which the program must exit after the signal
     """
     running = NodeProcess(command, domain_id)

@@ -135,7 +135,7 @@ class Command:
                     else self.process.exitcode)
 
     def wait_for(self, condition, timeout=TIMEOUT):
-        """Wait for a condition, the command's end or a timeout. Return the condition's value."""
+        """Wait until a condition holds or the command exits. Return the condition's last value."""
         deadline = monotonic() + timeout
         with self.changed:
             while not condition() and self.status is None and monotonic() < deadline:

@@ -102,7 +102,7 @@ def test_missing_and_misspelled_parameters_are_reported():
 ])
 def test_error_in_a_file_is_reported_with_its_path(
         tmp_path, monkeypatch, capsys, before, after, words):
-    """The program prints the same message and exits with status 1."""
+    """The command-line program prints the same message and exits with status 1."""
     path = written(tmp_path, default_path().read_text())
     assert load(path) == load(str(path)) == load()
     monkeypatch.setattr(sys, 'argv', ['parameters', str(path)])

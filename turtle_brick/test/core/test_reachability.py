@@ -130,7 +130,7 @@ any_excess = pytest.mark.parametrize('excess', (0.0, 0.2))
 
 
 def make_tracker(excess=0.0):
-    """Return (tracker, committed distance (m), latency (s)) for a given excess latency (s)."""
+    """Return a tracker, its committed distance (m) and its latency (s), given the excess (s)."""
     latency = LatencyMonitor()
     for _ in range(2):
         latency.record_response_delay(NS_PER_SECOND, excess)

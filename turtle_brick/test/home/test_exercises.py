@@ -74,7 +74,6 @@ def apply(solution, path):
 
 
 def run(copy, *arguments):
-    """Run Python in the copy of the package, and return the output."""
     env = {**os.environ, 'PYTHONPATH': f'{copy}:{os.environ.get("PYTHONPATH", "")}',
            'PYTEST_DISABLE_PLUGIN_AUTOLOAD': '1'}
     env.pop('AMENT_PREFIX_PATH', None)  # Otherwise, the copy would read the installed file.

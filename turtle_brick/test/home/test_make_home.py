@@ -176,8 +176,8 @@ elif [ "$1 $2" = "-m pip" ]; then
   exit 1
 fi
 """
-"""Replacement for Python. Its pip prints $PIP_SAYS and then fails. If the text is "wait", pip
-first waits until its parent exits."""
+"""Replacement for Python whose pip prints $PIP_SAYS and then fails. If the text is "wait", pip
+waits until its parent has exited before it fails."""
 
 
 def refusal(make_home, make='make_pypi_home'):

@@ -61,13 +61,13 @@ URDF = xacro.process_file(str(Path(__file__).parents[2] / 'urdf/turtle.urdf.xacr
                           mappings={'params_file': str(default_path())}).toxml()
 
 OFFSET = 0.1
-"""Distance (m) from the axis of the platform, down its slope, at which a brick lands."""
+"""Distance (m) down the slope from the platform axis to the point where a brick lands."""
 
 FAR, CLOSE = (1.5, 1.5, 8.0), (CENTER[0] + OFFSET, CENTER[1], 4.0)
 """Starting positions (m) of a brick beside the robot and of a brick above its platform."""
 
 ANGLE, TILT, LEVEL = 0.5, 6.7, 7.9
-"""Tilt angle (rad) of the platform, and the times (s) when the platform tilts and levels."""
+"""Tilt angle (rad) of the platform, and the times (s) at which it is tilted and leveled."""
 
 
 def at(seconds):
@@ -76,7 +76,6 @@ def at(seconds):
 
 
 def add_transforms(record, child, parent, track, static=False):
-    """Add a transform for each time (s) and pose in a track."""
     frame = record.frames.setdefault(child, Frame(static))
     for number, (seconds, there) in enumerate(track, len(frame.samples)):
         frame.add(at(seconds), number, Sample(at(seconds), parent, there))
@@ -103,7 +102,6 @@ def box(frame, x=0.0, y=0.0, size=(LENGTH, WIDTH, HEIGHT)):
 
 
 def add_walls(record, times):
-    """Add the four walls at each time (s)."""
     for seconds in times:
         for x, y, *size in ((5.5, 0.0, 11.1, 0.1, 0.5), (5.5, 11.1, 11.1, 0.1, 0.5),
                             (0.0, 5.5, 0.1, 11.1, 0.5), (11.1, 5.5, 0.1, 11.1, 0.5)):
@@ -167,7 +165,7 @@ def drop(record, requested, place, track):
 
 
 def fall(record, off):
-    """Add a brick that hovers until 2.5 s, then falls to the ground beside the platform."""
+    """Add a brick that hovers until 2.5 s and then falls to the ground beside the platform."""
     add_transforms(record, 'brick', 'world', (
         (number / 250.0, pose(FAR)) for number in range(-125, 610)))
     record.places.append(Request(at(2.0), at(2.44), FAR))
@@ -238,7 +236,7 @@ def make_record(parts=PARTS, **off):
 
 NAMES = {rule.name for rule in referee.RULES}
 ROBOT_RULES = {rule.name for rule in robot_rules.RULES} - {'frames: brick', 'rate: brick', 'tilt'}
-"""Names of all requirements, and of those that a robot without a brick can meet."""
+"""Names of all requirements, and of the requirements that a robot can meet without a brick."""
 
 
 def judge(record, *names):
@@ -483,7 +481,7 @@ def test_rates_are_measured_by_stamps(rate, met):
     assert {one.name for one in found if one.mark == FAILED} == (set() if met else names)
 
 
-def test_a_fault_outside_a_stall_is_broken():
+def test_a_fault_outside_a_stall_is_a_failure():
     record = make_record((drive,))
     change_request(record, 'drives', goal=CENTER, start=(0.0, 0.0))
     # The effects of a stall last one second longer than the stall. The second drive has no fault.

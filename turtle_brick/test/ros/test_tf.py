@@ -35,7 +35,6 @@ CHAIN = (('world', 'odom', True), ('odom', 'base_link', False), ('base_link', 'p
 
 
 def transform(parent, child, age=0, position=(1.0, 2.0, 3.0), orientation=LEVEL):
-    """Return a transform that has the given age (ns)."""
     return transform_message(
         parent, child, Pose(position, orientation), Time(nanoseconds=NOW - age).to_msg())
 

@@ -48,7 +48,6 @@ LATEST = Time()
 
 
 def stamped(parent, child, time, translation=(0.0, 0.0, 0.0), rotation=IDENTITY):
-    """Return a transform with a given timestamp (ns)."""
     return transform_message(
         parent, child, Pose(translation, rotation), Time(nanoseconds=time).to_msg())
 

@@ -149,7 +149,7 @@ def test_turtles_are_spawned_and_killed(shared, poses):
 
 
 def test_drawing_services_only_log_a_warning(shared):
-    """The services clear and set_pen respond, although nothing is drawn."""
+    """The clear and set_pen services respond, although nothing is drawn."""
     turtlesim, live = shared
     live.call('clear', Empty)
     live.call('turtle1/set_pen', SetPen)

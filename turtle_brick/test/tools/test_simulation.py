@@ -40,7 +40,6 @@ DELAYS = [Delays(), Delays(0.0010, 0.0040, 0.002, 0.0003)]
 
 
 def simulate(parameters=PARAMETERS, *arguments):
-    """Return a running simulation with the robot at rest."""
     simulation = Simulation(parameters, *arguments)
     simulation.rest(0.3)
     return simulation

@@ -113,7 +113,6 @@ class PageBench:
 
 @pytest.fixture
 def bench():
-    """Return a page with a robot."""
     bench = PageBench()
     bench.page.on_description(String(data=ROBOT))
     return bench
