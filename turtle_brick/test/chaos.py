@@ -76,8 +76,8 @@ STAGES: dict[str, Callable[[Any, DropWatch], Any]] = {
 """Stages of a drop, and the condition for the start of each stage."""
 
 START_TIME = 1.5 if 'FASTRTPS_DEFAULT_PROFILES_FILE' in os.environ else 5.0
-"""Time (s) until all nodes have discovered a new process. DDS may lose the first announcement. The
-second announcement follows after 3 s, or after 0.3 s with this project's DDS profile."""
+"""Time (s) until all nodes have discovered a new process. DDS may lose the first announcement of
+the process. The second one follows after 3 s, or after 0.3 s with this project's DDS profile."""
 
 EASY_HEIGHT, EASY_DISTANCE, UNREACHABLE_HEIGHT = 20.0, 2.0, 12.0
 """Height (m) of easy bricks, maximum distance (m) of easy bricks from the robot, and height (m) of

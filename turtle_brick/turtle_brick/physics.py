@@ -193,7 +193,7 @@ class World:
         """
         Release the brick. The fall starts with the next step, which does not yet move the brick.
 
-        :raises ValueError: the brick is neither hovering nor floating
+        :raises ValueError: if the brick is neither hovering nor floating
         """
         if self._phase is Phase.FALLING:
             raise ValueError('the brick is already falling')

@@ -345,7 +345,7 @@ def test_decision_waits_for_an_unavailable_robot_while_there_is_time():
     ((5.0, 5.0, REST_Z + 0.2), True), ((5.0, 5.0, 9.0), True),
     ((-0.1, 5.0, 9.0), False), ((*CENTER, REST_Z - 0.1), False)])
 def test_brick_is_unreachable_without_a_robot(brick, waits):
-    """The decision waits for a robot only if a robot could still catch the brick."""
+    """The catcher delays its decision only while a robot could still catch the brick."""
     bench = CatchBench()
     bench.visible = False
     bench.drop(*brick)
@@ -359,7 +359,7 @@ def test_brick_is_unreachable_without_a_robot(brick, waits):
 
 
 def test_fall_detected_after_its_end_is_unreachable():
-    """All messages arrive 1 s late. A brick on the platform does not cause a decision."""
+    """All messages arrive 1 s late. A brick on the platform does not trigger a decision."""
     bench = CatchBench()
     bench.brick_ahead = -NS_PER_SECOND
     bench.drop(8.0, 8.0, 5.0)

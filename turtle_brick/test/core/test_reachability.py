@@ -119,7 +119,7 @@ def test_decision_follows_the_formula_and_keeps_the_guarantee(
     guaranteed = (parameters.max_velocity * (available + late - 0.13 - excess)
                   + parameters.platform_radius)
     assert guaranteed_distance(fall.z, parameters, excess) == pytest.approx(guaranteed, abs=1e-6)
-    # A fall is detected at its third position, 8 ms after the release.
+    # A fall is detected at the third brick position, 8 ms after the release.
     if way > 0.0 and farthest <= guaranteed and late <= 0.01:
         assert decision.reachable
 

@@ -68,7 +68,7 @@ def test_links_and_joints_of_the_assignment(robot):
 def test_positive_tilt_lowers_the_front_and_positive_roll_drives_forward(robot):
     front = robot.pose('platform', {'platform_joint': 0.3}).axes[:, 0]
     assert front[2] == pytest.approx(-sin(0.3))
-    # The top of the wheel moves in the stem's direction.
+    # The top of the wheel moves in the direction in which the stem points.
     for turn, axis in ((0.0, 0), (pi / 2, 1)):
         assert robot.pose('wheel', {'stem_joint': turn, 'wheel_joint': 1e-3}).upright[axis] > 0
 

@@ -212,7 +212,7 @@ def test_a_missing_program_is_named(make_home, tmp_path, monkeypatch):
     ('work:space', "contains ':'"), ('a\nb', "contains '\\n'"),
     ('C++ & co. Übung #1 日本 ~100%', 'aarch64')])
 def test_unsupported_characters_in_the_path_are_refused(top, monkeypatch, name, words):
-    """The first two paths are refused. The third path is valid, but the machine type is not."""
+    """make_home.py rejects the first two paths, and the machine type in the third case."""
     monkeypatch.setattr(platform, 'machine', lambda: 'aarch64')
     assert words in refusal(load(top.rename(top.with_name(name))))
 

@@ -119,7 +119,7 @@ def test_brick_rides_with_a_moving_platform(bench):
 
 
 def test_markers_and_inclination(bench):
-    """Late joiners receive all markers and the state. The brick has the platform's inclination."""
+    """Late joiners receive all markers and the state. The brick tilts with the platform."""
     bench.platform = (5.0, 5.0, 2.0, 0.5)
     bench.tick()
     turn = bench.bricks[-1].transform.rotation

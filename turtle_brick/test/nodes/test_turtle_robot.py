@@ -96,7 +96,7 @@ def test_all_outputs_have_100_hz_at_rest_and_in_motion(live):
 
 
 def test_odom_is_the_first_pose_including_its_heading(live, robot):
-    """The transform is latched and constant. A teleport does not turn the wheel."""
+    """The transform to odom is latched and constant. A teleport does not turn the wheel."""
     statics = live.record_transforms('odom', '/tf_static', LATCHED)
     live.wait_for(lambda: statics.messages, TIMEOUT, 'world -> odom for a late joiner')
     (transform,) = statics.messages

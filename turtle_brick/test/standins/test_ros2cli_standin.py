@@ -247,7 +247,7 @@ def test_closed_pipe_ends_command_without_error(outcomes, arena):
 
 MAY_DIFFER = (
     (r' *qos_overrides:\n( {6}.*\n)+', ''),
-    # These interfaces were added or removed after the recordings.
+    # These interfaces were added or removed after the recordings were made.
     (r'.*(/brick_state|/catcher_decision|/catcher_state|/tf2_frames)\b.*\n', ''),
     (r'.*(/parameter_events|qos_overrides)\b.*\n', ''),
     (r'.*RTPS_TRANSPORT_SHM.*\n', ''),  # DDS prints this on a busy machine.

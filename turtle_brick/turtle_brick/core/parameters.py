@@ -106,7 +106,7 @@ class ParameterSet:
         """
         Create a parameter set from a mapping that may also contain other parameters.
 
-        :raises ParameterError: a value is missing or invalid, or a name is misspelled
+        :raises ParameterError: if a value is missing or invalid, or a name is misspelled
         """
         names = [field.name for field in fields(cls)]
         missing = [name for name in names if name not in mapping]
@@ -210,7 +210,7 @@ def load(path: str | Path | None = None) -> Parameters:
     """
     Read all parameters from a ROS parameter file, by default config/turtle.yaml.
 
-    :raises ParameterError: the file is unreadable or invalid (the message begins with its path)
+    :raises ParameterError: if the file is unreadable or invalid (the message begins with its path)
     """
     import yaml  # The page in web/ runs without PyYAML.
     path = default_path() if path is None else path

@@ -51,8 +51,8 @@ takes effect at the first turtlesim tick after six newer commands have arrived."
 
 COMMAND_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + QUEUE_LATENCY + COMMAND_PERIOD + 0.010
 """Maximum time (0.108 s) from a decision until the arena receives a pose of the moving robot. It
-covers three messages (goal, pose and transform), two robot cycles and turtlesim's queue. A margin
-of 10 ms covers the wait for the next physics step and delays of the operating system."""
+covers three messages (goal, pose and transform), two robot cycles and turtlesim's queue. A 10 ms
+margin covers operating system delays and the wait for the next physics step."""
 
 GUARANTEED_LATENCY = 0.13
 """Guaranteed upper limit (s) for the time from the release of a brick to the robot's first motion.

@@ -50,7 +50,7 @@ def init(args: list[str] | None = None) -> Iterator[None]:
     Initialize rclpy at the start of a `with` block, and shut it down at the end.
 
     :param args: command line including the program name, by default sys.argv
-    :raises SystemExit: an argument or a parameter is invalid (exit status 1)
+    :raises SystemExit: if an argument or a parameter is invalid (exit status 1)
     """
     signal.signal(signal.SIGINT, _request_shutdown)
     signal.signal(signal.SIGTERM, _request_shutdown)

@@ -29,7 +29,7 @@ def declare_parameters(node: Node, parameter_set: type[AnyParameterSet]) -> AnyP
 
     There are no defaults. The values come from a parameter file or from `-p name:=value`.
 
-    :raises ParameterError: a value is missing or invalid
+    :raises ParameterError: if a value is missing or invalid
     """
     values = {}
     for field in fields(parameter_set):

@@ -36,7 +36,7 @@ class PageServer:
         :param host: name or address of the network interface
         :param port: preferred port. If this port is in use, the server uses the next free port.
         :param title: heading of the page and of the browser tab
-        :raises ParameterError: the host or the port cannot be used
+        :raises ParameterError: if the host or the port cannot be used
         """
         check_address(host, port)
         rich.get_console().quiet = True  # This hides messages from viser.

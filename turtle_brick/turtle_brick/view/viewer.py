@@ -34,7 +34,7 @@ Subscribes:
 
 Publishes commands from the page:
     goal_pose (geometry_msgs/PoseStamped): the clicked point on the ground
-    tilt (turtle_brick_interfaces/Tilt): the angle of the slider (rad)
+    tilt (turtle_brick_interfaces/Tilt): the angle (rad) set with the slider
 
 Calls services for commands from the page:
     place (turtle_brick_interfaces/Place), drop (std_srvs/Trigger)
@@ -90,7 +90,7 @@ class Viewer(Node):
         Serve the page and subscribe to all topics.
 
         :param node_options: options for rclpy.node.Node
-        :raises ParameterError: the page cannot be served at the configured host and port
+        :raises ParameterError: if the page cannot be served at the configured host and port
         """
         # This import is here because main() must also work without viser.
         from turtle_brick.view.server import PageServer

@@ -90,7 +90,7 @@ class get_logger:
 # ------------------------------------------------------------------------------ launch.utilities
 
 class Deferred:
-    """Stores the arguments that call() passes to the `do` method after the context."""
+    """An object that stores the arguments that call() passes to `do` after the context."""
 
     def __init__(self, *args, **kwargs):
         signature = inspect.signature(self.do)

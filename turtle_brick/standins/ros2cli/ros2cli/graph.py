@@ -153,7 +153,7 @@ def has_all_services(graph, name, namespace):
 
 @contextlib.contextmanager
 def open_graph(found=None, name=None, ros_args=()):
-    """Yield a node that has discovered the graph. Shut rclpy down at the end."""
+    """Yield a node that has discovered the graph. Shut down rclpy when the context exits."""
     rclpy.init(args=['--ros-args', *ros_args], signal_handler_options=SignalHandlerOptions.NO)
     graph = GraphNode(name)
     try:

@@ -32,7 +32,7 @@ class SentCommand(NamedTuple):
     """A command sent to turtlesim, and its latency (times in s)."""
 
     published: float
-    latency: float  # Time until a pose reflects this command or, if dropped, a newer command.
+    latency: float  # Time until a pose reflects this command or, if it is dropped, a newer one.
     applied: bool
 
 
