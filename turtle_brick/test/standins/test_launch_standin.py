@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Compare the stand-in for launch, launch_ros, launch_xml and launch_testing with recordings."""
+"""Compare the stand-in for the launch packages with recordings of the real packages."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def xacro(*arguments):
 
 @pytest.fixture
 def starts(monkeypatch):
-    """Replace each process with `true`, and return the recorded arguments of Popen()."""
+    """Run `true` instead of each process, and return a list of the arguments to Popen()."""
     found = []
 
     def start(command, **options):
@@ -115,7 +115,6 @@ def starts(monkeypatch):
 
 
 def process_record(command, options, temporary, files, inherited):
-    """Return the record of a process in the format of the recordings."""
     argv = [command] if options['shell'] else list(command)
     written = {}
     for index, part in enumerate(argv):
@@ -166,7 +165,7 @@ def test_started_processes_match_recording(record, files, environment, starts, m
 
 
 def without_other_parsers(text):
-    """Remove the errors from the parsers for other formats."""
+    """Remove errors from parsers that tried to read the launch file in a different format."""
     return re.sub(
         r'\n - (SyntaxError: invalid syntax \(\w+\.launch\.xml|'
         r'InvalidFrontendLaunchFileError: The launch|RuntimeError: Expected).*', '', text)
@@ -218,7 +217,7 @@ def generate_launch_description():
 
 
 def test_common_features_without_recordings(environment, tmp_path, monkeypatch):
-    """The launch file uses conditions, an event, an anonymous name and a parameter file."""
+    """Conditions, events, anonymous names and parameter files have the expected effects."""
     monkeypatch.chdir(tmp_path)
     Path('common.launch.py').write_text(COMMON_FEATURES)
     Path('parameters.yaml').write_text('side: $(var side)')
@@ -269,7 +268,7 @@ def test_timeouts_and_emulate_tty_are_launch_arguments(environment, tmp_path, mo
 
 
 def run(record, files, top, before):
-    """Run a recorded command, and return it and the processes that remain after its signals."""
+    """Run a recorded command, and return the command and its remaining processes."""
     environment = {
         **before, 'ROS_LOG_DIR': str(top / 'log'), 'HOME': str(top / 'home'),
         'COLUMNS': '100', 'PYTHON_COLORS': '0',  # Python 3.13 colors tracebacks.
@@ -286,7 +285,7 @@ def run(record, files, top, before):
     try:
         for (kind, condition), number, target in record.get('signals', ()):
             if kind == 'after':
-                threading.Event().wait(condition)  # Here, the condition is a time (s).
+                threading.Event().wait(condition)  # The condition is a delay (s).
             else:
                 assert command.wait_for(lambda: command.has_printed(condition)), (
                     f'no {condition!r} in:\n{command.text}{command.error}')
@@ -307,7 +306,7 @@ COMMANDS.append(pytest.param(PYTEST, id='pytest'))
 
 @pytest.fixture(scope='module')
 def runs(files, tmp_path_factory, request):
-    """Run the commands of all selected tests in parallel, in the background."""
+    """Run the commands of all selected tests in parallel."""
     wanted = [item.callspec.id for item in request.session.items
               if getattr(item, 'originalname', '').endswith('run_matches_recording')]
     commands = [param for param in COMMANDS
@@ -321,7 +320,7 @@ def runs(files, tmp_path_factory, request):
 
 
 def by_source(text):
-    """Group the lines by process or logger, because the order of these sources varies."""
+    """Group lines by process or logger, because lines from different sources may interleave."""
     lines_by_source, source = {}, ''
     text = re.sub(r'(?<=[^\n])(\[(INFO|ERROR)\])', r'\n\1', text)
     for line in filter(None, text.replace('\r', '').split('\n')):  # print() writes twice
@@ -355,7 +354,7 @@ def test_run_matches_recording(record, runs, files):
         found, text = (each.replace('\n', '').split('$STAMP') for each in (
             found.replace(log_dir.name, '$RUN'), text.replace('$HOME', '$WORK/home')))
         assert sorted(found) == sorted(text)
-    if record['name'].startswith('sigterm'):  # The real launch does not end the processes.
+    if record['name'].startswith('sigterm'):  # The real launch does not end its processes.
         assert not remaining
         for number in '12':
             assert f"sending signal 'SIGTERM' to process[wait-{number}]" in output

@@ -40,7 +40,7 @@ def nanoseconds(stamp):
 
 
 def joint_state(row, shift):
-    """Return the message in a row of a recording, with its timestamp shifted by `shift` (ns)."""
+    """Return a recorded message with its timestamp shifted by `shift` (ns)."""
     message = JointState(name=row['name'], position=[float(value) for value in row['position']])
     if nanoseconds(row['stamp']):
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(
@@ -49,7 +49,7 @@ def joint_state(row, shift):
 
 
 def assert_transforms(message, recorded, shift=0, stamps=True):
-    """Compare a message with a recording whose timestamps are shifted by a duration (ns)."""
+    """Compare a message with recorded transforms whose timestamps are shifted by `shift` (ns)."""
     assert len(message.transforms) == len(recorded)
     for found, wanted in zip(message.transforms, recorded):
         t, r = found.transform.translation, found.transform.rotation
@@ -73,7 +73,6 @@ def start(live, **parameters):
 
 @pytest.mark.parametrize('recording', RECORDINGS, ids=lambda recording: recording['name'])
 def test_joint_states_cause_the_recorded_transforms(recording, live):
-    """The node ignores the same messages and publishes the same transforms as the real node."""
     urdf = (DATA / recording.get('urdf', 'r2.urdf')).read_text()
     node, tf = start(live, robot_description=urdf, **recording['params'])
     static = live.record('/tf_static', TFMessage, LATCHED)
@@ -99,7 +98,7 @@ def test_joint_states_cause_the_recorded_transforms(recording, live):
 @pytest.mark.parametrize('parameter, stamps', [
     ({'publish_frequency': 0.0}, (5, 5, 6)), ({'ignore_timestamp': True}, (5, 0, 4))])
 def test_all_messages_are_published_without_limit_or_stamps(live, parameter, stamps):
-    """A frequency of 0 allows equal timestamps, and ignore_timestamp allows decreasing ones."""
+    """Timestamps may repeat if publish_frequency is 0, and decrease if ignore_timestamp is set."""
     node, tf = start(live, robot_description=URDF, **parameter)
     for stamp in stamps:
         node.joint_states_callback(JointState(
@@ -109,7 +108,7 @@ def test_all_messages_are_published_without_limit_or_stamps(live, parameter, sta
 
 @pytest.mark.parametrize('frequency, stop', [(1000.0, signal.SIGTERM), (2000.0, None)])
 def test_end_prints_at_most_one_line(frequency, stop, tmp_path, domain_id):
-    """SIGTERM ends the node without output. An invalid parameter ends the node with one line."""
+    """The node prints nothing after SIGTERM, and one line if a parameter is invalid."""
     file = tmp_path / 'parameters.yaml'
     file.write_text(json.dumps({'/**': {'ros__parameters': {
         'robot_description': URDF, 'publish_frequency': frequency}}}))

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Compare the stand-in for `ros2` with recordings of the real `ros2` in a turtle_arena."""
+"""Compare the stand-in for `ros2` with recordings of the real `ros2`."""
 
 from argparse import Namespace
 from concurrent.futures import ThreadPoolExecutor
@@ -53,15 +53,15 @@ def signals_of(record):
 
 
 # These commands run in separate processes because they are interrupted, start processes, require
-# an empty graph or fail with a traceback. They include each kind of graph access. All other
-# commands run in this process and do not wait until discovery is complete.
+# an empty graph or fail with a traceback. They also cover each kind of graph access. All other
+# commands run in this process without waiting for discovery.
 PROCESSES = [name for name, record in RECORDS.items() if signals_of(record) or re.match(
     'run_(?!help|unk)|ros2_run|empty|node_list$|node_info_catcher|echo_once$|pub_times|'
     'pub_bad_topic|param_list_all', name)]
 
 INTERFACE_LISTS = {'interface_list': 'turtle|:', 'interface_package': '',
                    'interface_packages': 'turtle|std_'}
-"""Recorded commands, each with a pattern for the lines in its recording."""
+"""Patterns for the lines that a recording contains, keyed by the name of the recording."""
 
 # Verbs that set parameters or call services run last, because they affect the other verbs.
 HERE = sorted(set(RECORDS).difference(PROCESSES, INTERFACE_LISTS), key=lambda name: (
@@ -81,7 +81,7 @@ def files(tmp_path_factory):
 
 
 def complete(turtlesim):
-    """Add the recorded topic, action and parameters that the stand-in does not have."""
+    """Add the topic, action and parameters that only the real turtlesim provides."""
     turtlesim.create_publisher(Color, 'turtle1/color_sensor', 10)
     ActionServer(turtlesim, RotateAbsolute, 'turtle1/rotate_absolute', lambda _: None)
     for color, name, value in (('b', 'Blue', 255), ('g', 'Green', 86), ('r', 'Red', 69)):
@@ -117,7 +117,7 @@ def start(words, domain, stdin=''):
 
 
 def is_time_for_signal(record, when, command, arena):
-    """Return whether a command has printed all lines, or has subscribed if it prints none."""
+    """Return whether a command has reached the state in which the recorded signal was sent."""
     kind, expected = when
     if kind == 'line':
         return command.has_printed(expected)
@@ -129,7 +129,6 @@ def is_time_for_signal(record, when, command, arena):
 
 
 def replay(record, domain, arena, files):
-    """Run a recorded command, and send the recorded signals."""
     command = start(with_paths(record['command'], files), domain, record.get('stdin', ''))
     for when, name, target in signals_of(record):
         command.wait_for(lambda: is_time_for_signal(record, when, command, arena))
@@ -140,7 +139,7 @@ def replay(record, domain, arena, files):
 
 @pytest.fixture(scope='module')
 def outcomes(arena, files, request):
-    """Run the selected commands, six at a time, because most commands wait."""
+    """Run up to six of the selected commands at a time, because most commands wait."""
     wanted = [item.callspec.params['name'] for item in request.session.items
               if getattr(item, 'function', None) is test_command]
     with reserved_domain() as empty, ThreadPoolExecutor(6) as pool:
@@ -152,14 +151,13 @@ def outcomes(arena, files, request):
 
 @pytest.fixture(scope='module')
 def open_graph_here(arena):
-    """Join the domain of the arena. Yield a replacement for open_graph() in this process."""
+    """Join the arena's domain, and yield a replacement for open_graph() that skips discovery."""
     with pytest.MonkeyPatch.context() as environment, restored_signal_handlers():
         environment.setenv('ROS_DOMAIN_ID', str(arena.context.get_domain_id()))
         with cli_graph.open_graph():  # This call waits for discovery.
 
             @contextlib.contextmanager
             def open_graph(found=None, name=None):
-                """Yield a node without discovering the graph."""
                 with restored_signal_handlers():
                     node = GraphNode(name)
                     try:
@@ -196,7 +194,7 @@ def test_graph_is_complete_when_all_nodes_and_services_are_announced():
 
 
 def test_ctrl_c_in_a_destructor_ends_spinning(open_graph_here):
-    """Python ignores exceptions in destructors, for example while rclpy deletes an object."""
+    """Ctrl-C is effective although Python ignores exceptions that destructors raise."""
     class Ending:
 
         def __del__(self):
@@ -237,7 +235,6 @@ def test_tf2_echo_prints_published_transform(outcomes, domain_id):
 
 
 def test_closed_pipe_ends_command_without_error(outcomes, arena):
-    """For example, `ros2 topic echo ... | head` does not print an error."""
     command = ['bash', '-c', 'ros2 topic echo /turtle1/pose | head -n 1']
     done = start(command, arena.context.get_domain_id())
     done.end()
@@ -250,13 +247,13 @@ MAY_DIFFER = (
     # These interfaces were added or removed after the recordings were made.
     (r'.*(/brick_state|/catcher_decision|/catcher_state|/tf2_frames)\b.*\n', ''),
     (r'.*(/parameter_events|qos_overrides)\b.*\n', ''),
-    (r'.*RTPS_TRANSPORT_SHM.*\n', ''),  # DDS prints this on a busy machine.
+    (r'.*RTPS_TRANSPORT_SHM.*\n', ''),  # DDS prints this line on a busy machine.
     (r'\$MORE\n?', ''),
     (r'waiting for service to become available\.\.\.\n(?=requester)', ''),
     (r'(Waiting for at least 1 matching subscription\(s\)\.\.\.\n)+(?=publisher)', ''),
     (r'WARNING: topic .* does not appear to be published yet\n(?=average|Subscribed)', ''),
     (r'A message was lost!!!\n.*\n.*---\n', ''),
-    (r'no new messages\n', ''),  # `ros2 topic delay` prints this on a busy machine.
+    (r'no new messages\n', ''),  # `ros2 topic delay` prints this line on a busy machine.
     (r'\nThis is a stand-in for ros2cli.*\n', ''),
     (rf' +({"|".join(name.split()[-1] for name in TABLE["instead"])}) +[A-Z].*\n', ''),
     (r'\(choose from .*\)', ''),
@@ -277,25 +274,23 @@ ANSWERS = {
     'param_list_all': r'(/(?:arena|catcher|turtle_robot):\n)(?:  .*\n)+()',
     'param_dump': r'(background_b:).*()',  # Other tests set this parameter.
 }
-"""Parts of responses that depend on a node's version, keyed by the name of the recording."""
+"""Parts of the output that may differ, keyed by the name of the recording."""
 
 TOKENS = {
     'SHARE': re.escape(get_package_share_directory('turtle_brick')),
     'PREFIX': r'\S+',
     'GID': '[0-9a-f.]+',
 }
-"""Patterns for the placeholders in the recordings. All other placeholders are numbers."""
+"""Patterns for the placeholders in the recordings. All other placeholders stand for numbers."""
 
 
 def comparable(name, text):
-    """Return the output of a command after removing the allowed differences."""
     for pattern, replacement in MAY_DIFFER:
         text = re.sub(pattern, replacement, text)
     return re.sub(ANSWERS[name], r'\1\2', text) if name in ANSWERS else text
 
 
 def matches(name, recorded, printed, files):
-    """Return whether the output of a command matches the recording."""
     tokens = {**TOKENS, 'PROBE': re.escape(f'{files}/probe'), 'FILES': re.escape(str(files))}
     pattern = re.sub(r'\\\$([A-Z]+)', lambda token: tokens.get(token[1], r'\d[\d.]*'),
                      re.escape(comparable(name, recorded)))
@@ -344,12 +339,11 @@ no new messages""",
 average rate: 2.143
 \tmin: 0.100s max: 0.800s std dev: 0.28674s window: 3
 """}
-"""Output of the real `ros2` for MESSAGES after 2 and 3 s, with a window of 3 messages."""
+"""Reports of the real `ros2` on MESSAGES at 2 s and 3 s, with a window of 3 messages."""
 
 
 @pytest.mark.parametrize('report', REPORTS)
 def test_statistics_are_those_of_the_real_ros2(report):
-    """`ros2 topic hz`, `delay` and `bw` print the same statistics as the real verbs."""
     sizes = report is topic_statistics.bandwidth_report
     samples = [(time, n * 100 if sizes else time - n / 1000) for time, n in MESSAGES]
     assert ''.join(

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Compare the stand-in for tf2_ros and its type hashes with the real ones."""
+"""Compare the stand-in for tf2_ros and the type hashes with those of the real packages."""
 
 import json
 from pathlib import Path
@@ -35,10 +35,10 @@ from turtle_brick.ros.tf import transform_message
 DATA = Path(__file__).parents[1] / 'data' / 'tf2'
 RECORDED = json.loads((DATA / 'tf2_recorded.json').read_text())
 RANDOM = json.loads((DATA / 'tf2_random.json').read_text())
-"""Random calls with changing trees, duplicate timestamps, old data, loops and cache times."""
+"""Recordings of random calls with changing trees, duplicate timestamps, old data and loops."""
 
 REAL_HASHES = json.loads((DATA / 'type_hashes.json').read_text())
-"""Type hashes of tf2_msgs and turtlesim."""
+"""Type hashes of the real tf2_msgs and turtlesim interfaces."""
 
 CACHE_TIME = {'single_and_cache_expiry': 2.0,
               **{script['name']: script['cache_time'] for script in RANDOM}}
@@ -63,7 +63,7 @@ def seconds(time):
 
 @pytest.mark.parametrize('script', RECORDED + RANDOM, ids=lambda script: script['name'])
 def test_calls_return_the_recorded_results(script):
-    """Numbers differ by at most 1e-9. Exceptions and frame lists are identical."""
+    """Numbers may differ by 1e-9, but exceptions and frame lists must be identical."""
     buffer = Buffer(Duration(seconds=CACHE_TIME.get(script['name'], 10.0)))
     for call in script['ops']:
         if call['op'] in ('set', 'set_static'):
@@ -99,7 +99,7 @@ def test_calls_return_the_recorded_results(script):
 
 
 def test_lookup_waits_until_timeout():
-    """A lookup returns a transform that arrives in time, or raises at the timeout."""
+    """A lookup returns a transform that arrives in time, or raises an error at the timeout."""
     buffer, begin = Buffer(), monotonic()
     with pytest.raises(LookupException):
         buffer.lookup_transform('w', 'x', LATEST, Duration(seconds=0.2))
@@ -150,7 +150,6 @@ def test_broadcast_transforms_can_be_looked_up(live):
 
 @pytest.mark.parametrize('interface', REAL_HASHES)
 def test_type_hash_is_the_real_one(interface):
-    """The type hash depends on the names, types and order of fields and constants."""
     package, kind, name = interface.split('/')
     description = json.loads((get_package_share_path(package) / kind / f'{name}.json').read_text())
     hashes = {row['type_name']: row['hash_string'] for row in description['type_hashes']}

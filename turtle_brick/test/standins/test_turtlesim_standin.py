@@ -47,7 +47,6 @@ def shared():
 
 @pytest.fixture
 def poses(shared):
-    """Reset turtlesim, and record the poses of turtle1."""
     _, live = shared
     live.call('reset', Empty)
     poses = poses_of(live, 'turtle1')
@@ -56,7 +55,7 @@ def poses(shared):
 
 
 def poses_of(live, turtle):
-    """Record the poses of a turtle, and wait for the first one."""
+    """Record a turtle's poses, and wait for the first pose."""
     poses = live.record(f'{turtle}/pose', Pose)
     live.wait_for(lambda: poses.messages, 20.0, f'a pose of {turtle}')
     return poses
@@ -67,7 +66,7 @@ def wait_for_pose(live, poses, condition, name):
 
 
 def test_poses_are_published_at_62_5_hz(shared, poses):
-    """The topics are reliable, and late ticks are skipped."""
+    """The node skips late ticks, and its topics are reliable and volatile."""
     _, live = shared
     live.wait_for(lambda: len(poses.messages) > 100, 20.0, '100 poses')
     intervals = [later - earlier for earlier, later in zip(poses.times, poses.times[1:])]
@@ -83,13 +82,13 @@ def test_poses_are_published_at_62_5_hz(shared, poses):
 
 
 def test_command_moves_turtle_for_one_second(shared, poses):
-    """The motion lasts a whole number of ticks, and is sideways only if the node is holonomic."""
+    """A turtle moves for a whole number of ticks, and sideways only if `holonomic` is true."""
     _, live = shared
     commands = live.publisher('turtle1/cmd_vel', Twist)
     commands.publish(Twist(linear=Vector3(x=1.0, y=1.0)))
     wait_for_pose(live, poses, lambda pose: pose.linear_velocity > 0.0, 'motion')
     end = wait_for_pose(live, poses, lambda pose: pose.linear_velocity == 0.0, 'the end')
-    # A busy machine skips ticks, but this does not extend the timeout of a command.
+    # Ticks that a busy machine skips do not extend the timeout of a command.
     ticks = (end.x - ARENA_CENTER) / TICK
     assert ticks == pytest.approx(round(ticks), abs=1e-3)
     assert 30 < ticks < 64.5
@@ -149,7 +148,6 @@ def test_turtles_are_spawned_and_killed(shared, poses):
 
 
 def test_drawing_services_only_log_a_warning(shared):
-    """The clear and set_pen services respond, although nothing is drawn."""
     turtlesim, live = shared
     live.call('clear', Empty)
     live.call('turtle1/set_pen', SetPen)
