@@ -58,7 +58,7 @@ def test_each_requirement_belongs_to_the_hour_on_the_page():
 
 @pytest.fixture
 def students(tmp_path, monkeypatch):
-    """Return a class directory with two workspaces. Only the first is built and sets STUDENT."""
+    """Return a class directory with two workspaces, of which only the first is built."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'class/ann/install/share/turtle_brick').mkdir(parents=True)
     (tmp_path / 'class/ann/install/local_setup.bash').write_text('export STUDENT=ann')
@@ -67,7 +67,6 @@ def students(tmp_path, monkeypatch):
 
 
 def test_only_the_packages_of_the_student_are_used(students):
-    """This workspace is sourced, but the student's command cannot import packages from it."""
     command = ['bash', '-c', 'python3 -c "import turtle_brick"; echo for $STUDENT']
     assert referee.main(['--class', students, '--hour', '3', '--', *command]) == 2
     ann, bob = csv.DictReader(open('class.csv', newline=''))

@@ -38,7 +38,7 @@ from turtle_referee.rules.rule import FAILED, MET, OPEN
 from turtle_referee.trial import DISCOVERY_TIME, FAR_OUT, Program
 
 SHORT = {'program': Program(0.2, 2, (0.5,), (FAR_OUT,)), 'discovery_time': 0.5, 'timeout': 0.3}
-"""Options for the trial of an incomplete graph."""
+"""Options that shorten the trial of an incomplete graph."""
 
 
 def alter(path, new):
@@ -69,7 +69,7 @@ def level_on_the_ground(message):
 
 
 def stay_at_center(message):
-    """Replace a distant goal, which always belongs to a falling brick, with the center."""
+    """Replace the goal under a falling brick (over 1.6 m from the center) with the center."""
     position = message.pose.position
     if dist((position.x, position.y), CENTER) > 1.6:
         position.x, position.y = CENTER
@@ -90,11 +90,11 @@ FAULTS = (
     ('brick: angle', 'tf', level_on_the_ground),
     ('text: time', 'catcher_marker', alter('lifetime.sec', lambda _: 5)),
     ('verdict: in reach', 'goal_pose', stay_at_center))
-"""A requirement, a topic, and a function that changes a message or returns False to skip it."""
+"""Each row contains a requirement, a topic, and a function that changes or skips messages."""
 
 
 def test_faults_are_found(domain_id, monkeypatch):
-    """Each of these faults violates only its own requirement and the dependent ones."""
+    """Each fault violates only its own requirement and the requirements that depend on it."""
     publish = Publisher.publish
 
     def publish_with_faults(publisher, message):
@@ -116,7 +116,7 @@ def test_faults_are_found(domain_id, monkeypatch):
 
 
 def test_nodes_that_die_are_judged(domain_id):
-    """The robot node exits before its drive, and the arena node exits before its first request."""
+    """Requirements fail if the robot exits before its drive and the arena before its request."""
     ends = {'driving 0': 'robot', 'far out of reach': 'arena'}
     with Graph(domain_id, quiet=True) as graph:
         nodes = add_nodes(graph)
@@ -166,7 +166,7 @@ def test_services_may_have_other_names_and_types_and_two_servers(domain_id):
 
 
 def test_a_graph_in_another_namespace_is_not_used(domain_id):
-    """Frames from another namespace are received because all namespaces may share TF."""
+    """The record contains only TF frames from a graph in another namespace."""
     logged = []
     with Graph(domain_id, namespace='elsewhere', quiet=True) as graph:
         graph.add_turtlesim()
@@ -211,7 +211,7 @@ def test_the_first_free_candidate_is_reserved():
 
 
 def test_a_domain_with_a_node_is_not_empty():
-    """The first of two nodes exits, and the second one keeps running."""
+    """A domain is in use until the last of its nodes exits."""
     with reserved_domain() as free:
         pass
     first, second = LiveGraph(free), LiveGraph(free)

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Test the referee's profiles, and its reports on one graph and on a class."""
+"""Test the profiles and reports of the referee."""
 
 import csv
 import json
@@ -54,7 +54,6 @@ def test_the_page_contains_facts_table_and_plots():
 
 @pytest.mark.skipif(find_chromium() is None, reason='Chromium is not installed')
 def test_the_pages_do_not_overflow(tmp_path, judged):
-    """Long words, wide plots and many columns fit on a phone screen."""
     (tmp_path / 'page.html').write_text(report.page(JUDGMENTS, ABOUT))
     report.summarize(judged, ['b', 'a'], None, tmp_path / 'class.html')
     with Chromium(400) as browser:
@@ -85,7 +84,7 @@ def test_the_terminal_repeats_what_is_not_met(capsys):
 
 @pytest.fixture
 def judged(tmp_path):
-    """Return a directory with one JSON file for each of three workspaces, and an empty page."""
+    """Return a directory with the JSON files of three workspaces and one empty page."""
     directory = tmp_path / 'judged'
     (directory / 'dora').mkdir(parents=True)
     for name, judgments in (('ann', JUDGMENTS), ('bob', JUDGMENTS[4:]), ('dora/late', [])):

@@ -82,7 +82,7 @@ def add_transforms(record, child, parent, track, static=False):
 
 
 def add_message(record, topic, message, seconds, late=0.0):
-    """Add a message with a given timestamp (s), published after a given delay (s)."""
+    """Add a message with the given timestamp (s) and publication delay (s)."""
     if hasattr(message, 'header'):
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(at(seconds), NS_PER_SECOND)
     record.topics[topic].append(Received(at(seconds + late), message))
@@ -149,7 +149,7 @@ def drive(record, off):
 
 
 def drop(record, requested, place, track):
-    """Add a dropped brick and its DropWatch. `track` lists times (s) and poses of the brick."""
+    """Add a dropped brick and its DropWatch. `track` contains times (s) and the brick's poses."""
     watch = DropWatch(record, at(requested - 0.1), place)
     watch.requested = at(requested)
     watch.request = Request(at(requested), at(requested + 0.01), None)
@@ -179,7 +179,7 @@ def fall(record, off):
 
 
 def tip(record, off):
-    """Add a brick that falls at 5.5 s, is caught, and slides off the tilted platform."""
+    """Add a brick that is released at 5.5 s, is caught, and slides off the tilted platform."""
     joint, level, leaning = model(record).joint('platform'), UPRIGHT, turn(UPRIGHT[1], ANGLE)
     acceleration = off.pull * off.gravity * sin(ANGLE)
     gone = TILT + sqrt(2.0 * (off.stop - OFFSET) / acceleration)
@@ -207,22 +207,22 @@ def tip(record, off):
 CORRECT = {
     'slip': 1.0,  # Factor applied to the wheel rotation.
     'crooked': 0.0,  # Error (rad) added to the stem angle.
-    'rate': 100.0,  # Message rate of the robot (Hz).
+    'rate': 100.0,  # Message rate (Hz) of the robot.
     'gravity': NUMBERS['gravity_accel'],
-    'step': 0.008,  # Period of the brick transforms (s).
+    'step': 0.008,  # Period (s) of the brick transforms.
     'aside': 0.0,  # Sideways speed of the falling brick (m/s).
-    'below': 0.0, 'above': 0.0,  # Distances (m) of the brick.
+    'below': 0.0, 'above': 0.0,  # Distances (m) below the ground and above the platform.
     'lean': 0.0,  # Inclination of the brick (rad).
     'pull': 1.0,  # Factor applied to the acceleration on the slope.
-    'stop': NUMBERS['platform_radius'] + LENGTH / 2.0,  # End of the slide (m).
+    'stop': NUMBERS['platform_radius'] + LENGTH / 2.0,  # End position (m) of the slide.
     'drift': 0.0}  # Speed of the brick after the slide (m/s).
-"""Values of a correct record."""
+"""Values for a correct record."""
 
 PARTS = (drive, fall, tip)
 
 
 def make_record(parts=PARTS, **off):
-    """Return a record with the given parts that is correct except for the given values."""
+    """Return a record with given parts whose values are correct unless `off` replaces them."""
     record = Record(Profile(numbers=dict(NUMBERS)))
     record.namespace, record.publishers = '/judged', {'/judged/odom': {'/judged/turtle_robot'}}
     record.latched = {'/brick_marker': True, '/walls': True}
@@ -250,7 +250,7 @@ def shift(record, frame, seconds, way, axis=0):
 
 
 def change(record, topic, seconds, field, way):
-    """Change a field in the first message on a topic after the given time (s)."""
+    """Add a value to a field in the first message on a topic after the given time (s)."""
     message = record.messages(topic, at(seconds))[0].message
     *parts, last = field.split('.')
     for part in parts:
@@ -259,7 +259,7 @@ def change(record, topic, seconds, field, way):
 
 
 def urdf(rule, where, attribute, *values):
-    """Return a row for FAULTS that changes an attribute in the URDF."""
+    """Return a row of FAULTS whose function changes an attribute in the URDF."""
     def edit(record, value):
         robot = ElementTree.fromstring(URDF)
         robot.find(where).set(attribute, value)
@@ -286,7 +286,7 @@ def tilt_in_tf(record, angle):
 
 
 def move_response(record, seconds, missing=0, accepted=True):
-    """Move a drop response to a time (s) after the release. Delete the first fall transforms."""
+    """Respond to a drop a given time (s) after the release, and delete `missing` transforms."""
     record.drops[0].request = Request(at(2.45), at(2.5 + seconds), None, accepted)
     samples = record.frames['brick'].samples
     first = next(n for n, sample in enumerate(samples) if sample.stamp > at(2.5))
@@ -318,7 +318,7 @@ def change_text(record, seconds, text='Unreachable', kind=Marker.TEXT_VIEW_FACIN
 
 
 def remove_text(record, seconds, action):
-    """Make the text permanent, but delete it after a given time (s)."""
+    """Remove the lifetime of the text, and delete the text after a given time (s)."""
     change_text(record, 0.0)
     add_marker(record, Marker(action=action), 2.65 + seconds, '/text')
 
@@ -329,7 +329,6 @@ def change_request(record, name, **changes):
 
 
 def remove_verdict(record, _):
-    """Remove the text about the brick that is out of reach."""
     record.drops[0].refusals.clear()
     record.markers = [received for received in record.markers if received.topic != '/text']
 
@@ -443,7 +442,7 @@ FAULTS = (
     ('text: kind', lambda record, text: change_text(record, 3.0, text), (),
      ('unreachable!', 'UNREACHABLE')),
     ('text: kind', lambda record, kind: change_text(record, 3.0, kind=kind), (), (Marker.ARROW,)))
-"""A rule, a fault (a key in CORRECT or a function), allowed values, and values that violate it."""
+"""Each row contains a rule, a fault (CORRECT key or function), and allowed and failing values."""
 
 
 def test_a_correct_record_meets_all_requirements_and_an_empty_record_none():
@@ -455,7 +454,7 @@ def test_a_correct_record_meets_all_requirements_and_an_empty_record_none():
 
 @pytest.mark.parametrize('rule, off, allowed, failed', FAULTS)
 def test_allowed_values_meet_the_rule_and_faults_violate_it(rule, off, allowed, failed):
-    """All other failed requirements are reported as consequences."""
+    """All other failures are reported as consequences of the violated rule."""
     # A low rate is sufficient for the rules about bricks.
     parts, others, rate = ((drive,), ROBOT_RULES, 100.0) if rule in ROBOT_RULES else (
         PARTS, NAMES - ROBOT_RULES, 10.0)
@@ -475,13 +474,12 @@ def test_allowed_values_meet_the_rule_and_faults_violate_it(rule, off, allowed, 
 @pytest.mark.parametrize('rate, met', (
     (97.7, False), (98.3, True), (101.7, True), (102.3, False)))
 def test_rates_are_measured_by_stamps(rate, met):
-    """A message with an old timestamp does not change the rate."""
     names = {f'rate: {name}' for name in ('cmd_vel', 'odom', 'joint_states', 'base_link')}
     found = judge(make_record((drive,), rate=rate), *names)
     assert {one.name for one in found if one.mark == FAILED} == (set() if met else names)
 
 
-def test_a_fault_outside_a_stall_is_a_failure():
+def test_a_fault_outside_a_stall_fails():
     record = make_record((drive,))
     change_request(record, 'drives', goal=CENTER, start=(0.0, 0.0))
     # The effects of a stall last one second longer than the stall. The second drive has no fault.

@@ -57,7 +57,8 @@ class Page(Chromium):
                 f'{{textContent: ""}}).textContent.includes({text!r})')
 
     def wait_for_text(self, name, text):
-        self.wait_for(self.has_text(name, text))
+        assert self.becomes_true(self.has_text(name, text), TIMEOUT), (
+            f'{name} does not contain {text!r}: ' + self.evaluate('document.body.innerText'))
 
     def enter_position(self, text, response, button=None):
         """Enter a position (m), and press Enter or a button until the response appears."""
