@@ -49,7 +49,7 @@ sys.argv[0] = '/opt/some/lib/probe'  # `ros2 run` uses the absolute path.
 with init():
     spin(Probe())
 """
-"""Program with a node that prints a line when its timer is first called."""
+"""Program whose node prints a line when its timer callback is first called."""
 
 WAIT_SET = "sys.modules['rclpy.experimental'] = None"
 """Statement that hides the EventsExecutor."""
@@ -59,7 +59,7 @@ SEND_SIGNAL = 'os.kill(os.getpid(), signal.{})'
 
 @pytest.fixture
 def start(domain_id):
-    """Return a function that starts the program. All programs are killed after the test."""
+    """Return a function that starts PROGRAM, and kill all started programs after the test."""
     started = []
 
     def start(*args, before='', construct='', tick=''):
@@ -75,7 +75,7 @@ def start(domain_id):
 
 
 def end_of(program):
-    """Wait for a program, and return its exit status and stderr without lines from rcl."""
+    """Wait for a program, and return its exit status and all stderr lines that are not from rcl."""
     _, errors = program.communicate(timeout=30)
     return program.returncode, [
         line for line in errors.splitlines() if not line.startswith('[ERROR]')]
@@ -84,7 +84,6 @@ def end_of(program):
 @pytest.mark.parametrize('number, before, executor', [
     (signal.SIGINT, '', 'EventsExecutor'), (signal.SIGTERM, WAIT_SET, 'SingleThreadedExecutor')])
 def test_idle_node_sleeps_and_ends_quietly_after_signals(start, number, before, executor):
-    """The node uses little processor time. Repeated signals have no effect."""
     program = start(before=before, tick='self.timer.cancel()')
     assert program.stdout.readline() == f'up {executor}\n'
     process = psutil.Process(program.pid)
@@ -101,7 +100,7 @@ def test_idle_node_sleeps_and_ends_quietly_after_signals(start, number, before, 
     ('construct', 'SIGINT', ''),
     ('tick', 'SIGTERM', '; [self.publisher.publish(Log()) for _ in range(1000)]')])
 def test_signal_does_not_interrupt_constructors_and_callbacks(start, where, number, then):
-    """The callback can still publish after the signal."""
+    """A callback can still publish after a signal."""
     assert end_of(start(**{where: SEND_SIGNAL.format(number) + then})) == (0, [])
 
 

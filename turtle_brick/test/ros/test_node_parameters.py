@@ -36,7 +36,7 @@ def overrides(values):
 
 
 def probe(live, values):
-    """Return a node that has parameter overrides but has not declared any parameters yet."""
+    """Return a node with parameter overrides but without declared parameters."""
     return live.add(Node, parameters=False, node_name='probe', start_parameter_services=False,
                     parameter_overrides=overrides(values))
 

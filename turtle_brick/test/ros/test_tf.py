@@ -46,7 +46,6 @@ def stamped(sec, nanosec):
 
 
 def listener(*on_transform):
-    """Return a listener with a new buffer, and the logger of the listener's node."""
     node = Mock()
     node.get_clock().now().nanoseconds = NOW
     return GuardedListener(Buffer(), node, *on_transform), node.get_logger()
@@ -97,7 +96,6 @@ anything = st.builds(
 @law(30)
 @given(st.lists(st.tuples(anything, st.booleans()), max_size=15))
 def test_any_messages_leave_the_buffer_usable(messages):
-    """The listener still stores valid transforms after random messages about known frames."""
     guarded, _ = listener()
 
     def send_valid_transforms(age):

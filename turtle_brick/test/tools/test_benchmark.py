@@ -33,14 +33,14 @@ from turtle_referee.graph_client.processes import Process
 RELEASE = 1_700_000_000_000_000_000
 LEAD, END = RELEASE - 100_000_000, RELEASE + 1_000_000_000
 DECIDED, COMMANDED, MOVED = 9_000_000, 15_000_000, 81_000_000
-"""Times (ns) of the events after a release."""
+"""Times (ns) from the release to the decision, the command and the first motion."""
 
 
 class Recorded:
-    """Stand-in for a record of the messages shortly before and after a release."""
+    """Stand-in for a record of messages before and after a release."""
 
     def __init__(self, **tracks):
-        """Create messages for a typical drop, and replace those that `tracks` contains."""
+        """Create tracks for a typical drop. Keyword arguments replace tracks with the same name."""
         self.tracks = {
             BRICK: fall(), BASE_LINK: drive(10_000_000), 'pose': drive(16_000_000),
             'goal_pose': [(RELEASE + DECIDED, None), (RELEASE + 2 * DECIDED, None)],
@@ -59,7 +59,7 @@ class Recorded:
 
 
 def fall(gravity=9.81):
-    """Return publication times and positions of a falling brick."""
+    """Return the publication times (ns) and positions (m) of a falling brick."""
     heights = {step: 8.0 - gravity / 2.0 * (max(step, 0) * STEP_NS * 1e-9) ** 2
                for step in range(-5, 40)}
     return [(RELEASE + step * STEP_NS + 300_000, SimpleNamespace(
@@ -68,7 +68,7 @@ def fall(gravity=9.81):
 
 
 def drive(period, moved=MOVED):
-    """Return publication times and poses of a robot that starts to move after the release."""
+    """Return the publication times (ns) and poses of a robot that starts to move at `moved` (ns)."""
     places = {time: 5.5 + max(time - moved, 0) * 3e-9
               for time in range(-100_000_000, 200_000_000, period)}
     return [(RELEASE + time, SimpleNamespace(
@@ -126,7 +126,7 @@ def test_report_and_figure_show_the_results(tmp_path):
 
 
 def test_a_signal_ends_the_benchmark_and_its_processes(tmp_path):
-    """The benchmark exits with status 0 and writes nothing."""
+    """A benchmark that receives SIGTERM exits with status 0 and does not write a file."""
     with Process([sys.executable, '-m', 'turtle_brick.tools.benchmark',
                   '--output', str(tmp_path / 'out')]) as process:
         deadline = monotonic() + 60.0
@@ -135,6 +135,6 @@ def test_a_signal_ends_the_benchmark_and_its_processes(tmp_path):
             Event().wait(0.05)
         assert process.stop(signal.SIGTERM, 60.0) == 0
     assert process.output == 'benchmark: interrupted; no file was written\n'
-    # Orphaned processes exist until init has reaped them.
+    # Orphaned processes exist until init reaps them.
     assert not psutil.wait_procs(started, timeout=10.0)[1]
     assert not list((tmp_path / 'out').iterdir())

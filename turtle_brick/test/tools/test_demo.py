@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the demo's error messages, faults and ROS domains."""
+"""Test the demo's error messages, fault detection and choice of ROS domain."""
 
 import os
 import signal
@@ -72,7 +72,7 @@ def test_each_fault_is_found(observed, fault):
 
 def test_demo_reserves_and_prints_an_empty_domain(monkeypatch, capsys):
     for name in (*RANGE_VARIABLES, 'ROS_DOMAIN_ID'):
-        monkeypatch.setenv(name, '')  # This call makes monkeypatch restore the variable.
+        monkeypatch.setenv(name, '')  # monkeypatch restores this variable after the test.
     with demo.choose_domain() as shared:
         first = os.environ['ROS_DOMAIN_ID']
         assert os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'LOCALHOST'

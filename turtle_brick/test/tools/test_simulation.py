@@ -14,8 +14,8 @@
 """
 Test the closed-loop simulation and the two guarantees of the catcher.
 
-Every brick that the catcher accepts is caught, in any state of the robot. If the robot is at rest,
-no brick within max_velocity * (t_fall - 0.13 s) + platform_radius is refused.
+Every accepted brick is caught, whatever the robot is doing. The catcher never refuses a brick
+within max_velocity * (t_fall - 0.13 s) + platform_radius of a robot at rest.
 """
 
 from dataclasses import replace
@@ -35,7 +35,7 @@ from turtle_brick.tools.simulation import Delays, Simulation
 PARAMETERS = load()
 STEP = 0.004
 
-# The delays in the live graph (no jitter), and longer delays (with jitter).
+# The delays in the live graph without jitter, and longer delays with jitter.
 DELAYS = [Delays(), Delays(0.0010, 0.0040, 0.002, 0.0003)]
 
 
@@ -74,7 +74,7 @@ def position_near_the_limit(random, simulation):
 
 
 def drop_and_check(simulation):
-    """Drop the brick, and return whether the catcher accepted and then caught it."""
+    """Drop the brick, check the guarantee, and return whether the catcher accepted the brick."""
     earlier = len(simulation.decisions)
     simulation.world.release()
     assert simulation.run(lambda: simulation.world.phase is not Phase.FALLING, 60.0)
@@ -119,7 +119,6 @@ def test_both_guarantees_hold(delays):
 
 
 def test_reachable_bricks_are_caught_in_every_state_of_the_catcher():
-    """The brick is placed and dropped again while the robot approaches, carries or tilts."""
     random = Random(1)
     verdicts, states = [], set()
     for arena in range(14):
@@ -144,7 +143,7 @@ def test_reachable_bricks_are_caught_in_every_state_of_the_catcher():
 
 
 def test_reachable_bricks_are_caught_by_a_robot_that_turns_back():
-    """The turtlesim queue still contains commands in the opposite direction."""
+    """A catch succeeds although turtlesim still executes commands in the opposite direction."""
     random = Random(1)
     for seed in range(24):
         speed = random.uniform(1.0, 6.0)

@@ -38,7 +38,6 @@ PLAN = sweep.Plan(grid=False, count=24, heights=(2.0, 9.0), seed=5)
 
 
 def read(path):
-    """Return the rows and the header lines of a table."""
     lines = path.read_text(encoding='utf-8').splitlines(keepends=True)
     above = [line for line in lines if line.startswith('#')]
     return list(csv.DictReader(lines[len(above):])), above
@@ -51,7 +50,7 @@ def drops():
 
 @pytest.fixture(scope='module')
 def caught(drops):
-    """Return the catch with the smallest margin."""
+    """Return the successful drop with the smallest margin (s)."""
     return min((drop for drop in drops if drop.result.caught), key=lambda drop: drop.margin)
 
 
@@ -134,7 +133,6 @@ def test_no_catch_is_guaranteed_outside_the_arena():
 
 
 def test_the_exit_status_is_1_after_a_broken_guarantee(tmp_path, capsys, monkeypatch):
-    """If the guaranteed distance is too long, the sweep reports broken guarantees."""
     monkeypatch.setattr(simulation, 'guaranteed_distance', lambda *_: inf)
     assert sweep.main(['--drops', '6', '--workers', '1', '--no-figures',
                        '--output', str(tmp_path)]) == 1
@@ -173,7 +171,7 @@ def test_a_trace_repeats_the_drop(caught):
     (['--dask', 'no address'], ''),
 ])
 def test_invalid_options_give_one_sentence(args, words, tmp_path, capsys, monkeypatch):
-    """The exit status is 2, and no file is written."""
+    """Invalid options end the sweep with status 2 before it writes a file."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / sweep.TABLE).write_text('precious')
     assert sweep.main(args) == 2
@@ -182,7 +180,7 @@ def test_invalid_options_give_one_sentence(args, words, tmp_path, capsys, monkey
 
 
 def test_ctrl_c_keeps_the_finished_drops(tmp_path, drops):
-    """Two workers write the same rows as one worker, and the program does not print an error."""
+    """After an interrupt, the rows from two workers are the same as from one worker."""
     options = '--drops 1000000 --workers 2 --height 2 9 --seed 5 --no-figures --output'
     with Process([sys.executable, '-m', 'turtle_brick.tools.sweep', *options.split(),
                   str(tmp_path)]) as process:
