@@ -82,7 +82,7 @@ class PageBench:
         self.page.on_brick_state(String(data=phase.value))
 
     def status_after(self, *events):
-        """Send states and decisions. Return the status and whether the status is an alarm."""
+        """Send states and decisions, and return the displayed status and whether it is an alarm."""
         for event in events:
             if ': ' in event:
                 receive = self.page.on_catcher_decision
@@ -194,7 +194,7 @@ def test_panel_shows_the_status_of_the_catch(bench, story):
      [], 'Caught: carrying')],
     ids=['unreachable', 'missed', 'caught'])
 def test_final_status_does_not_depend_on_the_order_of_topics(bench, topics, last, text):
-    """After an unreachable brick, a new brick falls."""
+    """The status is correct even if the previous brick was unreachable."""
     numbers = [number for number, events in enumerate(topics) for _ in events]
     for order in set(permutations(numbers)):
         queues = [iter(events) for events in topics]
@@ -294,7 +294,7 @@ def test_invalid_messages_are_ignored_with_one_warning_each(bench):
 
 
 def test_objects_that_move_together_are_drawn_at_the_same_time(bench):
-    """The robot (100 Hz), platform (100 Hz) and brick (250 Hz) have different delays."""
+    """Transforms of the robot (100 Hz), platform (100 Hz) and brick (250 Hz) arrive separately."""
     bench.send_transform('world', 'odom', (1.0, 1.0, 0.0), static=True)
     bench.send_brick(Phase.RIDING)
     position = (0.3, -0.2, 0.1)

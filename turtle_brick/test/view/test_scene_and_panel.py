@@ -37,7 +37,7 @@ RED = (1.0, 0.0, 0.0, 1.0)
 
 @pytest.fixture(scope='module')
 def page():
-    """Return a server, a panel, and a list that records all calls to the panel's callbacks."""
+    """Yield a panel, its viser server, and a list of all calls to the panel's callbacks."""
     server = PageServer('127.0.0.1', 0, 'test')
     calls = []
     panel = Panel(server.viser, Scene(server.viser), PanelCallbacks(*(
@@ -96,7 +96,7 @@ def test_unknown_kind_of_shape_is_an_error(page):
 
 
 def test_camera_follows_robot_and_brick_until_somebody_turns_it(page, monkeypatch):
-    """A stub replaces viser's client and its camera, and reports positions late."""
+    """A camera position that the browser reports late is not mistaken for a user's input."""
     browser = SimpleNamespace(client_id=1, image_width=800, image_height=600)
     browser.camera, browser.on_update = browser, lambda callback: setattr(
         browser, 'report',
@@ -105,7 +105,7 @@ def test_camera_follows_robot_and_brick_until_somebody_turns_it(page, monkeypatc
     scene = Scene(page.viser)
 
     def request(x):
-        """Return the requested position for a brick at x, or None if no position is requested."""
+        """Return the camera position requested for a brick at x (m), or None."""
         browser.position = None
         scene.keep_in_view([(0.0, 0.0, 0.0), (x, 0.0, 0.0)] if x else [])
         return browser.position
@@ -174,7 +174,6 @@ def test_drop_first_places_the_brick_at_an_edited_position(page):
     panel, calls = page.panel, page.calls
 
     def press(name, text=None):
-        """Press a button after entering text (if given), and return the resulting call."""
         panel.position.value = panel.position.value if text is None else text
         panel.press(name)
         assert text is None or panel.position.value == text

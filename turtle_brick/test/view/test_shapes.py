@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Test the shapes from robot descriptions and markers."""
+"""Test the conversion of robot descriptions and markers to shapes."""
 
 from math import cos, inf, nan, sin
 

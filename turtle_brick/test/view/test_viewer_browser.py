@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Test the page in a real browser."""
+"""Test the viewer's page in a real browser."""
 
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -48,7 +48,7 @@ class Page(Chromium):
     def open_page(self, url):
         self.go_to(f'{url}/?fixedDpr=1')
         self.wait_for(CANVAS)
-        # The scene leaves space for the panel.
+        # The scene becomes narrower when the panel appears.
         self.wait_for(f'{CANVAS}.getBoundingClientRect().width < innerWidth')
 
     def has_text(self, name, text):
@@ -61,7 +61,7 @@ class Page(Chromium):
             f'{name} does not contain {text!r}: ' + self.evaluate('document.body.innerText'))
 
     def enter_position(self, text, response, button=None):
-        """Enter a position (m), and press Enter or a button until the response appears."""
+        """Enter and submit a position (m) until the response appears."""
         deadline = monotonic() + TIMEOUT
         while True:
             self.click(*self.center_of('document.querySelector("form input")'), times=3)
