@@ -116,7 +116,7 @@ def test_faults_are_found(domain_id, monkeypatch):
 
 
 def test_nodes_that_die_are_judged(domain_id):
-    """Requirements fail if the robot exits before its drive and the arena before its request."""
+    """Requirements fail if the robot and the arena exit before they receive a request."""
     ends = {'driving 0': 'robot', 'far out of reach': 'arena'}
     with Graph(domain_id, quiet=True) as graph:
         nodes = add_nodes(graph)

@@ -210,12 +210,12 @@ CORRECT = {
     'rate': 100.0,  # Message rate (Hz) of the robot.
     'gravity': NUMBERS['gravity_accel'],
     'step': 0.008,  # Period (s) of the brick transforms.
-    'aside': 0.0,  # Sideways speed of the falling brick (m/s).
+    'aside': 0.0,  # Sideways speed (m/s) of the falling brick.
     'below': 0.0, 'above': 0.0,  # Distances (m) below the ground and above the platform.
-    'lean': 0.0,  # Inclination of the brick (rad).
+    'lean': 0.0,  # Inclination (rad) of the brick.
     'pull': 1.0,  # Factor applied to the acceleration on the slope.
     'stop': NUMBERS['platform_radius'] + LENGTH / 2.0,  # End position (m) of the slide.
-    'drift': 0.0}  # Speed of the brick after the slide (m/s).
+    'drift': 0.0}  # Speed (m/s) of the brick after the slide.
 """Values for a correct record."""
 
 PARTS = (drive, fall, tip)

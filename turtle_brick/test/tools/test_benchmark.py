@@ -40,7 +40,7 @@ class Recorded:
     """Stand-in for a record of messages before and after a release."""
 
     def __init__(self, **tracks):
-        """Create tracks for a typical drop. Keyword arguments replace tracks with the same name."""
+        """Create typical tracks. Keyword arguments replace tracks with the same name."""
         self.tracks = {
             BRICK: fall(), BASE_LINK: drive(10_000_000), 'pose': drive(16_000_000),
             'goal_pose': [(RELEASE + DECIDED, None), (RELEASE + 2 * DECIDED, None)],
@@ -68,7 +68,7 @@ def fall(gravity=9.81):
 
 
 def drive(period, moved=MOVED):
-    """Return the publication times (ns) and poses of a robot that starts to move at `moved` (ns)."""
+    """Return publication times (ns) and poses of a robot that starts to move at `moved` (ns)."""
     places = {time: 5.5 + max(time - moved, 0) * 3e-9
               for time in range(-100_000_000, 200_000_000, period)}
     return [(RELEASE + time, SimpleNamespace(

@@ -180,7 +180,7 @@ def test_invalid_options_give_one_sentence(args, words, tmp_path, capsys, monkey
 
 
 def test_ctrl_c_keeps_the_finished_drops(tmp_path, drops):
-    """After an interrupt, the rows from two workers are the same as from one worker."""
+    """Before an interrupt, two workers write the same rows as one worker."""
     options = '--drops 1000000 --workers 2 --height 2 9 --seed 5 --no-figures --output'
     with Process([sys.executable, '-m', 'turtle_brick.tools.sweep', *options.split(),
                   str(tmp_path)]) as process:

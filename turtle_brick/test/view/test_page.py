@@ -82,7 +82,7 @@ class PageBench:
         self.page.on_brick_state(String(data=phase.value))
 
     def status_after(self, *events):
-        """Send states and decisions, and return the displayed status and whether it is an alarm."""
+        """Send states and decisions. Return the displayed status and whether it is an alarm."""
         for event in events:
             if ': ' in event:
                 receive = self.page.on_catcher_decision
