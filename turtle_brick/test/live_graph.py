@@ -69,7 +69,7 @@ class Recording:
     def __init__(self) -> None:
         self.messages: list[Any] = []
         self.times: list[float] = []
-        """Publication time (s) of each message, by the system clock."""
+        """System time (s) at which each message was published."""
 
     def add(self, message: Any, info: Mapping[str, int]) -> None:
         self.times.append(info['source_timestamp'] * 1e-9)
@@ -168,7 +168,7 @@ def add_nodes(graph: Graph) -> dict[str, Any]:
 
 
 def observe(graph: Graph, log: Callable[[str], Any] = lambda text: None, **options: Any) -> Record:
-    """Run a trial of the referee on a graph, with options for Trial, and return the record."""
+    """Run a referee trial on a graph, pass the options to Trial, and return the record."""
     observer = graph.add(Observer, parameters=False, profile=Profile.from_parameters(load()))
     Trial(graph, observer, log, **options).run()
     return observer.record

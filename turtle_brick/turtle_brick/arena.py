@@ -154,7 +154,7 @@ class Arena(Node):
         if not times:
             return
         # The `drop` service has already sent its response. If several steps have become
-        # due in the meantime, the brick does not move before the last one.
+        # due in the meantime, the brick does not move before the last step.
         first_moving = times[-1] if self.is_answering else times[0]
         self.is_answering = False
         self.tf_broadcaster.sendTransform(
@@ -179,7 +179,7 @@ class Arena(Node):
         else:
             cause = 'The clock jumped ahead by'
         self.get_logger().warning(
-            f'{cause} {abs(jump):.3g} s. The physics continues from the current time.')
+            f'{cause} {abs(jump):.3g} s. The simulation continues from the current time.')
 
     def step(self, time: int, is_held: bool) -> TransformStamped:
         """

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-catcher: make the robot catch the brick, carry it to the center of the arena, and tip it off.
+catcher: make the robot catch the brick, carry it to the center, and tip it off the platform.
 
 Publishes:
     goal_pose (geometry_msgs/PoseStamped): goal of the robot in the world frame

@@ -15,8 +15,8 @@
 referee: judge an implementation of the assignment by its topics, services and TF.
 
 The referee sends the same commands as a user (goal_pose, tilt, place, drop). It reports the
-measured and expected results for each requirement of the assignment. Each requirement is either
-met or failed, or it is open because it cannot be judged. To let the referee start and stop the
+measured and expected results for each requirement of the assignment. Each requirement is marked as
+met, as failed, or, if it could not be judged, as open. To let the referee start and stop the
 graph, pass the launch command after "--":
 
     ros2 run turtle_brick referee -- ros2 launch turtle_brick turtle_arena.launch.py view:=none

@@ -172,7 +172,7 @@ def test_height_of_a_falling_brick_follows_the_closed_form(z, speed, gravity, ti
     height = fall.height(NS_PER_SECOND + seconds(time), gravity)
     assert height == pytest.approx(z - speed * time - 0.5 * gravity * time ** 2, abs=1e-6)
     assert fall.time_to(height, gravity) == pytest.approx(time, abs=1e-6)
-    # The brick fell from rest at the height `released`, so it has passed all heights below.
+    # The brick fell from rest at the height `released`, so it has passed every lower height.
     released = z + speed ** 2 / (2.0 * gravity)
     assert isnan(fall.time_to(released + 1e-6, gravity))
     assume(released > z + 1e-6)

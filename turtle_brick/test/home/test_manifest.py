@@ -33,7 +33,7 @@ NOT_IMPORTED = {'launch_xml', 'ros2launch'}
 """Packages that `ros2 launch` and the XML launch files require."""
 
 WITHOUT_KEY = {'viser', 'websockets'}
-"""Modules without a usable rosdep key. A comment in package.xml explains how to install them."""
+"""Modules without a usable rosdep key. A comment in package.xml describes the installation."""
 
 MAY_IMPORT = {
     'turtle_brick/core': ['turtle_brick.core'],

@@ -165,7 +165,7 @@ def test_clock_jump_is_reported(bench, capfd, monkeypatch, jump, machine, words)
     bench.tick(round(jump * NS_PER_SECOND))
     assert 0.0 < z - bench.world.brick[2] < 5.0
     (warning,) = [line for line in capfd.readouterr().err.splitlines()
-                  if 'The physics continues' in line]
+                  if 'The simulation continues' in line]
     assert float(warning.split(words)[1].split()[0]) == pytest.approx(abs(jump), abs=0.05)
 
 

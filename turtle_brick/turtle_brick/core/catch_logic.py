@@ -58,7 +58,7 @@ LYING_TIME = 1.0
 """Time (s) for which a brick must rest on a level, stationary platform before the robot moves."""
 
 CLOCK_DIFFERENCE = 0.5
-"""Maximum age (s) of a brick position that is used for a decision. After a clock change, positions
+"""Maximum age (s) of a brick position used for a decision. After a clock change, positions
 can appear older than they are until the arena and the catcher have detected the change."""
 
 DECISION_DEADLINE = 0.1

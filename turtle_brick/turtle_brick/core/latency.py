@@ -44,8 +44,8 @@ USUAL_AGE = 0.006
 """Usual age (s) of transforms on arrival. The latencies in `reachability` include this age."""
 
 CLOCK_TOLERANCE = 0.006
-"""Maximum time (s) by which timestamps can be in the future even if the clocks agree. For example,
-the arena simulates a brick on the platform one step (0.004 s) ahead."""
+"""Maximum time (s) by which a timestamp can be ahead of a synchronized clock. For example, the
+arena simulates a brick on the platform one step (0.004 s) ahead."""
 
 MIN_GAPS = 3
 """Messages are lost if WINDOW contains at least this number of gaps between brick timestamps."""

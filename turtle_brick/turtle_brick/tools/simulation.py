@@ -54,7 +54,7 @@ class Delays:
     """Delays (s) in the live graph."""
 
     transport: float = driving.TRANSPORT_DELAY  # Time from publishing a message to receiving it.
-    transforms: float = 0.0010  # Time from the robot's cycle to robot_state_publisher's transform.
+    transforms: float = 0.0010  # Time from a robot cycle to the resulting transform.
     tick_jitter: float = 0.0  # Standard deviation of turtlesim's tick times.
     robot_jitter: float = 0.0  # Standard deviation of the robot's cycle times.
 

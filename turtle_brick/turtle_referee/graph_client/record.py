@@ -27,7 +27,7 @@ NS_PER_SECOND = 1_000_000_000
 SECONDS_PER_NS = 1e-9
 
 MAX_GAP_NS = 120_000_000
-"""Maximum interval (ns) between two transforms that are interpolated."""
+"""Maximum interval (ns) for interpolation between two transforms."""
 
 EXTRAPOLATION_NS = 50_000_000
 """Maximum time (ns) before the first or after the last transform at which a pose is known."""
@@ -45,7 +45,7 @@ MAX_DEPTH = 30
 """Maximum number of frames between a frame and the world frame."""
 
 OVERLOADED = 'the machine was overloaded'
-"""Phrase in the measured result of a requirement that is open because of stalls."""
+"""Text in the measured result if a requirement cannot be judged because of stalls."""
 
 
 class Received(NamedTuple):

@@ -45,7 +45,7 @@ MAX_MISALIGNMENT = 5.0
 """Maximum angle (degrees) between the robot's motion and the wheel's rolling direction."""
 
 START_DISTANCE = 0.02
-"""Minimum driven distance (m) for computing the direction of a drive."""
+"""Minimum travel distance (m) for computing the direction of a drive."""
 
 STRIDE = 5
 """Number of transforms between two positions that define a direction of motion."""

@@ -328,7 +328,7 @@ class UnlessCondition(IfCondition):
 
 
 class LaunchConfigurationEquals:
-    """True if a launch configuration equals a given value, or is unset if that value is None."""
+    """True if a launch configuration equals a given value, or if both are unset (None)."""
 
     expected = True
 

@@ -16,23 +16,23 @@ The stand-in for turtlesim_node from turtlesim 1.8.2, without a window.
 
 turtle_brick.core.turtlesim_kinematics computes the motion and is tested against recordings.
 
-Publishes every 16 ms for each turtle:
+Publishes these topics for each turtle every 16 ms:
     <turtle>/pose (turtlesim/msg/Pose): pose and commanded velocity
 
-Subscribes, for each turtle:
+Subscribes to these topics for each turtle:
     <turtle>/cmd_vel (geometry_msgs/msg/Twist): velocity. A queue holds up to seven messages, and
         one message is applied every 16 ms.
 
-Serves, for each turtle:
+Provides these services for each turtle:
     <turtle>/teleport_absolute (turtlesim/srv/TeleportAbsolute): jump to a pose
     <turtle>/teleport_relative (turtlesim/srv/TeleportRelative): turn and then jump forward
-    <turtle>/set_pen (turtlesim/srv/SetPen): only logs a warning
+    <turtle>/set_pen (turtlesim/srv/SetPen): log a warning only
 
-Serves:
+Provides these other services:
     spawn (turtlesim/srv/Spawn): add a turtle
     kill (turtlesim/srv/Kill): remove a turtle
     reset (std_srvs/srv/Empty): restart with turtle1 in the center
-    clear (std_srvs/srv/Empty): only logs a warning
+    clear (std_srvs/srv/Empty): log a warning only
 
 ROS parameters:
     holonomic (bool, false): whether turtles can move sideways
