@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Control a headless Chromium through DevTools. The package websockets is installed with viser."""
+"""Control a headless Chromium through DevTools. The websockets package is installed with viser."""
 
 from base64 import b64decode
 from contextlib import ExitStack
@@ -41,7 +41,7 @@ FEW_FRAMES = """
 window.requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 250);
 window.cancelAnimationFrame = clearTimeout;
 """
-"""Script that draws only four frames per second. Sixty frames would occupy two processors."""
+"""Script that limits a page to four frames per second. Sixty would occupy two processors."""
 
 
 def find_chromium() -> str | None:
@@ -49,7 +49,6 @@ def find_chromium() -> str | None:
 
 
 class Chromium:
-    """A context manager that runs a browser with one page."""
 
     def __init__(self, width: int = 1280, height: int = 720) -> None:
         """Set the width and height (pixels) of the page."""
@@ -109,7 +108,7 @@ class Chromium:
         return True
 
     def click_element(self, tag: str, text: str) -> None:
-        """Wait for an element with a given tag and text, and click it or its labeled control."""
+        """Wait for an element with a given tag and text. Click it, or the control it labels."""
         element = (f'[...document.querySelectorAll({tag!r})]'
                    f'.find(candidate => candidate.innerText === {text!r})')
         self.wait_for(element)

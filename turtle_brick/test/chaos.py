@@ -92,7 +92,7 @@ real robot_state_publisher exits after a joint state with a timestamp before 197
 
 
 class Scene(Graph):
-    """A graph with a client, and with each node in a separate process."""
+    """A graph with a client and one process per node."""
 
     def __init__(self, domain_id: int, random: Random, names: Iterable[str] = NODES) -> None:
         """Start the named nodes in a ROS domain, and use `random` for all random values."""
@@ -151,7 +151,6 @@ class Scene(Graph):
         self.wait_until(lambda: self.client.place(position, hovering=0.3).accepted, 'place')
 
     def release(self, position: Vector) -> DropWatch:
-        """Place and drop the brick, and return the DropWatch that observes the drop."""
         self.place(position)
         watch = DropWatch(self.record, time_ns(), position)
         watch.requested = watch.begin
@@ -219,8 +218,8 @@ class Scene(Graph):
             return self.is_level(1e-3) and self.client.distance_to(CENTER) < 0.05
 
         sender = self.add(Node, parameters=False, node_name='sender')
-        # A transient local publisher matches every subscription. The excluded names with a
-        # leading underscore belong to turtlesim's actions.
+        # A transient local publisher matches every subscription. Topics with a leading
+        # underscore belong to turtlesim's actions.
         publishers = [
             sender.create_publisher(load_type(types[0]), name, subscription_qos(latched=True))
             for name, types in sender.get_topic_names_and_types()

@@ -49,7 +49,6 @@ def excluded_files() -> dict[str, list[str]]:
 
 
 def is_standin(package: str) -> bool:
-    """Return whether an installed package is a stand-in from this workspace."""
     with contextlib.suppress(PackageNotFoundError):
         manifest = Path(get_package_share_directory(package), 'package.xml')
         return '<description>Stands in for' in manifest.read_text()
@@ -66,7 +65,7 @@ collect_ignore = [file for files in EXCLUDED.values() for file in files]
 
 def pytest_configure(config: pytest.Config) -> None:
     """Set the ROS environment variables for this process and its child processes."""
-    # A background job in a shell script ignores SIGINT. All test processes would inherit this.
+    # A background job in a shell script ignores SIGINT, and its child processes inherit this.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ.pop('ROS_LOCALHOST_ONLY', None)
@@ -111,7 +110,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Run the linters first and the longest files next, so that parallel workers end together."""
     def rank(item: pytest.Item) -> int:
         if item.get_closest_marker('linter'):
-            return -1  # flake8 forks, which is not safe while DDS threads are running.
+            return -1  # flake8 forks, but a fork is unsafe while DDS threads are running.
         return LONGEST.index(item.path.stem) if item.path.stem in LONGEST else len(LONGEST)
 
     items.sort(key=rank)

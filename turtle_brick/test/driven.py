@@ -39,7 +39,7 @@ TICK_NS = 20_000_000
 """Time step (ns), equal to the catcher's period and to five physics steps."""
 
 MAX_DURATION = 30.0
-"""Timeout (s, in simulated time) for each event."""
+"""Timeout (s) for each event, in simulated time."""
 
 PUNCTUAL_TIMER = SimpleNamespace(timer_period_ns=STEP_NS, time_until_next_call=lambda: STEP_NS)
 """Replacement for a node's timer that is never late."""

@@ -122,7 +122,7 @@ def switch(taps: list[int], delay: float, jitter: float, loss: float,
 def distance_at_latency(height: float, latency: float) -> float:
     """Return the guaranteed catching distance (m) for a given height (m) and latency (s)."""
     # The measured latency includes two link delays: one for the command and one for the pose. The
-    # transforms after the release arrive over a third link.
+    # brick transforms after the release arrive over a third link.
     return guaranteed_distance(height, load(), 1.5 * (latency - COMMAND_LATENCY))
 
 
@@ -139,12 +139,10 @@ def random_place(robot: tuple[float, float], latency: float, random: Random
 
 
 def latest(messages: list[Received]) -> str:
-    """Return the text of the last String, or an empty string if there are no messages."""
     return messages[-1].message.data if messages else ''
 
 
 def outcome_of(decision: str, caught: bool) -> str:
-    """Return the outcome of a drop, given the catcher's decision."""
     if decision.startswith('reachable'):
         return 'caught' if caught else 'missed'
     return 'caught although refused' if caught else 'refused'
@@ -152,9 +150,9 @@ def outcome_of(decision: str, caught: bool) -> str:
 
 def drop_bricks(drops: int) -> int:
     """
-    Drop bricks, and print each result and a row of the table in figures.md.
+    Drop bricks, and print each result and a row for the table in figures.md.
 
-    An additional brick is dropped first, only to measure the latency.
+    One more brick is dropped first to measure the latency.
 
     :return: exit status, which is 0 if every brick after the first one was caught or refused
     """

@@ -21,7 +21,7 @@ Run nodes in this process and in other processes, and record topics, for live te
         live.wait_for(lambda: len(odom.messages) > 200, 20.0, '200 odometry messages')
     assert all(message.child_frame_id == 'base_link' for message in odom.messages)
 
-The nodes run while the test waits. The fixture `domain_id` (conftest.py) reserves a ROS domain.
+The nodes run while the test waits. The `domain_id` fixture in conftest.py reserves a ROS domain.
 """
 
 from __future__ import annotations
@@ -56,11 +56,8 @@ TIMEOUT = 30.0
 """Timeout (s) for events that are immediate on an idle machine."""
 
 PROGRAM = Program(1.0, 3, (0.5, 0.0), (FAR_OUT, IN_REACH._replace(spare_time=1.5)))
-"""
-A short program of the referee that includes each kind of request.
-
-Even on a busy machine, the robot can catch the second brick.
-"""
+"""A short referee program that includes each kind of request. Even on a busy machine, the robot
+can catch the second brick."""
 
 
 class Recording:
@@ -87,7 +84,7 @@ class LiveGraph(Graph):
     """A graph that records topics, publishes messages and calls services."""
 
     def __init__(self, domain_id: int, **options: Any) -> None:
-        """Create a graph in a given ROS domain, with keyword options for Graph."""
+        """Create a graph in a given ROS domain, and pass the options to Graph."""
         super().__init__(domain_id, **options)
         self._fetch_time = 0.0
         self._recorder = PollingNode('recorder', context=self.context, namespace=self.namespace)
@@ -175,7 +172,7 @@ def observe(graph: Graph, log: Callable[[str], Any] = lambda text: None, **optio
 
 
 def results(record: Record) -> dict[str, dict[str, str]]:
-    """Judge a record, and return the names and results of the requirements with each mark."""
+    """Judge a record, and return the name and result of each requirement, grouped by mark."""
     found: dict[str, dict[str, str]] = {FAILED: {}, OPEN: {}, MET: {}}
     for one in RULES.judge(record):
         found[one.mark][one.name] = one.measured
@@ -183,11 +180,9 @@ def results(record: Record) -> dict[str, dict[str, str]]:
 
 
 class NodeProcess(Process):
-    """A program that runs in a ROS domain."""
 
     def __init__(self, command: Sequence[str], domain_id: int,
                  environment: Mapping[str, str] = {}) -> None:
-        """Start a program with its arguments and with additional environment variables."""
         super().__init__(command, {**environment, 'ROS_DOMAIN_ID': str(domain_id),
                                    'PYTHONFAULTHANDLER': '1'})
 

@@ -41,7 +41,7 @@ PROGRAMS = {'ros2': 'ros2cli.cli', 'launch_test': 'launch_testing'}
 """Module of each program that can run in a forked process."""
 
 FORKS = get_context('forkserver')
-"""Context for forking a process that has imported these modules. A command takes 0.2 s in a fork,
+"""Context that forks from a process with preloaded modules. A command takes 0.2 s in a fork,
 but 0.6 s in a new process."""
 FORKS.set_forkserver_preload([*PROGRAMS.values(), *(f'ros2cli.{name}' for name in (
     'graph', 'packages', 'messages', 'topic_statistics')), 'launch_xml', 'numpy', 'rclpy.action'])
@@ -51,7 +51,6 @@ _fork_lock = threading.Lock()
 
 
 def records(*files):
-    """Return a dictionary from names to the records in the given files."""
     return {record['name']: record for file in files
             for record in json.loads((DATA / f'{file}.json').read_text())['records']}
 
@@ -183,7 +182,7 @@ def restored_signal_handlers():
 
 
 def run_here(words, patch, stdin=''):
-    """Run `ros2` in this process, and return its status and output. `patch` undoes all changes."""
+    """Run `ros2` in this process, and return its status and output. `patch` restores sys."""
     out, err = (io.TextIOWrapper(io.BytesIO(), write_through=True) for _ in range(2))
     for name, value in (('argv', words), ('stdin', io.StringIO(stdin)), ('stdout', out),
                         ('stderr', err)):

@@ -59,7 +59,6 @@ class TestCmdVel(unittest.TestCase):
         rclpy.shutdown()
 
     def test_rate(self):
-        """The mean publication rate of successive commands is 100 Hz."""
         stamps = []
         self.node.create_subscription(
             Twist, 'cmd_vel', lambda _, info: stamps.append(info['source_timestamp'] * 1e-9), 100)
