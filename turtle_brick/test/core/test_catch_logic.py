@@ -54,13 +54,13 @@ class CatchBench:
         self.run(0.3)
 
     def platform(self):
-        """Return the platform with rounding errors similar to those of interpolated transforms."""
+        """Return the platform with rounding errors like those in interpolated transforms."""
         x, y = (value + self.random.uniform(-1e-12, 1e-12) for value in self.robot)
         hinge = self.parameters.platform_height - self.parameters.platform_thickness
         return Platform(Pose((x, y, hinge), from_pitch(self.angle)))
 
     def run(self, time, until=lambda: False):
-        """Run until a condition is true or a duration (s) ends. Return the condition's value."""
+        """Run until a condition holds or a given time (s) has passed. Return whether it holds."""
         end = self.now + seconds(time)
         while self.now < end:
             self.now += STEP_NS
@@ -109,7 +109,6 @@ class CatchBench:
             self.angle = action.angle
 
     def drop(self, x, y, z):
-        """Place and drop the brick, and clear the recorded actions and states."""
         self.world.brick = (x, y, z)
         self.run(0.06)
         self.world.release()
@@ -123,7 +122,6 @@ class CatchBench:
         return [action for _, action in self.actions if isinstance(action, kind)]
 
     def assert_tipped_off(self):
-        """Run until the catcher waits again, and check that the brick slid off the platform."""
         self.reach_state(State.WAITING)
         assert self.states in (COURSE, COURSE[1:])
         assert (self.world.phase, self.angle) == (Phase.FLOATING, 0.0)
@@ -196,7 +194,7 @@ def test_unreachable_brick_causes_one_decision_and_no_motion(brick, jump):
 
 
 def test_refused_brick_is_carried_if_it_lands_on_the_platform():
-    """The robot was unavailable during the fall, and the brick is not attached to the platform."""
+    """The catcher refused the brick because no robot was available during the fall."""
     bench = CatchBench()
     bench.visible = False
     bench.drop(5.5, 5.5, 5.0)
@@ -233,7 +231,7 @@ def test_brick_placed_above_an_idle_robot_is_not_carried(brick, time, above):
 
 
 def test_brick_at_rest_on_the_tilted_platform_has_not_left_it():
-    """The brick is at rest for 0.2 s. After that, no more brick transforms arrive."""
+    """After the brick has been at rest for 0.2 s, no more brick transforms arrive."""
     bench = bench_in(State.TILTING, 0.2)
     for step in range(round(0.9 * TILTING_TIMEOUT / STEP_NS / 1e-9)):
         bench.now += STEP_NS
@@ -359,7 +357,7 @@ def test_brick_is_unreachable_without_a_robot(brick, waits):
 
 
 def test_fall_detected_after_its_end_is_unreachable():
-    """All messages arrive 1 s late. A brick on the platform does not trigger a decision."""
+    """Brick transforms arrive 1 s late. A brick on the platform does not trigger a decision."""
     bench = CatchBench()
     bench.brick_ahead = -NS_PER_SECOND
     bench.drop(8.0, 8.0, 5.0)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the excess latency with examples and random input, and catches over slow links."""
+"""Test the excess latency with examples and random input, and test catches over slow links."""
 
 from heapq import heappop, heappush
 from math import cos, pi, sin

@@ -35,7 +35,7 @@ class Ride:
         self.odometer.observe(0.0, self.turtle.tick(0.0))
 
     def drive(self, command, ticks=1, lost=0):
-        """Drive for some ticks, without the first `lost` poses. Return the rolled distance (m)."""
+        """Drive, but skip the first `lost` poses. Return the rolled distance (m)."""
         before = self.odometer.wheel_angle
         for tick in range(ticks):
             last = self.turtle.pose
@@ -69,7 +69,7 @@ def test_lost_poses_do_not_change_the_wheel_velocity():
 @law(30)
 @given(direction=angles, speed=st.floats(0.1, 10.0), theta=angles)
 def test_wheel_rolls_without_slipping_up_to_a_wall(direction, speed, theta):
-    """The distance is the wheel angle times the radius. The stem points forward."""
+    """The distance is the wheel angle times the wheel radius. The stem points forward."""
     ride = Ride(theta=theta)
     for _ in range(120):
         rolled = ride.drive((speed * cos(direction), speed * sin(direction)))
@@ -105,7 +105,7 @@ def test_stem_points_along_the_command_before_a_motion(direction, theta):
 @given(poses=st.lists(st.tuples(st.integers(0, 11), st.integers(0, 11), angles), min_size=1,
                       max_size=10), speed=st.sampled_from([0.0, 1.0, 3.0]))
 def test_teleports_change_neither_odom_nor_the_wheel(poses, speed):
-    """The first pose defines odom. This pose times the pose in odom is the world pose."""
+    """The first pose defines odom. Composed with the pose in odom, it gives the world pose."""
     odometer = Odometer(RADIUS)
     for number, (x, y, theta) in enumerate(poses):
         odometer.observe(number * TICK, TurtlePose(x, y, theta, speed, 0.0))

@@ -11,11 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""
-Closed forms and invariants of World for random input.
-
-The expected values come from this file and the referee's geometry module.
-"""
+"""Test World with random input against closed forms and the referee's geometry module."""
 
 from math import cos, floor, hypot, pi, sin, sqrt
 

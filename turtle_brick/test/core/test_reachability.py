@@ -46,7 +46,7 @@ def test_brick_is_reachable_if_the_robot_has_enough_time():
 
 
 def test_resting_height_fall_time_and_guaranteed_distance():
-    """If the fall takes as long as the latency, the distance is the platform radius."""
+    """If the fall takes as long as the latency, the guaranteed distance is the platform radius."""
     assert REST_Z == PARAMETERS.platform_height + PARAMETERS.brick_size[2] / 2.0
     assert fall_time(REST_Z + 0.5 * GRAVITY, PARAMETERS) == pytest.approx(1.0)
     assert fall_time(REST_Z - 1.0, PARAMETERS) == 0.0
@@ -130,7 +130,7 @@ any_excess = pytest.mark.parametrize('excess', (0.0, 0.2))
 
 
 def make_tracker(excess=0.0):
-    """Return a tracker, its committed distance (m) and its latency (s), given the excess (s)."""
+    """Return a tracker, its committed distance (m) and latency (s), for an excess latency (s)."""
     latency = LatencyMonitor()
     for _ in range(2):
         latency.record_response_delay(NS_PER_SECOND, excess)

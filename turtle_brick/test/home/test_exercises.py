@@ -61,7 +61,6 @@ def copy(tmp_path):
 
 
 def replace(path, old, new):
-    """Replace text that occurs exactly once in a file."""
     text = path.read_text()
     assert text.count(old) == 1, old
     path.write_text(text.replace(old, new))
@@ -76,14 +75,14 @@ def apply(solution, path):
 def run(copy, *arguments):
     env = {**os.environ, 'PYTHONPATH': f'{copy}:{os.environ.get("PYTHONPATH", "")}',
            'PYTEST_DISABLE_PLUGIN_AUTOLOAD': '1'}
-    env.pop('AMENT_PREFIX_PATH', None)  # Otherwise, the copy would read the installed file.
+    env.pop('AMENT_PREFIX_PATH', None)  # Otherwise, the copy would read the installed parameters.
     env.pop('PYTEST_ADDOPTS', None)
     return subprocess.run([sys.executable, *arguments], cwd=copy, env=env, text=True, check=True,
                           stdout=subprocess.PIPE, timeout=60.0).stdout
 
 
 def code(page, word):
-    """Return the only code block on a page that contains a given word."""
+    """Return the only code block with a given word on a page."""
     text = (PACKAGE / 'doc' / page).read_text()
     block, = [block for block in re.findall('```(?:python|yaml)\n(.*?)```', text, re.S)
               if word in block]

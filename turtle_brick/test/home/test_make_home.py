@@ -176,7 +176,7 @@ elif [ "$1 $2" = "-m pip" ]; then
   exit 1
 fi
 """
-"""Replacement for Python whose pip prints $PIP_SAYS and then fails. If the text is "wait", pip
+"""Replacement for Python whose pip prints $PIP_SAYS and then fails. If $PIP_SAYS is "wait", pip
 waits until its parent has exited before it fails."""
 
 
@@ -212,7 +212,7 @@ def test_a_missing_program_is_named(make_home, tmp_path, monkeypatch):
     ('work:space', "contains ':'"), ('a\nb', "contains '\\n'"),
     ('C++ & co. Übung #1 日本 ~100%', 'aarch64')])
 def test_unsupported_characters_in_the_path_are_refused(top, monkeypatch, name, words):
-    """make_home.py rejects the first two paths, and the machine type in the third case."""
+    """make_home.py accepts the third path, and then rejects the machine type."""
     monkeypatch.setattr(platform, 'machine', lambda: 'aarch64')
     assert words in refusal(load(top.rename(top.with_name(name))))
 

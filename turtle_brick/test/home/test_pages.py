@@ -87,13 +87,12 @@ def blocks(page):
 
 
 def block(page, language, word):
-    """Return the first code block on a page in a given language that contains a given word."""
+    """Return a page's first code block in a given language that contains a given word."""
     return next(text for kind, text in blocks(PACKAGE / 'doc' / page)
                 if kind == language and word in text)
 
 
 def commands(page):
-    """Return the commands on a page, both in code blocks and in the text."""
     found = []
     for language, text in blocks(page):
         if language == 'bash':
@@ -128,7 +127,6 @@ def started(command, domain, directory):
 
 
 def interrupt(process):
-    """Send SIGINT to a process and its child processes, and return the exit status."""
     output = None
     while 'ros2 launch' in process.command[-1] and output != process.output:
         output = process.output  # `ros2 launch` may fail if it is interrupted while busy.

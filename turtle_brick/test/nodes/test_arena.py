@@ -35,7 +35,6 @@ HALF_HEIGHT = PARAMETERS.brick_size[2] / 2.0
 
 @pytest.fixture
 def bench(live):
-    """Return a stepped graph with an arena and a level platform."""
     return SteppedGraph(live)
 
 
@@ -47,7 +46,7 @@ def stamps_of_each_step(transforms):
 
 
 def test_250_transforms_per_second(live):
-    """The brick is broadcast at 250 Hz. Its marker is published at 1 Hz."""
+    """The arena broadcasts the brick at 250 Hz, and publishes its marker at 1 Hz."""
     markers = live.record('brick_marker', Marker)
     live.add_arena()
     bricks = live.record_transforms('brick')
