@@ -34,7 +34,7 @@ TIMEOUT = 120.0
 OPTIONS = (
     '--headless=new', '--no-first-run', '--disable-background-networking', '--hide-scrollbars',
     '--remote-debugging-port=0',
-    # Draw in software, without a graphics card.
+    # Render without a graphics card.
     '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader')
 
 FEW_FRAMES = """

@@ -73,7 +73,7 @@ STAGES: dict[str, Callable[[Any, DropWatch], Any]] = {
     'floating': lambda scene, watch: watch.leveled,
     'unreachable': lambda scene, watch: watch.refusals,
 }
-"""Stages of a drop, and the condition for the start of each stage."""
+"""Conditions that mark the start of each stage of a drop."""
 
 START_TIME = 1.5 if 'FASTRTPS_DEFAULT_PROFILES_FILE' in os.environ else 5.0
 """Time (s) until all nodes have discovered a new process. DDS may lose the first announcement of
@@ -81,7 +81,7 @@ the process. The second one follows after 3 s, or after 0.3 s with this project'
 
 EASY_HEIGHT, EASY_DISTANCE, UNREACHABLE_HEIGHT = 20.0, 2.0, 12.0
 """Height (m) of easy bricks, maximum distance (m) of easy bricks from the robot, and height (m) of
-unreachable bricks. Even on a busy machine, falls from these heights are detected."""
+unreachable bricks. Even on a busy machine, the catcher detects falls from these heights."""
 
 BATCH, PERIOD = 1000, 0.005
 """Number of random messages before each easy catch, and time (s) between messages."""
@@ -168,8 +168,8 @@ class Scene(Graph):
         """
         Drop an easy brick, and check that the robot catches it and tips it off at the center.
 
-        :param fault_end: end time (s) of the last fault or random message. The catcher may refuse
-            a brick until WINDOW has passed since this time. If so, another brick is dropped later.
+        :param fault_end: end time (s) of the last fault or random message. If the catcher refuses
+            the brick, another brick is dropped when WINDOW (s) has passed since this time.
         """
         watch = self.release(self.easy_position())
         self.wait_until(lambda: watch.down, 'the easy brick is down')
@@ -183,7 +183,7 @@ class Scene(Graph):
         self.wait_until(lambda: watch.leveled, 'the platform is level again')
 
     def go_to(self, stage: str) -> None:
-        """Wait for a given stage. Place or drop another brick first if the stage requires one."""
+        """Wait for a given stage. If the stage requires a brick, first place or drop a brick."""
         if stage == 'hovering':
             self.place(self.easy_position())
         elif stage != 'idle':
@@ -250,7 +250,7 @@ FRAMES = ['world', 'odom', 'base_link', 'post', 'platform', 'brick', 'stem', 'wh
 VALUES = {'boolean': [False, True], 'double': NUMBERS, 'float': NUMBERS,
           'string': [*FRAMES, '', '/platform', 'näme with blanks\n', '%s%n{}<robot/>',
                      'x' * 100_000]}
-"""Possible random values for each type."""
+"""Possible random values for each field type."""
 
 
 def fill_randomly(message: Any, random: Random) -> Any:

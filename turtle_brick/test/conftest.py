@@ -57,7 +57,7 @@ def is_standin(package: str) -> bool:
 
 LONGEST = ('test_pages', 'test_ros2cli_standin', 'test_chaos', 'test_launch_standin',
            'test_launch_files', 'test_website', 'test_referee_live', 'test_viewer_browser')
-"""The slowest test files, in an order that runs few live graphs at the same time."""
+"""The slowest test files, ordered so that few live graphs run at the same time."""
 
 EXCLUDED = excluded_files()
 collect_ignore = [file for files in EXCLUDED.values() for file in files]
@@ -107,7 +107,7 @@ def live(domain_id: int) -> Iterator[Any]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run the linters first and the longest files next, so that parallel workers end together."""
+    """Run the linters first and the slowest files next, so that parallel workers end together."""
     def rank(item: pytest.Item) -> int:
         if item.get_closest_marker('linter'):
             return -1  # flake8 forks, but a fork is unsafe while DDS threads are running.

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Run nodes in this process and in other processes, and record topics, for live tests.
+Run nodes in this process and in other processes, and record topics in live tests.
 
     with graph(domain_id) as live:
         live.add_robot()
@@ -50,7 +50,7 @@ FETCH_PERIOD = 0.005
 """Minimum time (s) between two fetches of received messages."""
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""QoS of a latched topic with up to ten messages."""
+"""QoS of a latched topic that stores up to ten messages."""
 
 TIMEOUT = 30.0
 """Timeout (s) for events that are immediate on an idle machine."""
@@ -193,7 +193,7 @@ def process(command: Sequence[str], domain_id: int, *, stop: int | None = signal
     """
     Run a program with its arguments, and check that it exits with status 0.
 
-    :param stop: signal that stops the program, or None to kill the program without this check
+    :param stop: signal that stops the program, or None to kill it without checking its status
     :param timeout: time (s) within which the program must exit after the signal
     """
     running = NodeProcess(command, domain_id)

@@ -56,7 +56,6 @@ def records(*files):
 
 
 def write_files(directory):
-    """Fill a directory with the files that the recorded commands use."""
     for name, file in json.loads((DATA / 'files.json').read_text()).items():
         path = directory / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -95,7 +94,7 @@ class Command:
     """A running command in its own process group, as if started by a shell."""
 
     def __init__(self, words, environment, stdin=None, directory='/', forked=False):
-        """Start the command with a string as standard input, in a forked process if requested."""
+        """Start the command, in a forked process if requested, with a string as standard input."""
         self.text, self.error = '', ''
         self.changed = threading.Condition()
         stdin_pipe, stdout_pipe, stderr_pipe = (FORKS.Pipe(duplex=False) for _ in range(3))

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples of catches and interruptions with a robot that executes commands without delay."""
+"""Test catches and interruptions with a robot that executes commands without delay."""
 
 from collections import deque
 from dataclasses import replace
@@ -256,7 +256,7 @@ def test_platform_is_leveled_if_the_brick_does_not_leave_it_before_the_timeout()
 
 
 def test_brick_far_behind_the_robot_is_still_carried():
-    """On a busy machine, the arena computes the brick's pose from an old platform transform."""
+    """The brick's pose lags when a busy arena uses an old platform transform."""
     bench = CatchBench()
     bench.drop(8.5, 8.0, 14.0)
     bench.reach_state(State.CARRYING)
@@ -287,7 +287,7 @@ def test_catcher_recovers_after_the_brick_or_the_robot_is_lost(state, place):
 
 @any_state
 def test_clock_set_back_resets_the_catcher(state):
-    """The catcher levels the platform, and carries a brick that is attached to the platform."""
+    """The catcher levels the platform, and carries a brick that is still attached to it."""
     bench = bench_in(state)
     bench.attaches_brick = True
     bench.now -= seconds(0.02 if state is State.CARRYING else 50.0)

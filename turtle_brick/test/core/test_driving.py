@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Examples for Driver, and properties of its closed loop with turtlesim's kinematics."""
+"""Test Driver with examples, and its closed loop with turtlesim's kinematics."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -174,7 +174,7 @@ def test_driver_continues_after_a_restart_of_turtlesim(drive, part, angle, theta
 
 
 class Wanderer(CommandQueue):
-    """A driver that changes its direction randomly. Each command has a different speed."""
+    """A driver that changes direction randomly and gives each command a different speed."""
 
     def __init__(self, random, hold):
         super().__init__()

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test fall detection with examples and with random falls and other motions."""
+"""Test fall detection with examples, random falls and other random motions."""
 
 from collections import deque
 from math import cos, isnan, pi, sin, sqrt
@@ -112,7 +112,7 @@ def test_fall_is_detected_by_its_third_sample_with_its_course(
         st.floats(-1e-2, 1e-2), st.floats(-10.0, 10.0), st.floats(-1e-6, 1e-6))),
     max_size=20))
 def test_placing_a_brick_is_not_a_fall(spacing, gravity, places):
-    """The brick moves up, down or sideways by any distance, in any order."""
+    """The brick may be moved any distance up, down or sideways, in any order."""
     bench = DetectorBench(spacing, gravity)
     x, z = 5.0, 20.0
     for samples, sideways, amount in places:

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples and properties of rotations and poses."""
+"""Test rotations and poses with examples and random input."""
 
 from math import cos, hypot, pi, sin
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples and properties of the wheel odometry."""
+"""Test the wheel odometry with examples and random input."""
 
 from math import atan2, cos, hypot, isclose, pi, sin
 

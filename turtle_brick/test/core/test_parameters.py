@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples and properties of parameter files and their error messages."""
+"""Test parameter files and their error messages with examples and random values."""
 
 from dataclasses import asdict, fields, replace
 import math

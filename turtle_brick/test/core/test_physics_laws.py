@@ -59,7 +59,7 @@ def on_platform(place, *where):
 
 
 def turning_gap(quaternion, yaw, tilt, right):
-    """Return a brick's orientation error, given its expected clockwise turn on a platform."""
+    """Return a brick's orientation error, given its clockwise turn (rad) on a platform."""
     expected = frame_at(0.0, 0.0, yaw, tilt).axes @ turn((0.0, 0.0, 1.0), -right)
     return gap(frame((0.0, 0.0, 0.0), quaternion).axes, expected)
 

@@ -157,7 +157,7 @@ def test_moving_robot_may_continue_at_full_speed_until_it_is_at_rest(excess):
 
 @any_excess
 def test_robot_may_drive_straight_ahead_or_to_its_last_goals(excess):
-    """The last goal takes effect after the latency. Until then, the previous goal is valid too."""
+    """A new goal takes effect after the latency. Until then, the previous goal is possible too."""
     tracker, way, latency = make_tracker(excess)
     observe(tracker, 1.0, 5.0)
     tracker.record_goal(seconds(1.3 - latency), (9.0, 5.0))

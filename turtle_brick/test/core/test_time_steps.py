@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Examples and properties of the step clock, with late calls and clock jumps."""
+"""Test the step clock with late calls and clock jumps."""
 
 from random import Random
 from types import SimpleNamespace
@@ -47,7 +47,7 @@ def test_nanoseconds_of_a_timestamp():
 
 @pytest.mark.parametrize('first', (0.0, 0.9))
 def test_each_timer_callback_has_one_step(first):
-    """The first step has the due time of the timer, not the time of the first callback."""
+    """The first step is at the timer's due time, not at the time of the first callback."""
     clock, random = StepClock(PERIOD), Random(1)
     due = 1_700_000_000_000_000_123
     assert clock.due(due + round(first * PERIOD), due) == [due]

@@ -12,11 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Examples for turtlesim_kinematics, and comparisons with recordings of turtlesim.
+Test turtlesim_kinematics with examples and with recordings of turtlesim.
 
 A recording contains every published pose and the publication time of each command. The arrival
 times of the commands are known only to within a few milliseconds. A replay therefore tries every
-possible order of arrivals and ticks. It discards an order if a single bit of a pose differs.
+possible order of arrivals and ticks, and discards an order if even one bit of a pose differs.
 """
 
 from bisect import bisect_left, bisect_right

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Examples and properties of the links, joints and dimensions in the robot description."""
+"""Test the links, joints and dimensions in the robot description."""
 
 from math import atan2, hypot, pi, sin
 

@@ -67,7 +67,7 @@ def replace(path, old, new):
 
 
 def apply(solution, path):
-    """Apply the replacements from a solution file in test/data to another file."""
+    """Apply the replacements from a solution file in test/data to a given file."""
     for change in yaml.safe_load((PACKAGE / 'test/data' / solution).read_text()):
         replace(path, change['old'], change['new'])
 

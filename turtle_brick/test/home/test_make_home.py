@@ -181,7 +181,7 @@ waits until its parent has exited before it fails."""
 
 
 def refusal(make_home, make='make_pypi_home'):
-    """Check that no home can be made and that no files remain, and return the error message."""
+    """Check that making a home fails and leaves no files, and return the error message."""
     with pytest.raises(make_home.HomeError) as refused:
         getattr(make_home, make)({})
     assert not make_home.HOME.exists()
@@ -244,7 +244,6 @@ sys.exit(make_home.main())"""
 
 @pytest.fixture
 def waiting(top):
-    """Return a process in which make_home.py waits for pip."""
     with started(top, 'wait') as process:
         process.wait_for_output('downloading', 20.0)
         assert (top / '.ros/venv/attempt').exists()

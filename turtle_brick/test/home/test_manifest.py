@@ -27,7 +27,7 @@ MANIFEST = (PACKAGE / 'package.xml').read_text()
 KEYS = {'PIL': 'python3-pil', 'tf2_ros': 'tf2_ros_py', **{name: f'python3-{name}' for name in (
     'hypothesis', 'joblib', 'matplotlib', 'mypy', 'numpy', 'psutil', 'pytest', 'rich', 'tqdm',
     'yaml')}}
-"""Rosdep keys for the imported modules whose names differ from their keys."""
+"""Rosdep keys that differ from the names of the imported modules."""
 
 NOT_IMPORTED = {'launch_xml', 'ros2launch'}
 """Packages that `ros2 launch` and the XML launch files require."""
@@ -52,7 +52,7 @@ MAY_IMPORT = {
 
 
 def imports(*patterns):
-    """Return the full names of all modules that are imported in files matching a pattern."""
+    """Return the full names of all modules imported by files that match the patterns."""
     names = set()
     for path in [path for pattern in patterns for path in PACKAGE.glob(pattern)]:
         for node in ast.walk(ast.parse(path.read_text())):
@@ -68,7 +68,7 @@ def imports(*patterns):
 
 
 def imported_packages(*patterns):
-    """Return the rosdep keys of external modules that are imported in files matching a pattern."""
+    """Return the rosdep keys of external modules imported by files that match the patterns."""
     modules = {name.partition('.')[0] for name in imports(*patterns)}
     own = {'turtle_brick', 'turtle_referee', *(file.stem for file in PACKAGE.glob('test/**/*.py'))}
     return {KEYS.get(name, name)

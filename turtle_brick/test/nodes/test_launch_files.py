@@ -12,12 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-Test the launch files.
-
-Each launch file starts programs that only report their arguments and parameters, so the tests do
-not require rviz2 or a display. One test starts the real nodes.
-"""
+"""Test the launch files, mostly with programs that only report their arguments and parameters."""
 
 import json
 import os

@@ -50,12 +50,12 @@ def robot(live):
 
 @pytest.fixture
 def warned(capfd):
-    """Return a function that returns the new warnings on standard error."""
+    """Return a function that reads the new warnings from standard error."""
     return lambda: [line for line in capfd.readouterr().err.splitlines() if '[WARN]' in line]
 
 
 def test_all_outputs_have_100_hz_at_rest_and_in_motion(live):
-    """The odometry contains the command, and its pose equals the transform with the same stamp."""
+    """The odometry contains each command, and its pose equals the transform at the same time."""
     live.add_turtlesim()
     live.add_robot()
     poses = live.record('turtle1/pose', TurtlePoseMessage)
@@ -157,7 +157,7 @@ def test_invalid_messages_are_ignored_with_a_warning(live, warned, monkeypatch):
                          TurtlePoseMessage(x=nan, y=5.0), TurtlePoseMessage(linear_velocity=inf)),
              ('(1e+30, 5)', '(-3, 5)', '(nan, 5)', 'speed inf'))):
         for message, word in zip(messages, words):
-            robot.get_logger().contexts.clear()  # The next warning must not be throttled.
+            robot.get_logger().contexts.clear()  # Otherwise, the next warning would be throttled.
             getattr(robot, callback)(message)
             (warning,) = warned()
             assert 'Ignored' in warning and word in warning
