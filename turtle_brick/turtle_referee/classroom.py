@@ -71,7 +71,7 @@ def rules_in_hour(rules: Rules, hour: int | None) -> Rules:
 
 
 def clean_environment() -> dict[str, str]:
-    """Return environment variables without the workspaces that contain any of PACKAGES."""
+    """Return environment variables without the paths of workspaces that contain PACKAGES."""
     hidden = [prefix for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
               if any(Path(prefix, 'share', package).is_dir() for package in PACKAGES)]
 

@@ -34,7 +34,7 @@ from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 
 
 def decide(x, y, z, robot=RobotMotion(5.0, 5.0), excess=0.0, speed=0.0, delay=0.0):
-    """Return the decision made `delay` (s) after a brick was at a position (m) and speed (m/s)."""
+    """Return the decision `delay` (s) after a brick had a given position (m) and speed (m/s)."""
     return decide_reachability(Fall(NS_PER_SECOND, x, y, z, speed), NS_PER_SECOND + seconds(delay),
                                robot, PARAMETERS, excess)
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the arena's rates live, and its falls, services and markers in simulated time."""
+"""Test the arena's rates in a live graph, and everything else in simulated time."""
 
 from itertools import groupby
 from math import nan, sqrt

@@ -260,7 +260,7 @@ class Page:
         return min((time for time in times if time > latest - MAX_AGE_NS), default=0)
 
     def _drawn_pose(self, frame: str) -> Pose | None:
-        """Return the pose of a frame at the drawn time, or None if the pose is unknown."""
+        """Return the pose of a frame at the time shown in the scene, or None if it is unknown."""
         if frame not in self._poses:
             # If the transforms have stopped, the latest pose is shown.
             self._poses[frame] = self._pose(frame, self._drawn_time) or self._pose(frame)

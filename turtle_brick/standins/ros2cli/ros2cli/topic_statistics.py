@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The verbs that print statistics about a topic: `topic hz`, `topic delay` and `topic bw`."""
+"""The `topic hz`, `topic delay` and `topic bw` verbs, which print statistics about a topic."""
 
 from collections import deque
 from functools import partial
