@@ -75,7 +75,7 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
         run_trial(spinner)
         namespaces = spinner.node.other_namespaces()
         if command and spinner.node.record.is_empty() and len(namespaces) == 1:
-            # The command started the graph in a namespace, so judge this graph.
+            # The command started the graph in this namespace.
             spinner = start_observer(namespaces.pop())
             run_trial(spinner)
         record = spinner.node.record

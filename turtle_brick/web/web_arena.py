@@ -223,7 +223,7 @@ def _expand_children(parent: Element, scope: dict[str, Any]) -> Iterator[Element
 
 
 def _evaluate(text: str, scope: dict[str, Any]) -> Any:
-    """Evaluate the expressions in a text, and return the result, as a number if possible."""
+    """Evaluate the expressions in a string, and return the result as a number if possible."""
     if whole := re.fullmatch(r'\${([^{}]*)}', text):
         return eval(whole[1], scope)
     value = re.sub(r'\${(.*?)}', lambda match: str(eval(match[1], scope)), text)

@@ -125,9 +125,10 @@ def test_brick_is_shown_placed_and_caught_on_the_page(domain_id):
         goal = (ARENA_CENTER + 2.0, ARENA_CENTER)
         page.click_ground(*goal, goals)
 
-        # During this long fall, the robot can cross the arena even on a slow computer.
-        position = f'{goal[0]:.2f}, {goal[1]:.2f}, 100'
+        position = f'{goal[0]:.2f}, {goal[1]:.2f}, 20'
         page.enter_position(position, 'the brick hovers at', button='Place')
+        # The robot is then below the brick and catches it even on a slow computer.
+        page.wait_for(f'{CHART}.data[2].at(-1) < 0.2')
         page.click_element('button', 'Drop')
         page.wait_for_text('response', 'drop: the brick falls from')
         page.wait_for_text('brick', 'floating')

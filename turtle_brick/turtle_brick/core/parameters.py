@@ -196,7 +196,7 @@ def least_height(platform_radius: float, platform_thickness: float, wheel_radius
 
 
 def default_path() -> Path:
-    """Return the path of config/turtle.yaml in the installed package or else the source tree."""
+    """Return the path of the installed config/turtle.yaml, or of the source file otherwise."""
     try:
         from ament_index_python.packages import get_package_share_path
         share = get_package_share_path('turtle_brick')

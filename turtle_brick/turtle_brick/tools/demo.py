@@ -79,7 +79,7 @@ ROBOT_TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom', 'brick_mar
 
 @contextmanager
 def choose_domain() -> Iterator[bool]:
-    """Use ROS_DOMAIN_ID or an unused domain, and yield whether it may contain other nodes."""
+    """Use ROS_DOMAIN_ID or an unused domain. Yield whether other nodes may be in the domain."""
     restrict_to_localhost()
     local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') == 'LOCALHOST'
     given = os.environ.get('ROS_DOMAIN_ID')
@@ -157,7 +157,7 @@ def bricks(options: argparse.Namespace, client: GraphClient,
 
 
 def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Parameters) -> bool:
-    """Start all nodes in an empty graph, drop bricks, and return whether no faults occurred."""
+    """Start all nodes in an empty graph, drop bricks, and return True if no faults occurred."""
     graph.add_turtlesim()
     graph.add_robot_state_publisher()
     graph.add_robot()

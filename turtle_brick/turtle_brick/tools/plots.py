@@ -83,7 +83,7 @@ PHASE_COLORS = {'hovering': '#eef2f6', 'falling': '#ffe3c4', 'riding': '#d5ecd8'
 
 @contextmanager
 def new_figure(path: Path, width: float, height: float) -> Iterator[Figure]:
-    """Yield an empty figure (size in inches), and then write it to a PNG file."""
+    """Yield an empty figure of a given size (inches), and then write the figure to a PNG file."""
     with rc_context(STYLE):
         figure = Figure(figsize=(width, height), layout='constrained')
         yield figure

@@ -26,7 +26,7 @@ LAST_DOMAIN = 232
 """Maximum domain number that DDS supports."""
 
 PARTICIPANTS = 32
-"""Number of ports to check per domain. The first ports may be free even in a used domain."""
+"""Number of ports to check per domain. The first ports of a used domain may be free."""
 
 MARK_PORT_BASE = 32768
 """Lowest TCP port used to reserve a domain, as in the domain_coordinator package of ROS 2."""

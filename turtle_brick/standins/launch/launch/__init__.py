@@ -203,7 +203,7 @@ class LaunchContext:
 
 
 class LaunchService:
-    """Starts and ends the processes in launch descriptions."""
+    """Starts and stops the processes in launch descriptions."""
 
     def __init__(self, *, argv=None, noninteractive=False, debug=False):
         self.context = LaunchContext(argv=argv, noninteractive=noninteractive)

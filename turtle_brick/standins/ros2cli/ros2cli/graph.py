@@ -256,7 +256,7 @@ topic_type = partial(print_type, GraphNode.topic_types, 'topic_name')
 
 
 def service_info(args):
-    """Print the type of a service, and the numbers of its clients and servers."""
+    """Print the type of a service and the number of its clients and servers."""
     name = args.service_name
     with open_graph(lambda graph: name in graph.service_types()) as graph:
         types = graph.service_types().get(name)
