@@ -97,7 +97,8 @@ class Chromium:
 
     def wait_for(self, expression: str) -> None:
         assert self.becomes_true(expression, TIMEOUT), (
-            f'{expression} was not true within {TIMEOUT:g} s')
+            f'{expression} was not true within {TIMEOUT:g} s; the page shows: '
+            + self.evaluate('document.body.innerText'))
 
     def becomes_true(self, expression: str, timeout: float = 1.0) -> bool:
         deadline = monotonic() + timeout

@@ -57,8 +57,7 @@ class Page(Chromium):
                 f'{{textContent: ""}}).textContent.includes({text!r})')
 
     def wait_for_text(self, name, text):
-        assert self.becomes_true(self.has_text(name, text), TIMEOUT), (
-            f'{name} does not contain {text!r}: ' + self.evaluate('document.body.innerText'))
+        self.wait_for(self.has_text(name, text))
 
     def enter_position(self, text, response, button=None):
         """Enter and submit a position (m) until the response appears."""
