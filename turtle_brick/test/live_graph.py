@@ -159,7 +159,7 @@ graph = LiveGraph
 
 
 def add_nodes(graph: Graph) -> dict[str, Any]:
-    """Add all nodes of the assignment to a graph, and return them by name."""
+    """Add all nodes of the assignment to a graph, and return the nodes keyed by name."""
     return {name: getattr(graph, f'add_{name}')() for name in (
         'turtlesim', 'robot_state_publisher', 'robot', 'arena', 'catcher')}
 

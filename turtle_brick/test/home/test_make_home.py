@@ -177,7 +177,7 @@ elif [ "$1 $2" = "-m pip" ]; then
 fi
 """
 """Replacement for Python whose pip prints $PIP_SAYS and then fails. If $PIP_SAYS is "wait", pip
-waits until its parent has exited before it fails."""
+first waits until its parent has exited."""
 
 
 def refusal(make_home, make='make_pypi_home'):

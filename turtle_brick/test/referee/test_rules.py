@@ -222,7 +222,7 @@ PARTS = (drive, fall, tip)
 
 
 def make_record(parts=PARTS, **off):
-    """Return a record with the given parts. Only the values in `off` are incorrect."""
+    """Return a record with the given parts, using the values in CORRECT except those in `off`."""
     record = Record(Profile(numbers=dict(NUMBERS)))
     record.namespace, record.publishers = '/judged', {'/judged/odom': {'/judged/turtle_robot'}}
     record.latched = {'/brick_marker': True, '/walls': True}

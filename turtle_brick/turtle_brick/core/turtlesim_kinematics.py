@@ -183,7 +183,7 @@ class TurtleSim:
     def __init__(self, holonomic: bool = False, now: float = 0.0) -> None:
         """Create a simulator that starts at the time `now` (s)."""
         self.turtles: dict[str, Turtle] = {}
-        """Turtles by name, in their update order."""
+        """Turtles in their update order, keyed by name."""
         self._holonomic = holonomic
         self._names = 0
         self._started = False
@@ -223,7 +223,7 @@ class TurtleSim:
 
     def tick(self, now: float) -> dict[str, TurtlePose]:
         """
-        Execute one 16 ms tick, and return the poses of the turtles by name.
+        Execute one 16 ms tick, and return the turtles' poses, keyed by name.
 
         The first tick takes commands and starts turtlesim's clock, but does not return any poses.
         """

@@ -28,7 +28,7 @@ from launch.substitutions import (get_logger, launch_config, log_file, missing_n
                                   Substitution)
 
 __all__ = ['Action', 'LaunchContext', 'LaunchDescription', 'LaunchService', 'Substitution']
-for name in ('conditions', 'logging', 'utilities'):  # The real package has these modules.
+for name in ('conditions', 'logging', 'utilities'):  # Submodules of the real package.
     sys.modules[f'launch.{name}'] = globals()[name] = substitutions
 sys.modules['launch.event_handlers'] = event_handlers = actions
 sys.modules['launch.events'] = events = actions  # Shutdown is also used as an event.
