@@ -146,12 +146,15 @@ class LiveGraph(Graph):
         return publisher
 
     def call(self, service: str, service_type: type, request: Any = None) -> Any:
-        client = self.listener.create_client(service_type, service)
+        """Call a service, and return the response."""
+        # An EventsExecutor can miss a response that arrives while it registers a new client.
+        client = self._recorder.create_client(service_type, service)
         self.wait_for(client.service_is_ready, TIMEOUT, f'the service {service}')
-        future = client.call_async(service_type.Request() if request is None else request)
-        self.wait_for(future.done, TIMEOUT, f'a response from {service}')
-        self.listener.destroy_client(client)
-        return future.result()
+        responses = self._recorder.call(
+            client, service_type.Request() if request is None else request)
+        self.wait_for(lambda: responses, TIMEOUT, f'a response from {service}')
+        self._recorder.destroy_client(client)
+        return responses[0].message
 
 
 graph = LiveGraph
