@@ -65,6 +65,10 @@ collect_ignore = [file for files in EXCLUDED.values() for file in files]
 
 def pytest_configure(config: pytest.Config) -> None:
     """Set the ROS environment variables for this process and its child processes."""
+    if hasattr(config, 'workerinput'):
+        # Linux divides the processor time equally between sessions. The processes that the tests
+        # start have their own sessions, and would otherwise slow down the nodes in this process.
+        os.setsid()
     # A background job in a shell script ignores SIGINT, and its child processes inherit this.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
