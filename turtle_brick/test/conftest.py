@@ -24,6 +24,7 @@ import tempfile
 from typing import Any
 
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
+import psutil
 import pytest
 from turtle_referee.graph_client.domains import reserved_domain
 
@@ -81,6 +82,13 @@ def pytest_configure(config: pytest.Config) -> None:
         settings.load_profile('untimed')
     os.environ['ROS_LOG_DIR'] = _session.enter_context(
         tempfile.TemporaryDirectory(prefix='turtle_brick_test_'))
+
+
+def pytest_keyboard_interrupt() -> None:
+    """Pass on Ctrl-C, which the terminal sends only to its own session, to the workers."""
+    if 'PYTEST_XDIST_WORKER' not in os.environ:
+        for worker in psutil.Process().children():
+            worker.send_signal(signal.SIGINT)
 
 
 def pytest_report_header(config: pytest.Config) -> str:
