@@ -168,8 +168,8 @@ class Scene(Graph):
         """
         Drop easy bricks until one of them reaches a given stage.
 
-        The catcher may refuse bricks for WINDOW (s) after a fault. A machine that is too busy to
-        run the nodes has the same effect as a fault.
+        The catcher may refuse bricks for up to WINDOW (s) after a fault. If the machine is too
+        busy to run the nodes, this has the same effect as a fault.
         """
         deadline = monotonic() + 2.0 * WINDOW
         while True:
@@ -178,11 +178,11 @@ class Scene(Graph):
                             f'the stage {stage}')
             if not watch.down or watch.caught:
                 return watch
-            assert watch.refusals, 'an easy brick is missed'
-            assert monotonic() < deadline, 'easy bricks are refused'
+            assert watch.refusals, 'the robot missed an easy brick'
+            assert monotonic() < deadline, 'the catcher refused all easy bricks'
 
     def check_catch(self) -> None:
-        """Check that the robot catches an easy brick and tips it off at the center."""
+        """Check that the robot catches an easy brick and tips the brick off at the center."""
         watch = self.drop_easy_brick('carrying')
         self.wait_until(lambda: watch.floated, 'the brick slides off')
         assert self.client.distance_to(CENTER) < 0.05, 'the brick is not tipped off at the center'

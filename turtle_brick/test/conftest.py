@@ -67,8 +67,9 @@ collect_ignore = [file for files in EXCLUDED.values() for file in files]
 def pytest_configure(config: pytest.Config) -> None:
     """Set the ROS environment variables for this process and its child processes."""
     if hasattr(config, 'workerinput'):
-        # Linux divides the processor time equally between sessions. The processes that the tests
-        # start have their own sessions, and would otherwise slow down the nodes in this process.
+        # Linux divides the processor time equally among sessions. The processes that the tests
+        # start have sessions of their own. If the workers shared one session, these processes
+        # would slow down the nodes that run in the workers.
         os.setsid()
     # A background job in a shell script ignores SIGINT, and its child processes inherit this.
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -85,7 +86,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_keyboard_interrupt() -> None:
-    """Pass on Ctrl-C, which the terminal sends only to its own session, to the workers."""
+    """Forward Ctrl-C to the workers, because the terminal does not send it to other sessions."""
     if 'PYTEST_XDIST_WORKER' not in os.environ:
         for worker in psutil.Process().children():
             worker.send_signal(signal.SIGINT)

@@ -72,11 +72,11 @@ class Page(Chromium):
             assert monotonic() < deadline, response
 
     def catch_brick(self, position):
-        """Drop bricks from a position (m) above the goal until the robot catches one."""
+        """Drop bricks from a position (m) above the goal until the robot catches a brick."""
         deadline = monotonic() + TIMEOUT
         while True:
             self.enter_position(position, 'the brick hovers at', button='Place')
-            # The robot is then below the brick.
+            # The robot must be below the brick.
             self.wait_for(f'{CHART}.data[2].at(-1) < 0.2')
             self.click_element('button', 'Drop')
             self.wait_for_text('response', 'drop: the brick falls from')
@@ -84,9 +84,9 @@ class Page(Chromium):
                           f'{self.has_text("brick", "grounded")}')
             if self.evaluate(self.has_text('brick', 'floating')):
                 return
-            # A computer that stops the nodes for a second makes the brick unreachable.
+            # The brick is unreachable if the machine was too busy to run the nodes.
             self.wait_for_text('status', 'unreachable brick')
-            assert monotonic() < deadline, 'no brick is reachable'
+            assert monotonic() < deadline, 'the catcher refused all bricks'
 
     def visible_colors(self):
         from PIL import Image
