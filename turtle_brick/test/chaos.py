@@ -179,7 +179,8 @@ class Scene(Graph):
             if not watch.down or watch.caught:
                 return watch
             assert watch.refusals, 'the robot missed an easy brick'
-            assert monotonic() < deadline, 'the catcher refused all easy bricks'
+            assert monotonic() < deadline, (
+                f'the catcher refused all easy bricks: {self.processes["catcher"].output[-1000:]}')
 
     def check_catch(self) -> None:
         """Check that the robot catches an easy brick and tips the brick off at the center."""
