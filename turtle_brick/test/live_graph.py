@@ -147,8 +147,7 @@ class LiveGraph(Graph):
 
     def call(self, service: str, service_type: type, request: Any = None) -> Any:
         """Call a service and return the response."""
-        # An EventsExecutor can lose a response that arrives while the executor registers a new
-        # client.
+        # An EventsExecutor can lose a response while it registers a new client.
         client = self._recorder.create_client(service_type, service)
         self.wait_for(client.service_is_ready, TIMEOUT, f'the service {service}')
         responses = self._recorder.call(
