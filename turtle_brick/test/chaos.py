@@ -75,6 +75,12 @@ STAGES: dict[str, Callable[[Any, DropWatch], Any]] = {
 }
 """Conditions that mark the start of each stage of a drop."""
 
+LOCALHOST = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
+UDP = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET', 'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4'}
+"""Environment variables for the `messages` and `kills` commands. With LOCALHOST, Fast DDS uses
+shared memory. In 3 of 240 trials with shared memory, a process frozen for 2 s stopped receiving
+messages from another process. This did not happen in 240 trials with UDP."""
+
 START_TIME = 1.5 if 'FASTRTPS_DEFAULT_PROFILES_FILE' in os.environ else 5.0
 """Time (s) until all nodes have discovered a new process. DDS may lose the first announcement of
 the process. The second one follows after 3 s, or after 0.3 s with this project's DDS profile."""
@@ -169,7 +175,7 @@ class Scene(Graph):
         Drop easy bricks until one of them reaches a given stage.
 
         The catcher may refuse bricks for up to WINDOW (s) after a fault. It must not refuse bricks
-        that are placed later.
+        placed after this period.
         """
         window_end = monotonic() + WINDOW
         while True:
@@ -288,7 +294,7 @@ def main(command: str = '', argument: str = '') -> None:
         trials = [(Scene.check_messages, (BATCH,))] * (int(argument or 20_000) // BATCH)
     else:
         sys.exit(__doc__)
-    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    os.environ.update(UDP if command == 'kills' else LOCALHOST)
     handle_interrupts()
     with reserved_domain() as domain_id, Scene(domain_id, Random(0)) as scene:
         scene.recover()
