@@ -67,8 +67,8 @@ collect_ignore = [file for files in EXCLUDED.values() for file in files]
 def pytest_configure(config: pytest.Config) -> None:
     """Set the ROS environment variables for this process and its child processes."""
     if hasattr(config, 'workerinput'):
-        # Linux divides the processor time equally among sessions. The processes that the tests
-        # start have sessions of their own. If the workers shared one session, these processes
+        # Linux divides the processor time equally among sessions. Each process that a test
+        # starts runs in its own session. If the workers shared one session, these processes
         # would slow down the nodes that run in the workers.
         os.setsid()
     # A background job in a shell script ignores SIGINT, and its child processes inherit this.

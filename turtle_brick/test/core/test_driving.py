@@ -116,7 +116,7 @@ seeds = st.integers(0, 2 ** 32)
 
 @st.composite
 def drives(draw, longest=1.5, jitter=True):
-    """Return a robot at rest, and a goal that is at most `longest` seconds away at full speed."""
+    """Return a robot at rest and a goal at most `longest` seconds away at full speed."""
     speed, (x, y), angle = draw(speeds), draw(places), draw(headings)
     way = speed * draw(st.one_of(st.floats(0.0, longest), st.floats(0.0, 0.05)))
     goal = within_arena(x + way * cos(angle), y + way * sin(angle))

@@ -69,7 +69,7 @@ def level_on_the_ground(message):
 
 
 def stay_at_center(message):
-    """Replace the goal under a falling brick (over 1.6 m from the center) with the center."""
+    """If a goal is over 1.6 m from the center, replace it with the center."""
     position = message.pose.position
     if dist((position.x, position.y), CENTER) > 1.6:
         position.x, position.y = CENTER

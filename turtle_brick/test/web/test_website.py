@@ -54,7 +54,7 @@ str(decisions)
 
 
 def test_the_site_is_built_and_catches_a_brick_without_any_packages(tmp_path):
-    """The site's parameters equal those in turtle.yaml, and its URDF equals xacro's output."""
+    """The website uses the parameters from turtle.yaml and the URDF from xacro."""
     subprocess.run([*ISOLATED, PACKAGE / 'scripts/website', tmp_path], check=True)
     output = subprocess.run([*ISOLATED, '-c', CATCH, tmp_path / 'turtle_brick.zip'], check=True,
                             capture_output=True).stdout

@@ -249,7 +249,7 @@ class TiltRamp:
     """Change the platform angle smoothly."""
 
     def __init__(self, now: int) -> None:
-        """Create a ramp that starts from the level platform at a given time (ns)."""
+        """Create a ramp with an angle of 0 at a given time (ns)."""
         self.angle = self._start_angle = 0.0
         self._start_time = 0
         self._command_time = now

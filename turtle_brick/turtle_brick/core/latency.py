@@ -111,7 +111,8 @@ class LatencyMonitor:
         """
         Record the ages (s) of the transforms received before a timer callback at `now` (ns).
 
-        A late callback makes the ages too high, so they are used only if callbacks are often late.
+        A single late callback makes the ages too high, so they are ignored. If callbacks are often
+        late, the machine is overloaded, and the ages are used.
         """
         self._late_fraction += (float(late) - self._late_fraction) / AVERAGED_CALLBACKS
         if late and not self._is_overloaded:

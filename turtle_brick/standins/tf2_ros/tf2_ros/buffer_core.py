@@ -146,7 +146,7 @@ class Cache:
         return True
 
     def get(self, time: int) -> Entry:
-        """Return or interpolate the transform at a given time (ns), or raise NoDataError."""
+        """Return the transform interpolated at a given time (ns), or raise NoDataError."""
         times = self._times
         if not times:
             raise NoDataError('')
