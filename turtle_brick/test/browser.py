@@ -109,7 +109,7 @@ class Chromium:
         return True
 
     def click_element(self, tag: str, text: str) -> None:
-        """Wait for an element with a given tag and text. Click it, or the control it labels."""
+        """Wait for an element with a given tag and text, and click it or the control it labels."""
         element = (f'[...document.querySelectorAll({tag!r})]'
                    f'.find(candidate => candidate.innerText === {text!r})')
         self.wait_for(element)
@@ -133,14 +133,14 @@ class Chromium:
         self._call('Input.dispatchKeyEvent', type='keyUp', key='Enter', code='Enter')
 
     def box_of(self, expression: str) -> list[float]:
-        """Scroll to an element, and return its left edge, top edge, width and height (pixels)."""
+        """Scroll to an element and return its left edge, top edge, width and height (pixels)."""
         return self.evaluate(
             '(element => { element.scrollIntoView({block: "nearest"});'
             ' const box = element.getBoundingClientRect();'
             f' return [box.x, box.y, box.width, box.height]; }})({expression})')
 
     def center_of(self, expression: str) -> tuple[float, float]:
-        """Scroll to an element, and return its center (pixels)."""
+        """Scroll to an element and return its center (pixels)."""
         x, y, width, height = self.box_of(expression)
         return x + width / 2.0, y + height / 2.0
 

@@ -68,10 +68,10 @@ def pytest_configure(config: pytest.Config) -> None:
     """Set the ROS environment variables for this process and its child processes."""
     if hasattr(config, 'workerinput'):
         # Linux divides the processor time equally among sessions. Each process that a test
-        # starts runs in its own session. If the workers shared one session, these processes
-        # would slow down the nodes that run in the workers.
+        # starts runs in its own session. If the workers shared one session, processes in
+        # other sessions would slow down the nodes in the workers.
         os.setsid()
-    # A background job in a shell script ignores SIGINT, and its child processes inherit this.
+    # A background job in a shell script ignores SIGINT, and so do its child processes.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ.pop('ROS_LOCALHOST_ONLY', None)
@@ -120,7 +120,7 @@ def live(domain_id: int) -> Iterator[Any]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run the linters first and the slowest files next, so that parallel workers end together."""
+    """Run the linters first and the slowest files next, so that all workers finish together."""
     def rank(item: pytest.Item) -> int:
         if item.get_closest_marker('linter'):
             return -1  # flake8 forks, but a fork is unsafe while DDS threads are running.

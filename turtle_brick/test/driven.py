@@ -42,7 +42,7 @@ MAX_DURATION = 30.0
 """Timeout (s) for each event, in simulated time."""
 
 PUNCTUAL_TIMER = SimpleNamespace(timer_period_ns=STEP_NS, time_until_next_call=lambda: STEP_NS)
-"""Replacement for a node's timer that is never late."""
+"""Punctual replacement for a node's timer."""
 
 
 def record_published(publisher: Any) -> list[Any]:
@@ -81,7 +81,7 @@ class SteppedGraph:
         self.tick()
 
     def send_transforms(self, transforms: list[Any]) -> None:
-        """Send transforms to every node, and record the transforms of the brick."""
+        """Send transforms to every node and record the transforms of the brick."""
         self.bricks += [one for one in transforms if one.child_frame_id == BRICK]
         for node in self.nodes:
             node.tf_listener.callback(TFMessage(transforms=transforms))
@@ -90,7 +90,7 @@ class SteppedGraph:
         """Move the platform for a duration (s). Subclasses override this method."""
 
     def tick(self, by: int = TICK_NS) -> None:
-        """Advance the time by a duration (ns), and call the timer callback of every node."""
+        """Advance the time by a duration (ns) and call the timer callback of every node."""
         self.now += by
         self.move(by / NS_PER_SECOND)
         now = Time(nanoseconds=self.now, clock_type=ClockType.ROS_TIME)

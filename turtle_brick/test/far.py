@@ -95,7 +95,7 @@ def switch(taps: list[int], delay: float, jitter: float, loss: float,
 
     :param delay: mean delay (s) of a frame, with the standard deviation `jitter` (s)
     :param loss: fraction of lost frames
-    :param is_done: function that is called every 0.1 s and returns whether to stop the switch
+    :param is_done: function called every 0.1 s that returns whether to stop the switch
     """
     random = Random(1)
     tap_of: dict[bytes, int] = {}  # The keys are MAC addresses.
@@ -152,8 +152,8 @@ def drop_bricks(drops: int) -> int:
     """
     Drop bricks, and print each result and a row for the table in figures.md.
 
-    The first brick only measures the latency, and is dropped in addition. A brick that the robot
-    misses while this machine is overloaded does not count.
+    The first brick only measures the latency and does not count toward `drops`. A brick that the
+    robot misses while this machine is overloaded does not count.
 
     :return: exit status, which is 0 if every brick after the first one was caught or refused
     """
@@ -192,7 +192,7 @@ def drop_bricks(drops: int) -> int:
             caught = 'riding' in [state.message.data for state in brick_states]
             decision = latest(decisions)
             print(f'  {decision}', flush=True)
-            # The decision does not contain a latency if no robot is available.
+            # The decision does not contain a latency if the robot is unavailable.
             if latency := re.search(r'command latency ([\d.]+)', decision):
                 latencies.append(float(latency[1]))
             outcome = outcome_of(decision, caught)

@@ -53,7 +53,7 @@ LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """QoS of a latched topic that stores up to ten messages."""
 
 TIMEOUT = 30.0
-"""Timeout (s) for events that are immediate on an idle machine."""
+"""Timeout (s) for events that occur immediately on an idle machine."""
 
 PROGRAM = Program(1.0, 3, (0.5, 0.0), (FAR_OUT, IN_REACH._replace(spare_time=1.5)))
 """A short referee program that includes each kind of request. Even on a busy machine, the robot
@@ -84,7 +84,7 @@ class LiveGraph(Graph):
     """A graph that records topics, publishes messages and calls services."""
 
     def __init__(self, domain_id: int, **options: Any) -> None:
-        """Create a graph in a given ROS domain, and pass the options to Graph."""
+        """Create a graph in a given ROS domain and pass the options to Graph."""
         super().__init__(domain_id, **options)
         self._fetch_time = 0.0
         self._recorder = PollingNode('recorder', context=self.context, namespace=self.namespace)
@@ -96,7 +96,7 @@ class LiveGraph(Graph):
         super().__exit__()
 
     def wait_for(self, predicate: Callable[[], Any], timeout: float, what: str) -> Any:
-        """Run the nodes until a predicate is true and return its value, or raise TimeoutError."""
+        """Spin until a predicate is true and return its value. Raise TimeoutError on timeout."""
         result: list[Any] = []
 
         def check() -> bool:
@@ -162,7 +162,7 @@ graph = LiveGraph
 
 
 def add_nodes(graph: Graph) -> dict[str, Any]:
-    """Add all nodes of the assignment to a graph, and return the nodes keyed by name."""
+    """Add all nodes of the assignment to a graph and return the nodes keyed by name."""
     return {name: getattr(graph, f'add_{name}')() for name in (
         'turtlesim', 'robot_state_publisher', 'robot', 'arena', 'catcher')}
 
@@ -194,7 +194,7 @@ class NodeProcess(Process):
 def process(command: Sequence[str], domain_id: int, *, stop: int | None = signal.SIGINT,
             timeout: float = TIMEOUT) -> Iterator[NodeProcess]:
     """
-    Run a program with its arguments, and check that it exits with status 0.
+    Run a program with its arguments and check that it exits with status 0.
 
     :param stop: signal that stops the program, or None to kill it without checking its status
     :param timeout: time (s) within which the program must exit after the signal

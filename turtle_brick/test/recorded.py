@@ -160,7 +160,7 @@ class Command:
         return found
 
     def end(self, timeout=2 * TIMEOUT):
-        """Wait until the command exits. Then kill its remaining processes and return their IDs."""
+        """Wait until the command exits. Then kill the remaining processes and return their IDs."""
         try:
             assert self.wait_for(lambda: self.status is not None, timeout), self.text + self.error
             for reader in self.readers:
@@ -181,7 +181,7 @@ def restored_signal_handlers():
 
 
 def run_here(words, patch, stdin=''):
-    """Run `ros2` in this process, and return its status and output. `patch` restores sys."""
+    """Run `ros2` in this process and return the status and output. `patch` restores sys."""
     out, err = (io.TextIOWrapper(io.BytesIO(), write_through=True) for _ in range(2))
     for name, value in (('argv', words), ('stdin', io.StringIO(stdin)), ('stdout', out),
                         ('stderr', err)):

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Launch turtle_robot, and check that it publishes cmd_vel at 100 Hz."""
+"""Launch turtle_robot and check that it publishes cmd_vel at 100 Hz."""
 
 import os
 import time

@@ -82,7 +82,7 @@ class CatchBench:
         return self.platform() if self.visible else None
 
     def observe_brick(self):
-        """Pass the brick's position to the catcher, and return whether a new fall is detected."""
+        """Pass the brick's position to the catcher and return whether a new fall is detected."""
         x, y, z = self.world.brick
         return self.catcher.observe_brick(
             self.now + self.brick_ahead, (x, y, z + self.random.uniform(-1e-12, 1e-12)),
@@ -194,7 +194,7 @@ def test_unreachable_brick_causes_one_decision_and_no_motion(brick, jump):
 
 
 def test_refused_brick_is_carried_if_it_lands_on_the_platform():
-    """The catcher refused the brick because no robot was available during the fall."""
+    """The catcher refused the brick because the robot was unavailable during the fall."""
     bench = CatchBench()
     bench.visible = False
     bench.drop(5.5, 5.5, 5.0)
@@ -231,7 +231,7 @@ def test_brick_placed_above_an_idle_robot_is_not_carried(brick, time, above):
 
 
 def test_brick_at_rest_on_the_tilted_platform_has_not_left_it():
-    """After the brick has been at rest for 0.2 s, no more brick transforms arrive."""
+    """The brick transforms stop after the brick has been at rest for 0.2 s."""
     bench = bench_in(State.TILTING, 0.2)
     for step in range(round(0.9 * TILTING_TIMEOUT / STEP_NS / 1e-9)):
         bench.now += STEP_NS
@@ -287,7 +287,7 @@ def test_catcher_recovers_after_the_brick_or_the_robot_is_lost(state, place):
 
 @any_state
 def test_clock_set_back_resets_the_catcher(state):
-    """The catcher levels the platform, and carries a brick that is still attached to it."""
+    """The catcher levels the platform and carries a brick still attached to it."""
     bench = bench_in(state)
     bench.attaches_brick = True
     bench.now -= seconds(0.02 if state is State.CARRYING else 50.0)

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Test Driver with examples, and its closed loop with turtlesim's kinematics."""
+"""Test Driver with examples and in a closed loop with turtlesim's kinematics."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -61,7 +61,7 @@ def test_travel_time_without_a_final_approach():
 
 
 def test_tick_clock_follows_the_poses():
-    """The clock restarts after a pose that is far too early, and after three late poses."""
+    """The clock restarts after one very early pose or three late poses."""
     for period in (0.99 * TICK, 1.01 * TICK):
         clock = TickClock()
         for number in range(1000):
@@ -222,7 +222,7 @@ def test_travel_time_is_an_upper_bound(speed, radius, part, angle, seed):
     bench.rest(distance / speed + 0.6)
     first = next((time for time, pose in bench.poses if pose[:2] != start[:2]), 0.0)
     reached = next(time for time, pose in bench.poses if dist(pose[:2], goal) <= radius)
-    # The final approach can start during a tick. This adds at most 0.09 ticks to the travel time.
+    # Starting the final approach during a tick adds at most 0.09 ticks to the travel time.
     assert reached - first <= travel_time(distance, radius, speed) + 0.09 * TICK
 
 

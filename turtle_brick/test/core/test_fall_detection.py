@@ -47,7 +47,7 @@ class DetectorBench:
             self.observe(x, y, z)
 
     def fall(self, x, y, z, release, samples):
-        """Observe a brick that is released at a given time (ns), and return the detected fall."""
+        """Observe a brick released at a given time (ns) and return the detected fall."""
         for _ in range(samples):
             time = max(self.now - release, 0) * 1e-9
             if self.observe(x, y, z - 0.5 * self.detector.gravity * time * time):
@@ -129,7 +129,7 @@ other_falls = st.tuples(st.just(pi / 2.0), st.floats(0.1, 10.0),
 @law(40)
 @given(motion=slides | other_falls, spacing=intervals)
 def test_slides_and_other_accelerations_are_not_falls(motion, spacing):
-    """The slide that is most similar to a fall occurs at the maximum tilt_angle (1.5 rad)."""
+    """The slide most similar to a fall occurs at the maximum tilt_angle (1.5 rad)."""
     slope, speed, factor = motion
     bench = DetectorBench(spacing)
     start = bench.now

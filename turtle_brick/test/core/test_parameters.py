@@ -151,7 +151,7 @@ def test_valid_values_are_kept_unless_the_robot_cannot_be_built(mapping):
         message = error_of(mapping)
         assert all(f'{number:g} m' in message
                    for number in (height, radius, thickness, wheel, least))
-        # The parameter sets of the nodes do not contain all dimensions.
+        # Each node's parameter set lacks some dimensions.
         for parameter_set in (RobotParameters, ArenaParameters, CatcherParameters):
             assert parameter_set.from_mapping(mapping)
     else:

@@ -92,7 +92,7 @@ def calls_of(events: list[list]) -> list[Call]:
 
 
 def perform(call: Call, sim: TurtleSim, now: float) -> bool:
-    """Perform a call, and return whether its result matches the recording."""
+    """Perform a call and return whether its result matches the recording."""
     if call.service == 'poses':
         poses = {sim.turtles[name].pose[:3] for name in ('far', 'turtle2')}
         return poses == {tuple(row) for row in call.reply['poses']}
@@ -117,7 +117,7 @@ def test_every_recorded_tick_is_reproduced(path: Path) -> None:
     begins, ends = [call.begin for call in calls], [call.end for call in calls]
     sim = TurtleSim(recording['holonomic'])
     assert sim.tick(0.0) == {}
-    # A state contains the numbers of received commands and executed calls, and the simulator.
+    # A state contains the simulator and the numbers of received commands and executed calls.
     states = {(0, 0, pickle.dumps(sim))}
     for number, (time, *recorded) in enumerate(recording['pose']):
         following = set()

@@ -34,7 +34,7 @@ without_ros = pytest.mark.skipif(
 
 
 def shell(script, *, options=(), **variables):
-    """Run a script in bash, and return the exit status, standard output and standard error."""
+    """Run a script in bash and return the exit status, standard output and standard error."""
     env = {name: value for name, value in {**os.environ, **variables}.items()
            if value is not None}
     done = subprocess.run(['bash', *options, '-c', script], env=env, cwd='/', text=True,

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Apply sample solutions for the exercises to a copy of the package, and check the effects."""
+"""Apply sample solutions for the exercises to a copy of the package and check the effects."""
 
 from importlib.util import module_from_spec, spec_from_file_location
 import os
@@ -75,14 +75,14 @@ def apply(solution, path):
 def run(copy, *arguments):
     env = {**os.environ, 'PYTHONPATH': f'{copy}:{os.environ.get("PYTHONPATH", "")}',
            'PYTEST_DISABLE_PLUGIN_AUTOLOAD': '1'}
-    env.pop('AMENT_PREFIX_PATH', None)  # Otherwise, the copy would read the installed parameters.
+    env.pop('AMENT_PREFIX_PATH', None)  # Hide the installed parameters from the copied package.
     env.pop('PYTEST_ADDOPTS', None)
     return subprocess.run([sys.executable, *arguments], cwd=copy, env=env, text=True, check=True,
                           stdout=subprocess.PIPE, timeout=60.0).stdout
 
 
 def code(page, word):
-    """Return the only code block with a given word on a page."""
+    """Return a page's only code block that contains a given word."""
     text = (PACKAGE / 'doc' / page).read_text()
     block, = [block for block in re.findall('```(?:python|yaml)\n(.*?)```', text, re.S)
               if word in block]

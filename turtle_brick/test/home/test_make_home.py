@@ -102,7 +102,7 @@ for name in selected:
 if (top / 'broken').exists():
     sys.exit('error: it is broken')
 """
-"""Replacement for colcon that records the selected packages, and fails if `broken` exists."""
+"""Replacement for colcon that records the selected packages and fails if `broken` exists."""
 
 EVERYTHING = ['tf2_msgs', 'tf2_ros', 'turtle_brick_interfaces', 'turtle_brick']
 
@@ -212,7 +212,7 @@ def test_a_missing_program_is_named(make_home, tmp_path, monkeypatch):
     ('work:space', "contains ':'"), ('a\nb', "contains '\\n'"),
     ('C++ & co. Übung #1 日本 ~100%', 'aarch64')])
 def test_unsupported_characters_in_the_path_are_refused(top, monkeypatch, name, words):
-    """make_home.py accepts the third path, and then rejects the machine type."""
+    """For the path with 'C++', make_home.py rejects only the machine type."""
     monkeypatch.setattr(platform, 'machine', lambda: 'aarch64')
     assert words in refusal(load(top.rename(top.with_name(name))))
 

@@ -46,7 +46,7 @@ def stamps_of_each_step(transforms):
 
 
 def test_250_transforms_per_second(live):
-    """The arena broadcasts the brick at 250 Hz, and publishes its marker at 1 Hz."""
+    """The arena broadcasts brick transforms at 250 Hz and publishes the brick marker at 1 Hz."""
     markers = live.record('brick_marker', Marker)
     live.add_arena()
     bricks = live.record_transforms('brick')

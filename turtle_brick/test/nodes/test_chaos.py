@@ -26,7 +26,7 @@ FAR = Path(__file__).parents[1] / 'far.py'
 
 
 def missing_permission() -> str:
-    """Return the reason why network namespaces are not permitted, or an empty string."""
+    """Return the reason if network namespaces are not permitted, and an empty string otherwise."""
     try:
         with open('/dev/net/tun', 'r+b', buffering=0):
             pass

@@ -166,7 +166,7 @@ def test_services_may_have_other_names_and_types_and_two_servers(domain_id):
 
 
 def test_a_graph_in_another_namespace_is_not_used(domain_id):
-    """Only the TF frames of a graph in another namespace are recorded."""
+    """The referee records only the TF frames from a graph in another namespace."""
     logged = []
     with Graph(domain_id, namespace='elsewhere', quiet=True) as graph:
         graph.add_turtlesim()

@@ -236,7 +236,7 @@ def make_record(parts=PARTS, **off):
 
 NAMES = {rule.name for rule in referee.RULES}
 ROBOT_RULES = {rule.name for rule in robot_rules.RULES} - {'frames: brick', 'rate: brick', 'tilt'}
-"""Names of all requirements, and of the requirements that a robot can meet without a brick."""
+"""Names of all requirements and of those that a robot can meet without a brick."""
 
 
 def judge(record, *names):

@@ -108,7 +108,7 @@ def test_all_messages_are_published_without_limit_or_stamps(live, parameter, sta
 
 @pytest.mark.parametrize('frequency, stop', [(1000.0, signal.SIGTERM), (2000.0, None)])
 def test_end_prints_at_most_one_line(frequency, stop, tmp_path, domain_id):
-    """The node prints nothing after SIGTERM, and one line if a parameter is invalid."""
+    """The node prints nothing after SIGTERM but prints one line if a parameter is invalid."""
     file = tmp_path / 'parameters.yaml'
     file.write_text(json.dumps({'/**': {'ros__parameters': {
         'robot_description': URDF, 'publish_frequency': frequency}}}))

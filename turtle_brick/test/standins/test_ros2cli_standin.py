@@ -53,8 +53,8 @@ def signals_of(record):
 
 
 # These commands run in separate processes because they are interrupted, start processes, require
-# an empty graph or fail with a traceback. They also cover each kind of graph access. All other
-# commands run in this process without waiting for discovery.
+# an empty graph or fail with a traceback. These commands also cover each kind of graph
+# access. All other commands run in this process without waiting for discovery.
 PROCESSES = [name for name, record in RECORDS.items() if signals_of(record) or re.match(
     'run_(?!help|unk)|ros2_run|empty|node_list$|node_info_catcher|echo_once$|pub_times|'
     'pub_bad_topic|param_list_all', name)]
@@ -151,7 +151,7 @@ def outcomes(arena, files, request):
 
 @pytest.fixture(scope='module')
 def open_graph_here(arena):
-    """Join the arena's domain, and yield a replacement for open_graph() that skips discovery."""
+    """Join the arena's domain and yield a replacement for open_graph() that skips discovery."""
     with pytest.MonkeyPatch.context() as environment, restored_signal_handlers():
         environment.setenv('ROS_DOMAIN_ID', str(arena.context.get_domain_id()))
         with cli_graph.open_graph():  # This call waits for discovery.
@@ -194,7 +194,7 @@ def test_graph_is_complete_when_all_nodes_and_services_are_announced():
 
 
 def test_ctrl_c_in_a_destructor_ends_spinning(open_graph_here):
-    """Ctrl-C is effective although Python ignores exceptions that destructors raise."""
+    """Ctrl-C works although Python ignores exceptions in destructors."""
     class Ending:
 
         def __del__(self):

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Compare the stand-in for tf2_ros and the type hashes with those of the real packages."""
+"""Compare the stand-in for tf2_ros and the type hashes with the real packages."""
 
 import json
 from pathlib import Path

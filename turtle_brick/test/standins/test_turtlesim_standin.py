@@ -55,7 +55,7 @@ def poses(shared):
 
 
 def poses_of(live, turtle):
-    """Record a turtle's poses, and wait for the first pose."""
+    """Record a turtle's poses and wait for the first pose."""
     poses = live.record(f'{turtle}/pose', Pose)
     live.wait_for(lambda: poses.messages, 20.0, f'a pose of {turtle}')
     return poses

@@ -101,7 +101,7 @@ class PageBench:
         self.page.on_goal(goal)
 
     def draw(self, after=0):
-        """Draw after a delay (ns), and return the poses of all objects."""
+        """Draw after a delay (ns) and return the poses of all objects."""
         self.now += after
         self.page.draw()
         objects = self.last_argument(self.scene.show)
