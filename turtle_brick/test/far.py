@@ -155,7 +155,7 @@ def drop_bricks(drops: int) -> int:
     The first brick only measures the latency and does not count toward `drops`. A brick that the
     robot misses while this machine is overloaded does not count.
 
-    :return: exit status, which is 0 if every brick after the first one was caught or refused
+    :return: exit status (0 if every brick after the first one was caught or refused)
     """
     random = Random(1)
     outcomes: Counter[str] = Counter()
