@@ -64,7 +64,7 @@ from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
 MARKER_PERIOD = 1.0
-"""Period (s) of the brick marker. rviz2 discards it until the brick frame is known."""
+"""Period (s) of the brick marker. rviz2 discards the marker until the brick frame is known."""
 
 WALL_THICKNESS = 0.1
 """Thickness (m) of the walls."""
@@ -130,7 +130,7 @@ class Arena(Node):
 
     def on_drop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Release the brick, or return the reason for refusing the request."""
-        self.on_timer()  # The steps that are already due precede the release.
+        self.on_timer()  # The steps already due precede the release.
         try:
             self.world.release()
         except ValueError as error:
@@ -146,15 +146,15 @@ class Arena(Node):
         now = self.get_clock().now().nanoseconds
         if now == 0:
             return  # Simulated time has not started.
-        # A riding brick is simulated one step ahead, so that its latest transform is never older
+        # A riding brick is simulated one step ahead so that its latest transform is never older
         # than the latest transform of the platform.
         ahead = STEP_NS if self.world.phase is Phase.RIDING else 0
         times = self.step_clock.due(now + ahead, due_time(self.timer, now))
         self.warn_of_clock_jump()
         if not times:
             return
-        # The `drop` service has already sent its response. If several steps have become
-        # due in the meantime, the brick does not move before the last step.
+        # The `drop` service has already sent its response. If several steps are due,
+        # the brick does not move before the last step.
         first_moving = times[-1] if self.is_answering else times[0]
         self.is_answering = False
         self.tf_broadcaster.sendTransform(
@@ -183,7 +183,7 @@ class Arena(Node):
 
     def step(self, time: int, is_held: bool) -> TransformStamped:
         """
-        Execute the physics step at a given time (ns), and return the transform of the brick.
+        Execute the physics step at a given time (ns) and return the brick's transform.
 
         :param is_held: whether to keep the brick at rest in this step
         """

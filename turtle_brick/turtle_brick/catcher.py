@@ -121,7 +121,7 @@ class CatcherNode(Node):
             self.update()
 
     def on_timer(self) -> None:
-        """Record the ages of the transforms, and update the catcher."""
+        """Record the transform ages and update the catcher."""
         now = self.get_clock().now().nanoseconds
         # Simulated time advances in steps, so it cannot be used to measure ages.
         if not self.get_parameter('use_sim_time').value:
@@ -137,7 +137,7 @@ class CatcherNode(Node):
         self.update()
 
     def update(self) -> None:
-        """Update the catcher, and publish its state and its commands."""
+        """Update the catcher and publish its state and commands."""
         now = self.get_clock().now().nanoseconds
         state = self.catcher.state
         pose = recent_pose(self.tf_buffer, PLATFORM, now) if self.has_subscribers() else None

@@ -103,7 +103,7 @@ class TurtleRobot(Node):
         self.create_subscription(PoseStamped, 'goal_pose', self.on_goal, 10)
         self.create_subscription(Tilt, 'tilt', self.on_tilt, 10)
 
-        # turtlesim ignores simulated time, so this timer does too. The node makes up for missed
+        # Like turtlesim, this timer ignores simulated time. The node makes up for missed
         # cycles because the delay in the turtlesim queue is predictable only if the queue is full.
         self.cycles = StepClock(round(COMMAND_PERIOD * NS_PER_SECOND))
         self.timer = self.create_timer(
@@ -171,7 +171,7 @@ class TurtleRobot(Node):
         self.drive_to(pose_of(transform), point)
 
     def drive_to(self, frame: Pose, point: Vector) -> None:
-        """Drive to a point (m) in a frame that has a given pose in the world frame."""
+        """Drive to a point (m) in a frame with a given pose in the world frame."""
         goal = frame.transform(point)[:2]
         if not all(map(isfinite, goal)):
             self.get_logger().warning(
@@ -196,7 +196,7 @@ class TurtleRobot(Node):
         self.tilt_angle = message.angle
 
     def on_timer(self) -> None:
-        """Retry a pending goal, and execute all due cycles."""
+        """Retry a pending goal and execute all due cycles."""
         if self.pending_goal is not None:
             self.try_pending_goal(*self.pending_goal)
         now = monotonic_ns()

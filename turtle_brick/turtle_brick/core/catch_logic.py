@@ -321,8 +321,8 @@ class Catcher:
         if fall is not None and self._detector.fall is None:
             if not self._is_decided(fall) and z < height - HEIGHT_TOLERANCE:
                 self._finished_fall = fall
-            # The brick landed if it was above the platform and should have reached it by now.
-            # Otherwise, the brick was placed.
+            # The brick landed if it was above the platform and should have reached the platform
+            # by now. Otherwise, the brick was placed.
             if (z_before > height - HEIGHT_TOLERANCE
                     and fall.height(stamp, self._detector.gravity) < height + HEIGHT_TOLERANCE):
                 has_landed = True
@@ -332,7 +332,7 @@ class Catcher:
 
     def update(self, now: int, platform: Platform | None) -> list[Action]:
         """
-        Update the state, and return the decisions and commands to publish.
+        Update the state and return the decisions and commands to publish.
 
         Call this method at least 50 times per second. If `now` decreases, the catcher is reset.
 

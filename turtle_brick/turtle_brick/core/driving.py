@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Drive the turtle to a goal at full speed, and stop it there.
+Drive the turtle at full speed and stop it at its goal.
 
 turtlesim queues up to seven commands and takes the oldest command every 16 ms. Commands at 100 Hz
 keep this queue full, so a command takes effect 60 to 70 ms after its publication or is discarded.
@@ -196,10 +196,10 @@ class CommandQueue:
 
 
 class Driver:
-    """Drive the turtle straight to a goal at full speed, and keep it there."""
+    """Drive the turtle straight to its goal at full speed and keep it at the goal."""
 
     def __init__(self, max_velocity: float) -> None:
-        """Create a driver that has a given speed limit (m/s) and no goal."""
+        """Create a driver with a given speed limit (m/s) and no goal."""
         self.max_velocity = max_velocity
         self.goal: tuple[float, float] | None = None
         """Goal (m) in the world frame."""
@@ -228,10 +228,10 @@ class Driver:
 
     def command(self, now: float) -> tuple[float, float]:
         """
-        Return the velocity (m/s, in the turtle's frame) to publish at `now` (s), and record it.
+        Return and record the velocity (m/s, in the turtle's frame) to publish at `now` (s).
 
-        Call this method at 100 Hz. The velocity is zero at the goal, and whenever there is no goal
-        or no recent pose.
+        Call this method at 100 Hz. The velocity is zero if the turtle is at its goal, has no goal,
+        or has no recent pose.
         """
         velocity = self._steer(now)
         self._queue.publish(now, *velocity)
@@ -257,7 +257,7 @@ class Driver:
 
 def travel_time(distance: float, radius: float, max_velocity: float) -> float:
     """
-    Return the time (s) from the turtle's first motion until it is within `radius` (m) of its goal.
+    Return the time (s) from the first motion until the turtle is within `radius` (m) of its goal.
 
     The time is (distance - radius) / max_velocity if the turtle slows down only within the radius.
     """

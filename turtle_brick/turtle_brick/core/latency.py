@@ -48,10 +48,10 @@ CLOCK_TOLERANCE = 0.006
 arena simulates a brick on the platform one step (0.004 s) ahead."""
 
 MIN_GAPS = 3
-"""Messages are lost if WINDOW contains at least this number of gaps between brick timestamps."""
+"""Minimum number of gaps between brick timestamps in WINDOW that indicates lost messages."""
 
 LOSS_RESERVE = 0.06
-"""Excess latency (s) due to lost messages. The reserve covers two catcher updates (0.02 s each)
+"""Excess latency (s) due to lost messages. This value covers two catcher updates (0.02 s each)
 and two robot poses (0.01 s each)."""
 
 MAX_DELAY = 1.0
@@ -81,7 +81,7 @@ class RecentValues:
         return values[-rank] if len(values) >= rank else 0.0
 
     def recent(self, now: int) -> list[float]:
-        """Remove values older than WINDOW, and return the remaining values in ascending order."""
+        """Remove values older than WINDOW and return the remaining values in ascending order."""
         while self._history and (now - self._history[0][0]) * SECONDS_PER_NS > WINDOW:
             _, value = self._history.popleft()
             del self._sorted[bisect_left(self._sorted, value)]
@@ -111,8 +111,8 @@ class LatencyMonitor:
         """
         Record the ages (s) of the transforms received before a timer callback at `now` (ns).
 
-        A single late callback makes the ages too high, so they are ignored. If callbacks are often
-        late, the machine is overloaded, and the ages are used.
+        A single late callback makes the transform ages too high, so they are ignored. If callbacks
+        are often late, the machine is overloaded, and the transform ages are used.
         """
         self._late_fraction += (float(late) - self._late_fraction) / AVERAGED_CALLBACKS
         if late and not self._is_overloaded:
@@ -126,7 +126,7 @@ class LatencyMonitor:
         return self._late_fraction > OVERLOAD_FRACTION
 
     def record_robot_stamp(self, stamp: int) -> None:
-        """Record the timestamp (ns) of a robot transform, and the pause before it."""
+        """Record the timestamp (ns) of a robot transform and the preceding pause."""
         if self._robot_stamp is None:
             self._first_robot_stamp = stamp
         else:
@@ -136,7 +136,7 @@ class LatencyMonitor:
         self._robot_stamp = stamp
 
     def record_brick_stamp(self, stamp: int) -> None:
-        """Record the timestamp (ns) of a brick transform, and the gap before it."""
+        """Record the timestamp (ns) of a brick transform and the preceding gap."""
         gap = 0.0 if self._brick_stamp is None else (stamp - self._brick_stamp) * SECONDS_PER_NS
         self._brick_stamp = stamp
         if not 0.0 < gap < MAX_DELAY:
@@ -179,8 +179,8 @@ class LatencyMonitor:
 
         The goal and the resulting pose each cross one link, so the delay of the slowest link
         counts twice. A brief stall of one node can cause a single late response. Such a response
-        counts only if messages are late or lost. If the clocks disagree, the ages are unreliable,
-        so the result includes the clock error and the response delay.
+        counts only if messages are late or lost. If the clocks disagree, the transform ages are
+        unreliable, so the result includes the clock error and the response delay.
         """
         clock_error = self.clock_error(now)
         link = max(

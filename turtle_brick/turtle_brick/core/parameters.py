@@ -16,8 +16,8 @@
 Valid ranges of the parameters in config/turtle.yaml, and the parameter set of each node.
 
 `load` reads the file without ROS. A node declares its parameters with
-`turtle_brick.ros.node_parameters.declare_parameters`. Both functions raise a ParameterError if a
-value is missing or invalid.
+`turtle_brick.ros.node_parameters.declare_parameters`. `load` and `declare_parameters` raise a
+ParameterError if a value is missing or invalid.
 
 To add a parameter, add it to config/turtle.yaml, to PARAMETER_RULES, and to the parameter set of
 each node that uses it.
@@ -140,7 +140,7 @@ class ArenaParameters(ParameterSet):
     wall_height: float
 
     def __post_init__(self) -> None:
-        """Check all values, and check that the brick starts above the ground."""
+        """Check that all values are valid and that the brick starts above the ground."""
         super().__post_init__()
         half_height = self.brick_size[2] / 2
         if self.brick_start[2] < half_height:
@@ -166,7 +166,7 @@ class Parameters(RobotParameters, ArenaParameters, CatcherParameters):
     """All parameters in config/turtle.yaml, in SI units."""
 
     def __post_init__(self) -> None:
-        """Check all values, and check that the robot can be built."""
+        """Check that all values are valid and that the robot can be built."""
         super().__post_init__()
         least, greatest = self.wheel_radius / 3, self.wheel_radius * 20
         if not least <= self.platform_radius <= greatest:
@@ -196,7 +196,7 @@ def least_height(platform_radius: float, platform_thickness: float, wheel_radius
 
 
 def default_path() -> Path:
-    """Return the path of the installed config/turtle.yaml, or of the source file otherwise."""
+    """Return the path of the installed config/turtle.yaml, or of the source file as a fallback."""
     try:
         from ament_index_python.packages import get_package_share_path
         share = get_package_share_path('turtle_brick')

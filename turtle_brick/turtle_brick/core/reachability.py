@@ -22,7 +22,7 @@ required time must not exceed the time until landing. For a level platform, the 
     latency + (distance - platform_radius) / max_velocity      otherwise
 
 - The brick falls straight down without drag. It lands when its bottom reaches the top of the level
-  platform. A brick that is already below this height is unreachable.
+  platform. A brick is unreachable if its bottom is already below the platform's top.
 - A brick lands on the platform if its center is within platform_radius of the platform axis. The
   robot therefore does not have to drive the whole distance.
 - The distance is the horizontal distance from the robot to the landing point. A moving robot first
@@ -30,7 +30,7 @@ required time must not exceed the time until landing. For a level platform, the 
 - The latency is COMMAND_LATENCY plus the excess latency. COMMAND_LATENCY applies to nodes on one
   machine. The `latency` module estimates the excess latency due to slow links and busy machines.
 - A brick cannot land on a tilted platform. Leveling takes LEVEL_LATENCY plus the excess latency.
-  Therefore, the required time is at least this sum if the platform is not level.
+  Therefore, the required time is at least the leveling time if the platform is not level.
 - If late transforms put the landing in the past, the time until the landing is 0.
 
 `robot_tracking` computes the motion of the robot. All timestamps (ns) come from one clock.
@@ -50,9 +50,9 @@ QUEUE_LATENCY = (QUEUE_DEPTH - 1) * COMMAND_PERIOD + TICK + TRANSPORT_DELAY
 takes effect at the first turtlesim tick after six newer commands have arrived."""
 
 COMMAND_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + QUEUE_LATENCY + COMMAND_PERIOD + 0.010
-"""Maximum time (0.108 s) from a decision until the arena receives a pose of the moving robot. It
-covers three messages (goal, pose and transform), two robot cycles and turtlesim's queue. A 10 ms
-margin covers operating system delays and the wait for the next physics step."""
+"""Maximum time (0.108 s) from a decision until the arena receives a pose of the moving robot. The
+time covers three messages (goal, pose and transform), two robot cycles and turtlesim's queue. A
+10 ms margin covers operating system delays and the wait for the next physics step."""
 
 GUARANTEED_LATENCY = 0.13
 """Guaranteed upper limit (s) for the time from the release of a brick to the robot's first motion.
@@ -154,7 +154,7 @@ def decide_reachability(fall: Fall, now: int, robot: RobotMotion | None,
     Decide whether the robot can be under a falling brick when the brick lands.
 
     :param now: current time (ns)
-    :param robot: motion of the robot, or None if no robot is available
+    :param robot: motion of the robot, or None if the robot is unavailable
     :param excess: excess latency (s)
     """
     time = fall.time_to(resting_height(parameters), parameters.gravity_accel)

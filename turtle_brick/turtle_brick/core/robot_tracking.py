@@ -97,7 +97,7 @@ class RobotTracker:
     def observe(self, now: int, platform: Platform | None, level_for: float
                 ) -> RobotMotion | None:
         """
-        Record the robot's position, and return its motion, or None if the robot is unavailable.
+        Record the robot's position and return its motion, or None if the robot is unavailable.
 
         :param platform: platform of the robot at the time `now` (ns), or None if unavailable
         :param level_for: time (s) since a tilt of 0 was commanded, or 0 after any other command

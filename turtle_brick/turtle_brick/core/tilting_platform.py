@@ -26,7 +26,7 @@ LEVEL_TOLERANCE = 1e-3
 
 @dataclass(frozen=True)
 class Platform:
-    """Pose of the platform, and values derived from the pose."""
+    """Pose of the platform and values derived from the pose."""
 
     pose: Pose
     """Pose of the platform frame in the world frame. The origin is at the center of the base."""

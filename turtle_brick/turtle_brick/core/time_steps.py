@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Time conversions, and a step clock that does not drift if callbacks are late."""
+"""Time conversions and a step clock that does not drift if callbacks are late."""
 
 from typing import Any
 

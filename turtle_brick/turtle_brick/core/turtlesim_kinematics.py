@@ -61,7 +61,7 @@ _TWO_PI = 2.0 * _PI
 
 
 def within_arena(x: float, y: float) -> tuple[float, float]:
-    """Return the point (m) in the arena that is nearest to (x, y) in the world frame."""
+    """Return the arena point (m) nearest to (x, y) in the world frame."""
     return (0.0 if x < 0.0 else ARENA_SIZE if x > ARENA_SIZE else x,
             0.0 if y < 0.0 else ARENA_SIZE if y > ARENA_SIZE else y)
 
@@ -94,7 +94,7 @@ class Turtle:
 
     def __init__(self, x: float = ARENA_CENTER, y: float = ARENA_CENTER, theta: float = 0.0,
                  holonomic: bool = False, now: float = 0.0) -> None:
-        """Create a turtle that is at rest at a given pose (m, rad) and time (s)."""
+        """Create a turtle at rest at a given pose (m, rad) and time (s)."""
         self._x = float32(x)
         self._y_down = float32(ARENA_SIZE - float32(y))
         self._theta = float32(theta)
@@ -107,8 +107,8 @@ class Turtle:
         self.holonomic = holonomic
         """Whether commands change the sideways velocity."""
         self.clamped: tuple[float, float] | None = None
-        """Position (m, y down) that the last tick would have reached without the walls, or None if
-        the turtle did not hit a wall."""
+        """Position (m, y down) after the last tick without clamping at the wall, or None if the
+        turtle did not hit a wall."""
         self.pose = self._rounded_pose()
         """Pose after the last tick."""
 
@@ -133,7 +133,7 @@ class Turtle:
             self._commanded_at = now
 
     def update(self, now: float) -> TurtlePose:
-        """Move the turtle in the second half of a tick, and return the new pose."""
+        """Move the turtle in the second half of a tick and return the new pose."""
         self._teleport()
         if now - self._commanded_at > COMMAND_TIMEOUT:
             self._linear_x = self._linear_y = self._angular = 0.0
@@ -153,7 +153,7 @@ class Turtle:
         return self.pose
 
     def tick(self, now: float) -> TurtlePose:
-        """Execute one tick, and return the pose to publish."""
+        """Execute one tick and return the pose to publish."""
         self.take_command(now)
         return self.update(now)
 
@@ -197,7 +197,7 @@ class TurtleSim:
 
     def spawn(self, x: float, y: float, theta: float, name: str = '', now: float = 0.0) -> str:
         """
-        Add a turtle, and return its name, or an empty string if the name is in use.
+        Add a turtle and return its name, or an empty string if the name is in use.
 
         An empty name is replaced with the next unused name, such as turtle2.
         """
@@ -212,18 +212,18 @@ class TurtleSim:
         return name
 
     def kill(self, name: str) -> bool:
-        """Remove a turtle, and return whether it existed."""
+        """Remove a turtle and return whether it existed."""
         return self.turtles.pop(name, None) is not None
 
     def reset(self, now: float = 0.0) -> None:
-        """Remove all turtles, and add turtle1 at rest in the center of the arena."""
+        """Remove all turtles and add turtle1 at rest in the center of the arena."""
         self.turtles = {}
         self._names = 0
         self.spawn(ARENA_CENTER, ARENA_CENTER, 0.0, now=now)
 
     def tick(self, now: float) -> dict[str, TurtlePose]:
         """
-        Execute one 16 ms tick, and return the turtles' poses, keyed by name.
+        Execute one 16 ms tick and return the turtles' poses, keyed by name.
 
         The first tick takes commands and starts turtlesim's clock, but does not return any poses.
         """

@@ -19,7 +19,7 @@ Start and shut down a node process.
         spin(Arena())
 
 The signal handlers of rclpy are not used, because they shut down the context during a callback.
-With these handlers, 4 of 12 nodes printed an error after Ctrl-C.
+With the handlers of rclpy, 4 of 12 nodes printed an error after Ctrl-C.
 """
 
 from collections.abc import Iterator
@@ -47,7 +47,7 @@ _shutdown_requested = Event()
 @contextmanager
 def init(args: list[str] | None = None) -> Iterator[None]:
     """
-    Initialize rclpy at the start of a `with` block, and shut it down at the end.
+    Initialize rclpy at the start of a `with` block and shut down rclpy at the end.
 
     :param args: command line including the program name, by default sys.argv
     :raises SystemExit: if an argument or a parameter is invalid (exit status 1)
@@ -78,7 +78,7 @@ def spin(node: Node) -> None:
 
 def make_executor(context: Context | None = None) -> Executor:
     """
-    Return an experimental EventsExecutor, or a SingleThreadedExecutor before rclpy 7.1.4.
+    Return an experimental EventsExecutor, or a SingleThreadedExecutor if rclpy predates 7.1.4.
 
     A SingleThreadedExecutor uses three times as much processor time as an EventsExecutor.
     """

@@ -66,7 +66,7 @@ DISCOVERY_TIME = 5.0
 lost announcement is repeated only after 3 s."""
 
 KEPT_MESSAGES = 1000
-"""Number of messages that the observer keeps per topic before a drop. They cover at least 4 s."""
+"""Number of messages kept per topic before a drop. These messages cover at least 4 s."""
 
 FIRST_PORT = 8080
 """Port of the first arena's page. The port number increases by one for each additional arena."""
@@ -74,7 +74,7 @@ FIRST_PORT = 8080
 KEEPS_RUNNING = 'The graph keeps running until you press Ctrl-C.'
 
 ROBOT_TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom', 'brick_marker')
-"""Topics that are published only by turtlesim, a robot or an arena."""
+"""Topics published only by turtlesim, a robot or an arena."""
 
 
 @contextmanager
@@ -173,7 +173,7 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
     for brick in bricks(options, client, parameters):
         client.place(brick, HOVERING_TIME).check()
         observer.record.keep_newest(KEPT_MESSAGES)
-        # Without freeze, a garbage collection could stop all nodes for 0.3 s during the fall.
+        # Without freeze(), a garbage collection could stop all nodes for 0.3 s during the fall.
         freeze()
         watch = client.drop(brick)
         watches.append(watch)
@@ -196,7 +196,7 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
 
 
 def start_viewer(graph: Graph, port: int) -> None:
-    """Start the viewer on a given port. Open its page in a browser if a display is available."""
+    """Start the viewer on `port`, and open its page in a browser if a display is available."""
     prefix = f'{graph.namespace}: ' if graph.namespace else ''
     viewer = graph.add_process('turtle_brick', 'viewer', '--ros-args', '-p', f'port:={port}',
                                listener=lambda line: sys.stderr.write(prefix + line))
@@ -284,7 +284,7 @@ def main(args: Sequence[str] | None = None) -> int:
         parameters = load()
         world = World.from_parameters(parameters)
         for position in options.place:
-            world.brick = position  # Raises ValueError if the arena would reject the position.
+            world.brick = position  # Raise ValueError if the arena would reject it.
         if options.namespace:
             return run(options, parameters)
         names = [f'arena_{number + 1}' for number in range(options.arenas)]

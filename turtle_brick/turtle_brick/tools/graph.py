@@ -16,7 +16,7 @@
 Run the whole graph in one process, with the real node classes, one executor and real DDS.
 
 The stand-ins for turtlesim and robot_state_publisher also run in this process. If the real
-packages are installed, the real programs run in separate processes instead.
+packages are installed, their programs replace the stand-ins and run in separate processes.
 """
 
 from collections.abc import Callable
@@ -70,7 +70,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         :param quiet: whether the nodes log only warnings and errors
         :param tf_inside: whether the namespace applies to TF, as in the launch files
         """
-        # Without freeze, a garbage collection of all existing objects could stop all nodes.
+        # Without freeze(), a garbage collection of all existing objects could stop all nodes.
         freeze()
         self.namespace = namespace
         self._files = TemporaryDirectory()
@@ -97,7 +97,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
     def add(self, node_type: type[AnyNode], *ros_arguments: str, parameters: bool = True,
             **options: Any) -> AnyNode:
         """
-        Add a node, and pass `options` to its constructor.
+        Add a node and pass `options` to its constructor.
 
         :param ros_arguments: arguments after --ros-args, such as '-r', 'cmd_vel:=turtle1/cmd_vel'
         :param parameters: whether the node receives the parameter file
@@ -112,7 +112,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         return node
 
     def remove(self, node: Node) -> None:
-        """Remove a node from the graph, and destroy the node."""
+        """Remove a node from the graph and destroy the node."""
         self.nodes.remove(node)
         self.executor.remove_node(node)
         # The executor removes the node in its next cycle.
@@ -121,12 +121,12 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         node.destroy_node()
 
     def add_turtlesim(self) -> Node | None:
-        """Add a holonomic turtlesim, and return its node (None if it is a separate process)."""
+        """Add a holonomic turtlesim and return its node, or None for a separate process."""
         return self._add_node_or_process('turtlesim', 'turtlesim_node', 'turtlesim_standin.node',
                                          'TurtleSimNode', {'holonomic': True})
 
     def add_robot_state_publisher(self) -> Node | None:
-        """Add robot_state_publisher, and return its node (None if it is a separate process)."""
+        """Add robot_state_publisher and return its node, or None for a separate process."""
         return self._add_node_or_process(
             'robot_state_publisher', 'robot_state_publisher', 'robot_state_publisher.node',
             'RobotStatePublisher', self.robot_parameters())
@@ -149,7 +149,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
 
     def add_process(self, package: str, name: str, *arguments: str,
                     listener: Callable[[str], object] = sys.stderr.write) -> Process:
-        """Start an installed executable, and pass each printed line to a listener."""
+        """Start an installed executable and pass each printed line to a listener."""
         ros_arguments = ['--ros-args', *self._log_level, *self._remaps]
         if self.namespace:
             # rclcpp nodes require the leading slash.
@@ -161,7 +161,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         return process
 
     def parameter_file(self, parameters: dict[str, Any]) -> Path:
-        """Write parameters to a temporary parameter file, and return its path."""
+        """Write parameters to a temporary file and return its path."""
         path = Path(self._files.name, f'{len(os.listdir(self._files.name))}.yaml')
         path.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}), encoding='utf-8')
         return path

@@ -15,11 +15,11 @@
 """
 Simulate the brick, robot, turtlesim and catcher at their real rates without ROS.
 
-The simulation uses the same modules as the nodes. It updates `physics.World` at 250 Hz,
-`driving.Driver` at 100 Hz, `turtlesim_kinematics.Turtle` every 16 ms, and `catch_logic.Catcher` at
-50 Hz and for every new brick position. The delays between the modules are the same as in the live
-graph. The simulated time advances from event to event, so an hour is simulated within a few
-seconds. All random numbers are generated from one seed, so every run is reproducible.
+The simulation uses the same modules as the nodes. The simulation updates `physics.World` at
+250 Hz, `driving.Driver` at 100 Hz, `turtlesim_kinematics.Turtle` every 16 ms, and
+`catch_logic.Catcher` at 50 Hz and for every new brick position. The delays between the modules are
+the same as in the live graph. Simulated time advances from event to event, so an hour is simulated
+within a few seconds. All random numbers are generated from one seed, so every run is reproducible.
 
 `simulate_drop` simulates one drop for a table or map. `trace` repeats a drop for a figure.
 """
@@ -157,7 +157,7 @@ class Simulation:
         self.run(lambda: False, seconds)
 
     def drop(self, brick: Vector) -> DropResult:
-        """Drop a brick from a position (m), and simulate until the catcher is waiting again."""
+        """Drop a brick from a position (m) and simulate until the catcher is waiting again."""
         world, catcher = self.world, self.catcher
         world.brick = brick
         self.rest(0.1)
@@ -228,7 +228,7 @@ class Simulation:
         self.after_step()
 
     def _update_catcher(self, now: int) -> None:
-        """Update the catcher at the time `now` (ns), and send its commands to the robot."""
+        """Update the catcher at the time `now` (ns) and send its commands to the robot."""
         # `now` can be later than self.now because the brick's transform arrives with a delay.
         self._decided_at = now = max(now, self._decided_at)
         for action in self.catcher.update(now, self.world.platform):
@@ -238,7 +238,7 @@ class Simulation:
                 self._to_robot.append((now + self._transport, action))
 
     def _add_jitter(self, time: int, deviation: float) -> int:
-        """Return a time (ns) with normally distributed jitter, but always later than self.now."""
+        """Add normally distributed jitter to a time (ns) and return a time later than self.now."""
         if deviation:
             time += round(self.random.gauss(0.0, deviation) / SECONDS_PER_NS)
         return max(time, self.now + 1)
@@ -283,7 +283,7 @@ class SimulatedDrop(NamedTuple):
 
     @property
     def broken_guarantee(self) -> str:
-        """Return a description of the broken guarantee, or an empty string."""
+        """Return a description of the broken guarantee, or an empty string if none is broken."""
         if self.outcome == 'missed':
             return 'reported as reachable, but not caught'
         if self.outcome == 'refused' and self.within_guarantee:

@@ -94,7 +94,7 @@ def table_header(parameters: Parameters, plan: Plan) -> str:
 
 
 def format_value(value: object) -> object:
-    """Format a table value, with six decimal places for floats, and 0 or 1 for booleans."""
+    """Format floats with six decimal places and booleans as 0 or 1 for the table."""
     if isinstance(value, bool):
         return int(value)
     return f'{value:.6f}' if isinstance(value, float) else value

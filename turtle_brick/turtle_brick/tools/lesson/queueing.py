@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Lesson 4: turtlesim's command queue, and the overshoot of simple controllers."""
+"""Lesson 4: turtlesim's command queue and the overshoot of simple controllers."""
 
 from collections.abc import Callable, Iterator
 from math import copysign, e, pi
@@ -136,7 +136,7 @@ def report(parameters: Parameters) -> Iterator[str]:
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Draw the latency of commands, and a drive with each controller."""
+    """Draw the command latency and a drive with each controller."""
     with new_figure(path, 7.6, 6.4) as figure:
         sawtooth, whole, near = figure.subplot_mosaic(
             'AA\nBC', height_ratios=(0.8, 1.5), width_ratios=(1.0, 1.6)).values()

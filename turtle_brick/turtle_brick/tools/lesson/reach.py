@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Lesson 5: the bricks that can be caught, and the delays before the robot moves."""
+"""Lesson 5: reachable bricks and the delays before the robot moves."""
 
 from bisect import bisect
 from collections.abc import Iterator
@@ -32,7 +32,7 @@ from turtle_brick.tools.simulation import outcome_counts, simulate_drop, Simulat
 
 HEIGHTS = tuple(float(number) for number in range(1, 11))
 DISTANCES = tuple(0.2 * number for number in range(28))
-"""Release heights (m), and distances (m) from the robot in the center of the arena."""
+"""Release heights (m) and distances (m) from the robot in the center of the arena."""
 
 WORST_DELAYS = (
     ('third sample of the fall', 3 * DT),
@@ -80,7 +80,7 @@ def report(parameters: Parameters) -> Iterator[str]:
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Draw the outcomes of all drops, and the delays before the robot moves."""
+    """Draw the outcomes of all drops and the delays before the robot moves."""
     with new_figure(path, 7.6, 6.6) as figure:
         plane, chain = figure.subplots(2, 1, height_ratios=(2.6, 1.0))
         for outcome, color, mark in (('caught', CAUGHT, 'o'), ('refused', '#e8b59f', 'o'),

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Lesson 2: rolling without slipping, and the distance that the wheel has rolled."""
+"""Lesson 2: rolling without slipping, and the distance rolled by the wheel."""
 
 from collections.abc import Iterator
 from math import degrees, hypot, pi
@@ -27,7 +27,7 @@ from turtle_brick.tools.plots import INK, new_figure
 
 
 class RollSample(NamedTuple):
-    """A time (s), and three candidates (m) for the distance rolled by the wheel."""
+    """A time (s) and three candidates (m) for the distance rolled by the wheel."""
 
     time: float
     commanded: float  # Integral of the commanded speed.
@@ -40,7 +40,7 @@ TELEPORT = 2.0
 
 
 def roll(parameters: Parameters) -> list[RollSample]:
-    """Drive for 1 s, stop, teleport, and drive for 1.5 s toward a wall that is 1 s away."""
+    """Drive for 1 s, stop, teleport, and drive for 1.5 s toward a wall 1 s away."""
     turtle = Turtle(1.0, ARENA_CENTER, holonomic=True)
     odometer = Odometer(parameters.wheel_radius)
     speed = parameters.max_velocity
