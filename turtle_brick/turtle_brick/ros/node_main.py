@@ -39,7 +39,7 @@ from turtle_brick.core.parameters import ParameterError
 
 SPIN_TIMEOUT = 0.1
 """Timeout (s) for each wait in the executor. This timeout limits the shutdown delay. Without a
-timeout, the EventsExecutor of the PyPI environment never sleeps."""
+timeout, the EventsExecutor in the PyPI environment never sleeps."""
 
 _shutdown_requested = Event()
 
