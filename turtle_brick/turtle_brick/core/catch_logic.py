@@ -103,7 +103,7 @@ class Brick(NamedTuple):
     is_attached: bool = False
     """Whether the platform is the parent frame of the brick."""
     has_landed: bool = False
-    """Whether the brick is at its resting height, and has landed or is attached to the platform."""
+    """Whether the brick is at resting height, and has landed or is attached to the platform."""
 
     def observe(self, stamp: int, position: Vector, is_attached: bool) -> 'Brick':
         """Return the brick updated with an observation made at `stamp` (ns)."""
