@@ -42,8 +42,8 @@ def generate_launch_description():
             description='The namespace of all nodes, topics and services, including TF. Several '
                         'robots can run in different namespaces.'),
         # The included file starts robot_state_publisher and the view. It inherits the other
-        # arguments. This file is included first because launch waits for xacro here. A Ctrl-C
-        # during this wait would not stop running nodes.
+        # arguments. This file is included first because launch waits for xacro here. Ctrl-C
+        # during this wait would not stop nodes that are already running.
         IncludeLaunchDescription(
             PathJoinSubstitution([ThisLaunchFileDir(), 'show_turtle.launch.py']),
             launch_arguments=[('use_jsp', 'none')]),

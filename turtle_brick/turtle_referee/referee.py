@@ -169,7 +169,7 @@ def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: 
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run the referee, and return the exit status."""
+    """Run the referee and return the exit status."""
     options, command = parse(sys.argv[1:] if args is None else args)
     profile = Profile()
     try:

@@ -42,7 +42,7 @@ DISCOVERY_TIME = 10.0
 """Timeout (s) for discovering a running graph."""
 
 TIME_LIMIT = 150.0
-"""Time (s) after which no more bricks are dropped."""
+"""Time (s) after which a trial stops dropping bricks."""
 
 LEG, MIN_LEG = 1.5, 0.3
 """Maximum length (m) of a leg, and minimum length (m) for slow robots."""
@@ -145,7 +145,7 @@ class Trial(GraphClient):
         self.record.idle.append((begin, time_ns()))
 
     def drive(self) -> None:
-        """Drive all legs, and return to the center."""
+        """Drive all legs and return to the center."""
         leg = min(LEG, max(MIN_LEG, self.number('max_velocity')))
         self.drive_to(CENTER)
         begin = time_ns()

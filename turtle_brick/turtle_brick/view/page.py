@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Store data from messages, and draw the data on the page.
+Store data from messages and draw the data on the page.
 
     messages ─→ on_…() ─→ stored data ─→ draw() ─┬─→ scene: the objects, by name
                                                  └─→ panel: text and curves
@@ -80,7 +80,7 @@ CURVE_LENGTH = 120
 
 
 class Page:
-    """Stores data from messages, and draws the data on the page."""
+    """Stores data from messages and draws the data on the page."""
 
     def __init__(self, scene: 'Scene', panel: 'Panel', buffer: Buffer,
                  warn: Callable[[str], Any], count_publishers: Callable[[str], int],
@@ -127,7 +127,7 @@ class Page:
             self.record_arrival(BRICK_TF)
 
     def on_walls(self, message: MarkerArray) -> None:
-        """Store the wall markers, and make them translucent."""
+        """Store the wall markers and make them translucent."""
         for marker in message.markers:
             marker.color.a = min(marker.color.a, WALL_OPACITY)
             self.on_marker('walls', marker)
@@ -231,7 +231,7 @@ class Page:
         self._panel.show_curves(self._points)
 
     def _curve_values(self) -> tuple[float, float, float]:
-        """Return height (m), distance (m) and speed (m/s) for the curves, with NaN if unknown."""
+        """Return height (m), distance (m) and speed (m/s) for the curves, or NaN if unknown."""
         brick, robot = self._drawn_pose(BRICK), self._drawn_pose(BASE_LINK)
         before = self._pose(BASE_LINK, max(self._drawn_time - SPEED_WINDOW_NS, 1))
         height = brick.position[2] if brick else nan
@@ -248,7 +248,7 @@ class Page:
 
     def _find_drawn_time(self) -> int:
         """
-        Return the latest time (ns) with known robot and brick poses, or 0 if no pose is known.
+        Return the latest time (ns) at which robot and brick poses are known, or 0 if there are none.
 
         If each object were drawn at its own latest time, objects that move together would appear
         separated. An object whose transforms have stopped does not delay other objects.
@@ -260,7 +260,7 @@ class Page:
         return min((time for time in times if time > latest - MAX_AGE_NS), default=0)
 
     def _drawn_pose(self, frame: str) -> Pose | None:
-        """Return the pose of a frame at the time shown in the scene, or None if it is unknown."""
+        """Return the pose of a frame at the drawn time, or None if the pose is unknown."""
         if frame not in self._poses:
             # If the transforms have stopped, the latest pose is shown.
             self._poses[frame] = self._pose(frame, self._drawn_time) or self._pose(frame)

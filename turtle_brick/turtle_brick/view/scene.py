@@ -102,7 +102,7 @@ class Scene:
         self._scene.add_light_hemisphere('/daylight', ground_color=GROUND_COLOR, intensity=2.0)
 
     def show(self, objects: Mapping[str, SceneObject]) -> None:
-        """Replace the objects in the scene, and send only the changes to the browsers."""
+        """Replace the objects in the scene and send only the changes to the browsers."""
         for name, (node, shown) in list(self._shown.items()):
             if name not in objects or objects[name]._replace(pose=shown.pose) != shown:
                 node.remove()
@@ -127,7 +127,7 @@ class Scene:
             camera.keep_in_view(points)
 
     def _add(self, scene_object: SceneObject) -> Any:
-        """Add an object, and return its node in viser's scene tree."""
+        """Add an object and return its node in viser's scene tree."""
         # In a browser, a new node that reuses a removed node's name can keep the old orientation.
         path = f'/objects/{next(self._numbers)}'
         pose, label = scene_object.pose, scene_object.label

@@ -83,7 +83,7 @@ RATE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 class Viewer(Node):
-    """Shows the running graph in a browser, and executes commands from the page."""
+    """Shows the running graph in a browser and executes commands from the page."""
 
     def __init__(self, **node_options: Any) -> None:
         """

@@ -96,7 +96,7 @@ class GraphClient:
         return since is not None and since == track[0][0]
 
     def drive_to(self, goal: tuple[float, float]) -> Drive | None:
-        """Drive to a goal (m), and wait until the robot stops. Return None if no robot exists."""
+        """Drive to a goal (m) and wait until the robot stops. Return None if no robot exists."""
         if not self.wait_until(self.observer.has_goal_subscriber, self.timeout):
             return None
         # On a busy machine, the previous drive may not be over yet.
@@ -133,7 +133,7 @@ class GraphClient:
                        str(getattr(response, 'message', '')))
 
     def place(self, position: Vector, hovering: float = HOVERING_TIME) -> Request:
-        """Place the brick at a given position (m), and let it hover for a given duration (s)."""
+        """Place the brick at a given position (m) and let it hover for a given duration (s)."""
         request = self.call('place', position)
         if request.accepted:
             self.graph.spin_for(hovering)

@@ -53,7 +53,7 @@ class DropWatch:
     """The timestamps (ns) of all events in one drop."""
 
     def __init__(self, record: Record, begin: int, place: Vector) -> None:
-        """Start observing a brick that hovers at `place` (m) at the time `begin` (ns)."""
+        """Observe a brick from the time `begin` (ns), when the brick hovers at `place` (m)."""
         platform = record.pose('platform', begin)
         self._record = record
         self._track: deque[tuple[int, Array]] = deque(maxlen=HISTORY)

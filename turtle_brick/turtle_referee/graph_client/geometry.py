@@ -36,8 +36,8 @@ UPRIGHT: Array = numpy.eye(3)
 class Pose(NamedTuple):
     """Pose of a child frame in its parent frame."""
 
-    position: Array  # position (m) of the origin
-    axes: Array  # rotation matrix with the unit vectors x, y and z as columns
+    position: Array  # Position (m) of the origin.
+    axes: Array  # Rotation matrix with the unit vectors x, y and z as columns.
 
     def transform(self, points: Any) -> Array:
         """Transform points (one per row) from the child frame to the parent frame."""

@@ -38,7 +38,7 @@ NUMBERS = {'platform_height': 1.0, 'platform_radius': 0.5, 'wheel_radius': 0.2,
 
 @dataclass
 class Profile:
-    """The names and the physical parameters that an implementation uses."""
+    """The topic names, service names and physical parameters of an implementation."""
 
     topics: dict[str, str] = field(default_factory=lambda: {
         **{name: name for name in TOPICS}, 'cmd_vel': 'turtle1/cmd_vel', 'pose': 'turtle1/pose'})
@@ -48,7 +48,7 @@ class Profile:
 
     @classmethod
     def from_parameters(cls, parameters: Any) -> 'Profile':
-        """Return a profile with the default names and an object's physical parameters."""
+        """Return a profile with default names and the physical parameters in a given object."""
         return cls(numbers={name: getattr(parameters, name) for name in NUMBERS})
 
     def load(self, path: Path) -> None:

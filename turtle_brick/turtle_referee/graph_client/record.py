@@ -72,7 +72,7 @@ class Sample(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """A drive from a start (m) to a goal (m), with its begin and end times (ns)."""
+    """A drive with its start and end times (ns) and its start and goal positions (m)."""
 
     begin: int
     end: int
@@ -86,7 +86,7 @@ class Drive(NamedTuple):
 
 
 class Request(NamedTuple):
-    """A service call or a tilt command, with its begin and end times (ns), value and result."""
+    """A service call or tilt command with its start and end times (ns), value and result."""
 
     begin: int
     end: int

@@ -80,7 +80,7 @@ def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
 
 
 def walls(record: Record) -> list[ReceivedMarker]:
-    """Return the box markers of at least MIN_WALL_LENGTH, or raise Failed if there are none."""
+    """Return the box markers at least MIN_WALL_LENGTH long, or raise Failed if there are none."""
     boxes = [received for received in record.markers if received.marker.type == CUBE]
     return require([box for box in boxes if max(box.marker.scale.x, box.marker.scale.y)
                     >= MIN_WALL_LENGTH] or None, 'no box marker is as long as a wall')
@@ -238,12 +238,12 @@ class MeasuredFall(NamedTuple):
     """A fall from rest, fitted to a brick's transforms."""
 
     drop: DropWatch
-    begin: float  # start (s) of the fitted fall, measured from the last transform at rest
-    times: Array  # times (s) since the start
-    depths: Array  # distances (m) below the starting position
+    begin: float  # Start (s) of the fitted fall, measured from the last transform at rest.
+    times: Array  # Times (s) since the start.
+    depths: Array  # Distances (m) below the starting position.
     acceleration: float
-    off: float  # maximum deviation (m) from the fitted fall
-    aside: Array  # horizontal distances (m) from the starting position
+    off: float  # Maximum deviation (m) from the fitted fall.
+    aside: Array  # Horizontal distances (m) from the starting position.
 
 
 def fit_fall(times: Array, depths: Array) -> tuple[float, float, float]:

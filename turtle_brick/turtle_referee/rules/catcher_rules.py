@@ -35,7 +35,7 @@ LIFETIME = 3.0
 LIFETIME_TOLERANCE = 0.3
 """Tolerance (s) for LIFETIME."""
 CENTER_DISTANCE = 0.1
-"""Maximum distance (m) between the robot and the arena center when a brick is tipped off."""
+"""Maximum distance (m) between the robot and the arena center when the robot tips a brick off."""
 
 DELETE_ACTIONS = (2, 3)
 """The marker actions DELETE and DELETEALL."""

@@ -31,9 +31,9 @@ SIZES = {'box': ('size',), 'cylinder': ('radius', 'length'), 'sphere': ('radius'
 class Solid(NamedTuple):
     """A visual element of a link."""
 
-    kind: str  # 'box', 'cylinder' (along z), 'sphere', or another geometry element
-    size: tuple[float, ...]  # edge lengths (m), or radius and length (m)
-    color: str  # value of the attribute rgba
+    kind: str  # 'box', 'cylinder' (along z), 'sphere', or another geometry element.
+    size: tuple[float, ...]  # Edge lengths (m), or radius and length (m).
+    color: str  # Value of the `rgba` attribute.
     pose: Pose
 
 
@@ -45,7 +45,7 @@ class Joint(NamedTuple):
     parent: str
     child: str
     origin: Pose
-    axis: Array  # unit vector in the joint frame
+    axis: Array  # Unit vector in the joint frame.
 
     @property
     def movable(self) -> bool:
@@ -119,7 +119,7 @@ def _numbers(element: ElementTree.Element | None, attribute: str, default: str =
 
 
 def _origin(element: ElementTree.Element) -> Pose:
-    """Return the origin of a joint or visual element. The rpy angles are about fixed axes."""
+    """Return the origin of a joint or visual element. The rpy angles refer to fixed axes."""
     origin = element.find('origin')
     roll, pitch, yaw = _numbers(origin, 'rpy', '0 0 0')
     return Pose(_numbers(origin, 'xyz', '0 0 0'), turn(UPRIGHT[2], yaw) @ turn(

@@ -72,7 +72,7 @@ def messages(record: Record, name: str) -> list[Received]:
 
 
 def drives(record: Record) -> list[Drive]:
-    """Return the drives that are longer than 0.1 m, or raise Open if there are none."""
+    """Return the drives longer than 0.1 m, or raise Open if there are none."""
     return require_data([drive for drive in record.drives if drive.length > 0.1],
                         'the robot was not driven')
 

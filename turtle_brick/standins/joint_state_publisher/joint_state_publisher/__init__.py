@@ -17,7 +17,7 @@ The stand-in for joint_state_publisher and joint_state_publisher_gui 2.4.0.
 Publishes: joint_states (sensor_msgs/JointState), at the rate set by the `rate` parameter.
 Subscribes: robot_description (std_msgs/String, latched).
 Parameters: rate (integer, 10 Hz), zeros.JOINT (double).
-Joints that mimic other joints are not published, because robot_state_publisher moves them.
+Positions of mimic joints are not published, because robot_state_publisher computes them.
 joint_state_publisher_gui shows a page on 127.0.0.1 instead of a window.
 """
 
@@ -116,7 +116,7 @@ class Gui(JointStatePublisher):
               file=sys.stderr, flush=True)
 
     def configure(self, description: String) -> None:
-        """Read the joints, and create a slider for each joint."""
+        """Read the joints and create a slider for each joint."""
         super().configure(description)
         self.call_in_page(self.create_sliders)
 
@@ -141,12 +141,12 @@ class Gui(JointStatePublisher):
                 {name: event.target.value}))
 
     def set_positions(self, positions: dict[str, float]) -> None:
-        """Set joint positions, and move the sliders to match."""
+        """Set joint positions and move the sliders to match."""
         for name, position in positions.items():
             self.sliders[name].value = self.positions[name] = position
 
     def destroy_node(self) -> None:
-        """Stop the web server, and destroy the node."""
+        """Stop the web server and destroy the node."""
         self.server.stop()
         super().destroy_node()
 

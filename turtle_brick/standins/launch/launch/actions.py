@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Stand in for the actions and event handlers from the `launch` package."""
+"""Stand-ins for the actions and event handlers in the `launch` package."""
 
 import asyncio
 import codecs

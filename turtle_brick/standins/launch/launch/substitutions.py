@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Stand in for logging, utilities, substitutions and conditions from the `launch` package."""
+"""Stand-ins for logging, utilities, substitutions and conditions from the `launch` package."""
 
 from datetime import datetime
 from functools import lru_cache
@@ -90,7 +90,7 @@ class get_logger:
 # ------------------------------------------------------------------------------ launch.utilities
 
 class Deferred:
-    """An object that stores the arguments that call() passes to `do` after the context."""
+    """Stores the arguments that call() passes to `do` after the context."""
 
     def __init__(self, *args, **kwargs):
         signature = inspect.signature(self.do)
@@ -146,7 +146,7 @@ class Substitution(Deferred):
     perform = Deferred.call
 
     def describe(self):
-        """Return the unexpanded form that `ros2 launch -s` prints."""
+        """Return the unexpanded form of the substitution, as printed by `ros2 launch -s`."""
         return self.description.format(**{
             name: ' + '.join(part.describe() for part in normalize_to_list_of_substitutions(value))
             for name, value in self.given.arguments.items() if f'{{{name}}}' in self.description})

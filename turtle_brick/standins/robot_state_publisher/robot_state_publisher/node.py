@@ -54,7 +54,7 @@ class RobotStatePublisher(Node):
     """Publishes the transforms of all links. The module docstring lists the ROS API."""
 
     def __init__(self, **node_arguments: Any) -> None:
-        """Publish the transforms of fixed joints, and subscribe to joint_states."""
+        """Publish the transforms of fixed joints and subscribe to joint_states."""
         super().__init__('robot_state_publisher', **node_arguments)
         description, self._frequency, self._prefix, self._ignore_stamp = (
             self.declare_parameter(name, default, ParameterDescriptor(read_only=True)).value

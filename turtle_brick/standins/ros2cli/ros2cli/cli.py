@@ -63,7 +63,7 @@ def add_arguments(parser, arguments):
 
 
 def add_commands(parser, prefix, typed, table):
-    """Add commands with a given prefix to the parser, and the arguments of the entered command."""
+    """Add to the parser all commands with a given prefix and the entered command's arguments."""
     commands = {name[len(prefix):]: text for name, text in table['words'].items()
                 if name.startswith(prefix) and ' ' not in name[len(prefix):]}
     width = max(len(name) for name, text in commands.items() if text)
@@ -114,7 +114,7 @@ def parse(argv):
 
 
 class Finder(CompletionFinder):
-    """Completes words, and offers the values of a message as a quoted string."""
+    """Completes words and offers message values as a quoted string."""
 
     def quote_completions(self, completions, cword_prequote, last_wordbreak_pos):
         """Quote completions for the shell, unless they are already quoted."""

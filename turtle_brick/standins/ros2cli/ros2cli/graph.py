@@ -290,7 +290,7 @@ def matching_nodes(graph, args):
 
 
 def call_parameter_service(graph, node, service, **request):
-    """Call a parameter service of a node, and return the response."""
+    """Call a parameter service of a node and return the response."""
     kind = getattr(srv, service.title().replace('_', ''))
     client = graph.create_client(kind, f'{node}/{service}')
     if not graph.spin_until(client.service_is_ready, SERVICE_TIMEOUT):

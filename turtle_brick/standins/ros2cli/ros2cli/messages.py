@@ -45,7 +45,7 @@ def read_values(args):
 
 
 def fill(message, values, stamps=None):
-    """Set message fields. `stamps` collects the fields to be set to the publishing time."""
+    """Set message fields. `stamps` collects the fields to be set to the publication time."""
     if not isinstance(values, dict):
         raise TypeError(f"Value '{values}' is expected to be a dictionary but is a "
                         f'{type(values).__name__}')

@@ -158,7 +158,7 @@ def run(args):
 
 
 def launch(args):
-    """Launch a file, or print its arguments."""
+    """Launch a file or print its arguments."""
     # These modules are slow to import and only used here.
     from launch import LaunchDescription, LaunchService
     from launch.actions import IncludeLaunchDescription

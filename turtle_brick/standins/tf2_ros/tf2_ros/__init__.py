@@ -75,7 +75,7 @@ class Buffer(BufferCore):
 
         :param time: time of the transform, or zero for the latest common time
         :param timeout: maximum time to wait for the transform
-        :raises TransformException: the transform is not available
+        :raises TransformException: if the transform is unavailable
         """
         if timeout.nanoseconds:
             self.can_transform(target_frame, source_frame, time, timeout)

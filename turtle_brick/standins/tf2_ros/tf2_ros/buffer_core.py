@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Store transforms, and compute the transform between any two frames.
+Store transforms and compute the transform between any two frames.
 
 A cache stores the recent transforms of a frame as tuples (parent, x, y, z, qx, qy, qz, qw). A
 point p in the frame is at q p q* + (x, y, z) in the parent frame. Times are integers (ns).
@@ -258,7 +258,7 @@ class BufferCore:
         nanoseconds = nanoseconds_of(time)
         with self._changed:
             if target_frame == source_frame:
-                # Like tf2, do not check whether the frame exists.
+                # As in tf2, the frame need not exist.
                 cache = self._frames.get(target_frame)
                 if nanoseconds == 0 and cache is not None:
                     nanoseconds, _ = cache.latest()
@@ -349,7 +349,7 @@ class BufferCore:
 
     def _climb(self, frame: str, goal: str, other: str, time: int
                ) -> tuple[str, Transform, NoDataError | None]:
-        """Return the last reachable ancestor, the frame's pose in it, and the error, if any."""
+        """Return the last reachable ancestor, the frame's pose relative to it, and any error."""
         pose = _IDENTITY
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]
@@ -376,7 +376,7 @@ class BufferCore:
         raise self._unconnected(target, source)
 
     def _ancestors(self, frame: str) -> Iterator[tuple[str, int]]:
-        """Yield each ancestor of a frame, and the latest common time (ns) up to that ancestor."""
+        """Yield each ancestor of a frame and the latest common time (ns) up to that ancestor."""
         common = 0
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]

@@ -131,7 +131,7 @@ class TurtleSimNode(Node):
         return self.get_clock().now().nanoseconds * 1e-9
 
     def _tick(self) -> None:
-        """Move all turtles by one time step, and publish their poses."""
+        """Move all turtles by one time step and publish their poses."""
         for name, pose in self._sim.tick(self._now()).items():
             clamped = self._sim.turtles[name].clamped
             if clamped:
