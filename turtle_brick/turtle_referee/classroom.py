@@ -95,7 +95,7 @@ def find_install(workspace: Path) -> tuple[Path, Path] | None:
 
 def judge_workspace(workspace: Path, json: Path, page: Path, options: argparse.Namespace,
                     command: Sequence[str]) -> tuple[int, str]:
-    """Judge a workspace. Return the exit status, and the reason if there is no result."""
+    """Judge a workspace. Return the exit status and the reason for any missing result."""
     found = find_install(workspace)
     if found is None:
         return 2, 'not built'

@@ -59,7 +59,7 @@ START_TIME = 60.0
 
 def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str],
             log: Callable[[str], None]) -> Record:
-    """Send all requests to a running or newly started graph, and return the record."""
+    """Send all requests to a running or newly started graph and return the record."""
     with ExitStack() as stack:
         def start_observer(namespace: str) -> NodeSpinner:
             return stack.enter_context(

@@ -45,7 +45,7 @@ TIME_LIMIT = 150.0
 """Time (s) after which a trial stops dropping bricks."""
 
 LEG, MIN_LEG = 1.5, 0.3
-"""Maximum length (m) of a leg, and minimum length (m) for slow robots."""
+"""Maximum length (m) of a leg and minimum length (m) for slow robots."""
 
 EDGE_DISTANCE = 0.3
 """Minimum distance (m) between a dropped brick and the edge of the arena."""
@@ -104,7 +104,7 @@ class Trial(GraphClient):
             self.drop_all(self.program.drops[1:])
 
     def discover(self) -> bool:
-        """Wait until the graph is complete, and return whether a graph was found."""
+        """Wait until the graph is complete and return whether a graph was found."""
         self.log('looking for the graph')
         self.wait_until(lambda: self.is_complete() or not self.is_alive(), self.discovery_time)
         if self.record.is_empty() and not self.has_service('place'):

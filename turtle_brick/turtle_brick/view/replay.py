@@ -27,7 +27,7 @@ MAX_SNAPSHOTS = 900
 
 
 class Snapshot(NamedTuple):
-    """The objects in the scene at a given time (ns), and the points (m) to keep in the picture."""
+    """The objects in the scene at a given time (ns) and the points (m) to keep in the picture."""
 
     time: int
     objects: Mapping[str, SceneObject]

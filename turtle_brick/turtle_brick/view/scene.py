@@ -79,7 +79,7 @@ class BrowserCamera:
 
 
 class Scene:
-    """The named objects in the scene, and one camera for each browser."""
+    """The named objects in the scene and one camera for each browser."""
 
     def __init__(self, server: viser.ViserServer) -> None:
         """Add the ground, the sky and the light."""

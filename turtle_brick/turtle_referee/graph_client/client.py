@@ -115,7 +115,7 @@ class GraphClient:
         return drive
 
     def call(self, service: str, position: Vector | None = None) -> Request:
-        """Call the 'place' service with a position (m), or 'drop', and return the result."""
+        """Call 'place' with a position (m) or 'drop' without a position, and return the result."""
         begin = time_ns()
         try:
             self.wait_until(lambda: self.has_service(service), self.timeout)

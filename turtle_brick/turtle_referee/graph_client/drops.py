@@ -40,7 +40,7 @@ MIN_SLIDE = 0.02
 """Minimum distance (m) that a brick slides before it floats."""
 
 TILTED, LEVEL = 0.05, 0.02
-"""Minimum inclination (rad) of a tilted platform, and maximum inclination of a level platform."""
+"""Minimum inclination (rad) of a tilted platform and maximum inclination of a level platform."""
 
 MARGIN = 0.15
 """Maximum distance (m) of a caught brick's center beyond the platform's edge."""

@@ -94,7 +94,7 @@ class PollingNode(Node):
     """
 
     def __init__(self, name: str = 'listener', **node_options: Any) -> None:
-        """Create a node without subscriptions, and pass `node_options` to rclpy.node.Node."""
+        """Create a node without subscriptions and pass `node_options` to rclpy.node.Node."""
         super().__init__(name, **{
             'start_parameter_services': False, 'enable_rosout': False, **node_options})
         self._callbacks: list[tuple[Subscription, Callback]] = []
@@ -102,7 +102,7 @@ class PollingNode(Node):
 
     def record(self, message_type: Any, topic: str,
                qos: QoSProfile | int = DEPTH) -> list[Received]:
-        """Subscribe to a topic, and return a list to which `fetch` appends the messages."""
+        """Subscribe to a topic and return a list to which `fetch` appends the messages."""
         messages: list[Received] = []
         self.subscribe(message_type, topic, append_to(messages), qos)
         return messages
@@ -114,14 +114,14 @@ class PollingNode(Node):
         self._callbacks.append((subscription, callback))
 
     def call(self, client: Any, request: Any) -> list[Received]:
-        """Call a service, and return a list to which `fetch` appends the response."""
+        """Call a service and return a list to which `fetch` appends the response."""
         responses: list[Received] = []
         with client.handle:
             self._calls[client, client.handle.send_request(request)] = responses
         return responses
 
     def fetch(self) -> None:
-        """Store all new responses, and pass all new messages to the callbacks."""
+        """Store all new responses and pass all new messages to the callbacks."""
         for client in {client for client, _ in self._calls}:
             with client.handle:
                 while (taken := client.handle.take_response(client.srv_type.Response))[0]:
@@ -141,7 +141,7 @@ class Observer(Node):
 
     def __init__(self, profile: Profile | None = None, name: str = 'referee',
                  **node_options: Any) -> None:
-        """Record the topics in a profile, and pass `node_options` to rclpy.node.Node."""
+        """Record the topics in a profile and pass `node_options` to rclpy.node.Node."""
         super().__init__(name, **{'start_parameter_services': False, **node_options})
         self.poller = PollingNode(f'{name}_poller', **node_options)
         self.record = Record(profile or Profile())

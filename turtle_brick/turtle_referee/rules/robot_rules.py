@@ -32,7 +32,7 @@ RULES = Rules()
 rule = RULES.rule
 
 RATE = 100.0
-"""Rate (Hz) of all topics, and of all frames except the brick frame."""
+"""Rate (Hz) of all topics and of all frames except the brick frame."""
 EXACT = 1e-3
 """Tolerance for equal numbers."""
 PRECISION = 0.05

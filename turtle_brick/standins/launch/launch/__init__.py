@@ -39,7 +39,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT, signal.SIGHUP)
 
 
 class LaunchDescription:
-    """A list of entities, mostly actions, that are executed in order."""
+    """A list of entities, mostly actions, executed in order."""
 
     condition = None
 

@@ -129,7 +129,7 @@ def has_ready_to_test(entity):
 
 
 def run(module, arguments=(), debug=False):
-    """Run the launch tests in a module, and return the name and text of each failure."""
+    """Run the launch tests in a module and return the name and text of each failure."""
     unexpected = list(inspect.signature(module.generate_test_description).parameters)
     if unexpected:
         raise Exception(

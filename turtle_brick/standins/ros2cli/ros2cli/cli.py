@@ -82,7 +82,7 @@ def add_commands(parser, prefix, typed, table):
 
 
 def add_command(parser, command, typed, table):
-    """Add the arguments of a command, and the command's function or subcommands."""
+    """Add the arguments of a command and its function or subcommands."""
     add_arguments(parser, table['arguments'].get(command, ()))
     for module, commands in table['modules'].items():
         if command in commands:
@@ -143,7 +143,7 @@ def interrupt(number, _):
 
 
 def main():
-    """Run the verb that the user typed, and exit with its status."""
+    """Run the verb that the user typed and exit with its status."""
     # A background job in a shell ignores SIGINT unless it sets a handler.
     signal.signal(signal.SIGTERM, interrupt)
     signal.signal(signal.SIGINT, interrupt)

@@ -47,7 +47,7 @@ COMMON_TOPICS = ('/rosout', '/parameter_events')
 """Topics that gain or lose endpoints whenever another command starts or ends."""
 
 SERVICE_TIMEOUT = 5.0
-"""Timeout (s) for the discovery of a parameter service, and for the service response."""
+"""Timeout (s) for the discovery of a parameter service and for the service response."""
 
 END_TIMEOUT = 10
 """Shutdown timeout (s), required because Fast DDS blocked 1 in 700 shutdowns."""

@@ -96,7 +96,7 @@ def canonical(x: float, y: float, z: float, w: float) -> Rotation:
 
 
 def interpolate(one: Entry, two: Entry, ratio: float) -> Entry:
-    """Interpolate positions along a straight line, and rotations along the shortest arc."""
+    """Interpolate positions along a straight line and rotations along the shortest arc."""
     cosine = sum(p * q for p, q in zip(one[4:], two[4:]))
     half_angle = acos(min(1.0, abs(cosine)))
     translation = ((1.0 - ratio) * u + ratio * v for u, v in zip(one[1:4], two[1:4]))
@@ -226,7 +226,7 @@ class BufferCore:
         self._insert(transform, authority, False)
 
     def set_transform_static(self, transform: TransformStamped, authority: str) -> None:
-        """Add a transform that is valid at all times."""
+        """Add a transform valid at all times."""
         self._insert(transform, authority, True)
 
     def clear(self) -> None:
