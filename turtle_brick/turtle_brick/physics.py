@@ -198,7 +198,7 @@ class World:
         if self._phase is Phase.FALLING:
             raise ValueError('the brick is already falling')
         if self._phase is Phase.RIDING:
-            raise ValueError('the brick is on the platform, so tip it off or place it elsewhere')
+            raise ValueError('the brick is on the platform, so tilt the platform or move the brick')
         if self._phase is Phase.GROUNDED:
             raise ValueError('the brick is on the ground, so place it first')
         self._phase = Phase.FALLING

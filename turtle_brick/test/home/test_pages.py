@@ -73,7 +73,7 @@ LASTING = {
 REQUIRES_ARENA = 'ros2 (node|param|service|topic|run tf2_ros)|python3 own_node'
 
 SKIPPED = {}
-"""Patterns for commands whose requirements are missing, each with the reason."""
+"""Patterns for commands that cannot run in this environment, with reasons."""
 if os.environ.get('TURTLE_BRICK_HOME') != f'{ROOT}/.ros':
     SKIPPED['(source|bash) turtle_brick/scripts'] = 'env.bash has not been sourced'
 if find_spec('viser') is None:

@@ -84,7 +84,7 @@ class Page(Chromium):
                           f'{self.has_text("brick", "grounded")}')
             if self.evaluate(self.has_text('brick', 'floating')):
                 return
-            # The catcher refuses a brick if the machine was too busy to run the nodes in time.
+            # On a busy machine, the catcher reports some reachable bricks as unreachable.
             self.wait_for_text('status', 'unreachable brick')
             assert monotonic() < deadline, 'the catcher refused all bricks'
 

@@ -62,7 +62,7 @@ CLOCK_DIFFERENCE = 0.5
 can appear older than they are until the arena and the catcher have detected the change."""
 
 DECISION_DEADLINE = 0.1
-"""Time (s) before the landing at which the catcher must decide whether the brick is reachable."""
+"""Latest time (s before the landing) for the decision whether the brick is reachable."""
 
 ROBOT_TIMEOUT = 1.0
 """Time (s) without a platform transform after which the catcher abandons the brick."""
@@ -171,7 +171,7 @@ class Observation(NamedTuple):
 
     @property
     def is_following(self) -> bool:
-        """Whether the brick is at its resting height and moved in the last BRICK_LAG seconds."""
+        """Whether the brick is at its resting height and has moved in the last BRICK_LAG (s)."""
         return (self.is_at_resting_height and self.robot is not None
                 and self.still_time < BRICK_LAG)
 

@@ -111,8 +111,8 @@ class LatencyMonitor:
         """
         Record the ages (s) of the transforms received before a timer callback at `now` (ns).
 
-        A single late callback makes the transform ages too high, so they are ignored. If callbacks
-        are often late, the machine is overloaded, and the transform ages are used.
+        A single late callback makes the transform ages too high, so they are ignored. The
+        transform ages count if frequent late callbacks show that the machine is overloaded.
         """
         self._late_fraction += (float(late) - self._late_fraction) / AVERAGED_CALLBACKS
         if late and not self._is_overloaded:

@@ -19,7 +19,7 @@ Store data from messages and draw the data on the page.
                                                  └─→ panel: text and curves
 
 This module does not depend on a node or a server. Times (ns) come from a monotonic clock, except
-for timestamps and the drawn time, which are ROS times.
+for timestamps and the time shown in the scene, which are ROS times.
 """
 
 from collections import deque

@@ -30,7 +30,7 @@ MAX_GAP_NS = 120_000_000
 """Maximum interval (ns) for interpolation between two transforms."""
 
 EXTRAPOLATION_NS = 50_000_000
-"""Maximum time (ns) before the first or after the last transform at which a pose is known."""
+"""Maximum time (ns) by which poses are extrapolated beyond the first or last transform."""
 
 MAX_LATENESS_NS = 15_000_000
 """Maximum delay (ns) of the observer that does not count as a stall."""

@@ -130,7 +130,7 @@ class Rules(list[Rule]):
         return add
 
     def judge(self, record: Record) -> list[Judgment]:
-        """Judge a record, and return the failed, open and met requirements in this order."""
+        """Judge a record and return the failed, open and met requirements, in that order."""
         judgments, overload = [rule(record) for rule in self], record.stall_summary()
         if overload:
             # A requirement is open if it failed only in trials with stalls.

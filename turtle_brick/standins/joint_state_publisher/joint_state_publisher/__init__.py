@@ -58,7 +58,7 @@ class JointStatePublisher(Node):
                     f'this stand-in for joint_state_publisher does not support {name}')
         rate = self.get_parameter_or('rate', Parameter('rate', value=10)).value
         if not rate > 0:
-            raise ValueError(f'rate is {rate}, but must be more than 0')
+            raise ValueError(f'rate is {rate}, but must be greater than 0')
         self.positions: dict[str, float] = {}
         self.limits: dict[str, tuple[float, float, float]] = {}
         """Minimum, maximum and zero position of each joint (rad or m)."""

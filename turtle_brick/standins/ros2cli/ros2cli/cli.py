@@ -144,7 +144,7 @@ def interrupt(number, _):
 
 def main():
     """Run the verb that the user typed and exit with its status."""
-    # A background job in a shell ignores SIGINT unless it sets a handler.
+    # A background job in a shell script ignores SIGINT unless the job sets a handler.
     signal.signal(signal.SIGTERM, interrupt)
     signal.signal(signal.SIGINT, interrupt)
     try:
