@@ -198,7 +198,7 @@ class World:
         if self._phase is Phase.FALLING:
             raise ValueError('the brick is already falling')
         if self._phase is Phase.RIDING:
-            raise ValueError('the brick is on the platform, so tilt the platform or move the brick')
+            raise ValueError('the brick is on the platform, so tilt it or place the brick')
         if self._phase is Phase.GROUNDED:
             raise ValueError('the brick is on the ground, so place it first')
         self._phase = Phase.FALLING
