@@ -45,7 +45,7 @@ TIME_LIMIT = 150.0
 """Time (s) after which a trial stops dropping bricks."""
 
 LEG, MIN_LEG = 1.5, 0.3
-"""Maximum length (m) of a leg and minimum length (m) for slow robots."""
+"""Maximum and minimum length (m) of a drive. Slow robots drive shorter distances."""
 
 EDGE_DISTANCE = 0.3
 """Minimum distance (m) between a dropped brick and the edge of the arena."""

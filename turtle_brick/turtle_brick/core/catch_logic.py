@@ -321,8 +321,8 @@ class Catcher:
         if fall is not None and self._detector.fall is None:
             if not self._is_decided(fall) and z < height - HEIGHT_TOLERANCE:
                 self._finished_fall = fall
-            # The brick landed if it was above the platform and should have reached the platform
-            # by now. Otherwise, the brick was placed.
+            # The brick has landed if it was above the platform and must have reached the platform
+            # by now. Otherwise, the brick has been placed.
             if (z_before > height - HEIGHT_TOLERANCE
                     and fall.height(stamp, self._detector.gravity) < height + HEIGHT_TOLERANCE):
                 has_landed = True

@@ -45,7 +45,7 @@ MAX_AGE_NS = 500_000_000
 
 MAX_AHEAD_NS = NS_PER_SECOND
 """Maximum time (ns) by which a timestamp may be in the future. A buffer discards transforms
-over 10 s older than the latest one, so a timestamp far in the future would block later ones."""
+over 10 s older than the latest one. A timestamp far in the future would outdate all others."""
 
 BUFFER_DURATION_NS = 10_000_000_000
 """Age (ns) beyond which tf2 discards a transform and logs a message."""

@@ -284,7 +284,7 @@ def main(args: Sequence[str] | None = None) -> int:
         parameters = load()
         world = World.from_parameters(parameters)
         for position in options.place:
-            world.brick = position  # Raise ValueError if the arena would reject it.
+            world.brick = position  # Raises ValueError if the position is invalid.
         if options.namespace:
             return run(options, parameters)
         names = [f'arena_{number + 1}' for number in range(options.arenas)]

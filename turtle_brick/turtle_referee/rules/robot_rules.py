@@ -32,7 +32,7 @@ RULES = Rules()
 rule = RULES.rule
 
 RATE = 100.0
-"""Rate (Hz) of all topics and of all frames except the brick frame."""
+"""Required rate (Hz) of all topics and of all transforms except the brick transform."""
 EXACT = 1e-3
 """Tolerance for equal numbers."""
 PRECISION = 0.05

@@ -18,7 +18,7 @@ Publishes: joint_states (sensor_msgs/JointState), at the rate set by the `rate` 
 Subscribes: robot_description (std_msgs/String, latched).
 Parameters: rate (integer, 10 Hz), zeros.JOINT (double).
 Positions of mimic joints are not published, because robot_state_publisher computes them.
-joint_state_publisher_gui shows a page on 127.0.0.1 instead of a window.
+joint_state_publisher_gui serves a page on 127.0.0.1 instead of opening a window.
 """
 
 from collections.abc import Callable

@@ -82,7 +82,7 @@ def add_commands(parser, prefix, typed, table):
 
 
 def add_command(parser, command, typed, table):
-    """Add the arguments of a command and its function or subcommands."""
+    """Add the arguments and the function or subcommands of a command to its parser."""
     add_arguments(parser, table['arguments'].get(command, ()))
     for module, commands in table['modules'].items():
         if command in commands:
