@@ -64,7 +64,7 @@ from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
 MARKER_PERIOD = 1.0
-"""Period (s) of the brick marker. rviz2 discards the marker until the brick frame is known."""
+"""Publishing period (s) of the brick marker. rviz2 discards markers with an unknown frame."""
 
 WALL_THICKNESS = 0.1
 """Thickness (m) of the walls."""
@@ -130,7 +130,7 @@ class Arena(Node):
 
     def on_drop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Release the brick, or return the reason for refusing the request."""
-        self.on_timer()  # The steps already due precede the release.
+        self.on_timer()  # Execute the steps due before the release.
         try:
             self.world.release()
         except ValueError as error:

@@ -88,7 +88,7 @@ class CatcherNode(Node):
         self.is_complete = False
         """Whether the robot and the brick have been found."""
         self.ages: dict[str, float] = {}
-        """Age (s) on arrival of the latest transform of each moving frame."""
+        """Age (s) of each moving frame's latest transform when the transform arrived."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self, self.on_transform)

@@ -29,7 +29,7 @@ bottom of the brick. The brick always has the same inclination as the platform.
 
 A brick lands if its center is above the platform, because the assignment specifies only the
 platform's radius and the robot's position. A sliding brick leaves the platform when its entire
-bottom is outside the radius. In the assignment, the brick's trailing edge must clear the rim.
+bottom is outside the radius. The assignment requires the brick's trailing edge to clear the rim.
 """
 
 from enum import Enum

@@ -171,7 +171,7 @@ class TurtleRobot(Node):
         self.drive_to(pose_of(transform), point)
 
     def drive_to(self, frame: Pose, point: Vector) -> None:
-        """Drive to a point (m) in a frame with a given pose in the world frame."""
+        """Drive to `point` (m) in a frame whose pose in the world frame is `frame`."""
         goal = frame.transform(point)[:2]
         if not all(map(isfinite, goal)):
             self.get_logger().warning(
@@ -196,7 +196,7 @@ class TurtleRobot(Node):
         self.tilt_angle = message.angle
 
     def on_timer(self) -> None:
-        """Retry a pending goal and execute all due cycles."""
+        """Retry any pending goal and execute all due command cycles."""
         if self.pending_goal is not None:
             self.try_pending_goal(*self.pending_goal)
         now = monotonic_ns()

@@ -62,7 +62,7 @@ CLOCK_DIFFERENCE = 0.5
 can appear older than they are until the arena and the catcher have detected the change."""
 
 DECISION_DEADLINE = 0.1
-"""Latest time (s before the landing) for the decision whether the brick is reachable."""
+"""Time (s) before the landing by which the catcher must decide whether the brick is reachable."""
 
 ROBOT_TIMEOUT = 1.0
 """Time (s) without a platform transform after which the catcher abandons the brick."""
@@ -322,7 +322,7 @@ class Catcher:
             if not self._is_decided(fall) and z < height - HEIGHT_TOLERANCE:
                 self._finished_fall = fall
             # The brick has landed if it was above the platform and must have reached the platform
-            # by now. Otherwise, the brick has been placed.
+            # by now. Otherwise, the `place` service has moved the brick.
             if (z_before > height - HEIGHT_TOLERANCE
                     and fall.height(stamp, self._detector.gravity) < height + HEIGHT_TOLERANCE):
                 has_landed = True

@@ -112,7 +112,7 @@ def distance_to_rectangle(x: float, y: float, yaw: float, length: float, width: 
     """
     Return the distance (m) from the origin to a rectangle, or 0 if the origin is inside.
 
-    The center of the rectangle is (x, y) (m). The `length` axis has the heading `yaw` (rad).
+    The center of the rectangle is (x, y) (m). The `length` sides have the heading `yaw` (rad).
     """
     c, s = cos(yaw), sin(yaw)
     along = abs(c * x + s * y) - length / 2.0

@@ -48,10 +48,10 @@ CLOCK_TOLERANCE = 0.006
 arena simulates a brick on the platform one step (0.004 s) ahead."""
 
 MIN_GAPS = 3
-"""Minimum number of gaps between brick timestamps in WINDOW that indicates lost messages."""
+"""Number of long gaps between brick timestamps within WINDOW that indicates lost messages."""
 
 LOSS_RESERVE = 0.06
-"""Excess latency (s) due to lost messages. This value covers two catcher updates (0.02 s each)
+"""Excess latency (s) due to lost messages. This reserve covers two catcher updates (0.02 s each)
 and two robot poses (0.01 s each)."""
 
 MAX_DELAY = 1.0
@@ -111,8 +111,8 @@ class LatencyMonitor:
         """
         Record the ages (s) of the transforms received before a timer callback at `now` (ns).
 
-        A single late callback makes the transform ages too high, so they are ignored. The
-        transform ages count if frequent late callbacks show that the machine is overloaded.
+        Ages recorded at an isolated late callback are too high and are therefore ignored. If
+        frequent late callbacks show that the machine is overloaded, such ages are recorded.
         """
         self._late_fraction += (float(late) - self._late_fraction) / AVERAGED_CALLBACKS
         if late and not self._is_overloaded:
@@ -126,7 +126,7 @@ class LatencyMonitor:
         return self._late_fraction > OVERLOAD_FRACTION
 
     def record_robot_stamp(self, stamp: int) -> None:
-        """Record the timestamp (ns) of a robot transform and the preceding pause."""
+        """Record the timestamp (ns) of a robot transform and any preceding pause."""
         if self._robot_stamp is None:
             self._first_robot_stamp = stamp
         else:
@@ -136,7 +136,7 @@ class LatencyMonitor:
         self._robot_stamp = stamp
 
     def record_brick_stamp(self, stamp: int) -> None:
-        """Record the timestamp (ns) of a brick transform and the preceding gap."""
+        """Record the timestamp (ns) of a brick transform and any preceding gap."""
         gap = 0.0 if self._brick_stamp is None else (stamp - self._brick_stamp) * SECONDS_PER_NS
         self._brick_stamp = stamp
         if not 0.0 < gap < MAX_DELAY:

@@ -31,7 +31,7 @@ required time must not exceed the time until landing. For a level platform, the 
   machine. The `latency` module estimates the excess latency due to slow links and busy machines.
 - A brick cannot land on a tilted platform. Leveling takes LEVEL_LATENCY plus the excess latency.
   Therefore, the required time is at least the leveling time if the platform is not level.
-- If late transforms put the landing in the past, the time until the landing is 0.
+- If late transforms put the computed landing in the past, the time until the landing is 0.
 
 `robot_tracking` computes the motion of the robot. All timestamps (ns) come from one clock.
 """
@@ -51,8 +51,8 @@ takes effect at the first turtlesim tick after six newer commands have arrived."
 
 COMMAND_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + QUEUE_LATENCY + COMMAND_PERIOD + 0.010
 """Maximum time (0.108 s) from a decision until the arena receives a pose of the moving robot. The
-time covers three messages (goal, pose and transform), two robot cycles and turtlesim's queue. A
-10 ms margin covers operating system delays and the wait for the next physics step."""
+time includes three message transports (goal, pose, transform), two robot cycles and turtlesim's
+queue. A 10 ms margin covers operating system delays and the wait for the next physics step."""
 
 GUARANTEED_LATENCY = 0.13
 """Guaranteed upper limit (s) for the time from the release of a brick to the robot's first motion.

@@ -107,8 +107,8 @@ class Turtle:
         self.holonomic = holonomic
         """Whether commands change the sideways velocity."""
         self.clamped: tuple[float, float] | None = None
-        """Position (m, y down) after the last tick without clamping at the wall, or None if the
-        turtle did not hit a wall."""
+        """Position (m, y down) in the last tick before clamping at a wall, or None if the turtle
+        did not hit a wall."""
         self.pose = self._rounded_pose()
         """Pose after the last tick."""
 

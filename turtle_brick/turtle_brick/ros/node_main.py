@@ -19,7 +19,7 @@ Start and shut down a node process.
         spin(Arena())
 
 The signal handlers of rclpy are not used, because they shut down the context during a callback.
-With the handlers of rclpy, 4 of 12 nodes printed an error after Ctrl-C.
+With the signal handlers of rclpy, 4 of 12 nodes printed an error after Ctrl-C.
 """
 
 from collections.abc import Iterator

@@ -44,8 +44,8 @@ MAX_AGE_NS = 500_000_000
 """Age (ns) beyond which the transform of a moving frame is ignored."""
 
 MAX_AHEAD_NS = NS_PER_SECOND
-"""Maximum time (ns) by which a timestamp may be in the future. A buffer discards transforms
-over 10 s older than the latest one. A timestamp far in the future would outdate all others."""
+"""Maximum time (ns) by which a timestamp may be in the future. A timestamp far in the future
+would make tf2 discard all other transforms, because they would be more than 10 s older."""
 
 BUFFER_DURATION_NS = 10_000_000_000
 """Age (ns) beyond which tf2 discards a transform and logs a message."""

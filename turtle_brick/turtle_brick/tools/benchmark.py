@@ -23,10 +23,10 @@ The machine must be otherwise idle. The measurements are taken as follows:
   or more). In the catching period, a client drops one brick after another and records all topics.
 * Message intervals are measured in another idle period, with the client connected. An interval is
   the difference between consecutive source timestamps, which the publisher's middleware sets.
-* Reaction times are measured from the release of the brick. At release, the robot is at rest at
-  a random distance from the brick and must drive to catch it. The release time is the timestamp of
-  the last brick position before the fall. The decision time is the publication time of the goal.
-  The motion starts when the first changed pose is published.
+* Reaction times are measured from the release of the brick. At the release, the robot is at rest
+  at a random distance from the brick and must drive to catch the brick. The release time is the
+  timestamp of the last brick position before the fall. The decision time is the publication time
+  of the goal. The motion starts when the first changed pose is published.
 """
 
 import argparse

@@ -66,7 +66,7 @@ DISCOVERY_TIME = 5.0
 lost announcement is repeated only after 3 s."""
 
 KEPT_MESSAGES = 1000
-"""Number of messages kept per topic before a drop. These messages cover at least 4 s."""
+"""Number of messages kept per topic before a drop. The kept messages span at least 4 s."""
 
 FIRST_PORT = 8080
 """Port of the first arena's page. The port number increases by one for each additional arena."""

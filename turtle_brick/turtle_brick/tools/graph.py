@@ -70,7 +70,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         :param quiet: whether the nodes log only warnings and errors
         :param tf_inside: whether the namespace applies to TF, as in the launch files
         """
-        # Without freeze(), a garbage collection of all existing objects could stop all nodes.
+        # Without freeze(), garbage collection of all existing objects could pause all nodes.
         freeze()
         self.namespace = namespace
         self._files = TemporaryDirectory()
@@ -121,12 +121,12 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         node.destroy_node()
 
     def add_turtlesim(self) -> Node | None:
-        """Add a holonomic turtlesim and return its node, or None for a separate process."""
+        """Add a holonomic turtlesim. Return its node, or None if it runs in a separate process."""
         return self._add_node_or_process('turtlesim', 'turtlesim_node', 'turtlesim_standin.node',
                                          'TurtleSimNode', {'holonomic': True})
 
     def add_robot_state_publisher(self) -> Node | None:
-        """Add robot_state_publisher and return its node, or None for a separate process."""
+        """Add robot_state_publisher. Return its node, or None if it runs in a separate process."""
         return self._add_node_or_process(
             'robot_state_publisher', 'robot_state_publisher', 'robot_state_publisher.node',
             'RobotStatePublisher', self.robot_parameters())

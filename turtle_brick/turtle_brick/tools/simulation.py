@@ -17,9 +17,9 @@ Simulate the brick, robot, turtlesim and catcher at their real rates without ROS
 
 The simulation uses the same modules as the nodes. The simulation updates `physics.World` at
 250 Hz, `driving.Driver` at 100 Hz, `turtlesim_kinematics.Turtle` every 16 ms, and
-`catch_logic.Catcher` at 50 Hz and for every new brick position. The delays between the modules are
-the same as in the live graph. Simulated time advances from event to event, so an hour is simulated
-within a few seconds. All random numbers are generated from one seed, so every run is reproducible.
+`catch_logic.Catcher` at 50 Hz and for new brick positions. The delays between the modules are
+the same as in the live graph. Simulated time advances from event to event, so simulating an hour
+takes a few seconds. All random numbers are generated from one seed, so every run is reproducible.
 
 `simulate_drop` simulates one drop for a table or map. `trace` repeats a drop for a figure.
 """

@@ -53,7 +53,7 @@ class View(NamedTuple):
     direction: Vector
     """Direction in the world frame. A vertical direction is not allowed."""
     fixed_points: Sequence[Vector] = ()
-    """Points (m) to keep in the picture. Without them, the camera follows moving objects."""
+    """Points (m) to keep in the picture. Without any points, the camera follows moving objects."""
 
     def camera_pose(self, points: Sequence[Vector], aspect: float,
                     previous: Vector | None = None) -> tuple[Vector, Vector]:

@@ -127,7 +127,7 @@ class Page:
             self.record_arrival(BRICK_TF)
 
     def on_walls(self, message: MarkerArray) -> None:
-        """Store the wall markers and make them translucent."""
+        """Make the wall markers translucent and store them."""
         for marker in message.markers:
             marker.color.a = min(marker.color.a, WALL_OPACITY)
             self.on_marker('walls', marker)
@@ -248,7 +248,7 @@ class Page:
 
     def _find_drawn_time(self) -> int:
         """
-        Return the latest time (ns) at which robot and brick poses are known, or 0 if none exist.
+        Return the latest time (ns) at which robot and brick poses are known, or 0 without poses.
 
         If each object were drawn at its own latest time, objects that move together would appear
         separated. An object whose transforms have stopped does not delay other objects.

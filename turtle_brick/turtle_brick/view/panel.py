@@ -240,7 +240,7 @@ def _legend() -> str:
 
 
 def _html(name: str, text: str, is_alarm: bool = False) -> str:
-    """Wrap text in an HTML element that tests find by name. An alarm is red."""
+    """Wrap text in an HTML element that tests can find by name. An alarm is red."""
     color = 'color:#c92a2a;font-weight:600;' if is_alarm else ''
     return (f'<div data-turtle-brick="{name}" style="{color}padding:0.2em 1em;font-size:0.9em">'
             f'{escape(text)}</div>')

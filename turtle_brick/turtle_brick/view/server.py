@@ -64,7 +64,7 @@ class PageServer:
 
 
 def check_address(host: str, port: int) -> None:
-    """Raise ParameterError for an unusable address. Without this check, viser tries 1000 ports."""
+    """Raise ParameterError if an address is unusable, because viser would try 1000 ports."""
     if not 0 <= port <= 65535:
         raise ParameterError(f'port is {port}, but must be from 0 to 65535')
     try:

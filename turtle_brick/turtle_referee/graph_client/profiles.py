@@ -48,7 +48,7 @@ class Profile:
 
     @classmethod
     def from_parameters(cls, parameters: Any) -> 'Profile':
-        """Return a profile with default names and the physical parameters in a given object."""
+        """Return a profile with default names and the physical parameters from a given object."""
         return cls(numbers={name: getattr(parameters, name) for name in NUMBERS})
 
     def load(self, path: Path) -> None:

@@ -58,7 +58,7 @@ STEP = 1.0 / PHYSICS_RATE
 """Time step (s) of the physics."""
 
 LAGS = range(0, round(MAX_LAG * NS_PER_SECOND) + 1, 5_000_000)
-"""Candidate delays (ns) between the motions of the platform and of a brick on the platform."""
+"""Candidate delays (ns) from the platform's motion to the motion of a brick on the platform."""
 
 BEFORE_NS = 100_000_000
 """Interval (ns) between the last measurement of the brick and the next request."""

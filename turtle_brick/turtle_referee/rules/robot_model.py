@@ -119,7 +119,7 @@ def _numbers(element: ElementTree.Element | None, attribute: str, default: str =
 
 
 def _origin(element: ElementTree.Element) -> Pose:
-    """Return the origin of a joint or visual element. The rpy angles refer to fixed axes."""
+    """Return the origin of a joint or visual element. The rpy rotations are about fixed axes."""
     origin = element.find('origin')
     roll, pitch, yaw = _numbers(origin, 'rpy', '0 0 0')
     return Pose(_numbers(origin, 'xyz', '0 0 0'), turn(UPRIGHT[2], yaw) @ turn(
