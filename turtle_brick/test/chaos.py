@@ -83,7 +83,7 @@ messages from another process. All processes kept receiving messages in 240 tria
 
 START_TIME = 1.5 if 'FASTRTPS_DEFAULT_PROFILES_FILE' in os.environ else 5.0
 """Time (s) until all nodes have discovered a new process. DDS may lose the first announcement of
-the process. The second announcement follows after 3 s, or 0.3 s with the project's DDS profile."""
+the process. DDS repeats the announcement after 3 s, or 0.3 s with the project's DDS profile."""
 
 EASY_HEIGHT, EASY_DISTANCE, UNREACHABLE_HEIGHT = 20.0, 2.0, 12.0
 """Height (m) of easy bricks, maximum distance (m) of easy bricks from the robot, and height (m) of

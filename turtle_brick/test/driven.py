@@ -42,7 +42,7 @@ MAX_DURATION = 30.0
 """Timeout (s) for each event, in simulated time."""
 
 PUNCTUAL_TIMER = SimpleNamespace(timer_period_ns=STEP_NS, time_until_next_call=lambda: STEP_NS)
-"""Replacement for a node's timer that is always on time."""
+"""Always punctual replacement for a node's timer."""
 
 
 def record_published(publisher: Any) -> list[Any]:

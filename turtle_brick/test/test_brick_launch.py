@@ -30,7 +30,7 @@ from turtle_referee.graph_client.domains import reserved_domain
 DOMAIN = reserved_domain()
 
 WARM_UP, COUNT = 50, 400
-"""Number of commands ignored after the start and number of commands measured."""
+"""Number of commands to ignore after the launch, and number of commands to measure."""
 
 
 @pytest.mark.launch_test

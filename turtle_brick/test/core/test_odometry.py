@@ -105,7 +105,7 @@ def test_stem_points_along_the_command_before_a_motion(direction, theta):
 @given(poses=st.lists(st.tuples(st.integers(0, 11), st.integers(0, 11), angles), min_size=1,
                       max_size=10), speed=st.sampled_from([0.0, 1.0, 3.0]))
 def test_teleports_change_neither_odom_nor_the_wheel(poses, speed):
-    """The world pose is the first pose, which defines odom, composed with the pose in odom."""
+    """Composing the first pose with the pose in odom yields the pose in the world frame."""
     odometer = Odometer(RADIUS)
     for number, (x, y, theta) in enumerate(poses):
         odometer.observe(number * TICK, TurtlePose(x, y, theta, speed, 0.0))

@@ -82,7 +82,7 @@ def run(copy, *arguments):
 
 
 def code(page, word):
-    """Return the code block on a page that contains a given word."""
+    """Return the only code block that contains a given word on a page."""
     text = (PACKAGE / 'doc' / page).read_text()
     block, = [block for block in re.findall('```(?:python|yaml)\n(.*?)```', text, re.S)
               if word in block]

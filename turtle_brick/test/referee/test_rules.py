@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""A simulated record passes all rules. Each added fault violates the corresponding rule."""
+"""A simulated record passes all rules. A record with a fault violates the corresponding rule."""
 
 from functools import partial
 from math import atan2, inf, nan, pi, radians, sin, sqrt

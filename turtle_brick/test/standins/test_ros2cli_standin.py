@@ -194,7 +194,7 @@ def test_graph_is_complete_when_all_nodes_and_services_are_announced():
 
 
 def test_ctrl_c_in_a_destructor_ends_spinning(open_graph_here):
-    """Ctrl-C works although Python ignores exceptions in destructors."""
+    """Ctrl-C in a destructor ends spinning even though Python ignores exceptions there."""
     class Ending:
 
         def __del__(self):

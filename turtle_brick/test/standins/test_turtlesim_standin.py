@@ -82,7 +82,7 @@ def test_poses_are_published_at_62_5_hz(shared, poses):
 
 
 def test_command_moves_turtle_for_one_second(shared, poses):
-    """A command acts for a whole number of ticks. Only a holonomic turtle moves sideways."""
+    """A velocity command lasts a whole number of ticks. Only a holonomic turtle moves sideways."""
     _, live = shared
     commands = live.publisher('turtle1/cmd_vel', Twist)
     commands.publish(Twist(linear=Vector3(x=1.0, y=1.0)))

@@ -101,7 +101,7 @@ class PageBench:
         self.page.on_goal(goal)
 
     def draw(self, after=0):
-        """Draw after a delay (ns) and return the poses of all objects."""
+        """Advance the time by a delay (ns), draw all objects and return their poses."""
         self.now += after
         self.page.draw()
         objects = self.last_argument(self.scene.show)

@@ -60,7 +60,7 @@ class Page(Chromium):
         self.wait_for(self.has_text(name, text))
 
     def enter_position(self, text, response, button=None):
-        """Enter and submit a position (m) repeatedly until the response appears."""
+        """Enter and submit a position (m) repeatedly until a given response appears."""
         deadline = monotonic() + TIMEOUT
         while True:
             self.click(*self.center_of('document.querySelector("form input")'), times=3)

@@ -90,7 +90,7 @@ class get_logger:
 # ------------------------------------------------------------------------------ launch.utilities
 
 class Deferred:
-    """Stores the arguments that call() passes to `do` after the context."""
+    """Stores arguments until call() passes the context and these arguments to `do`."""
 
     def __init__(self, *args, **kwargs):
         signature = inspect.signature(self.do)

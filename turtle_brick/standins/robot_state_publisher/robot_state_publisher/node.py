@@ -118,7 +118,7 @@ class RobotStatePublisher(Node):
         return True
 
     def _find_sources(self, names: tuple[str, ...]) -> list[tuple[Joint, int, float, float]]:
-        """Return (joint, i, m, b) for each joint, where its position is m * positions[i] + b."""
+        """Return (joint, i, m, b) for each joint, where m * positions[i] + b is the position."""
         sources: dict[str, tuple[int, float, float]] = {}
         for index, name in enumerate(names):
             sources.setdefault(name, (index, 1.0, 0.0))

@@ -63,7 +63,7 @@ def add_arguments(parser, arguments):
 
 
 def add_commands(parser, prefix, typed, table):
-    """Add to the parser all commands with a given prefix and the entered command's arguments."""
+    """Add the commands with a given prefix and the entered command's arguments to a parser."""
     commands = {name[len(prefix):]: text for name, text in table['words'].items()
                 if name.startswith(prefix) and ' ' not in name[len(prefix):]}
     width = max(len(name) for name, text in commands.items() if text)
@@ -82,7 +82,7 @@ def add_commands(parser, prefix, typed, table):
 
 
 def add_command(parser, command, typed, table):
-    """Add the arguments and the function or subcommands of a command to its parser."""
+    """Add a command's arguments and either its function or its subcommands to a parser."""
     add_arguments(parser, table['arguments'].get(command, ()))
     for module, commands in table['modules'].items():
         if command in commands:
@@ -114,7 +114,7 @@ def parse(argv):
 
 
 class Finder(CompletionFinder):
-    """Completes words and offers message values as a quoted string."""
+    """Completes words on the command line and never quotes message values twice."""
 
     def quote_completions(self, completions, cword_prequote, last_wordbreak_pos):
         """Quote completions for the shell, unless they are already quoted."""
