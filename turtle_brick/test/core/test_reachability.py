@@ -130,7 +130,7 @@ any_excess = pytest.mark.parametrize('excess', (0.0, 0.2))
 
 
 def make_tracker(excess=0.0):
-    """Return a tracker with `excess` latency (s), the committed distance (m) and the latency (s)."""
+    """Return a tracker with `excess` latency (s), the committed distance (m) and latency (s)."""
     latency = LatencyMonitor()
     for _ in range(2):
         latency.record_response_delay(NS_PER_SECOND, excess)
