@@ -19,8 +19,7 @@ Test whether the graph recovers from killed nodes, frozen nodes and random messa
     python3 turtle_brick/test/chaos.py messages [COUNT]   random messages on topics and services
 
 The graph must recover by itself after each fault and after every thousand messages. The robot
-must then catch an easy brick, carry it to the center and tip it off. The program stops at the
-first failure.
+must then catch an easy brick and tip it off at the center. The program stops after a failure.
 """
 
 from collections.abc import Callable, Iterable
@@ -75,9 +74,8 @@ STAGES: dict[str, Callable[[Any, DropWatch], Any]] = {
 }
 """Conditions that mark the start of each stage of a drop."""
 
-LOCALHOST = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
 UDP = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET', 'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4'}
-"""Environment variables for the `messages` and `kills` commands. With LOCALHOST, Fast DDS uses
+"""Environment variables for the `kills` command. With the discovery range LOCALHOST, Fast DDS uses
 shared memory. In 3 of 240 trials with shared memory, a process frozen for 2 s stopped receiving
 messages from another process. All processes kept receiving messages in 240 trials with UDP."""
 
@@ -174,8 +172,8 @@ class Scene(Graph):
         """
         Drop easy bricks until one of them reaches a given stage.
 
-        The catcher may refuse bricks for up to WINDOW (s) after a fault. The catcher must not
-        refuse bricks placed more than WINDOW (s) after the fault.
+        For up to WINDOW (s) after a fault, the catcher may refuse bricks, and the robot may miss
+        bricks while this machine is overloaded. The robot must catch a brick placed later.
         """
         window_end = monotonic() + WINDOW
         while True:
@@ -185,9 +183,10 @@ class Scene(Graph):
                             f'the stage {stage}')
             if not watch.down or watch.caught:
                 return watch
-            assert watch.refusals, 'the robot missed an easy brick'
+            is_calm = self.record.is_calm(watch.begin, time_ns())
+            assert watch.refusals or not is_calm, 'the robot missed an easy brick'
             assert begin < window_end, (
-                f'the catcher refuses easy bricks: {self.processes["catcher"].output[-1000:]}')
+                f'the robot catches no brick: {self.processes["catcher"].output[-1000:]}')
 
     def check_catch(self) -> None:
         """Check that the robot catches an easy brick and tips the brick off at the center."""
@@ -288,13 +287,14 @@ def random_value(kind: str, random: Random) -> Any:
 
 def main(command: str = '', argument: str = '') -> None:
     if command == 'kills':
+        os.environ.update(UDP)
         trials = [(Scene.check_fault, trial) for trial in product(NODES, FAULTS, STAGES)
                   if re.search(argument, ', '.join(trial))]
     elif command == 'messages':
+        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
         trials = [(Scene.check_messages, (BATCH,))] * (int(argument or 20_000) // BATCH)
     else:
         sys.exit(__doc__)
-    os.environ.update(UDP if command == 'kills' else LOCALHOST)
     handle_interrupts()
     with reserved_domain() as domain_id, Scene(domain_id, Random(0)) as scene:
         scene.recover()
