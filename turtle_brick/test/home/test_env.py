@@ -170,5 +170,5 @@ exec(sys.argv[1])' "$3"
     assert '3.10 to 3.13' in sentence and 'sudo apt install' in sentence
     assert f'{old} is not' in refusal(env_bash, PATH=str(tools), PYTHON=str(old))
     (tools / 'python3.12').symlink_to(os.path.realpath(sys.executable))
-    # python3.12 is suitable, so the compiler check fails next.
+    # After accepting python3.12, the script looks for a compiler.
     assert 'No C compiler' in refusal(env_bash, PATH=str(tools), CC='', CXX='')

@@ -482,7 +482,7 @@ def test_rates_are_measured_by_stamps(rate, met):
 def test_a_fault_outside_a_stall_fails():
     record = make_record((drive,))
     change_request(record, 'drives', goal=CENTER, start=(0.0, 0.0))
-    # The effects of a stall last one second longer than the stall. The second drive has no fault.
+    # The effects of a stall last one second longer than the stall. The second drive is correct.
     for begin, expected in ((-3.0, FAILED), (-0.9, OPEN), (0.2, OPEN), (1.5, FAILED)):
         record.stalls = [(at(begin), at(begin + 0.1))]
         found, = judge(record, 'drive: goal')

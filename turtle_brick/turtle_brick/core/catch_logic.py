@@ -255,7 +255,7 @@ class TiltRamp:
         self._command_time = now
 
     def start(self, now: int) -> None:
-        """Start a new ramp from the current angle at the time `now` (ns)."""
+        """Start a new ramp from the current angle at time `now` (ns)."""
         self._start_angle, self._start_time = self.angle, now
 
     def advance(self, now: int, goal: float) -> bool:
@@ -271,7 +271,7 @@ class TiltRamp:
         return True
 
     def command_age(self, now: int) -> float:
-        """Return the age (s) of the last command at the time `now` (ns)."""
+        """Return the age (s) of the last command at time `now` (ns)."""
         return (now - self._command_time) * SECONDS_PER_NS
 
 

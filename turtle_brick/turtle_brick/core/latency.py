@@ -175,7 +175,7 @@ class LatencyMonitor:
 
     def excess(self, now: int) -> float:
         """
-        Return the excess latency (s) at the time `now` (ns).
+        Return the excess latency (s) at time `now` (ns).
 
         The goal and the resulting pose each cross one link, so the delay of the slowest link
         counts twice. A brief stall of one node can cause a single late response. Such a response

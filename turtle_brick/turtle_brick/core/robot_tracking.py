@@ -99,7 +99,7 @@ class RobotTracker:
         """
         Record the robot's position and return its motion, or None if the robot is unavailable.
 
-        :param platform: platform of the robot at the time `now` (ns), or None if unavailable
+        :param platform: platform of the robot at time `now` (ns), or None if unavailable
         :param level_for: time (s) since a tilt of 0 was commanded, or 0 after any other command
         """
         self.excess = self._latency.excess(now)

@@ -181,7 +181,7 @@ class TurtleSim:
     """Simulate several turtles, starting with turtle1 in the center of the arena."""
 
     def __init__(self, holonomic: bool = False, now: float = 0.0) -> None:
-        """Create a simulator that starts at the time `now` (s)."""
+        """Create a simulator that starts at time `now` (s)."""
         self.turtles: dict[str, Turtle] = {}
         """Turtles in their update order, keyed by name."""
         self._holonomic = holonomic

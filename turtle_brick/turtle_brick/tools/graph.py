@@ -121,12 +121,12 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         node.destroy_node()
 
     def add_turtlesim(self) -> Node | None:
-        """Add a holonomic turtlesim. Return its node, or None if it runs in a separate process."""
+        """Add a holonomic turtlesim. Return the node, or None for the real turtlesim."""
         return self._add_node_or_process('turtlesim', 'turtlesim_node', 'turtlesim_standin.node',
                                          'TurtleSimNode', {'holonomic': True})
 
     def add_robot_state_publisher(self) -> Node | None:
-        """Add robot_state_publisher. Return its node, or None if it runs in a separate process."""
+        """Add robot_state_publisher. Return the node, or None for the real program."""
         return self._add_node_or_process(
             'robot_state_publisher', 'robot_state_publisher', 'robot_state_publisher.node',
             'RobotStatePublisher', self.robot_parameters())

@@ -228,7 +228,7 @@ class Simulation:
         self.after_step()
 
     def _update_catcher(self, now: int) -> None:
-        """Update the catcher at the time `now` (ns) and send its commands to the robot."""
+        """Update the catcher at time `now` (ns) and send its commands to the robot."""
         # `now` can be later than self.now because the brick's transform arrives with a delay.
         self._decided_at = now = max(now, self._decided_at)
         for action in self.catcher.update(now, self.world.platform):

@@ -172,7 +172,7 @@ class Page:
         self._arrivals[name].append(self._clock())
 
     def toggle_replay(self, speed: float) -> None:
-        """Start replaying the last drop at a fraction of the real speed, or stop the replay."""
+        """Start replaying the last drop at a fraction of real time, or stop the replay."""
         if not self._replay.toggle(self._clock(), speed):
             self._panel.show_response('replay: no drop has been recorded', False)
 

@@ -42,7 +42,7 @@ CURVES = (('height (m)', '#e8590c'), ('distance (m)', '#1971c2'), ('speed (m/s)'
 """Labels and colors of the curves."""
 
 REPLAY_SPEEDS = {'Replay': 1.0, 'Replay at 1/8': 0.125}
-"""Fraction of the real speed for each replay button."""
+"""Playback speed for each replay button as a fraction of real time."""
 
 VIEWS = {'Near': NEAR_VIEW, 'From above': TOP_VIEW}
 """View for each camera button."""
@@ -58,7 +58,7 @@ class PanelCallbacks(NamedTuple):
     drop: Callable[[Vector | None], None]  # Drop the brick, optionally from a new position (m).
     tilt: Callable[[float], None]  # Tilt the platform to an angle (rad).
     drive: Callable[[float, float], None]  # Send the robot to x and y (m) in the world frame.
-    replay: Callable[[float], None]  # Start or stop the replay at a fraction of the real speed.
+    replay: Callable[[float], None]  # Toggle the replay at a fraction of real time.
 
 
 class Panel:
