@@ -159,7 +159,7 @@ class Command:
                     found.append(stat.parent.name)
         return found
 
-    def end(self, timeout=4 * TIMEOUT):
+    def end(self, timeout=2 * TIMEOUT):
         """Wait until the command exits. Then kill the remaining processes and return their IDs."""
         try:
             assert self.wait_for(lambda: self.status is not None, timeout), self.text + self.error

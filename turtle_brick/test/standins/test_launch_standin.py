@@ -31,7 +31,7 @@ from ament_index_python.packages import get_package_share_directory
 import launch
 import launch_testing
 import pytest
-from recorded import Command, PROGRAMS, records, run_here, with_paths, write_files
+from recorded import Command, PROGRAMS, records, run_here, TIMEOUT, with_paths, write_files
 import yaml
 
 # A module-level skip would make the launch_testing plugin skip all files in this folder.
@@ -291,7 +291,7 @@ def run(record, files, top, before):
                     f'no {condition!r} in:\n{command.text}{command.error}')
             command.send(number, target)
     finally:
-        remaining = command.end()
+        remaining = command.end(4 * TIMEOUT)  # Up to eight commands run in parallel.
     return command, remaining
 
 
