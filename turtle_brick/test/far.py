@@ -175,7 +175,6 @@ def drop_bricks(drops: int) -> int:
                          'robot, arena and catcher are running')
         number = 0
         while number <= drops:
-            begin = time_ns()
             graph.spin_until(lambda: latest(catcher_states) == 'waiting', TIMEOUT,
                              'the catcher is waiting')
             client.wait_until(client.is_at_rest, TIMEOUT)
@@ -185,6 +184,7 @@ def drop_bricks(drops: int) -> int:
             client.place(place, hovering=1.0).check()
             decisions.clear()
             brick_states.clear()
+            begin = time_ns()
             client.call('drop').check()
             graph.spin_until(
                 lambda: latest(decisions) and latest(brick_states) in ('floating', 'grounded'),
