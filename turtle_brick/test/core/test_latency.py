@@ -134,7 +134,7 @@ def test_clock_error_is_added_to_the_excess_latency(ahead, link, motion):
 
 
 class NetworkBench(CatchBench):
-    """A CatchBench whose catcher, arena and robot run on three machines."""
+    """A CatchBench with the catcher, the arena and the robot on three machines."""
 
     def __init__(self, mean, deviation, loss, seed):
         self.mean, self.deviation, self.loss = mean, deviation, loss

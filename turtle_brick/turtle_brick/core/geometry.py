@@ -93,7 +93,7 @@ def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
 
 
 def axes(q: Quaternion) -> tuple[Vector, Vector, Vector]:
-    """Return the unit vectors of a frame with orientation q, expressed in its parent frame."""
+    """Return the unit vectors of a frame with orientation q, expressed in the parent frame."""
     x, y, z, w = q
     return ((1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)),
             (2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)),
