@@ -23,7 +23,7 @@ from tempfile import TemporaryDirectory
 from time import monotonic, sleep
 from typing import Any
 
-from turtle_referee.graph_client.processes import Process
+from graph_client.processes import Process
 
 NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable')
 """Possible names of the executable."""

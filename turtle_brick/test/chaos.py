@@ -34,20 +34,20 @@ import sys
 from time import monotonic, time_ns
 from typing import Any
 
+from graph_client.client import GraphClient
+from graph_client.domains import reserved_domain
+from graph_client.drops import DropWatch
+from graph_client.geometry import ARENA_SIZE, CENTER, inclination, Vector
+from graph_client.observer import load_type, Observer, subscription_qos
+from graph_client.processes import Process
+from graph_client.record import NS_PER_SECOND, SECONDS_PER_NS
+from graph_client.spinning import handle_interrupts
 from rclpy.node import Node
 from rclpy.time import Time
 from std_msgs.msg import String
 from turtle_brick.core.latency import WINDOW
 from turtle_brick.ros.tf import MAX_AHEAD_NS
 from turtle_brick.tools.graph import Graph
-from turtle_referee.graph_client.client import GraphClient
-from turtle_referee.graph_client.domains import reserved_domain
-from turtle_referee.graph_client.drops import DropWatch
-from turtle_referee.graph_client.geometry import ARENA_SIZE, CENTER, inclination, Vector
-from turtle_referee.graph_client.observer import load_type, Observer, subscription_qos
-from turtle_referee.graph_client.processes import Process
-from turtle_referee.graph_client.record import NS_PER_SECOND, SECONDS_PER_NS
-from turtle_referee.graph_client.spinning import handle_interrupts
 
 NODES = {
     'turtlesim': ('turtlesim', 'turtlesim_node', '-p', 'holonomic:=true'),

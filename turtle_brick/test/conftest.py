@@ -24,9 +24,9 @@ import tempfile
 from typing import Any
 
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
+from graph_client.domains import reserved_domain
 import psutil
 import pytest
-from turtle_referee.graph_client.domains import reserved_domain
 
 _session = contextlib.ExitStack()
 

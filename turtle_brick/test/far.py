@@ -39,17 +39,17 @@ import struct
 import sys
 from time import monotonic, time_ns
 
+from graph_client.client import GraphClient
+from graph_client.observer import Observer, subscription_qos
+from graph_client.processes import close_all, Process
+from graph_client.record import Received
+from graph_client.spinning import handle_interrupts, INTERRUPTED
 from rcl_interfaces.msg import Log
 from std_msgs.msg import String
 from turtle_brick.core.parameters import default_path, load
 from turtle_brick.core.reachability import COMMAND_LATENCY, guaranteed_distance, resting_height
 from turtle_brick.core.turtlesim_kinematics import within_arena
 from turtle_brick.tools.graph import Graph
-from turtle_referee.graph_client.client import GraphClient
-from turtle_referee.graph_client.observer import Observer, subscription_qos
-from turtle_referee.graph_client.processes import close_all, Process
-from turtle_referee.graph_client.record import Received
-from turtle_referee.graph_client.spinning import handle_interrupts, INTERRUPTED
 
 HERE = Path(__file__).resolve()
 

@@ -32,16 +32,16 @@ import signal
 from time import monotonic
 from typing import Any
 
+from graph_client.observer import DEPTH, Observer, PollingNode
+from graph_client.processes import Process
+from graph_client.profiles import Profile
+from graph_client.record import message_rate, Record
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from tf2_msgs.msg import TFMessage
 from turtle_brick.core.parameters import load
 from turtle_brick.tools.graph import Graph
-from turtle_referee.graph_client.observer import DEPTH, Observer, PollingNode
-from turtle_referee.graph_client.processes import Process
-from turtle_referee.graph_client.profiles import Profile
-from turtle_referee.graph_client.record import message_rate, Record
 from turtle_referee.referee import RULES
 from turtle_referee.rules.rule import FAILED, MET, OPEN
 from turtle_referee.trial import FAR_OUT, IN_REACH, Program, Trial

@@ -18,6 +18,7 @@ import time
 import unittest
 
 from geometry_msgs.msg import Twist
+from graph_client.domains import reserved_domain
 from launch import LaunchDescription
 from launch.substitutions import PathJoinSubstitution
 from launch_ros.actions import Node
@@ -25,7 +26,6 @@ from launch_ros.substitutions import FindPackageShare
 from launch_testing.actions import ReadyToTest
 import pytest
 import rclpy
-from turtle_referee.graph_client.domains import reserved_domain
 
 DOMAIN = reserved_domain()
 

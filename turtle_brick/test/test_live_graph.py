@@ -16,9 +16,9 @@
 
 import sys
 
+from graph_client.record import message_rate
 from live_graph import graph, process
 import pytest
-from turtle_referee.graph_client.record import message_rate
 
 
 def test_node_errors_and_timeouts_fail_the_test(domain_id):

@@ -26,8 +26,8 @@ import os
 from pathlib import Path
 import sys
 
+from graph_client.processes import END_TIME, Process
 from turtle_referee import report
-from turtle_referee.graph_client.processes import END_TIME, Process
 from turtle_referee.rules.rule import Rules
 
 HOURS = {

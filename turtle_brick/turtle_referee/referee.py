@@ -38,15 +38,15 @@ import sys
 from time import monotonic
 from typing import Any
 
+from graph_client.domains import reserved_domain, restrict_to_localhost
+from graph_client.observer import Observer
+from graph_client.processes import crashes, Process
+from graph_client.profiles import Profile
+from graph_client.record import Record
+from graph_client.spinning import NodeSpinner
 from rclpy.utilities import get_rmw_implementation_identifier
 from turtle_referee import report
 from turtle_referee.classroom import HOURS, judge_class, rules_in_hour
-from turtle_referee.graph_client.domains import reserved_domain, restrict_to_localhost
-from turtle_referee.graph_client.observer import Observer
-from turtle_referee.graph_client.processes import crashes, Process
-from turtle_referee.graph_client.profiles import Profile
-from turtle_referee.graph_client.record import Record
-from turtle_referee.graph_client.spinning import NodeSpinner
 from turtle_referee.rules import arena_rules, catcher_rules, robot_rules
 from turtle_referee.rules.rule import FAILED, Judgment, Rules
 from turtle_referee.trial import DISCOVERY_TIME, Trial

@@ -27,10 +27,10 @@ import sys
 from typing import Any
 from urllib.parse import quote
 
+from graph_client.record import OVERLOADED
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
-from turtle_referee.graph_client.record import OVERLOADED
 from turtle_referee.rules.rule import FAILED, Judgment, MET, OPEN, Plot
 
 COLORS = {MET: 'green', FAILED: 'red', OPEN: 'yellow'}

@@ -24,14 +24,14 @@ from math import cos, pi, sin
 from time import monotonic, time_ns
 from typing import NamedTuple
 
+from graph_client.client import GraphClient, TIMEOUT
+from graph_client.geometry import ARENA_SIZE, CENTER, Vector
+from graph_client.observer import Observer
+from graph_client.profiles import NUMBERS
+from graph_client.record import Request
+from graph_client.spinning import Spinner
 from rcl_interfaces.srv import GetParameters
 from rclpy.parameter import parameter_value_to_python
-from turtle_referee.graph_client.client import GraphClient, TIMEOUT
-from turtle_referee.graph_client.geometry import ARENA_SIZE, CENTER, Vector
-from turtle_referee.graph_client.observer import Observer
-from turtle_referee.graph_client.profiles import NUMBERS
-from turtle_referee.graph_client.record import Request
-from turtle_referee.graph_client.spinning import Spinner
 from turtle_referee.rules.robot_model import model
 from turtle_referee.rules.rule import Failed
 

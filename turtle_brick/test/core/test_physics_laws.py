@@ -15,6 +15,7 @@
 
 from math import cos, floor, hypot, pi, sin, sqrt
 
+from graph_client.geometry import distance_to_rectangle, Pose as Frame, pose as frame, turn
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from laws import law
@@ -23,8 +24,6 @@ import pytest
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose
 from turtle_brick.core.tilting_platform import LEVEL_TOLERANCE, Platform
 from turtle_brick.physics import Phase, World
-from turtle_referee.graph_client.geometry import (distance_to_rectangle, Pose as Frame,
-                                                  pose as frame, turn)
 
 GRAVITY = 9.81
 RADIUS = 0.5

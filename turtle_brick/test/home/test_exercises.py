@@ -23,12 +23,12 @@ import sys
 from types import SimpleNamespace
 
 from geometry_msgs.msg import Point
+from graph_client.record import ReceivedMarker
 from live_graph import graph, TIMEOUT
 import pytest
 from std_srvs.srv import Trigger
 from turtle_brick.physics import Phase
 from turtle_brick_interfaces.srv import Place
-from turtle_referee.graph_client.record import ReceivedMarker
 from turtle_referee.rules.arena_rules import brick_markers
 import yaml
 

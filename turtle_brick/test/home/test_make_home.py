@@ -24,8 +24,8 @@ import subprocess
 import sys
 import sysconfig
 
+from graph_client.processes import Process
 import pytest
-from turtle_referee.graph_client.processes import Process
 
 SCRIPTS = Path(__file__).resolve().parents[2] / 'scripts'
 

@@ -35,6 +35,9 @@ NOT_IMPORTED = {'launch_xml', 'ros2launch'}
 WITHOUT_KEY = {'viser', 'websockets'}
 """Modules without a usable rosdep key. A comment in package.xml describes the installation."""
 
+PACKAGES = ('turtle_brick', 'graph_client', 'turtle_referee')
+"""Python packages in the ROS package turtle_brick."""
+
 MAY_IMPORT = {
     'turtle_brick/core': ['turtle_brick.core'],
     'turtle_brick/physics.py': ['turtle_brick.core'],
@@ -43,9 +46,9 @@ MAY_IMPORT = {
        for name in ('arena', 'catcher', 'turtle_robot')},
     'turtle_brick/view': [f'turtle_brick.{name}' for name in (
         'core', 'ros', 'view', 'arena', 'catcher', 'physics', 'turtle_robot')],
-    'turtle_brick/tools': ['turtle_brick', 'turtle_referee.graph_client'],
-    'turtle_referee/graph_client': ['turtle_referee.graph_client'],
-    'turtle_referee': ['turtle_referee'],
+    'turtle_brick/tools': ['turtle_brick', 'graph_client'],
+    'graph_client': ['graph_client'],
+    'turtle_referee': ['turtle_referee', 'graph_client'],
     'standins': ['turtle_brick.core.turtlesim_kinematics'],
 }
 """Modules and packages in this workspace that each folder or file may import."""
@@ -70,7 +73,7 @@ def imports(*patterns):
 def imported_packages(*patterns):
     """Return the rosdep keys of external modules imported by files that match the patterns."""
     modules = {name.partition('.')[0] for name in imports(*patterns)}
-    own = {'turtle_brick', 'turtle_referee', *(file.stem for file in PACKAGE.glob('test/**/*.py'))}
+    own = {*PACKAGES, *(file.stem for file in PACKAGE.glob('test/**/*.py'))}
     return {KEYS.get(name, name)
             for name in modules - sys.stdlib_module_names - own - WITHOUT_KEY}
 
@@ -83,7 +86,7 @@ def dependencies(kind):
 def test_exec_depend_lists_all_imported_and_launched_packages():
     launched = {name for path in PACKAGE.glob('launch/*') for name in re.findall(
         r'(?:package=\'|pkg=")(\w+)', path.read_text())} - {'turtle_brick'}
-    imported = imported_packages('turtle_*/**/*.py', 'launch/*.py')
+    imported = imported_packages(*(f'{name}/**/*.py' for name in PACKAGES), 'launch/*.py')
     assert dependencies('exec_depend') == imported | launched | NOT_IMPORTED
 
 
@@ -96,5 +99,5 @@ def test_test_depend_lists_all_packages_imported_by_tests():
 def test_no_layer_imports_a_higher_layer(place):
     allowed = tuple(f'{module}.' for module in MAY_IMPORT[place])
     modules = imports(place if place.endswith('.py') else f'{place}/**/*.py')
-    own = [name for name in modules if name.startswith(('turtle_brick.', 'turtle_referee.'))]
+    own = [name for name in modules if name.partition('.')[0] in PACKAGES]
     assert [name for name in own if not f'{name}.'.startswith(allowed)] == []

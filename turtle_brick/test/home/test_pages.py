@@ -31,9 +31,9 @@ import subprocess
 from threading import Event
 from time import monotonic
 
+from graph_client.domains import reserved_domain
 from live_graph import NodeProcess
 import pytest
-from turtle_referee.graph_client.domains import reserved_domain
 import yaml
 
 PACKAGE = Path(__file__).resolve().parents[2]

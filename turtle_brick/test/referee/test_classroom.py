@@ -20,9 +20,9 @@ import re
 import signal
 import sys
 
+from graph_client.processes import crashes, Process
 import pytest
 from turtle_referee import classroom, referee
-from turtle_referee.graph_client.processes import crashes, Process
 
 ROOT = Path(__file__).resolve().parents[2]
 DIED = "[ERROR] [{0}]: process has died [pid 7, exit code {1}, cmd '/lib/{0} --ros-args'].\n"

@@ -20,6 +20,11 @@ import sys
 from time import monotonic
 
 from geometry_msgs.msg import Quaternion, TransformStamped
+from graph_client.client import GraphClient
+from graph_client.domains import DomainError, is_empty, reserved_domain
+from graph_client.geometry import CENTER
+from graph_client.observer import fill_position, Observer
+from graph_client.profiles import Profile
 from live_graph import add_nodes, LiveGraph, observe, PROGRAM, results
 from nav_msgs.srv import GetPlan
 import pytest
@@ -29,11 +34,6 @@ from std_srvs.srv import Empty, Trigger
 from turtle_brick.core.parameters import default_path
 from turtle_brick.tools.graph import Graph
 from turtle_referee import referee
-from turtle_referee.graph_client.client import GraphClient
-from turtle_referee.graph_client.domains import DomainError, is_empty, reserved_domain
-from turtle_referee.graph_client.geometry import CENTER
-from turtle_referee.graph_client.observer import fill_position, Observer
-from turtle_referee.graph_client.profiles import Profile
 from turtle_referee.rules.rule import FAILED, MET, OPEN
 from turtle_referee.trial import DISCOVERY_TIME, FAR_OUT, Program
 

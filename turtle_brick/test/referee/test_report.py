@@ -20,9 +20,9 @@ import sys
 from xml.etree import ElementTree
 
 from browser import Chromium, find_chromium
+from graph_client.profiles import Profile
 import pytest
 from turtle_referee import referee, report
-from turtle_referee.graph_client.profiles import Profile
 from turtle_referee.rules.rule import FAILED, Judgment, MET, OPEN, Plot, Series
 
 JUDGMENTS = [

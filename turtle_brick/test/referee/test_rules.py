@@ -20,18 +20,17 @@ from types import SimpleNamespace
 from xml.etree import ElementTree
 
 from geometry_msgs.msg import Twist
+from graph_client.drops import DropWatch
+from graph_client.geometry import CENTER, Pose, pose, turn, UPRIGHT
+from graph_client.profiles import Profile
+from graph_client.record import (Drive, Frame, NS_PER_SECOND, Received, ReceivedMarker, Record,
+                                 Request, Sample, SECONDS_PER_NS)
 from nav_msgs.msg import Odometry
 import numpy
 import pytest
 from sensor_msgs.msg import JointState
 from turtle_brick.core.parameters import default_path, load
 from turtle_referee import referee
-from turtle_referee.graph_client.drops import DropWatch
-from turtle_referee.graph_client.geometry import CENTER, Pose, pose, turn, UPRIGHT
-from turtle_referee.graph_client.profiles import Profile
-from turtle_referee.graph_client.record import (Drive, Frame, NS_PER_SECOND, Received,
-                                                ReceivedMarker, Record, Request, Sample,
-                                                SECONDS_PER_NS)
 from turtle_referee.rules import robot_rules
 from turtle_referee.rules.robot_model import model
 from turtle_referee.rules.rule import FAILED, MET, OPEN, Rules

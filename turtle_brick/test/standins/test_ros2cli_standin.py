@@ -23,6 +23,7 @@ import signal
 import threading
 
 from ament_index_python.packages import get_package_share_directory
+from graph_client.domains import reserved_domain
 from live_graph import add_nodes
 import pytest
 from rcl_interfaces.msg import IntegerRange, ParameterDescriptor
@@ -33,7 +34,6 @@ from ros2cli import cli, messages, topic_statistics
 import ros2cli.graph as cli_graph
 from ros2cli.graph import GraphNode, is_complete
 from turtle_brick.tools.graph import Graph
-from turtle_referee.graph_client.domains import reserved_domain
 from turtlesim.action import RotateAbsolute
 from turtlesim.msg import Color
 import yaml

@@ -18,6 +18,8 @@ import signal
 from statistics import median
 
 from geometry_msgs.msg import Twist, Vector3
+from graph_client.domains import reserved_domain
+from graph_client.record import message_rate
 from live_graph import graph, process
 import pytest
 from rcl_interfaces.srv import SetParameters
@@ -26,8 +28,6 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from std_srvs.srv import Empty
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TICK
 from turtle_brick.tools.graph import executable
-from turtle_referee.graph_client.domains import reserved_domain
-from turtle_referee.graph_client.record import message_rate
 from turtlesim.msg import Pose
 from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
 

@@ -21,6 +21,7 @@ from threading import Event
 from time import monotonic, process_time
 from types import SimpleNamespace
 
+from graph_client.processes import Process
 import numpy as np
 import psutil
 import pytest
@@ -28,7 +29,6 @@ from turtle_brick.physics import STEP_NS
 from turtle_brick.ros.tf import BASE_LINK, BRICK
 from turtle_brick.tools import benchmark, plots
 from turtle_brick.tools.benchmark import NODES
-from turtle_referee.graph_client.processes import Process
 
 RELEASE = 1_700_000_000_000_000_000
 LEAD, END = RELEASE - 100_000_000, RELEASE + 1_000_000_000

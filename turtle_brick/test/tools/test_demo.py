@@ -19,11 +19,11 @@ import signal
 import sys
 from types import SimpleNamespace
 
+from graph_client.domains import DomainError, RANGE_VARIABLES
 from live_graph import graph, process
 import pytest
 from turtle_brick.tools import demo
 from turtle_brick.tools.graph import executable
-from turtle_referee.graph_client.domains import DomainError, RANGE_VARIABLES
 from turtlesim.msg import Pose
 
 DEMO = [sys.executable, '-m', 'turtle_brick.tools.demo', '--no-view']

@@ -23,6 +23,7 @@ import sys
 from threading import Event
 from time import monotonic
 
+from graph_client.processes import Process
 import pytest
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.parameters import default_path, load, Parameters
@@ -30,7 +31,6 @@ from turtle_brick.core.reachability import guaranteed_distance
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.tools import simulation, sweep
 from turtle_brick.tools.simulation import guaranteed_distance_to, simulate_drop, trace
-from turtle_referee.graph_client.processes import Process
 import yaml
 
 PARAMETERS = load()

@@ -24,9 +24,9 @@ import sys
 from xml.etree.ElementTree import canonicalize
 
 from browser import Chromium, find_chromium, TIMEOUT
+from graph_client.processes import Process
 import pytest
 from turtle_brick.core.parameters import default_path, load
-from turtle_referee.graph_client.processes import Process
 import xacro
 import yaml
 

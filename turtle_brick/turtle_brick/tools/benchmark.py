@@ -42,6 +42,14 @@ import sys
 from time import monotonic, sleep, time_ns
 from typing import Any
 
+from graph_client.client import GraphClient
+from graph_client.domains import DomainError, reserved_domain
+from graph_client.drops import DropWatch
+from graph_client.observer import Observer
+from graph_client.processes import Process
+from graph_client.profiles import Profile
+from graph_client.record import Record
+from graph_client.spinning import NodeSpinner
 import numpy as np
 import psutil
 from turtle_brick.core.parameters import load
@@ -50,14 +58,6 @@ from turtle_brick.physics import STEP_NS
 from turtle_brick.ros.tf import BASE_LINK, BRICK
 from turtle_brick.tools import plots, positive_int
 from turtle_brick.tools.demo import random_brick
-from turtle_referee.graph_client.client import GraphClient
-from turtle_referee.graph_client.domains import DomainError, reserved_domain
-from turtle_referee.graph_client.drops import DropWatch
-from turtle_referee.graph_client.observer import Observer
-from turtle_referee.graph_client.processes import Process
-from turtle_referee.graph_client.profiles import Profile
-from turtle_referee.graph_client.record import Record
-from turtle_referee.graph_client.spinning import NodeSpinner
 
 LAUNCH = ('ros2', 'launch', 'turtle_brick', 'turtle_arena.launch.py', 'view:=none')
 

@@ -35,6 +35,13 @@ import sys
 import webbrowser
 
 from ament_index_python.packages import PackageNotFoundError
+from graph_client.client import GraphClient
+from graph_client.domains import (DomainError, DOMAINS, is_empty, LAST_DOMAIN, reserved_domain,
+                                  restrict_to_localhost)
+from graph_client.drops import DropWatch
+from graph_client.observer import Observer
+from graph_client.profiles import Profile
+from graph_client.spinning import handle_interrupts, INTERRUPTED, LONGEST_WAIT
 from rclpy.node import Node
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import load, ParameterError, Parameters
@@ -44,13 +51,6 @@ from turtle_brick.physics import World
 from turtle_brick.tools import positive_int
 from turtle_brick.tools.graph import Graph
 from turtle_brick.tools.simulation import guaranteed_distance_to
-from turtle_referee.graph_client.client import GraphClient
-from turtle_referee.graph_client.domains import (DomainError, DOMAINS, is_empty, LAST_DOMAIN,
-                                                 reserved_domain, restrict_to_localhost)
-from turtle_referee.graph_client.drops import DropWatch
-from turtle_referee.graph_client.observer import Observer
-from turtle_referee.graph_client.profiles import Profile
-from turtle_referee.graph_client.spinning import handle_interrupts, INTERRUPTED, LONGEST_WAIT
 
 START_TIMEOUT = 30.0
 """Timeout (s) for starting the graph."""

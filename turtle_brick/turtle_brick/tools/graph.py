@@ -31,6 +31,8 @@ from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 from ament_index_python.packages import get_package_prefix, PackageNotFoundError
+from graph_client.processes import close_all, Process
+from graph_client.spinning import Spinner
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
@@ -40,8 +42,6 @@ from turtle_brick.catcher import CatcherNode
 from turtle_brick.core.parameters import default_path
 from turtle_brick.ros.node_main import make_executor
 from turtle_brick.turtle_robot import TurtleRobot
-from turtle_referee.graph_client.processes import close_all, Process
-from turtle_referee.graph_client.spinning import Spinner
 import xacro
 import yaml
 

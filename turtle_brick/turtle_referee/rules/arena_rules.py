@@ -19,12 +19,11 @@ from math import atan2, dist, hypot, sqrt
 from operator import itemgetter
 from typing import Any, NamedTuple
 
+from graph_client.drops import DropWatch, STILL
+from graph_client.geometry import (angle_between, ARENA_SIZE, Array, distance_to_rectangle,
+                                   inclination, Pose, pose)
+from graph_client.record import NS_PER_SECOND, ReceivedMarker, Record, SECONDS_PER_NS
 import numpy
-from turtle_referee.graph_client.drops import DropWatch, STILL
-from turtle_referee.graph_client.geometry import (angle_between, ARENA_SIZE, Array,
-                                                  distance_to_rectangle, inclination, Pose, pose)
-from turtle_referee.graph_client.record import (NS_PER_SECOND, ReceivedMarker, Record,
-                                                SECONDS_PER_NS)
 from turtle_referee.rules.rule import (Failed, Finding, from_faults, largest, NEAR, number, Open,
                                        PHYSICS_RATE, Plot, RATE_TOLERANCE, require,
                                        require_accepted, require_data, Rules, SAME_ANGLE, Series,

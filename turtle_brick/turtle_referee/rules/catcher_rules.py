@@ -18,11 +18,10 @@ from itertools import pairwise
 from math import dist, inf, isnan, sqrt
 from typing import Any
 
-from turtle_referee.graph_client.drops import DropWatch, UNREACHABLE
-from turtle_referee.graph_client.geometry import CENTER
-from turtle_referee.graph_client.profiles import NUMBERS
-from turtle_referee.graph_client.record import (nanoseconds_of, ReceivedMarker, Record,
-                                                SECONDS_PER_NS)
+from graph_client.drops import DropWatch, UNREACHABLE
+from graph_client.geometry import CENTER
+from graph_client.profiles import NUMBERS
+from graph_client.record import nanoseconds_of, ReceivedMarker, Record, SECONDS_PER_NS
 from turtle_referee.rules.arena_rules import ADD, catches, dropped, TEXT
 from turtle_referee.rules.rule import (Failed, Finding, from_faults, Plot, require_data, Rules,
                                        Series, within)

@@ -19,9 +19,9 @@ from math import hypot
 from typing import NamedTuple
 from xml.etree import ElementTree
 
+from graph_client.geometry import Array, Pose, pose, turn, UPRIGHT
+from graph_client.record import Record
 import numpy
-from turtle_referee.graph_client.geometry import Array, Pose, pose, turn, UPRIGHT
-from turtle_referee.graph_client.record import Record
 from turtle_referee.rules.rule import Failed, require
 
 SIZES = {'box': ('size',), 'cylinder': ('radius', 'length'), 'sphere': ('radius',)}

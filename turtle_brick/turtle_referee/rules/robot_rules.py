@@ -19,9 +19,9 @@ from itertools import pairwise
 from math import asin, copysign, degrees, dist, hypot, isfinite
 from typing import Any
 
-from turtle_referee.graph_client.geometry import angle_between, Array, CENTER, inclination, pose
-from turtle_referee.graph_client.record import (Drive, Frame, message_rate, Received, Record,
-                                                Sample, SECONDS_PER_NS, stamp_of)
+from graph_client.geometry import angle_between, Array, CENTER, inclination, pose
+from graph_client.record import (Drive, Frame, message_rate, Received, Record, Sample,
+                                 SECONDS_PER_NS, stamp_of)
 from turtle_referee.rules.robot_model import model
 from turtle_referee.rules.rule import (Failed, Finding, from_faults, largest, NEAR, number, Open,
                                        PHYSICS_RATE, Plot, RATE_TOLERANCE, require,

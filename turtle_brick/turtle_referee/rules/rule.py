@@ -22,8 +22,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import re
 from typing import NamedTuple, TypeVar
 
+from graph_client.record import Record, Request
 import numpy
-from turtle_referee.graph_client.record import Record, Request
 
 Value = TypeVar('Value')
 

@@ -16,10 +16,10 @@
 from collections import deque
 from math import dist, nan
 
+from graph_client.geometry import Array, inclination, Pose, Vector
+from graph_client.profiles import NUMBERS
+from graph_client.record import Record, Request, rest_start
 import numpy
-from turtle_referee.graph_client.geometry import Array, inclination, Pose, Vector
-from turtle_referee.graph_client.profiles import NUMBERS
-from turtle_referee.graph_client.record import Record, Request, rest_start
 
 UNREACHABLE = 'Unreachable'
 """Marker text for a brick that cannot be caught."""

@@ -18,12 +18,12 @@ from math import dist, sqrt
 from time import time_ns
 from typing import Any
 
-from turtle_referee.graph_client.drops import DropWatch
-from turtle_referee.graph_client.geometry import ARENA_SIZE, Vector
-from turtle_referee.graph_client.observer import fill_position, Observer
-from turtle_referee.graph_client.profiles import NUMBERS
-from turtle_referee.graph_client.record import Drive, NS_PER_SECOND, Request, rest_start
-from turtle_referee.graph_client.spinning import Spinner
+from graph_client.drops import DropWatch
+from graph_client.geometry import ARENA_SIZE, Vector
+from graph_client.observer import fill_position, Observer
+from graph_client.profiles import NUMBERS
+from graph_client.record import Drive, NS_PER_SECOND, Request, rest_start
+from graph_client.spinning import Spinner
 
 TIMEOUT = 3.0
 """Timeout (s) for immediate actions."""

@@ -21,6 +21,8 @@ from time import time_ns
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
+from graph_client.profiles import Profile
+from graph_client.record import MAX_LATENESS_NS, NS_PER_SECOND, Received, ReceivedMarker, Record
 import psutil
 from rcl_interfaces.srv import GetParameters
 from rclpy.client import Client
@@ -29,9 +31,6 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
-from turtle_referee.graph_client.profiles import Profile
-from turtle_referee.graph_client.record import (MAX_LATENESS_NS, NS_PER_SECOND, Received,
-                                                ReceivedMarker, Record)
 
 DEPTH = 2000
 """Queue size of each subscription, sufficient for several seconds of messages."""

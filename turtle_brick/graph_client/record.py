@@ -20,8 +20,8 @@ from math import dist
 from operator import attrgetter, itemgetter
 from typing import Any, NamedTuple
 
-from turtle_referee.graph_client.geometry import Array, interpolate, Pose, pose
-from turtle_referee.graph_client.profiles import Profile
+from graph_client.geometry import Array, interpolate, Pose, pose
+from graph_client.profiles import Profile
 
 NS_PER_SECOND = 1_000_000_000
 SECONDS_PER_NS = 1e-9
