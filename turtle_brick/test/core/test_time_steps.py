@@ -15,13 +15,12 @@
 """Test the step clock with late calls and clock jumps."""
 
 from random import Random
-from types import SimpleNamespace
 
 from hypothesis import given
 from hypothesis import strategies as st
 from laws import law
 import pytest
-from turtle_brick.core.time_steps import due_time, nanoseconds_of, StepClock
+from turtle_brick.core.time_steps import StepClock
 
 PERIOD = 4_000_000
 GAP = 1_000_000_000
@@ -32,17 +31,6 @@ def test_due_returns_each_step_once():
     assert clock.due(100) == [100]
     assert clock.due(109) == []
     assert clock.due(135) == [110, 120, 130]
-
-
-@pytest.mark.parametrize('until, due', [(30, 930), (100, 1000), (130, 1000), (-250, 650)])
-def test_due_time_is_one_period_before_the_next_call(until, due):
-    """The due time is never later than the current time."""
-    timer = SimpleNamespace(timer_period_ns=100, time_until_next_call=lambda: until)
-    assert due_time(timer, 1000) == due
-
-
-def test_nanoseconds_of_a_timestamp():
-    assert nanoseconds_of(SimpleNamespace(sec=2, nanosec=3)) == 2_000_000_003
 
 
 @pytest.mark.parametrize('first', (0.0, 0.9))

@@ -14,8 +14,6 @@
 
 """Time conversions and a step clock that does not drift if callbacks are late."""
 
-from typing import Any
-
 NS_PER_SECOND = 1_000_000_000
 SECONDS_PER_NS = 1e-9
 
@@ -59,13 +57,3 @@ class StepClock:
             self.jump = elapsed
         self.last = now if start is None else start
         return [self.last]
-
-
-def due_time(timer: Any, now: int) -> int:
-    """Return the time (ns, at most `now`) at which the running callback of a timer was due."""
-    return now - max(timer.timer_period_ns - timer.time_until_next_call(), 0)
-
-
-def nanoseconds_of(stamp: Any) -> int:
-    """Convert a builtin_interfaces/Time to nanoseconds."""
-    return stamp.sec * NS_PER_SECOND + stamp.nanosec

@@ -25,7 +25,8 @@ from rclpy.time import Time
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer, TransformException, TransformListener
 from turtle_brick.core.geometry import IDENTITY, MAX_COORDINATE, Pose
-from turtle_brick.core.time_steps import nanoseconds_of, NS_PER_SECOND
+from turtle_brick.core.time_steps import NS_PER_SECOND
+from turtle_brick.ros.times import nanoseconds_of
 
 WORLD = 'world'
 ODOM = 'odom'
@@ -93,18 +94,24 @@ def latest_transform(buffer: Buffer, frame: str) -> TransformStamped | None:
         return None
 
 
-def recent_pose(buffer: Buffer, frame: str, now: int) -> Pose | None:
+def recent_transform(buffer: Buffer, frame: str, now: int) -> TransformStamped | None:
     """
-    Return the latest pose of a moving frame in the world frame.
+    Return the latest transform from world to a moving frame.
 
     :param now: current time (ns)
-    :return: pose, or None if the pose is unknown or older than MAX_AGE_NS
+    :return: transform, or None if the transform is unknown or older than MAX_AGE_NS
     """
     transform = latest_transform(buffer, frame)
     if transform is None:
         return None
     age = now - nanoseconds_of(transform.header.stamp)
-    return pose_of(transform.transform) if -MAX_AHEAD_NS <= age <= MAX_AGE_NS else None
+    return transform if -MAX_AHEAD_NS <= age <= MAX_AGE_NS else None
+
+
+def recent_pose(buffer: Buffer, frame: str, now: int) -> Pose | None:
+    """Return the pose of a `recent_transform` in the world frame, or None without one."""
+    transform = recent_transform(buffer, frame, now)
+    return pose_of(transform.transform) if transform else None
 
 
 def rejection_reason(transform: TransformStamped, static: bool, now: int) -> str:
@@ -138,12 +145,12 @@ class GuardedListener(TransformListener):
     """A TransformListener that rejects harmful transforms with a warning."""
 
     def __init__(self, buffer: Buffer, node: Node,
-                 on_transform: Callable[[TransformStamped, int], Any] = lambda *_: None) -> None:
+                 on_transform: Callable[[TransformStamped], Any] = lambda _: None) -> None:
         """
         Subscribe to /tf (best effort) and /tf_static, and fill a TF buffer.
 
-        :param on_transform: callback that receives each stored transform from /tf and its arrival
-            time (ns), called after all transforms in the message are stored
+        :param on_transform: callback that receives each stored transform from /tf, called after
+            all transforms in the message are stored
         """
         self._on_transform = on_transform
         self._is_static: dict[str, bool] = {}
@@ -157,7 +164,7 @@ class GuardedListener(TransformListener):
         """Store a message from /tf, and call `on_transform` for each stored transform."""
         now = self.node.get_clock().now().nanoseconds
         for transform in self.store(data, False, now):
-            self._on_transform(transform, now)
+            self._on_transform(transform)
 
     def static_callback(self, data: TFMessage) -> None:
         """Store a message from /tf_static."""

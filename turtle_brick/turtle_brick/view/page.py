@@ -32,8 +32,9 @@ from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_ros import Buffer, TransformException
 from turtle_brick.core.geometry import Pose
-from turtle_brick.core.time_steps import nanoseconds_of, NS_PER_SECOND
+from turtle_brick.core.time_steps import NS_PER_SECOND
 from turtle_brick.ros.tf import BASE_LINK, BRICK, MAX_AGE_NS, ODOM, PLATFORM, pose_of, WORLD
+from turtle_brick.ros.times import nanoseconds_of
 from turtle_brick.view.replay import Replay, Snapshot
 from turtle_brick.view.shapes import (is_drawable, Markers, ORIGIN, robot_shapes, RobotShapes,
                                       SceneObject, Shape)

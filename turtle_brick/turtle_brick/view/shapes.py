@@ -22,7 +22,7 @@ from xml.etree import ElementTree
 
 from turtle_brick.core.geometry import (Color, from_pitch, from_yaw, IDENTITY, multiply, Pose,
                                         Quaternion, Vector)
-from turtle_brick.core.time_steps import nanoseconds_of
+from turtle_brick.ros.times import nanoseconds_of
 from visualization_msgs.msg import Marker
 
 GRAY: Color = (0.7, 0.7, 0.7, 1.0)

@@ -105,7 +105,7 @@ class Viewer(Node):
         buffer = Buffer()
         self.panel, self.page = self.server.update(lambda: self._create_page(buffer))
         self.tf_listener = GuardedListener(
-            buffer, self, lambda transform, _: self.page.on_transform(transform))
+            buffer, self, lambda transform: self.page.on_transform(transform))
         self._goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', 10)
         self._tilt_publisher = self.create_publisher(Tilt, 'tilt', 10)
         self._create_subscriptions()
