@@ -15,21 +15,20 @@
 """Run nodes step by step in simulated time, with a simulated platform."""
 
 from collections.abc import Callable
-from types import SimpleNamespace
 from typing import Any
 
 from geometry_msgs.msg import Point
 from live_graph import LiveGraph
 from rclpy.clock import ClockType
-from rclpy.node import Node
 from rclpy.time import Time
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from turtle_brick.arena import Arena
+from turtle_brick.catcher import CatcherNode
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose
 from turtle_brick.core.parameters import load
 from turtle_brick.core.time_steps import NS_PER_SECOND
-from turtle_brick.physics import Phase, STEP_NS
+from turtle_brick.physics import Phase
 from turtle_brick.ros.tf import BRICK, PLATFORM, transform_message, WORLD
 from turtle_brick_interfaces.srv import Place
 
@@ -40,9 +39,6 @@ TICK_NS = 20_000_000
 
 MAX_DURATION = 30.0
 """Timeout (s) for each event, in simulated time."""
-
-PUNCTUAL_TIMER = SimpleNamespace(timer_period_ns=STEP_NS, time_until_next_call=lambda: STEP_NS)
-"""Always punctual replacement for a node's timer."""
 
 
 def record_published(publisher: Any) -> list[Any]:
@@ -59,10 +55,10 @@ def record_published(publisher: Any) -> list[Any]:
 
 
 class SteppedGraph:
-    """The arena and other nodes. The test calls all callbacks, so no message is late or lost."""
+    """The arena and a catcher. The test calls all callbacks, so no message is late or lost."""
 
-    def __init__(self, live: LiveGraph, *node_types: type[Node]) -> None:
-        """Create the arena, one node of each given type, and a level platform at (5, 5)."""
+    def __init__(self, live: LiveGraph, *node_types: type[CatcherNode]) -> None:
+        """Create the arena, a catcher if its type is given, and a level platform at (5, 5)."""
         self.live = live
         self.now = 50 * NS_PER_SECOND
         self.platform: tuple[float, ...] | None = (5.0, 5.0, 0.0, 0.0)
@@ -74,10 +70,8 @@ class SteppedGraph:
         for node in self.nodes:
             for timer in node.timers:
                 timer.cancel()
-            node.timer = PUNCTUAL_TIMER
-        self.arena = self.nodes[0]
+        self.arena, *self.catchers = self.nodes
         self.world = self.arena.world
-        self.arena.tf_broadcaster.sendTransform = self.send_transforms
         self.tick()
 
     def send_transforms(self, transforms: list[Any]) -> None:
@@ -86,11 +80,11 @@ class SteppedGraph:
         for node in self.nodes:
             node.tf_listener.callback(TFMessage(transforms=transforms))
 
-    def move(self, seconds: float) -> None:
+    def move(self, time: float) -> None:
         """Move the platform for a duration (s). Subclasses override this method."""
 
-    def tick(self, by: int = TICK_NS) -> None:
-        """Advance the time by a duration (ns) and call the timer callback of every node."""
+    def tick(self, by: int = TICK_NS, updates: bool = True) -> None:
+        """Advance the time by a duration (ns), and do what the timers of the nodes do."""
         self.now += by
         self.move(by / NS_PER_SECOND)
         now = Time(nanoseconds=self.now, clock_type=ClockType.ROS_TIME)
@@ -101,8 +95,13 @@ class SteppedGraph:
             self.send_transforms([transform_message(WORLD, PLATFORM, Pose(
                 (x, y, PARAMETERS.platform_height - PARAMETERS.platform_thickness),
                 multiply(from_yaw(yaw), from_pitch(tilt))), now.to_msg())])
-        for node in self.nodes:
-            node.on_timer()
+        transforms = self.arena.advance(self.now, self.now)
+        if transforms:
+            self.send_transforms(transforms)
+            self.arena.publish_changes()
+        if updates:
+            for catcher in self.catchers:
+                catcher.update()
 
     def run(self, seconds: float) -> None:
         for _ in range(round(seconds * NS_PER_SECOND / TICK_NS)):

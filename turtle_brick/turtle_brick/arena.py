@@ -17,7 +17,8 @@ arena: simulate the brick, and publish the brick and the walls.
 
 Broadcasts:
     world -> brick: pose of the brick's center at each physics step (250 Hz)
-    platform -> brick: replaces world -> brick while the brick rides on the platform
+    platform -> brick: replaces world -> brick while the brick rides on the platform, so that the
+        brick does not lag behind the platform in tf2 and rviz2 (view_frames shows this parent)
 
 Publishes, latched:
     walls (visualization_msgs/MarkerArray): walls around the arena
@@ -34,14 +35,10 @@ Subscribes:
     /tf, /tf_static: pose of the platform
 
 Parameters, read-only:
-    gravity_accel (double, m/s^2): acceleration due to gravity
-    platform_radius, platform_thickness (double, m): dimensions of the platform
-    brick_size (double[3], m): size of the brick along its x, y and z axes
-    brick_start (double[3], m): initial location of the brick's center in the world frame
-    wall_height (double, m): height of the walls
+    all parameters in config/turtle.yaml; the arena uses gravity_accel, platform_radius,
+    platform_thickness, brick_size, brick_start and wall_height
 """
 
-from time import monotonic
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
@@ -51,15 +48,15 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_ros import Buffer, TransformBroadcaster
 from turtle_brick.core.geometry import Color, Pose, Vector
-from turtle_brick.core.parameters import ArenaParameters
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.core.time_steps import due_time, SECONDS_PER_NS, StepClock
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.core.time_steps import SECONDS_PER_NS, StepClock
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, within_arena
 from turtle_brick.physics import Phase, STEP_NS, World
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.ros.tf import (BRICK, GuardedListener, LATCHED, PLATFORM, recent_pose,
                                  transform_message, WORLD)
+from turtle_brick.ros.times import due_time
 from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -86,16 +83,14 @@ class Arena(Node):
     def __init__(self, **node_options: Any) -> None:
         """Create a node whose brick hovers at brick_start. The options are for rclpy.node.Node."""
         super().__init__('arena', **node_options)
-        parameters = declare_parameters(self, ArenaParameters)
+        parameters = declare_parameters(self)
 
         self.world = World.from_parameters(parameters)
         self.phase = self.world.phase
         """Latest published phase of the brick."""
         self.step_clock = StepClock(STEP_NS)
-        self.last_run = monotonic()
-        """Time (s) of the latest call to on_timer, from a monotonic clock."""
         self.is_answering = False
-        """Whether a response from the `drop` service may still be pending."""
+        """Whether the `drop` service has released the brick since the last physics steps."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self)
@@ -126,11 +121,12 @@ class Arena(Node):
         else:
             response.success = True
             response.message = 'the brick hovers at ({:g}, {:g}, {:g})'.format(*location)
+            if within_arena(*location[:2]) != location[:2]:
+                response.message += ', outside the arena, where the robot cannot catch it'
         return response
 
     def on_drop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Release the brick, or return the reason for refusing the request."""
-        self.on_timer()  # Execute the steps due before the release.
         try:
             self.world.release()
         except ValueError as error:
@@ -142,60 +138,56 @@ class Arena(Node):
         return response
 
     def on_timer(self) -> None:
-        """Execute all due physics steps, broadcast the brick's pose, and publish any new state."""
+        """Execute all due physics steps, and publish their transforms and all changes."""
         now = self.get_clock().now().nanoseconds
         if now == 0:
             return  # Simulated time has not started.
+        transforms = self.advance(now, due_time(self.timer, now))
+        if transforms:
+            self.tf_broadcaster.sendTransform(transforms)
+            self.publish_changes()
+
+    def advance(self, now: int, start: int) -> list[TransformStamped]:
+        """
+        Execute all physics steps due at `now` (ns), and return the brick's transform for each.
+
+        :param start: time (ns) of the first step after a start or a clock jump
+        """
         # A riding brick is simulated one step ahead so that its latest transform is never older
         # than the latest transform of the platform.
         ahead = STEP_NS if self.world.phase is Phase.RIDING else 0
-        times = self.step_clock.due(now + ahead, due_time(self.timer, now))
-        self.warn_of_clock_jump()
-        if not times:
-            return
-        # The `drop` service has already sent its response. If several steps are due,
-        # the brick does not move before the last step.
-        first_moving = times[-1] if self.is_answering else times[0]
-        self.is_answering = False
-        self.tf_broadcaster.sendTransform(
-            [self.step(time, is_held=time < first_moving) for time in times])
+        transforms = []
+        for time in self.step_clock.due(now + ahead, start):
+            pose = recent_pose(self.tf_buffer, PLATFORM, time)
+            self.world.platform = Platform(pose) if pose else None
+            # These steps were due before the response of `drop`, so a released brick rests.
+            if not self.is_answering:
+                self.world.step()
+            transforms.append(self.brick_transform(time))
+        if transforms:
+            self.is_answering = False
+        return transforms
+
+    def brick_transform(self, time: int) -> TransformStamped:
+        """Return the transform of the brick after the physics step at a given time (ns)."""
+        stamp = Time(nanoseconds=time).to_msg()
+        if self.world.pose_on_platform is not None:
+            return transform_message(PLATFORM, BRICK, self.world.pose_on_platform, stamp)
+        return transform_message(
+            WORLD, BRICK, Pose(self.world.brick, self.world.orientation), stamp)
+
+    def publish_changes(self) -> None:
+        """Publish a new state of the brick, and log a clock jump."""
+        if self.step_clock.jump:
+            self.get_logger().warning(
+                f'The clock jumped by {self.step_clock.jump * SECONDS_PER_NS:+.3g} s, or this '
+                'node was stopped. The simulation continues from the current time.')
         if self.world.phase is not self.phase:
             self.phase = self.world.phase
             self.get_logger().info('The brick is {} at ({:.2f}, {:.2f}, {:.2f})'.format(
                 self.phase.value, *self.world.brick))
             self.publish_marker()
             self.publish_state()
-
-    def warn_of_clock_jump(self) -> None:
-        """If the step clock has just restarted, log a warning with the cause."""
-        jump = self.step_clock.jump * SECONDS_PER_NS
-        pause, self.last_run = monotonic() - self.last_run, monotonic()
-        if not jump:
-            return
-        if jump < 0.0:
-            cause = 'The clock was set back by'
-        elif pause > jump / 2.0:
-            cause = 'This node was stopped, or the machine was too busy to run it, for'
-        else:
-            cause = 'The clock jumped ahead by'
-        self.get_logger().warning(
-            f'{cause} {abs(jump):.3g} s. The simulation continues from the current time.')
-
-    def step(self, time: int, is_held: bool) -> TransformStamped:
-        """
-        Execute the physics step at a given time (ns) and return the brick's transform.
-
-        :param is_held: whether to keep the brick at rest in this step
-        """
-        pose = recent_pose(self.tf_buffer, PLATFORM, time)
-        self.world.platform = Platform(pose) if pose else None
-        if not is_held:
-            self.world.step()
-        stamp = Time(nanoseconds=time).to_msg()
-        if self.world.pose_on_platform is not None:
-            return transform_message(PLATFORM, BRICK, self.world.pose_on_platform, stamp)
-        return transform_message(
-            WORLD, BRICK, Pose(self.world.brick, self.world.orientation), stamp)
 
     def publish_marker(self) -> None:
         """Publish the marker of the brick."""

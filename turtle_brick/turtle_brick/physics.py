@@ -37,7 +37,7 @@ from math import hypot, isfinite
 
 from turtle_brick.core.geometry import (distance_to_rectangle, from_yaw, MAX_COORDINATE, multiply,
                                         Pose, Quaternion, Vector)
-from turtle_brick.core.parameters import ArenaParameters
+from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 
@@ -110,7 +110,7 @@ class World:
         self.brick = brick
 
     @classmethod
-    def from_parameters(cls, parameters: ArenaParameters) -> 'World':
+    def from_parameters(cls, parameters: Parameters) -> 'World':
         """Create a world with the configured brick and platform, and a timestep of STEP_NS."""
         world = cls(parameters.brick_start, parameters.gravity_accel, parameters.platform_radius,
                     STEP_NS * SECONDS_PER_NS)
@@ -153,7 +153,6 @@ class World:
         """Update the brick's location by having it fall in gravity for one timestep."""
         if self._phase in (Phase.HOVERING, Phase.FLOATING):
             self.release()
-            self._steps_fallen = 0
         if self._phase is Phase.FALLING:
             self._fall()
 
@@ -191,7 +190,7 @@ class World:
 
     def release(self) -> None:
         """
-        Release the brick. The fall starts with the next step, which does not yet move the brick.
+        Release the brick, so that it falls from the next step on.
 
         :raises ValueError: if the brick is neither hovering nor floating
         """
@@ -203,12 +202,12 @@ class World:
             raise ValueError('the brick is on the ground, so place it first')
         self._phase = Phase.FALLING
         self._release_height = self._brick[2]
-        self._steps_fallen = -1
+        self._steps_fallen = 0
 
     def step(self) -> None:
         """Advance the simulation by one timestep."""
         if self._phase is Phase.FALLING:
-            self._fall()
+            self.drop()
         elif self._phase is Phase.RIDING and self._platform is not None:
             self._slide(self._platform)
 

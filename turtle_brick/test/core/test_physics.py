@@ -42,10 +42,16 @@ def test_init():
     assert (world.brick, world.phase) == ((1.0, 2.0, 3.0), Phase.HOVERING)
 
 
-def test_brick():
+def test_brick_getter():
     world = World((1.0, 2.0, 3.0), 9.81, 0.5, 0.004)
+    assert world.brick == (1.0, 2.0, 3.0)
+
+
+def test_brick_setter():
+    world = World((1.0, 2.0, 3.0), 9.81, 0.5, 0.004)
+    world.drop()
     world.brick = (4.0, 5.0, 6.0)
-    assert world.brick == (4.0, 5.0, 6.0)
+    assert (world.brick, world.phase) == ((4.0, 5.0, 6.0), Phase.HOVERING)
 
 
 def test_drop():
@@ -102,7 +108,6 @@ def test_release_starts_the_fall_with_the_next_step():
     world.step()
     assert (world.brick, world.phase) == ((0.0, 0.0, 10.0), Phase.HOVERING)
     world.release()
-    world.step()
     assert (world.brick, world.phase) == ((0.0, 0.0, 10.0), Phase.FALLING)
     world.step()
     assert world.brick == pytest.approx((0.0, 0.0, 9.95))

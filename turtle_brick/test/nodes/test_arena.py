@@ -16,18 +16,19 @@
 
 from itertools import groupby
 from math import nan, sqrt
+import re
 
 from driven import PARAMETERS, SteppedGraph
 from live_graph import LATCHED, TIMEOUT
 import pytest
 from std_msgs.msg import String
-from turtle_brick import arena
 from turtle_brick.arena import MARKER_PERIOD
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply
-from turtle_brick.core.time_steps import nanoseconds_of, NS_PER_SECOND, SECONDS_PER_NS
+from turtle_brick.core.time_steps import NS_PER_SECOND, SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.physics import Phase, STEP_NS
 from turtle_brick.ros.tf import MAX_AGE_NS
+from turtle_brick.ros.times import nanoseconds_of
 from visualization_msgs.msg import Marker, MarkerArray
 
 HALF_HEIGHT = PARAMETERS.brick_size[2] / 2.0
@@ -151,21 +152,24 @@ def test_markers_and_inclination(bench):
                         TIMEOUT, 'the state falling')
 
 
-@pytest.mark.parametrize('jump, machine, words', [
-    (-5.0, 0.0, 'clock was set back by'), (3.0, 0.0, 'clock jumped ahead by'),
-    (3.0, 3.0, 'to run it, for')])
-def test_clock_jump_is_reported(bench, capfd, monkeypatch, jump, machine, words):
-    """The fall continues. The warning contains the cause and the duration of the jump."""
+@pytest.mark.parametrize('jump', (-5.0, 3.0))
+def test_clock_jump_is_reported(bench, capfd, jump):
+    """The fall continues. The warning contains the signed duration of the jump."""
     assert bench.place(3.0, 4.0, 60.0).success and bench.drop().success
-    monkeypatch.setattr(arena, 'monotonic', lambda: 0.0)
     bench.run(0.1)
     z = bench.world.brick[2]
-    monkeypatch.setattr(arena, 'monotonic', lambda: machine)
     bench.tick(round(jump * NS_PER_SECOND))
     assert 0.0 < z - bench.world.brick[2] < 5.0
     (warning,) = [line for line in capfd.readouterr().err.splitlines()
                   if 'The simulation continues' in line]
-    assert float(warning.split(words)[1].split()[0]) == pytest.approx(abs(jump), abs=0.05)
+    reported = float(re.search(r'The clock jumped by ([+-][\d.]+) s', warning)[1])
+    assert reported == pytest.approx(jump, abs=0.05)
+
+
+def test_place_outside_the_arena_warns_in_the_response(bench):
+    response = bench.place(12.0, 4.0, 9.0)
+    assert response.success and 'where the robot cannot catch it' in response.message
+    assert 'cannot' not in bench.place(11.0, 4.0, 9.0).message
 
 
 def test_each_of_two_arenas_reports_the_other_once(live, capfd):
