@@ -24,7 +24,7 @@ Publishes at 100 Hz, even while the robot is at rest:
     odom (nav_msgs/Odometry): pose of base_link in the odom frame, and the latest command as the
         twist; published after the first turtle pose has arrived
     joint_states (sensor_msgs/JointState): positions (rad) and velocities (rad/s) of these joints:
-        stem_joint: direction of motion, or of the last nonzero command if the robot is at rest
+        stem_joint: direction of the last command, except for corrections of a few millimeters
         wheel_joint: angle of the wheel, which rolls without slipping
         platform_joint: angle received on the tilt topic
 
@@ -34,17 +34,15 @@ Broadcasts:
 
 Subscribes:
     turtle1/pose (turtlesim/Pose): current pose (m, rad) of the turtle, at 62.5 Hz
-    goal_pose (geometry_msgs/PoseStamped): goal of the robot, in any frame connected to world; the
-        orientation is ignored because the robot is omnidirectional
+    goal_pose (geometry_msgs/PoseStamped): goal of the robot in the frame world, odom or base_link;
+        the orientation is ignored because the robot is omnidirectional
     tilt (turtle_brick_interfaces/Tilt): angle (rad) of the platform about its y axis
-    /tf, /tf_static: only after a goal has arrived in a frame other than world, odom or base_link
 
 Parameters, read-only:
-    max_velocity (double, m/s): maximum speed of the robot
-    wheel_radius (double, m): radius of the wheel
+    all parameters in config/turtle.yaml; turtle_robot uses max_velocity and wheel_radius
 """
 
-from math import isfinite
+from math import isfinite, pi
 from time import monotonic, monotonic_ns
 from typing import Any
 
@@ -53,22 +51,22 @@ from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
-from tf2_ros import Buffer, StaticTransformBroadcaster, TransformBroadcaster, TransformException
+from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
 from turtle_brick.core.driving import COMMAND_PERIOD, Driver
-from turtle_brick.core.geometry import from_yaw, Pose, Pose2D, Vector
+from turtle_brick.core.geometry import from_yaw, Pose, Pose2D
 from turtle_brick.core.odometry import Odometer
-from turtle_brick.core.parameters import RobotParameters
-from turtle_brick.core.time_steps import due_time, NS_PER_SECOND, StepClock
+from turtle_brick.core.time_steps import NS_PER_SECOND, StepClock
 from turtle_brick.core.turtlesim_kinematics import TurtlePose, within_arena
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.node_parameters import declare_parameters
-from turtle_brick.ros.tf import (BASE_LINK, BEST_EFFORT, GuardedListener, LATEST_TIME, ODOM,
-                                 pose_of, set_transform, transform_message, WARNING_PERIOD, WORLD)
+from turtle_brick.ros.tf import (BASE_LINK, BEST_EFFORT, ODOM, set_transform, transform_message,
+                                 WARNING_PERIOD, WORLD)
+from turtle_brick.ros.times import due_time
 from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage
 
-FRAME_TIMEOUT = 1.0
-"""Maximum time (s) that a goal waits for the transform of its frame."""
+USUAL_TILT = pi / 2
+"""Angle (rad) beyond which a tilt is logged because the platform is upside down."""
 
 
 class TurtleRobot(Node):
@@ -77,15 +75,11 @@ class TurtleRobot(Node):
     def __init__(self, **node_options: Any) -> None:
         """Create a node that starts with a level platform. The options are for rclpy.node.Node."""
         super().__init__('turtle_robot', **node_options)
-        parameters = declare_parameters(self, RobotParameters)
+        parameters = declare_parameters(self)
         self.driver = Driver(parameters.max_velocity)
         self.odometer = Odometer(parameters.wheel_radius)
         self.tilt_angle = 0.0
-        self.pending_goal: tuple[str, Vector, float] | None = None
-        """Frame name, point (m) and deadline (s) of a goal that waits for a transform."""
 
-        self.tf_buffer = Buffer()
-        self.tf_listener: GuardedListener | None = None
         self.tf_broadcaster = TransformBroadcaster(self)
         self.static_broadcaster = StaticTransformBroadcaster(self)
 
@@ -133,51 +127,12 @@ class TurtleRobot(Node):
                 'rad. This pose defines odom.')
 
     def on_goal(self, message: PoseStamped) -> None:
-        """Drive to a goal, or wait for the transform of its frame."""
-        position = message.pose.position
-        point = (position.x, position.y, position.z)
-        if not all(isfinite(value) for value in point):
-            self.get_logger().warning(
-                'Ignored the goal ({:g}, {:g}, {:g}) because it is not finite'.format(*point),
-                throttle_duration_sec=WARNING_PERIOD)
-            return
-        frame = message.header.frame_id
-        if not frame:
-            frame = WORLD
-            self.get_logger().info(f'The goal has no frame_id. Using "{WORLD}".')
-        frame_pose = self.pose_of_frame(frame)
-        if frame_pose is not None:
-            self.pending_goal = None
-            self.drive_to(frame_pose, point)
-            return
-        if self.tf_listener is None:
-            # Creating the listener at the start would add 70 % to the processor time of this node.
-            self.tf_listener = GuardedListener(self.tf_buffer, self)
-        self.pending_goal = (frame, point, monotonic() + FRAME_TIMEOUT)
-        self.try_pending_goal(*self.pending_goal)
-
-    def try_pending_goal(self, frame: str, point: Vector, deadline: float) -> None:
-        """Drive to the pending goal if its frame is known, or discard the goal at its deadline."""
+        """Drive to a goal, or to the nearest point inside the arena."""
         try:
-            transform = self.tf_buffer.lookup_transform(WORLD, frame, LATEST_TIME).transform
-        except TransformException as error:
-            if monotonic() > deadline:
-                self.pending_goal = None
-                self.get_logger().warning(
-                    f'Ignored a goal in the frame "{frame[:40]}": {str(error)[:200]}',
-                    throttle_duration_sec=WARNING_PERIOD)
-            return
-        self.pending_goal = None
-        self.drive_to(pose_of(transform), point)
-
-    def drive_to(self, frame: Pose, point: Vector) -> None:
-        """Drive to `point` (m) in a frame whose pose in the world frame is `frame`."""
-        goal = frame.transform(point)[:2]
-        if not all(map(isfinite, goal)):
+            goal = self.goal_in_world(message)
+        except ValueError as error:
             self.get_logger().warning(
-                'Ignored the goal ({:g}, {:g}, {:g}) because its position in the world frame is '
-                'not finite'.format(*point),
-                throttle_duration_sec=WARNING_PERIOD)
+                f'Ignored a goal because {error}', throttle_duration_sec=WARNING_PERIOD)
             return
         x, y = within_arena(*goal)
         if (x, y) != goal:
@@ -186,6 +141,22 @@ class TurtleRobot(Node):
                 f'Driving to ({x:.3f}, {y:.3f}) instead.', throttle_duration_sec=WARNING_PERIOD)
         self.driver.drive_to(x, y)
 
+    def goal_in_world(self, message: PoseStamped) -> tuple[float, float]:
+        """Return a goal (m) in the world frame, or raise ValueError with the reason not to."""
+        frame = message.header.frame_id or WORLD
+        if frame not in (WORLD, ODOM, BASE_LINK):
+            raise ValueError(f'its frame is "{frame[:40]}". Use "{WORLD}", "{ODOM}" or '
+                             f'"{BASE_LINK}".')
+        frame_pose = self.pose_of_frame(frame)
+        if frame_pose is None:
+            raise ValueError(f'turtlesim has not published a pose yet, so "{frame}" is unknown')
+        position = message.pose.position
+        x, y, z = frame_pose.transform((position.x, position.y, position.z))
+        if not isfinite(x + y + z):
+            raise ValueError('it is not finite: ({:g}, {:g}, {:g})'.format(
+                position.x, position.y, position.z))
+        return (x, y)
+
     def on_tilt(self, message: Tilt) -> None:
         """Set the angle of the platform."""
         if not isfinite(message.angle):
@@ -193,12 +164,14 @@ class TurtleRobot(Node):
                 f'Ignored the tilt {message.angle} rad because it is not finite',
                 throttle_duration_sec=WARNING_PERIOD)
             return
+        if abs(message.angle) > USUAL_TILT:
+            self.get_logger().info(
+                f'The tilt {message.angle:.4g} rad turns the platform upside down',
+                throttle_duration_sec=WARNING_PERIOD)
         self.tilt_angle = message.angle
 
     def on_timer(self) -> None:
-        """Retry any pending goal and execute all due command cycles."""
-        if self.pending_goal is not None:
-            self.try_pending_goal(*self.pending_goal)
+        """Execute all due command cycles."""
         now = monotonic_ns()
         for _ in self.cycles.due(now, due_time(self.timer, now)):
             self.cycle()
@@ -209,11 +182,10 @@ class TurtleRobot(Node):
         velocity = self.driver.command(monotonic())
         self.twist.linear.x, self.twist.linear.y = velocity
         self.cmd_vel_publisher.publish(self.twist)
-        self.odometer.steer(velocity)
 
         self.joints.header.stamp = stamp
         self.joints.position = [
-            self.odometer.stem_angle, self.odometer.wheel_angle, self.tilt_angle]
+            self.driver.stem_angle, self.odometer.wheel_angle, self.tilt_angle]
         self.joints.velocity = [0.0, self.odometer.wheel_velocity, 0.0]
         self.joint_publisher.publish(self.joints)
 

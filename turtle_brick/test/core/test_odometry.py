@@ -14,7 +14,7 @@
 
 """Test the wheel odometry with examples and random input."""
 
-from math import atan2, cos, hypot, isclose, pi, sin
+from math import cos, hypot, isclose, pi, sin
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -55,7 +55,6 @@ def test_odometry_of_a_robot_that_drives_north():
     assert odometer.pose == pytest.approx((0.016, 0.0, 0.0))
     assert odometer.wheel_angle == pytest.approx(0.032)
     assert odometer.wheel_velocity == pytest.approx(2.0)
-    assert odometer.stem_angle == pytest.approx(0.0)
 
 
 def test_lost_poses_do_not_change_the_wheel_velocity():
@@ -69,7 +68,7 @@ def test_lost_poses_do_not_change_the_wheel_velocity():
 @law(30)
 @given(direction=angles, speed=st.floats(0.1, 10.0), theta=angles)
 def test_wheel_rolls_without_slipping_up_to_a_wall(direction, speed, theta):
-    """The distance is the wheel angle times the wheel radius. The stem points forward."""
+    """The distance is the wheel angle times the wheel radius."""
     ride = Ride(theta=theta)
     for _ in range(120):
         rolled = ride.drive((speed * cos(direction), speed * sin(direction)))
@@ -77,28 +76,6 @@ def test_wheel_rolls_without_slipping_up_to_a_wall(direction, speed, theta):
         assert moved == (way > MIN_MOTION) and ride.turtle.pose.linear_velocity > 0.0
         assert rolled == pytest.approx(way if moved else 0.0, abs=1e-9)
         assert ride.odometer.wheel_velocity * RADIUS * TICK == pytest.approx(rolled, rel=0.01)
-        stem = ride.odometer.stem_angle
-        assert -pi <= stem < pi
-        if moved:
-            assert isclose(cos(stem + theta - atan2(*ride.moved[::-1])), 1.0, abs_tol=1e-5)
-
-
-@law(15)
-@given(direction=angles, theta=angles)
-def test_stem_points_along_the_command_before_a_motion(direction, theta):
-    """During and after a motion, the stem points in the direction of motion."""
-    ride = Ride(theta=theta)
-    command = (cos(direction), sin(direction))
-    ride.odometer.steer(command)
-    assert isclose(cos(ride.odometer.stem_angle - direction), 1.0, abs_tol=1e-12)
-    assert -pi <= ride.odometer.stem_angle < pi
-    ride.drive(command, 2)
-    moving = ride.odometer.stem_angle
-    ride.odometer.steer((-command[0], -command[1]))
-    assert ride.odometer.stem_angle == moving
-    assert ride.drive((0.0, 0.0), 2) == 0.0
-    ride.odometer.steer((0.0, 0.0))
-    assert (ride.odometer.stem_angle, ride.odometer.wheel_velocity) == (moving, 0.0)
 
 
 @law(20)

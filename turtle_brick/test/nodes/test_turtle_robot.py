@@ -23,11 +23,8 @@ from live_graph import LATCHED, TIMEOUT
 from nav_msgs.msg import Odometry
 import pytest
 from sensor_msgs.msg import JointState
-from tf2_ros import StaticTransformBroadcaster
-from turtle_brick import turtle_robot
-from turtle_brick.core.geometry import from_yaw, Pose
+from turtle_brick.core.geometry import from_yaw
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.ros.tf import transform_message
 from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage
 
@@ -113,37 +110,19 @@ def test_odom_is_the_first_pose_including_its_heading(live, robot):
     assert robot.odometer.wheel_angle == 0.0
 
 
-def test_goals_in_known_and_later_frames(live, robot, monkeypatch):
-    """If the frame of a goal is unknown, the robot subscribes to TF and waits for the frame."""
-    def goes_to(x, y):
-        live.wait_for(lambda: robot.driver.goal == pytest.approx((x, y)), TIMEOUT, f'{x}, {y}')
-        assert robot.pending_goal is None
-
-    robot.on_goal(goal_at(1.0, -1.0, 'odom'))
-    goes_to(3.0 + cos(1.0) + sin(1.0), 4.0 + sin(1.0) - cos(1.0))
-    robot.on_goal(goal_at(1.0, 0.5, 'base_link'))
-    goes_to(8.0 + cos(2.0) + 0.5 * sin(2.0), 2.0 - sin(2.0) + 0.5 * cos(2.0))
-    robot.on_goal(goal_at(7.0, 6.0, ''))  # `ros2 topic pub` sends an empty frame_id.
-    goes_to(7.0, 6.0)
-    assert robot.tf_listener is None
-    monkeypatch.setattr(turtle_robot, 'FRAME_TIMEOUT', TIMEOUT)
-    broadcaster = StaticTransformBroadcaster(live.listener)
-    broadcaster.sendTransform(transform_message(
-        'odom', 'beside', Pose((0.0, 1.0, 0.0), from_yaw(-1.0))))
-    robot.on_goal(goal_at(0.5, 1.0, 'beside'))
-    goes_to(3.0 - sin(1.0) + 0.5, 4.0 + cos(1.0) + 1.0)
-    robot.on_goal(goal_at(0.5, 0.5, 'elsewhere'))
-    robot.on_goal(goal_at(nan, 0.5))  # This goal is ignored.
-    broadcaster.sendTransform(transform_message(
-        'world', 'elsewhere', Pose((2.0, 3.0, 0.0), from_yaw(0.0))))
-    goes_to(2.5, 3.5)
-    robot.on_goal(goal_at(0.5, 0.5, 'nowhere'))
-    assert robot.pending_goal is not None
-    robot.on_goal(goal_at(3.0, 3.0))  # This goal replaces the pending one.
-    goes_to(3.0, 3.0)
+def test_goals_in_each_frame(robot):
+    for goal, point in (
+            (goal_at(1.0, -1.0, 'odom'),
+             (3.0 + cos(1.0) + sin(1.0), 4.0 + sin(1.0) - cos(1.0))),
+            (goal_at(1.0, 0.5, 'base_link'),
+             (8.0 + cos(2.0) + 0.5 * sin(2.0), 2.0 - sin(2.0) + 0.5 * cos(2.0))),
+            (goal_at(6.0, 7.0, 'world'), (6.0, 7.0)),
+            (goal_at(7.0, 6.0, ''), (7.0, 6.0))):  # `ros2 topic pub` sends an empty frame_id.
+        robot.on_goal(goal)
+        assert robot.driver.goal == pytest.approx(point)
 
 
-def test_invalid_messages_are_ignored_with_a_warning(live, warned, monkeypatch):
+def test_invalid_messages_are_ignored_with_a_warning(live, warned):
     """The goal, tilt and pose do not change. A goal outside the arena is moved to the edge."""
     robot = live.add_robot()
     robot.on_pose(TurtlePoseMessage(x=8.0, y=2.0))
@@ -151,7 +130,9 @@ def test_invalid_messages_are_ignored_with_a_warning(live, warned, monkeypatch):
     robot.on_goal(goal_at(5.0, 5.0))
     warned()
     for callback, messages, words in (
-            ('on_goal', (goal_at(nan, 1.0), goal_at(1.0, inf)), ('(nan, 1, 0)', '(1, inf, 0)')),
+            ('on_goal', (goal_at(nan, 1.0), goal_at(1.0, inf),
+                         goal_at(1.7e308, 1.7e308, 'base_link'), goal_at(1.0, 1.0, 'map')),
+             ('(nan, 1, 0)', '(1, inf, 0)', 'not finite', 'Use "world", "odom" or "base_link"')),
             ('on_tilt', (Tilt(angle=nan), Tilt(angle=-inf)), ('tilt nan', 'tilt -inf')),
             ('on_pose', (TurtlePoseMessage(x=1e30, y=5.0), TurtlePoseMessage(x=-3.0, y=5.0),
                          TurtlePoseMessage(x=nan, y=5.0), TurtlePoseMessage(linear_velocity=inf)),
@@ -161,17 +142,7 @@ def test_invalid_messages_are_ignored_with_a_warning(live, warned, monkeypatch):
             getattr(robot, callback)(message)
             (warning,) = warned()
             assert 'Ignored' in warning and word in warning
-    robot.drive_to(Pose((1e308, 1e308, 0.0), from_yaw(0.8)), (1.7e308, 1.7e308, 0.0))
-    (warning,) = warned()
-    assert 'world frame is not finite' in warning and len(warning) < 300
-    robot.on_goal(goal_at(1.0, 1.0, 'nowhere'))
-    assert warned() == []
-    deadline = turtle_robot.monotonic() + turtle_robot.FRAME_TIMEOUT
-    monkeypatch.setattr(turtle_robot, 'monotonic', lambda: deadline)
-    robot.try_pending_goal(*robot.pending_goal)
-    (warning,) = warned()
-    assert 'Ignored a goal in the frame "nowhere"' in warning
-    assert (robot.pending_goal, robot.driver.goal, robot.tilt_angle) == (None, (5.0, 5.0), 0.5)
+    assert (robot.driver.goal, robot.tilt_angle) == ((5.0, 5.0), 0.5)
     assert (robot.driver.pose.x, robot.driver.pose.y) == (8.0, 2.0)
     robot.on_goal(goal_at(14.0, 6.0))
     (warning,) = warned()
@@ -186,4 +157,13 @@ def test_robot_stands_still_without_a_turtle(live):
     robot.on_goal(goal_at(1.0, 1.0))
     robot.on_goal(goal_at(1.0, 1.0, 'base_link'))
     robot.cycle()
-    assert robot.pending_goal and commands == [Twist()] and not odometry
+    assert robot.driver.goal == (1.0, 1.0) and commands == [Twist()] and not odometry
+
+
+def test_tilt_that_turns_the_platform_upside_down_is_logged(live, capfd):
+    robot = live.add_robot()
+    for angle in (1.5, 5.0):
+        robot.on_tilt(Tilt(angle=angle))
+        assert robot.tilt_angle == angle
+    (line,) = [line for line in capfd.readouterr().err.splitlines() if 'upside down' in line]
+    assert 'The tilt 5 rad' in line

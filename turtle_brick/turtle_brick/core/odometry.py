@@ -20,17 +20,17 @@ length is the sum of the distances between poses. Therefore, the angle is correc
 and after a lost pose. A teleport does not turn the wheel.
 """
 
-from math import atan2, hypot, pi
+from math import hypot
 
 from turtle_brick.core.geometry import Pose2D
 from turtle_brick.core.turtlesim_kinematics import TICK, TurtlePose
 
 MIN_MOTION = 1e-5
-"""Minimum motion (m) whose direction can be computed from float32 coordinates."""
+"""Minimum motion (m) that is not a rounding error of the float32 coordinates."""
 
 
 class Odometer:
-    """Compute the robot's pose in the odom frame, the wheel angle and the stem angle."""
+    """Compute the pose of the robot in the odom frame and the angle of the wheel."""
 
     def __init__(self, wheel_radius: float) -> None:
         """Create an odometer for a wheel with a given radius (m)."""
@@ -43,8 +43,6 @@ class Odometer:
         """Angle (rad) of the wheel, including full turns."""
         self.wheel_velocity = 0.0
         """Angular velocity (rad/s) of the wheel."""
-        self.stem_angle = 0.0
-        """Angle (rad) of the stem in the base_link frame."""
         self._last: TurtlePose | None = None
         self._last_time = 0.0
         self._world_to_odom = Pose2D(0.0, 0.0, 0.0)
@@ -60,13 +58,8 @@ class Odometer:
         self.pose = self._world_to_odom.compose(world_pose)
         self._last, self._last_time = pose, now
 
-    def steer(self, velocity: tuple[float, float]) -> None:
-        """If the robot is at rest, point the stem in the direction of a command (m/s)."""
-        if self.wheel_velocity == 0.0 and velocity != (0.0, 0.0):
-            self.stem_angle = wrapped(atan2(velocity[1], velocity[0]))
-
     def _roll(self, last: TurtlePose, now: float, pose: TurtlePose) -> None:
-        """Update the wheel and the stem after a motion, unless the turtle teleported."""
+        """Turn the wheel after a motion of the turtle, unless the turtle teleported."""
         self.wheel_velocity = 0.0
         dx, dy = pose.x - last.x, pose.y - last.y
         path = hypot(dx, dy)
@@ -77,9 +70,3 @@ class Odometer:
         self.wheel_angle += path / self.wheel_radius
         # After a lost pose, the path covers several ticks. At a wall, the path is cut short.
         self.wheel_velocity = min(path / TICK, pose.linear_velocity) / self.wheel_radius
-        self.stem_angle = wrapped(atan2(dy, dx) - pose.theta)
-
-
-def wrapped(angle: float) -> float:
-    """Return the equivalent angle (rad) in [-pi, pi)."""
-    return (angle + pi) % (2.0 * pi) - pi
