@@ -61,8 +61,8 @@ class WebArena:
 
     def start(self, parameters: Parameters, turtle: tuple[float, float, float]) -> None:
         """Start a simulation with the turtle at x, y (m) and theta (rad)."""
-        self.parameters = parameters
         self.urdf = expand_xacro(self.xacro, asdict(parameters))
+        self.parameters = parameters
         self.simulation = Simulation(parameters, self.random.randrange(10 ** 6), JITTER, turtle)
         self.simulation.after_step = self._after_step
         self.odometer = Odometer(parameters.wheel_radius)
@@ -136,7 +136,7 @@ class WebArena:
         counts = ', '.join(f'{count} {outcome}' for outcome, count in self.counts.items())
         return json.dumps({
             'robot': simulation.turtle.pose[:3],
-            'joints': {'stem_joint': self.odometer.stem_angle,
+            'joints': {'stem_joint': simulation.driver.stem_angle,
                        'wheel_joint': self.odometer.wheel_angle,
                        'platform_joint': simulation.tilt_angle},
             'brick': world.brick, 'orientation': world.orientation,
@@ -165,7 +165,6 @@ class WebArena:
         """Continue the drop, and update the odometry, the samples and the counts."""
         simulation, world, driver = self.simulation, self.simulation.world, self.simulation.driver
         driver.predicts = 'last_pose' not in self.form
-        self.odometer.steer(simulation.commanded)
         if driver.pose is not None and driver.pose is not self._last_pose:
             self._last_pose = driver.pose
             self.odometer.observe(self.simulation.time, driver.pose)
@@ -191,12 +190,20 @@ class WebArena:
 
 
 def expand_xacro(text: str, parameters: Mapping[str, Any]) -> str:
-    """Expand the properties, macros, blocks and expressions in xacro text, and return the URDF."""
-    xacro = SimpleNamespace(
-        arg=str, load_yaml=lambda path: {'/**': {'ros__parameters': parameters}})
+    """
+    Expand the properties, macros, conditions and expressions in xacro text, and return the URDF.
+
+    :raises ValueError: if the xacro text refuses the parameters
+    """
+    xacro = SimpleNamespace(arg=str, fatal=_refuse, load_yaml=lambda path: {
+        '/**': {'ros__parameters': parameters}})
     robot = fromstring(text)
     robot[:] = list(_expand_children(robot, {'math': math, 'xacro': xacro}))
     return tostring(robot, encoding='unicode')
+
+
+def _refuse(reason: str) -> None:
+    raise ValueError(reason)
 
 
 def _expand_children(parent: Element, scope: dict[str, Any]) -> Iterator[Element]:
@@ -212,6 +219,10 @@ def _expand_children(parent: Element, scope: dict[str, Any]) -> Iterator[Element
             scope[name] = attributes['value']
         elif child.tag == f'{XACRO}macro':
             scope[f'{XACRO}{name}'] = child
+        elif child.tag in (f'{XACRO}if', f'{XACRO}unless'):
+            if bool(attributes['value']) == (child.tag == f'{XACRO}if'):
+                _evaluate((child.text or '').strip(), scope)
+                yield from _expand_children(child, scope)
         elif child.tag == f'{XACRO}insert_block':
             yield from scope[f'*{name}']
         elif child.tag in scope:

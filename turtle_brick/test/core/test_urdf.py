@@ -14,6 +14,7 @@
 """Test the links, joints and dimensions in the robot description."""
 
 from math import atan2, hypot, pi, sin
+import re
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -21,7 +22,7 @@ from laws import law
 import numpy as np
 import pytest
 from test_parameters import DEFAULTS, written
-from turtle_brick.core.parameters import default_path, least_height
+from turtle_brick.core.parameters import default_path
 from turtle_referee.rules.robot_model import RobotModel
 import xacro
 
@@ -49,6 +50,31 @@ class Robot(RobotModel):
 @pytest.fixture(scope='module')
 def robot():
     return Robot(xacro.process_file(str(XACRO)).toxml())
+
+
+def process(folder, **values):
+    """Return the robot with some other parameters."""
+    path = written(folder, {**DEFAULTS, **values})
+    return Robot(xacro.process_file(str(XACRO), mappings={'params_file': str(path)}).toxml())
+
+
+def refusal_of(folder, **values):
+    """Return the message with which the robot description refuses some parameters."""
+    with pytest.raises(xacro.XacroException) as refused:
+        process(folder, **values)
+    return str(refused.value)
+
+
+def test_impossible_dimensions_are_refused_with_one_sentence(tmp_path):
+    assert 'platform_height is 0.9 m, but must be at least 1.1416 m so that' in refusal_of(
+        tmp_path, platform_height=0.9)
+    assert 'platform_radius is 0.05 m, but with wheel_radius 0.2 m it must be from' in refusal_of(
+        tmp_path, platform_radius=0.05)
+    path = written(tmp_path, {'wheel_raduis': 0.2, **DEFAULTS})
+    path.write_text(path.read_text().replace('wheel_radius', 'wheel'))
+    with pytest.raises(xacro.XacroException, match='wheel_radius is missing in the parameter file'
+                       ', which contains .*wheel_raduis'):
+        xacro.process_file(str(XACRO), mappings={'params_file': str(path)})
 
 
 def test_links_and_joints_of_the_assignment(robot):
@@ -81,11 +107,12 @@ def test_geometry_follows_from_the_parameters(tmp_path_factory, wheel, proportio
     """Links do not overlap, each link has a size, and the platform can turn over."""
     radius = min(proportion * wheel, 10.0)
     thickness = min(max(flatness * radius, 0.001), 10.0)
-    height = least_height(radius, thickness, wheel) + spare
-    path = written(tmp_path_factory.getbasetemp(), {
-        **DEFAULTS, 'platform_height': height, 'platform_radius': radius,
-        'platform_thickness': thickness, 'wheel_radius': wheel})
-    robot = Robot(xacro.process_file(str(XACRO), mappings={'params_file': str(path)}).toxml())
+    folder = tmp_path_factory.getbasetemp()
+    dimensions = {'platform_radius': radius, 'platform_thickness': thickness,
+                  'wheel_radius': wheel}
+    refusal = refusal_of(folder, platform_height=0.0, **dimensions)
+    height = float(re.search('must be at least (.*) m so', refusal)[1]) * (1.0 + 1e-5) + spare
+    robot = process(folder, platform_height=height, **dimensions)
     for turn in (0.0, 0.4, 2.0):
         angles = {'stem_joint': turn, 'wheel_joint': 2.7 * turn}
         assert robot.extent('wheel', DOWN, **angles) == pytest.approx(0, abs=1e-9)

@@ -117,13 +117,12 @@ def test_sigterm_ends_a_process_if_the_middleware_blocks_its_shutdown(start):
     assert end_of(program) == (-signal.SIGTERM, [])
 
 
-DECLARE = """from turtle_brick.core.parameters import ArenaParameters
-        from turtle_brick.ros.node_parameters import declare_parameters
-        declare_parameters(self, ArenaParameters)"""
+DECLARE = """from turtle_brick.ros.node_parameters import declare_parameters
+        declare_parameters(self)"""
 
 
 @pytest.mark.parametrize('args, reason', [
-    ([], f'missing parameters: .*add --ros-args --params-file {default_path()}'),
+    ([], f'missing parameters: .*Add --ros-args --params-file {default_path()}, or .*'),
     (['-p', 'gravity_accel:=-3'], 'gravity_accel is -3, but must be a number from .*'),
     (['-p', 'brick_size:=[0.1, 1, 0.1]'], '.*Sequence should be of same type.*'),
     (['--no-such-argument'], 'invalid ROS arguments: .*--no-such-argument.*'),

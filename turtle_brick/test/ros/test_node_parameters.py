@@ -14,16 +14,14 @@
 
 """Test the parameter declarations of each node."""
 
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict, replace
 
 import pytest
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from turtle_brick.arena import Arena
 from turtle_brick.catcher import CatcherNode
-from turtle_brick.core.parameters import (ArenaParameters, CatcherParameters, load,
-                                          MissingParameterError, PARAMETER_RULES, Parameters,
-                                          RobotParameters)
+from turtle_brick.core.parameters import load, MissingParameterError, PARAMETER_RULES
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.turtle_robot import TurtleRobot
 
@@ -41,21 +39,24 @@ def probe(live, values):
                     parameter_overrides=overrides(values))
 
 
-@pytest.mark.parametrize('node_type, parameter_set', [
-    (TurtleRobot, RobotParameters), (Arena, ArenaParameters), (CatcherNode, CatcherParameters)])
-def test_each_node_requires_only_its_own_parameters(live, node_type, parameter_set):
-    own = {entry.name: DEFAULTS[entry.name] for entry in fields(parameter_set)}
-    node = live.add(node_type, parameters=False, parameter_overrides=overrides(own))
-    assert {name for name in PARAMETER_RULES if node.has_parameter(name)} == set(own)
-    for name in own:
-        node = probe(live, {other: value for other, value in own.items() if other != name})
-        with pytest.raises(MissingParameterError, match=f'^missing parameters: {name}; add --ros'):
-            declare_parameters(node, parameter_set)
+@pytest.mark.parametrize('node_type', [TurtleRobot, Arena, CatcherNode])
+def test_each_node_declares_the_parameters(live, node_type):
+    node = live.add(node_type, parameters=False, parameter_overrides=overrides(DEFAULTS))
+    assert all(map(node.has_parameter, PARAMETER_RULES))
+
+
+@pytest.mark.parametrize('name', PARAMETER_RULES)
+def test_missing_parameter_is_reported_with_the_file_and_the_node(live, name):
+    node = probe(live, {other: value for other, value in DEFAULTS.items() if other != name})
+    with pytest.raises(MissingParameterError, match=(
+            f'^missing parameters: {name}. Add --ros-args --params-file .*, or if a parameter '
+            'file was given, add a section for the node /.*probe or for /')):
+        declare_parameters(node)
 
 
 def test_parameters_have_values_descriptions_and_are_read_only(live):
     node = probe(live, {**DEFAULTS, 'max_velocity': 3, 'brick_start': [7, 6, 5]})
-    assert declare_parameters(node, Parameters) == replace(
+    assert declare_parameters(node) == replace(
         load(), max_velocity=3.0, brick_start=(7.0, 6.0, 5.0))
     for name, rule in PARAMETER_RULES.items():
         descriptor, held = node.describe_parameter(name), node.get_parameter(name)

@@ -113,7 +113,7 @@ def test_an_unreachable_brick_is_refused_with_the_reason(page):
 def test_an_impossible_parameter_is_refused_in_the_words_of_the_nodes(page):
     fill_in(page, 'platform_radius', 8.0)
     assert page.evaluate('error.innerText') == (
-        'platform_radius is 8 m, but with wheel_radius 0.2 m it must be from 0.0666667 to 4 m')
+        'platform_radius is 8 m, but with wheel_radius 0.2 m it must be from 0.0666667 to 4 m.')
     fill_in(page, 'platform_radius', 0.5)
     assert page.evaluate('error.innerText') == ''
 

@@ -15,34 +15,34 @@
 """Declare the node parameters defined in config/turtle.yaml."""
 
 from array import array
-from dataclasses import fields
 
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
-from turtle_brick.core.parameters import (AnyParameterSet, default_path, MissingParameterError,
-                                          PARAMETER_RULES)
+from turtle_brick.core.parameters import (default_path, MissingParameterError, PARAMETER_RULES,
+                                          Parameters)
 
 
-def declare_parameters(node: Node, parameter_set: type[AnyParameterSet]) -> AnyParameterSet:
+def declare_parameters(node: Node) -> Parameters:
     """
-    Declare all parameters in a parameter set as read-only, and return their values.
+    Declare all parameters in PARAMETER_RULES as read-only, and return their values.
 
     There are no defaults. The values come from a parameter file or from `-p name:=value`.
 
     :raises ParameterError: if a value is missing or invalid
     """
     values = {}
-    for field in fields(parameter_set):
-        rule = PARAMETER_RULES[field.name]
+    for name, rule in PARAMETER_RULES.items():
         # Dynamic typing accepts 3 instead of 3.0. PARAMETER_RULES rejects all other types.
-        value = node.declare_parameter(field.name, None, ParameterDescriptor(
+        value = node.declare_parameter(name, None, ParameterDescriptor(
             description=rule.description,
-            additional_constraints=f'{field.name} must be {rule.allowed_values()}',
+            additional_constraints=f'{name} must be {rule.allowed_values()}',
             dynamic_typing=True, read_only=True)).value
         if value is not None:
-            values[field.name] = value.tolist() if isinstance(value, array) else value
+            values[name] = value.tolist() if isinstance(value, array) else value
     try:
-        return parameter_set.from_mapping(values)
+        return Parameters.from_mapping(values)
     except MissingParameterError as error:
         raise MissingParameterError(
-            f'{error}; add --ros-args --params-file {default_path()}') from None
+            f'{error}. Add --ros-args --params-file {default_path()}, or if a parameter file was '
+            f'given, add a section for the node {node.get_fully_qualified_name()} or for /** to '
+            'that file.') from None
